@@ -1,0 +1,1 @@
+"""Where is the robot? Readings in, estimates out; no simulator, no network."""

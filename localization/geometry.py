@@ -1,0 +1,152 @@
+"""Rotations and rigid motions as plain arrays: exp, log, quaternions, interpolation.
+
+Rotation matrices act on column vectors, quaternions are ``wxyz`` with unit norm, rotation vectors
+are axis times angle [rad]. Functions named ``*_many`` take a stack along the first axis.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+_SMALL_ANGLE = 1e-8
+"""Below this [rad] the series replace sin(x)/x and its kin; their error is then under 1e-16."""
+
+
+def hat(v: npt.ArrayLike) -> FloatArray:
+    """Return the skew matrix ``[v]x``, shape (3, 3), such that ``hat(v) @ u == cross(v, u)``."""
+    x, y, z = np.asarray(v, dtype=float)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def so3_exp(rotation_vector: npt.ArrayLike) -> FloatArray:
+    """Return the rotation matrix (3, 3) of a rotation vector (3,) [rad] (Rodrigues)."""
+    w = np.asarray(rotation_vector, dtype=float)
+    angle = float(np.sqrt(w @ w))
+    k = hat(w)
+    if angle < _SMALL_ANGLE:
+        return np.eye(3) + k + 0.5 * (k @ k)
+    return (
+        np.eye(3) + (np.sin(angle) / angle) * k + ((1.0 - np.cos(angle)) / angle**2) * (k @ k)
+    )
+
+
+def so3_exp_many(rotation_vectors: FloatArray) -> FloatArray:
+    """Return rotation matrices (N, 3, 3) of rotation vectors (N, 3) [rad]."""
+    w = np.asarray(rotation_vectors, dtype=float)
+    angle = np.sqrt(np.einsum("ij,ij->i", w, w))
+    small = angle < _SMALL_ANGLE
+    safe = np.where(small, 1.0, angle)
+    a = np.where(small, 1.0, np.sin(safe) / safe)
+    b = np.where(small, 0.5, (1.0 - np.cos(safe)) / safe**2)
+    k = np.zeros((len(w), 3, 3))
+    k[:, 0, 1], k[:, 0, 2] = -w[:, 2], w[:, 1]
+    k[:, 1, 0], k[:, 1, 2] = w[:, 2], -w[:, 0]
+    k[:, 2, 0], k[:, 2, 1] = -w[:, 1], w[:, 0]
+    return np.eye(3) + a[:, None, None] * k + b[:, None, None] * (k @ k)
+
+
+def so3_log(rotation: FloatArray) -> FloatArray:
+    """Return the rotation vector (3,) [rad], of length at most pi, of a rotation matrix (3, 3)."""
+    q = quaternion_from_rotation(rotation)
+    if q[0] < 0.0:
+        q = -q
+    sine = float(np.sqrt(q[1:] @ q[1:]))
+    if sine < _SMALL_ANGLE:
+        return 2.0 * q[1:]
+    return (2.0 * np.arctan2(sine, q[0]) / sine) * q[1:]
+
+
+def quaternion_from_rotation(rotation: FloatArray) -> FloatArray:
+    """Return the unit quaternion (4,) ``wxyz`` of a rotation matrix (3, 3).
+
+    The largest of the four components is computed first (Shepperd 1978), which keeps full accuracy
+    at every angle.
+    """
+    r = np.asarray(rotation, dtype=float)
+    trace = r[0, 0] + r[1, 1] + r[2, 2]
+    choices = np.array([trace, r[0, 0], r[1, 1], r[2, 2]])
+    case = int(np.argmax(choices))
+    if case == 0:
+        q = np.array(
+            [1.0 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]
+        )
+    else:
+        i = case - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q = np.empty(4)
+        q[0] = r[k, j] - r[j, k]
+        q[1 + i] = 1.0 + r[i, i] - r[j, j] - r[k, k]
+        q[1 + j] = r[j, i] + r[i, j]
+        q[1 + k] = r[k, i] + r[i, k]
+    q = q / np.sqrt(q @ q)
+    return q if q[0] >= 0.0 else -q
+
+
+def rotation_from_quaternion(quaternion_wxyz: npt.ArrayLike) -> FloatArray:
+    """Return the rotation matrix (3, 3) of a unit quaternion (4,) ``wxyz``."""
+    w, x, y, z = np.asarray(quaternion_wxyz, dtype=float)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def rotation_from_euler(roll: float, pitch: float, yaw: float) -> FloatArray:
+    """Return ``Rz(yaw) @ Ry(pitch) @ Rx(roll)`` (3, 3), the convention of REP 103; angles [rad]."""
+    cr, sr, cp, sp, cy, sy = (
+        np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
+    )  # fmt: skip
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def euler_from_rotation(rotation: FloatArray) -> tuple[float, float, float]:
+    """Return ``(roll, pitch, yaw)`` [rad] of a rotation matrix (3, 3), pitch in [-pi/2, pi/2]."""
+    r = rotation
+    roll = float(np.arctan2(r[2, 1], r[2, 2]))
+    pitch = float(np.arctan2(-r[2, 0], np.hypot(r[2, 1], r[2, 2])))
+    yaw = float(np.arctan2(r[1, 0], r[0, 0]))
+    return roll, pitch, yaw
+
+
+def wrap_angle(angle: float) -> float:
+    """Return the angle [rad] brought into [-pi, pi)."""
+    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def interpolate_many(
+    times: npt.NDArray[np.int64],
+    knot_times: npt.NDArray[np.int64],
+    knot_positions: FloatArray,
+    knot_rotations: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Interpolate a track of poses: positions linearly, rotations along the geodesic.
+
+    Args:
+        times: (N,) [ns] when poses are wanted, within the knots (clamped to them otherwise).
+        knot_times: (K,) [ns] strictly increasing, K >= 2.
+        knot_positions: (K, 3) [m].
+        knot_rotations: (K, 3, 3).
+
+    Returns:
+        Positions (N, 3) [m] and rotations (N, 3, 3).
+    """
+    k = np.clip(np.searchsorted(knot_times, times, side="right") - 1, 0, len(knot_times) - 2)
+    spans = (knot_times[1:] - knot_times[:-1]).astype(float)
+    f = np.clip((times - knot_times[k]) / spans[k], 0.0, 1.0)
+    positions = knot_positions[k] + f[:, None] * (knot_positions[k + 1] - knot_positions[k])
+    steps = np.zeros((len(spans), 3))
+    for i in np.unique(k):
+        steps[i] = so3_log(knot_rotations[i].T @ knot_rotations[i + 1])
+    return positions, knot_rotations[k] @ so3_exp_many(f[:, None] * steps[k])

@@ -1,0 +1,392 @@
+"""The project's vocabulary: the values that flow between simulator, localiser and network.
+
+All are frozen and their arrays read-only. Stamps are integer nanoseconds of the robot's clock, lengths
+are metres, angles radians. ``map_from_base`` maps coordinates in ``base_link`` to coordinates in
+``map``. Quaternions are ``wxyz`` here; ROS's ``xyzw`` appears only in messages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from localization.geometry import (
+    FloatArray,
+    euler_from_rotation,
+    quaternion_from_rotation,
+    rotation_from_euler,
+    rotation_from_quaternion,
+)
+
+IntArray = npt.NDArray[np.int64]
+
+SECOND = 1_000_000_000
+"""One second [ns]."""
+
+
+class InvalidReadingError(ValueError):
+    """A reading or a pose that cannot be true; the message names the field and what would work."""
+
+
+def _read_only(value: npt.ArrayLike, shape: tuple[int, ...] | None, name: str) -> FloatArray:
+    array = np.array(value, dtype=float)
+    if shape is not None and array.shape != shape:
+        raise InvalidReadingError(f"{name} must have shape {shape}, got {array.shape}")
+    array.flags.writeable = False
+    return array
+
+
+def _finite(array: FloatArray, name: str) -> None:
+    if not np.isfinite(array).all():
+        raise InvalidReadingError(f"{name} must be finite, got {array.tolist()}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """A rigid motion; named by its ends where it is used, as in ``map_from_base``."""
+
+    position: FloatArray
+    """(3,) [m]."""
+    quaternion_wxyz: FloatArray
+    """(4,) unit quaternion."""
+    rotation: FloatArray = field(init=False, repr=False)
+    """(3, 3), derived from the quaternion."""
+
+    def __post_init__(self) -> None:
+        position = _read_only(self.position, (3,), "position")
+        q = np.array(self.quaternion_wxyz, dtype=float)
+        if q.shape != (4,):
+            raise InvalidReadingError(f"quaternion must have shape (4,), got {q.shape}")
+        _finite(position, "position")
+        _finite(q, "quaternion")
+        norm2 = float(q @ q)
+        if norm2 < 1e-12:
+            raise InvalidReadingError("quaternion must have unit norm, got all zeros; try 1 0 0 0")
+        # A quaternion that is already unit stays as it came, so that a pose survives a log bit for bit.
+        if abs(norm2 - 1.0) > 1e-12:
+            q = q / np.sqrt(norm2)
+        q.flags.writeable = False
+        rotation = rotation_from_quaternion(q)
+        rotation.flags.writeable = False
+        object.__setattr__(self, "position", position)
+        object.__setattr__(self, "quaternion_wxyz", q)
+        object.__setattr__(self, "rotation", rotation)
+
+    @classmethod
+    def identity(cls) -> Pose:
+        """Return the motion that changes nothing."""
+        return cls(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+
+    @classmethod
+    def from_rotation(cls, position: npt.ArrayLike, rotation: FloatArray) -> Pose:
+        """Build from a position (3,) [m] and a rotation matrix (3, 3)."""
+        return cls(np.asarray(position, dtype=float), quaternion_from_rotation(rotation))
+
+    @classmethod
+    def from_euler(
+        cls, position: npt.ArrayLike, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
+    ) -> Pose:
+        """Build from a position (3,) [m] and roll, pitch, yaw [rad] (REP 103)."""
+        return cls.from_rotation(position, rotation_from_euler(roll, pitch, yaw))
+
+    @classmethod
+    def planar(cls, x: float, y: float, yaw: float) -> Pose:
+        """Build a pose on the floor: x, y [m] and yaw [rad]."""
+        half = 0.5 * yaw
+        return cls(np.array([x, y, 0.0]), np.array([np.cos(half), 0.0, 0.0, np.sin(half)]))
+
+    def __matmul__(self, other: Pose) -> Pose:
+        """Compose: ``map_from_base @ base_from_laser == map_from_laser``."""
+        return Pose.from_rotation(
+            self.position + self.rotation @ other.position, self.rotation @ other.rotation
+        )
+
+    def inverse(self) -> Pose:
+        """Return the motion that undoes this one."""
+        w, x, y, z = self.quaternion_wxyz
+        return Pose(-(self.rotation.T @ self.position), np.array([w, -x, -y, -z]))
+
+    def apply(self, points: FloatArray) -> FloatArray:
+        """Map points, (3,) or (N, 3) [m], from this pose's right-hand frame to its left-hand one."""
+        moved: FloatArray = points @ self.rotation.T + self.position
+        return moved
+
+    @property
+    def euler(self) -> tuple[float, float, float]:
+        """Roll, pitch and yaw [rad] (REP 103)."""
+        return euler_from_rotation(self.rotation)
+
+    @property
+    def yaw(self) -> float:
+        """Heading [rad], in (-pi, pi]."""
+        return self.euler[2]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Twist:
+    """Velocity of ``base_link`` expressed in ``base_link`` (REP 103)."""
+
+    linear: FloatArray
+    """(3,) [m/s]."""
+    angular: FloatArray
+    """(3,) [rad/s]."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "linear", _read_only(self.linear, (3,), "linear"))
+        object.__setattr__(self, "angular", _read_only(self.angular, (3,), "angular"))
+
+    @classmethod
+    def planar(cls, forward: float, turn: float) -> Twist:
+        """Build from forward speed [m/s] and yaw rate [rad/s]."""
+        return cls(np.array([forward, 0.0, 0.0]), np.array([0.0, 0.0, turn]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scan:
+    """One sweep of a planar scanner, as measured: each beam from where the robot was at its time.
+
+    A range is a distance [m]; ``+inf`` means no return within ``range_max``, ``NaN`` an invalid
+    measurement. Both are legal and carry no point.
+    """
+
+    stamp: int
+    """Time of the first beam [ns], as ``sensor_msgs/LaserScan`` has it."""
+    scanner: str
+    """Frame of the scanner, such as ``laser_horizontal``."""
+    angles: FloatArray
+    """(N,) beam angles in the scanner's x-y plane, from its x axis [rad]."""
+    ranges: FloatArray
+    """(N,) [m], of float32 resolution, as in the message."""
+    intensities: FloatArray
+    """(N,), or (0,) when the scanner gives none."""
+    offsets: IntArray
+    """(N,) time of each beam after ``stamp`` [ns], not decreasing."""
+    range_min: float
+    range_max: float
+
+    def __post_init__(self) -> None:
+        if self.stamp < 0:
+            raise InvalidReadingError(f"scan.stamp must be >= 0 ns, got {self.stamp}")
+        n = np.shape(self.ranges)
+        for name in ("angles", "ranges", "intensities"):
+            shape = n if name != "intensities" or np.size(self.intensities) else (0,)
+            value = _read_only(getattr(self, name), shape, f"scan.{name}")
+            object.__setattr__(self, name, value)
+        offsets = np.array(self.offsets, dtype=np.int64)
+        if offsets.shape != n or (len(offsets) and (np.diff(offsets) < 0).any()):
+            raise InvalidReadingError(
+                f"scan.offsets must be {n} non-decreasing times, got {offsets.shape}"
+            )
+        offsets.flags.writeable = False
+        object.__setattr__(self, "offsets", offsets)
+
+    @classmethod
+    def uniform(
+        cls,
+        stamp: int,
+        scanner: str,
+        *,
+        angle_min: float,
+        angle_increment: float,
+        time_increment: float,
+        ranges: npt.ArrayLike,
+        intensities: npt.ArrayLike = (),
+        range_min: float,
+        range_max: float,
+    ) -> Scan:
+        """Build from the fields of ``sensor_msgs/LaserScan``: equal steps of angle [rad] and time [s].
+
+        All numbers are rounded to float32, the message's resolution, so that a scan and its record
+        in a log are the same scan.
+        """
+        measured = np.asarray(ranges, dtype=np.float32)
+        steps = np.arange(len(measured))
+        return cls(
+            stamp=stamp,
+            scanner=scanner,
+            angles=float(np.float32(angle_min)) + steps * float(np.float32(angle_increment)),
+            ranges=measured.astype(float),
+            intensities=np.asarray(intensities, dtype=np.float32).astype(float),
+            offsets=np.rint(steps * float(np.float32(time_increment)) * 1e9).astype(np.int64),
+            range_min=float(np.float32(range_min)),
+            range_max=float(np.float32(range_max)),
+        )
+
+    @property
+    def end_stamp(self) -> int:
+        """Time of the last beam [ns]."""
+        return self.stamp + (int(self.offsets[-1]) if len(self.offsets) else 0)
+
+
+@dataclass(frozen=True, slots=True)
+class WheelSpeeds:
+    """Mean rim speed of each side over the interval that ends at the stamp."""
+
+    stamp: int
+    left: float
+    """[m/s], of float32 resolution."""
+    right: float
+    """[m/s], of float32 resolution."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inertial:
+    """Mean gyro and accelerometer reading over the interval that ends at the stamp, in ``base_link``."""
+
+    stamp: int
+    angular_velocity: FloatArray
+    """(3,) [rad/s]."""
+    specific_force: FloatArray
+    """(3,) [m/s^2]; at rest on level ground (0, 0, +9.81)."""
+
+    def __post_init__(self) -> None:
+        for name in ("angular_velocity", "specific_force"):
+            value = _read_only(getattr(self, name), (3,), f"inertial.{name}")
+            object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hint:
+    """Where an operator believes the robot to be: a region to search, never a pose to take over."""
+
+    stamp: int
+    map_from_base: Pose
+    covariance: FloatArray
+    """(6, 6) in ROS's order x, y, z, roll, pitch, yaw; all zeros means "default"."""
+
+    def __post_init__(self) -> None:
+        covariance = _read_only(self.covariance, (6, 6), "hint.covariance")
+        _finite(covariance, "hint.covariance")
+        if (np.diag(covariance) < 0.0).any():
+            raise InvalidReadingError("hint.covariance must have a diagonal >= 0")
+        object.__setattr__(self, "covariance", covariance)
+
+
+Reading: TypeAlias = Scan | WheelSpeeds | Inertial | Hint
+"""What ``Localizer.add`` takes, and what a log holds."""
+
+Mounts: TypeAlias = Mapping[str, Pose]
+"""``base_from_scanner`` of each scanner, by its frame's name."""
+
+
+class Verdict(StrEnum):
+    """What became of a hint."""
+
+    ACCEPTED = "accepted"
+    """The estimate moved to the best pose in the hint's window."""
+    KEPT = "kept"
+    """The estimate already explained the sweep at least as well."""
+    AMBIGUOUS = "ambiguous"
+    """Several poses explain the sweep alike; none was taken."""
+    REJECTED = "rejected"
+    """No pose in the window explains the sweep."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A pose that was searched, and the share of the sweep it explains."""
+
+    map_from_base: Pose
+    score: float
+    """Share in [0, 1]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HintVerdict:
+    """The answer that every hint gets."""
+
+    stamp: int
+    """When the answer was given [ns]."""
+    hint: Hint
+    verdict: Verdict
+    reason: str
+    """One sentence for the operator."""
+    candidates: tuple[Candidate, ...] = ()
+    """Best first; for ``ACCEPTED`` the first one was taken."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sweep:
+    """Points of one or several scans, all brought to one instant, in ``base_link``."""
+
+    stamp: int
+    points: FloatArray
+    """(N, 3) [m]."""
+    origins: FloatArray
+    """(N, 3) [m], where the beam of each point started."""
+    horizontal: npt.NDArray[np.bool_]
+    """(N,) whether the point comes from a scanner whose plane is horizontal."""
+
+    def __post_init__(self) -> None:
+        n = len(self.points)
+        object.__setattr__(self, "points", _read_only(self.points, (n, 3), "sweep.points"))
+        object.__setattr__(self, "origins", _read_only(self.origins, (n, 3), "sweep.origins"))
+        horizontal = np.array(self.horizontal, dtype=bool)
+        horizontal.flags.writeable = False
+        object.__setattr__(self, "horizontal", horizontal)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Match:
+    """What registering one sweep against the cloud found out.
+
+    Directions are unit vectors in the space of (position error in ``map`` [m], rotation error in
+    ``base_link`` times ``LEVER`` [m]).
+    """
+
+    stamp: int
+    map_from_base: Pose
+    information: FloatArray
+    """(6, 6) of (position in ``map``, rotation in ``base_link``), debiased; zero where nothing was seen."""
+    directions: FloatArray
+    """(k, 6), k <= 6, the kept directions."""
+    distances: FloatArray
+    """(N,) signed distance of each sweep point to the map [m]; NaN where the map has nothing near."""
+    fit: float
+    """Share of the points with a near, front-facing neighbour, in [0, 1]."""
+
+
+class Health(StrEnum):
+    """What state the estimate is in; ``Estimate.reasons`` says why."""
+
+    WAITING = "waiting"
+    TRACKING = "tracking"
+    DEGRADED = "degraded"
+    SLIPPING = "slipping"
+    SUSPECT = "suspect"
+    LOST = "lost"
+    RELOCALISING = "relocalising"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """Where the robot is, how surely, and what that rests on."""
+
+    stamp: int
+    map_from_base: Pose | None
+    """None while ``WAITING`` for a first pose."""
+    odom_from_base: Pose
+    """Smooth; drifts, never jumps (REP 105)."""
+    covariance: FloatArray
+    """(6, 6) of (position error in ``map`` axes [m], rotation error in ``base_link`` axes [rad])."""
+    twist: Twist
+    health: Health
+    reasons: tuple[str, ...] = ()
+    match: Match | None = None
+    """The last registration, if this estimate contains a new one."""
+    sweep: Sweep | None = None
+    """The sweep that was registered."""
+    verdict: HintVerdict | None = None
+    """The answer to a hint, if it was given now."""
+    nis: float | None = None
+    """Squared, normalised innovation of this estimate's registration."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(
+            self, "covariance", _read_only(self.covariance, (6, 6), "estimate.covariance")
+        )
