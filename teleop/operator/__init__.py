@@ -1,0 +1,1 @@
+"""The operator station: a client of the robot and its display."""

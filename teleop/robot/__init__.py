@@ -1,0 +1,1 @@
+"""The robot: one tick that turns commands and readings into a snapshot."""

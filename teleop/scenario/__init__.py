@@ -1,0 +1,1 @@
+"""Missions with a world, faults and limits, driven, judged and reported."""
