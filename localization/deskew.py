@@ -1,0 +1,73 @@
+"""Bring the beams of moving scanners to one instant, by the motion that gyro and wheels saw."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from localization.geometry import FloatArray, interpolate_many
+from localization.types import SECOND, Mounts, Pose, Scan, Sweep
+
+_LEVEL = 0.9
+"""A scanner whose z axis is this near to the robot's (cosine) counts as horizontal."""
+
+
+class OdometryTrack:
+    """The last moments of ``odom_from_base``, from which the pose at any beam's time is read."""
+
+    def __init__(self, *, memory: int = 2 * SECOND) -> None:
+        self._memory = memory
+        self._knots: deque[tuple[int, FloatArray, FloatArray]] = deque()
+
+    def add(self, stamp: int, odom_from_base: Pose) -> None:
+        """Append the newest pose; stamps [ns] must increase."""
+        self._knots.append((stamp, odom_from_base.position, odom_from_base.rotation))
+        while self._knots[0][0] < stamp - self._memory:
+            self._knots.popleft()
+
+    @property
+    def span(self) -> tuple[int, int] | None:
+        """First and last stamp [ns]; None until there are two poses to interpolate between."""
+        return (self._knots[0][0], self._knots[-1][0]) if len(self._knots) > 1 else None
+
+    def at(self, stamps: np.typing.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+        """Return positions (N, 3) [m] and rotations (N, 3, 3) of ``odom_from_base`` at (N,) stamps."""
+        first = int(stamps.min()) if len(stamps) else 0
+        recent: list[tuple[int, FloatArray, FloatArray]] = []
+        for knot in reversed(self._knots):
+            recent.append(knot)
+            if knot[0] <= first and len(recent) > 1:
+                break
+        recent.reverse()
+        times, positions, rotations = zip(*recent, strict=True)
+        return interpolate_many(
+            stamps, np.array(times, dtype=np.int64), np.array(positions), np.array(rotations)
+        )
+
+
+def deskew(scans: Sequence[Scan], track: OdometryTrack, mounts: Mounts, stamp: int) -> Sweep:
+    """Return the scans' points as one rigid sweep in ``base_link`` at ``stamp`` [ns].
+
+    Beams without a return (infinite, NaN or out of the scanner's limits) carry no point.
+    """
+    now_position, now_rotation = (a[0] for a in track.at(np.array([stamp], dtype=np.int64)))
+    points, origins, horizontal = [], [], []
+    for scan in scans:
+        base_from_scanner = mounts[scan.scanner]
+        hit = np.isfinite(scan.ranges)
+        hit &= (scan.ranges >= scan.range_min) & (scan.ranges <= scan.range_max)
+        angle, distance = scan.angles[hit], scan.ranges[hit]
+        beam = np.stack([distance * np.cos(angle), distance * np.sin(angle), 0.0 * angle], axis=1)
+        position, rotation = track.at(scan.stamp + scan.offsets[hit])
+        # base_now_from_base_then, beam by beam.
+        shift = (position - now_position) @ now_rotation
+        turn = now_rotation.T @ rotation
+        points.append(np.einsum("nij,nj->ni", turn, base_from_scanner.apply(beam)) + shift)
+        origins.append(turn @ base_from_scanner.position + shift)
+        level = base_from_scanner.rotation[2, 2] > _LEVEL
+        horizontal.append(np.full(len(beam), level))
+    return Sweep(
+        stamp, np.concatenate(points), np.concatenate(origins), np.concatenate(horizontal)
+    )
