@@ -47,9 +47,7 @@ class Cloud:
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         if len(self.points) != len(self.normals):
-            raise CloudError(
-                f"cloud has {len(self.points)} points but {len(self.normals)} normals"
-            )
+            raise CloudError(f"cloud has {len(self.points)} points but {len(self.normals)} normals")
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:

@@ -68,6 +68,4 @@ def deskew(scans: Sequence[Scan], track: OdometryTrack, mounts: Mounts, stamp: i
         origins.append(turn @ base_from_scanner.position + shift)
         level = base_from_scanner.rotation[2, 2] > _LEVEL
         horizontal.append(np.full(len(beam), level))
-    return Sweep(
-        stamp, np.concatenate(points), np.concatenate(origins), np.concatenate(horizontal)
-    )
+    return Sweep(stamp, np.concatenate(points), np.concatenate(origins), np.concatenate(horizontal))

@@ -28,9 +28,9 @@ def so3_exp(rotation_vector: npt.ArrayLike) -> FloatArray:
     k = hat(w)
     if angle < _SMALL_ANGLE:
         return np.eye(3) + k + 0.5 * (k @ k)
-    return (
-        np.eye(3) + (np.sin(angle) / angle) * k + ((1.0 - np.cos(angle)) / angle**2) * (k @ k)
-    )
+    a, b = np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2
+    rotation: FloatArray = np.eye(3) + a * k + b * (k @ k)
+    return rotation
 
 
 def so3_exp_many(rotation_vectors: FloatArray) -> FloatArray:
@@ -56,7 +56,8 @@ def so3_log(rotation: FloatArray) -> FloatArray:
     sine = float(np.sqrt(q[1:] @ q[1:]))
     if sine < _SMALL_ANGLE:
         return 2.0 * q[1:]
-    return (2.0 * np.arctan2(sine, q[0]) / sine) * q[1:]
+    vector: FloatArray = (2.0 * np.arctan2(sine, q[0]) / sine) * q[1:]
+    return vector
 
 
 def quaternion_from_rotation(rotation: FloatArray) -> FloatArray:
@@ -70,9 +71,7 @@ def quaternion_from_rotation(rotation: FloatArray) -> FloatArray:
     choices = np.array([trace, r[0, 0], r[1, 1], r[2, 2]])
     case = int(np.argmax(choices))
     if case == 0:
-        q = np.array(
-            [1.0 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]
-        )
+        q = np.array([1.0 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
     else:
         i = case - 1
         j, k = (i + 1) % 3, (i + 2) % 3
@@ -81,8 +80,8 @@ def quaternion_from_rotation(rotation: FloatArray) -> FloatArray:
         q[1 + i] = 1.0 + r[i, i] - r[j, j] - r[k, k]
         q[1 + j] = r[j, i] + r[i, j]
         q[1 + k] = r[k, i] + r[i, k]
-    q = q / np.sqrt(q @ q)
-    return q if q[0] >= 0.0 else -q
+    unit: FloatArray = q / np.sqrt(q @ q)
+    return unit if unit[0] >= 0.0 else -unit
 
 
 def rotation_from_quaternion(quaternion_wxyz: npt.ArrayLike) -> FloatArray:

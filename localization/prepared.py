@@ -107,7 +107,9 @@ def default_cache() -> Path:
 def _build(points: FloatArray, cell: float, reach: float) -> NearestGrid:
     margin = int(np.ceil(reach / cell))
     if margin >= _BLOCK:
-        raise ValueError(f"reach must be under {_BLOCK * cell} m for cells of {cell} m, got {reach}")
+        raise ValueError(
+            f"reach must be under {_BLOCK * cell} m for cells of {cell} m, got {reach}"
+        )
     origin = np.floor(points.min(axis=0) / cell) * cell - (margin + 1) * cell
     cells = np.floor((points - origin) / cell).astype(np.int64)
     shape = tuple(int(n) for n in -(-(cells.max(axis=0) + margin + 2) // _BLOCK))

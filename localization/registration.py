@@ -105,7 +105,7 @@ def register(
         weight = _weights(seen, kernel, config)
         hessian, gradient = _normal_equations(seen, weight)
         departure = difference(prior, pose)
-        step = np.linalg.solve(
+        step: FloatArray = np.linalg.solve(
             prior_information + hessian, -(gradient + prior_information @ departure)
         )
         pose = Pose.from_rotation(pose.position + step[:3], pose.rotation @ so3_exp(step[3:]))

@@ -209,7 +209,8 @@ class Scan:
         return cls(
             stamp=stamp,
             scanner=scanner,
-            angles=float(np.float32(angle_min)) + steps * float(np.float32(angle_increment)),
+            angles=np.float64(np.float32(angle_min))
+            + steps * np.float64(np.float32(angle_increment)),
             ranges=measured.astype(float),
             intensities=np.asarray(intensities, dtype=np.float32).astype(float),
             offsets=np.rint(steps * float(np.float32(time_increment)) * 1e9).astype(np.int64),

@@ -1,0 +1,184 @@
+"""A desk for hints: each opens a search, is verified against a sweep, and gets an answer."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Generator
+from dataclasses import dataclass
+
+import numpy as np
+
+from localization.prepared import PreparedMap
+from localization.relocalization import (
+    FloorPlan,
+    SearchConfig,
+    Window,
+    explain,
+    same_place,
+    search,
+    window_of,
+)
+from localization.types import Candidate, Hint, HintVerdict, Pose, Sweep, Verdict
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Search:
+    """A search under way."""
+
+    hint: Hint | None
+    """None when the localiser searches for itself, being lost."""
+    window: Window
+    sweep: Sweep
+    odom_from_base: Pose
+    """At the sweep's stamp."""
+    work: Generator[None, None, tuple[Candidate, ...]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """What a search ended with."""
+
+    verdict: Verdict
+    reason: str
+    hint: Hint | None
+    candidates: tuple[Candidate, ...]
+    """Brought forward to now by odometry, best first."""
+
+
+class HintDesk:
+    """Owns the search under way and the answers not yet handed out."""
+
+    def __init__(
+        self,
+        world: PreparedMap,
+        plan: FloorPlan,
+        config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
+    ) -> None:
+        self.config = config
+        self._world, self._plan = world, plan
+        self._waiting: tuple[Hint, Pose] | None = None
+        self._search: Search | None = None
+        self._answers: deque[HintVerdict] = deque()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a search is under way or about to begin."""
+        return self._search is not None or self._waiting is not None
+
+    def receive(self, hint: Hint, now: int, odom_from_base: Pose) -> None:
+        """Take a hint; one outside the map is answered at once, an unfinished one gives way.
+
+        Args:
+            hint: what the operator believes.
+            now: stamp of the answer, should there be one at once [ns].
+            odom_from_base: at the hint's stamp.
+        """
+        x, y = float(hint.map_from_base.position[0]), float(hint.map_from_base.position[1])
+        if not self._world.contains(x, y, margin=1.0):
+            low, high = self._world.cloud.bounds
+            reason = (
+                f"({x:.1f}, {y:.1f}) lies outside the map, which spans x {low[0]:.1f} to {high[0]:.1f} "
+                f"and y {low[1]:.1f} to {high[1]:.1f} m"
+            )
+            self.answer(hint, now, Verdict.REJECTED, reason)
+            return
+        old = self._search.hint if self._search else None
+        if self._waiting is not None:
+            old = self._waiting[0]
+        if old is not None:
+            self.answer(old, now, Verdict.REJECTED, "a newer hint took its place")
+        self._waiting, self._search = (hint, odom_from_base), None
+
+    def begin(self, sweep: Sweep, odom_from_base: Pose, level: Pose) -> None:
+        """Start searching for the hint that waits, if one does.
+
+        Args:
+            sweep: the newest one.
+            odom_from_base: at its stamp.
+            level: whose height, roll and pitch hold.
+        """
+        if self._waiting is None:
+            return
+        (hint, odom_then), self._waiting = self._waiting, None
+        moved = odom_then.inverse() @ odom_from_base
+        window = window_of(hint.map_from_base @ moved, hint.covariance, self.config)
+        self._start(hint, window, sweep, odom_from_base, level)
+
+    def search_around(
+        self, window: Window, sweep: Sweep, odom_from_base: Pose, level: Pose
+    ) -> None:
+        """Search without a hint, unless a search is under way."""
+        if not self.busy:
+            self._start(None, window, sweep, odom_from_base, level)
+
+    def _start(
+        self, hint: Hint | None, window: Window, sweep: Sweep, odom_from_base: Pose, level: Pose
+    ) -> None:
+        work = search(sweep, self._world, self._plan, window, level, self.config)
+        self._search = Search(hint, window, sweep, odom_from_base, work)
+
+    def advance(self, odom_from_base: Pose, current: Pose | None) -> Found | None:
+        """Do one tick's share of the search; return what was found when it ends.
+
+        Args:
+            odom_from_base: now.
+            current: the present estimate if it deserves a comparison, else None.
+        """
+        if self._search is None:
+            return None
+        task = self._search
+        try:
+            next(task.work)
+            return None
+        except StopIteration as done:
+            candidates: tuple[Candidate, ...] = done.value
+        self._search = None
+        moved = task.odom_from_base.inverse() @ odom_from_base
+        verdict, reason = self._judge(task, candidates, current, moved)
+        brought = tuple(Candidate(c.map_from_base @ moved, c.score) for c in candidates)
+        return Found(verdict, reason, task.hint, brought)
+
+    def _judge(
+        self, task: Search, candidates: tuple[Candidate, ...], current: Pose | None, moved: Pose
+    ) -> tuple[Verdict, str]:
+        c, window = self.config, task.window
+        if not candidates or candidates[0].score < c.least_fit:
+            reached = f"{candidates[0].score:.0%}" if candidates else "nothing"
+            return Verdict.REJECTED, (
+                f"no pose within {window.half_width:.1f} m and {np.rad2deg(window.half_yaw):.0f} degrees "
+                f"explains the sweep (best: {reached}, needed: {c.least_fit:.0%})"
+            )
+        best = candidates[0]
+        if current is not None:
+            own = explain(task.sweep, self._world, current @ moved.inverse())
+            if same_place(own.map_from_base, best.map_from_base, c):
+                return (
+                    Verdict.KEPT,
+                    f"the estimate is the best pose there ({own.score:.0%} explained)",
+                )
+            if own.score >= best.score - c.least_margin:
+                return Verdict.KEPT, (
+                    f"the estimate explains {own.score:.0%} of the sweep, the best pose near the hint "
+                    f"{best.score:.0%}"
+                )
+        if len(candidates) > 1 and best.score - candidates[1].score < c.least_margin:
+            return Verdict.AMBIGUOUS, (
+                f"two places explain {best.score:.0%} and {candidates[1].score:.0%} of the sweep; "
+                "a narrower hint would tell them apart"
+            )
+        return Verdict.ACCEPTED, f"explains {best.score:.0%} of the sweep"
+
+    def answer(
+        self,
+        hint: Hint,
+        now: int,
+        verdict: Verdict,
+        reason: str,
+        candidates: tuple[Candidate, ...] = (),
+    ) -> None:
+        """Put an answer in the tray."""
+        self._answers.append(HintVerdict(now, hint, verdict, reason, candidates))
+
+    def next_answer(self) -> HintVerdict | None:
+        """Take the oldest answer from the tray."""
+        return self._answers.popleft() if self._answers else None

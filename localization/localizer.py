@@ -1,0 +1,363 @@
+"""Localizer: readings in, estimates out; the whole story in one file.
+
+Wheels and gyro predict. When a sweep is complete it is deskewed, KISS-ICP says how the robot moved since
+the last one, the sweep is registered against the cloud with the prediction as prior, and the filter takes
+over what the registration truly saw. Hints and loss open a search that runs beside, a little each tick.
+Time is the readings' time; the same readings give the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from localization.deskew import OdometryTrack, deskew
+from localization.ekf import EkfConfig, SkidSteerEkf
+from localization.geometry import FloatArray
+from localization.health import HealthConfig, HealthMonitor, opinion_offset
+from localization.hints import Found, HintDesk
+from localization.intake import Intake
+from localization.kiss import KissConfig, KissOdometry, KissOpinion
+from localization.prepared import PreparedMap
+from localization.registration import RegistrationConfig, register
+from localization.relocalization import FloorPlan, SearchConfig, Window
+from localization.types import (
+    SECOND,
+    Estimate,
+    Health,
+    Hint,
+    Inertial,
+    Match,
+    Mounts,
+    Pose,
+    Reading,
+    Scan,
+    Sweep,
+    Verdict,
+    WheelSpeeds,
+)
+
+Stage = Callable[[str], AbstractContextManager[object]]
+"""Called with a stage's name around its work; whoever owns a clock can time it."""
+
+_GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
+"""Largest squared normalised innovation of a match by its number of kept directions (99.99 %)."""
+_SLIP_GATE = float(chi2.ppf(0.999, 3))
+"""Beyond it KISS-ICP's motion contradicts the wheels' (99.9 %)."""
+
+
+@dataclass(frozen=True, slots=True)
+class LocalizerConfig:
+    """All settings of the localiser; what is written here is what runs."""
+
+    ekf: EkfConfig = field(default_factory=EkfConfig)
+    registration: RegistrationConfig = field(default_factory=RegistrationConfig)
+    kiss: KissConfig = field(default_factory=KissConfig)
+    health: HealthConfig = field(default_factory=HealthConfig)
+    search: SearchConfig = field(default_factory=SearchConfig)
+    least_fit: float = 0.3
+    """A sweep that the map explains less is refused even if it agrees with the prediction."""
+    blame_fit: float = 0.6
+    """A sweep that contradicts the prediction must be explained this well for the wheels to be blamed."""
+    blame: tuple[float, float, float, float] = (0.12, 0.06, 0.02, np.deg2rad(1.0))
+    """How wrong slipping wheels may be over one sweep: forward, sideways, up [m], yaw [rad]."""
+    slip_memory: int = SECOND // 2
+    """How long after the last sign of slip the wheels are distrusted [ns]."""
+    opinion_period: int = SECOND
+    """Between second opinions [ns]."""
+    scanner_patience: int = 60_000_000
+    """How long a scan waits for the other scanners' [ns]."""
+    lost_search_period: int = 2 * SECOND
+    """Between searches around a lost estimate [ns]."""
+
+
+class Localizer:
+    """Where is the robot? Feed it every reading in the order of arrival."""
+
+    def __init__(
+        self,
+        world: PreparedMap,
+        mounts: Mounts,
+        config: LocalizerConfig = LocalizerConfig(),  # noqa: B008  (frozen)
+        *,
+        stage: Stage = lambda _: nullcontext(),
+    ) -> None:
+        """Build on a prepared cloud and the scanners' mounts (``base_from_scanner`` by frame name)."""
+        self.config = config
+        self._world, self._mounts, self._stage = world, dict(mounts), stage
+        self._intake = Intake(self._mounts)
+        self._ekf = SkidSteerEkf(config.ekf)
+        self._track = OdometryTrack()
+        self._odometry = KissOdometry(config.kiss)
+        self._opinion = KissOpinion(world.cloud, config.kiss)
+        self._health = HealthMonitor(config.health)
+        search = config.search
+        heights = [p.position[2] for p in mounts.values() if p.rotation[2, 2] > 0.9] or [0.3]
+        plan = FloorPlan(world, float(heights[0]), cell=search.cell, sigma=search.field_sigma)
+        self._desk = HintDesk(world, plan, search)
+
+        self._stamp = 0
+        self._odom = Pose.identity()
+        self._placed = False
+        self._wheels: WheelSpeeds | None = None
+        self._wheels_fresh = False
+        self._pending: dict[str, Scan] = {}
+        self._heard: dict[str, int] = {}
+        self._slip_until = -1
+        self._pose_then, self._odom_then, self._sweep_stamp = Pose.identity(), Pose.identity(), 0
+        self._opinion_due, self._search_due = 0, 0
+        self._doing: tuple[str, ...] = ()
+        self._refused: tuple[str, ...] = ()
+        self._sweep: Sweep | None = None
+        self._matched: Match | None = None
+        self._nis: float | None = None
+        self._last = self._estimate()
+
+    @property
+    def refused(self) -> int:
+        """How many readings were turned away as impossible."""
+        return self._intake.refused
+
+    def add(self, reading: Reading) -> Estimate:
+        """Take one reading and return the estimate as it now stands.
+
+        A reading that cannot be true changes nothing; the estimate's reasons then say what was refused.
+        Wheel speeds and scans take effect with the inertial reading that covers them.
+        """
+        refusal = self._intake.refusal(reading)
+        if refusal is not None:
+            self._refused = (*self._refused, refusal)
+            return replace(
+                self._last,
+                reasons=(refusal, *self._last.reasons),
+                sweep=None,
+                match=None,
+                nis=None,
+                verdict=None,
+            )
+        match reading:
+            case Hint():
+                self._desk.receive(reading, self._stamp, self._odom_at(reading.stamp))
+            case Scan():
+                self._pending[reading.scanner] = reading
+                self._heard[reading.scanner] = reading.stamp
+            case WheelSpeeds():
+                self._wheels, self._wheels_fresh = reading, True
+                self._heard["wheels"] = reading.stamp
+            case Inertial():
+                self._sweep, self._matched, self._nis = None, None, None
+                self._predict(reading)
+                if self._sweep_due():
+                    self._correct()
+                self._search()
+                self._last = self._estimate()
+        return self._last
+
+    # Prediction
+
+    def _predict(self, reading: Inertial) -> None:
+        with self._stage("predict"):
+            dt = (reading.stamp - self._stamp) / SECOND
+            first, self._stamp = self._stamp == 0, reading.stamp
+            wheels = self._wheels
+            fresh = wheels is not None and reading.stamp - wheels.stamp < self.config.health.silence
+            left, right = (
+                (wheels.left, wheels.right) if wheels is not None and fresh else (0.0, 0.0)
+            )
+            if not first:
+                if self._wheels_fresh:
+                    gyro = reading.angular_velocity
+                    if not self._ekf.update_wheel_yaw(gyro, left, right):
+                        self._slip_until = reading.stamp + self.config.slip_memory
+                    self._ekf.update_standstill(gyro, left, right)
+                    self._wheels_fresh = False
+                motion = self._ekf.predict(
+                    dt,
+                    reading.angular_velocity,
+                    reading.specific_force,
+                    left,
+                    right,
+                    slipping=self._slipping or not fresh,
+                )
+                self._odom = self._odom @ motion
+            self._track.add(reading.stamp, self._odom)
+
+    def _odom_at(self, stamp: int) -> Pose:
+        """``odom_from_base`` at a stamp, or as near to it as is remembered."""
+        span = self._track.span
+        if span is None:
+            return self._odom
+        at = np.array([min(max(stamp, span[0]), span[1])], dtype=np.int64)
+        position, rotation = self._track.at(at)
+        return Pose.from_rotation(position[0], rotation[0])
+
+    @property
+    def _slipping(self) -> bool:
+        return self._stamp < self._slip_until
+
+    # Correction
+
+    def _sweep_due(self) -> bool:
+        span = self._track.span
+        if not self._pending or span is None:
+            return False
+        latest = max(s.end_stamp for s in self._pending.values())
+        earliest = min(s.stamp for s in self._pending.values())
+        if earliest < span[0]:
+            self._pending = {k: s for k, s in self._pending.items() if s.stamp >= span[0]}
+            return False
+        waited = span[1] - min(s.end_stamp for s in self._pending.values())
+        complete = len(self._pending) == len(self._mounts)
+        return latest <= span[1] and (complete or waited > self.config.scanner_patience)
+
+    def _correct(self) -> None:
+        with self._stage("deskew"):
+            scans = [self._pending[name] for name in sorted(self._pending)]
+            self._pending = {}
+            sweep = deskew(scans, self._track, self._mounts, self._stamp)
+            self._sweep = sweep
+        elapsed = (self._stamp - self._sweep_stamp) / SECOND
+        self._sweep_stamp = self._stamp
+        with self._stage("kiss odometry"):
+            motion = self._odometry.add(sweep, self._odom_then.inverse() @ self._odom)
+        self._odom_then = self._odom
+        with self._stage("ekf"):
+            self._ekf.update_tilt(elapsed)
+        if self._placed:
+            self._match(sweep, motion)
+        self._ekf.mark()
+        self._pose_then = self._ekf.pose
+        self._open_search(sweep)
+
+    def _match(self, sweep: Sweep, motion: tuple[Pose, FloatArray] | None) -> None:
+        with self._stage("registration"):
+            match = self._register(sweep)
+        with self._stage("ekf"):
+            nis = self._ekf.match_nis(match) if len(match.directions) else 0.0
+            slipped = motion is not None and self._wheels_contradict(*motion)
+            if slipped:
+                self._slip_until = self._stamp + self.config.slip_memory
+        refusal = self._refusal(match, nis)
+        if refusal is not None and self._wheels_to_blame(match, slipped, motion is None):
+            self._slip_until = self._stamp + self.config.slip_memory
+            self._ekf.widen(*self.config.blame)
+            with self._stage("registration"):
+                match = self._register(sweep)
+            nis = self._ekf.match_nis(match) if len(match.directions) else 0.0
+            refusal = self._refusal(match, nis)
+        with self._stage("ekf"):
+            if motion is not None:
+                used = match.directions if refusal is None else np.zeros((0, 6))
+                self._ekf.update_relative(self._pose_then, *motion, used)
+            if refusal is None:
+                self._ekf.update_match(match)
+        self._matched, self._nis = match, nis
+        self._health.sweep(match, self._ekf.pose, refusal)
+        if self._health.doubtful or self._stamp >= self._opinion_due:
+            self._ask_kiss(sweep, match)
+
+    def _register(self, sweep: Sweep) -> Match:
+        return register(
+            sweep, self._world, self._ekf.pose, self._ekf.covariance, self.config.registration
+        )
+
+    def _refusal(self, match: Match, nis: float) -> str | None:
+        k = len(match.directions)
+        if k == 0 or match.fit < self.config.least_fit:
+            return f"the map explains only {match.fit:.0%} of the sweep"
+        if nis > _GATE[k - 1]:
+            return f"the sweep fits the map where the robot cannot be (NIS {nis:.0f} of {_GATE[k - 1]:.0f})"
+        return None
+
+    def _wheels_contradict(self, motion: Pose, covariance: FloatArray) -> bool:
+        innovation, _, s = self._ekf.relative_innovation(self._pose_then, motion, covariance)
+        return float(innovation @ np.linalg.solve(s, innovation)) > _SLIP_GATE
+
+    def _wheels_to_blame(self, match: Match, slipped: bool, unwitnessed: bool) -> bool:
+        """A sweep that fits the map but contradicts the prediction blames the wheels.
+
+        If KISS-ICP saw the motion and agrees with the wheels, the map or the earlier pose is at fault.
+        """
+        fits = len(match.directions) > 0 and match.fit >= self.config.blame_fit
+        return fits and (slipped or self._slipping or unwitnessed)
+
+    def _ask_kiss(self, sweep: Sweep, match: Match) -> None:
+        """Get a second opinion; at most five a second, however deep the doubt."""
+        if self._stamp < self._opinion_due - self.config.opinion_period * 4 // 5:
+            return
+        self._opinion_due = self._stamp + self.config.opinion_period
+        with self._stage("kiss opinion"):
+            other = self._opinion.locate(sweep, self._ekf.pose)
+        if other is not None:
+            self._health.opinion(*opinion_offset(self._ekf.pose, other, match))
+
+    # Search
+
+    def _open_search(self, sweep: Sweep) -> None:
+        level = self._ekf.pose
+        self._desk.begin(sweep, self._odom, level)
+        if self._placed and self._health.lost and self._stamp >= self._search_due:
+            self._search_due = self._stamp + self.config.lost_search_period
+            p, covariance = self._ekf.pose, self._ekf.covariance
+            half = float(np.clip(3.0 * np.sqrt(np.linalg.norm(covariance[:2, :2], 2)), 1.0, 3.0))
+            half_yaw = float(np.clip(3.0 * np.sqrt(covariance[5, 5]), np.deg2rad(20.0), np.pi))
+            window = Window(float(p.position[0]), float(p.position[1]), p.yaw, half, half_yaw)
+            self._desk.search_around(window, sweep, self._odom, level)
+
+    def _search(self) -> None:
+        with self._stage("search"):
+            trusted = self._placed and not self._health.lost and not self._health.doubtful
+            found = self._desk.advance(self._odom, self._ekf.pose if trusted else None)
+        if found is not None:
+            self._settle(found)
+
+    def _settle(self, found: Found) -> None:
+        if found.verdict is Verdict.ACCEPTED:
+            sigma = np.array([0.05, 0.05, 0.02, 0.01, 0.01, 0.02])
+            self._ekf.reset_pose(found.candidates[0].map_from_base, np.diag(sigma**2))
+            self._pose_then, self._placed = self._ekf.pose, True
+            self._health.reset()
+            self._opinion_due = 0
+            self._doing = (f"placed anew: {found.reason}",)
+        if found.hint is not None:
+            self._desk.answer(
+                found.hint, self._stamp, found.verdict, found.reason, found.candidates
+            )
+
+    # The answer
+
+    def _estimate(self) -> Estimate:
+        covariance = self._ekf.covariance
+        health = Health.WAITING
+        reasons: tuple[str, ...] = ("no pose yet: give a hint",)
+        if self._placed:
+            silent = [
+                name
+                for name in (*sorted(self._mounts), "wheels")
+                if self._stamp - self._heard.get(name, 0) > self.config.health.silence
+            ]
+            sigma = float(np.sqrt(np.linalg.norm(covariance[:2, :2], 2)))
+            health, reasons = self._health.state(
+                sigma=sigma, slipping=self._slipping, silent=tuple(silent)
+            )
+        if self._desk.busy and (not self._placed or health is Health.LOST):
+            health, reasons = Health.RELOCALISING, ("searching", *reasons)
+        estimate = Estimate(
+            stamp=self._stamp,
+            map_from_base=self._ekf.pose if self._placed else None,
+            odom_from_base=self._odom,
+            covariance=covariance,
+            twist=self._ekf.twist,
+            health=health,
+            reasons=(*self._refused, *self._doing, *reasons),
+            match=self._matched,
+            sweep=self._sweep,
+            verdict=self._desk.next_answer(),
+            nis=self._nis,
+        )
+        self._doing, self._refused = (), ()
+        return estimate

@@ -1,0 +1,230 @@
+"""Find the robot in a window around a hint: search all of it, refine the best, verify, and answer.
+
+Correlative search (Olson 2009): the horizontal scanner's points are laid over a floor plan of the cloud
+at the scanner's height, at every position and heading of the window. The best few places are refined
+against the whole cloud with both scanners. The work is a generator that gives control back after a fixed
+number of candidates, so that it costs each tick the same and the result never depends on the clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from localization.geometry import FloatArray, rotation_from_euler, wrap_angle
+from localization.prepared import PreparedMap
+from localization.registration import RegistrationConfig, register
+from localization.types import Candidate, Pose, Sweep
+
+
+@dataclass(frozen=True, slots=True)
+class SearchConfig:
+    """How a window is searched and what counts as found."""
+
+    step: float = 0.10
+    """Distance between candidate positions [m]."""
+    step_yaw: float = np.deg2rad(2.0)
+    """Between candidate headings [rad]."""
+    beams: int = 72
+    """How many points of the horizontal scanner are laid over the floor plan."""
+    field_sigma: float = 0.12
+    """A point this far from the nearest wall counts exp(-1/2) [m]."""
+    cell: float = 0.05
+    """Of the floor plan [m]."""
+    refine: int = 8
+    """How many of the best places are refined against the cloud."""
+    budget: int = 6000
+    """Candidates per tick; a refinement counts as many as this."""
+    smallest_window: float = 0.5
+    """Half width of the window at least [m]."""
+    smallest_window_yaw: float = np.deg2rad(10.0)
+    """The same for heading [rad]."""
+    largest_window: float = 3.0
+    """Half width at most [m]; more would be a search of the whole map."""
+    default_sigma: float = 0.5
+    """Of a hint with all-zero covariance, in x and y [m]."""
+    default_sigma_yaw: float = np.deg2rad(15.0)
+    """The same for heading [rad]."""
+    least_fit: float = 0.55
+    """A pose must explain this share of the sweep to be believed."""
+    least_margin: float = 0.1
+    """... and this much more of it than any other distinct place."""
+    same_place: float = 0.3
+    """Poses nearer than this are one place [m]."""
+    same_yaw: float = np.deg2rad(10.0)
+    """The same for heading [rad]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """Where to search: centre in ``map`` and half widths."""
+
+    x: float
+    y: float
+    yaw: float
+    half_width: float
+    """Of x and y [m]."""
+    half_yaw: float
+    """[rad]."""
+
+
+class FloorPlan:
+    """Distance to the nearest mapped surface at the horizontal scanner's height, on a grid."""
+
+    def __init__(self, world: PreparedMap, height: float, *, cell: float, sigma: float) -> None:
+        points = world.cloud.points
+        # Half the cloud's point spacing and a degree of tilt at 10 m.
+        slice_ = points[np.abs(points[:, 2] - height) < 0.12]
+        margin = 5.0
+        low, high = world.cloud.bounds
+        self._origin = low[:2] - margin
+        self._cell = cell
+        size = np.ceil((high[:2] - low[:2] + 2.0 * margin) / cell).astype(int) + 1
+        occupied = np.zeros(tuple(size), dtype=bool)
+        occupied[tuple(((slice_[:, :2] - self._origin) / cell).astype(int).T)] = True
+        if occupied.any():
+            distance = ndimage.distance_transform_edt(~occupied) * cell
+        else:
+            distance = np.full(occupied.shape, np.inf)
+        self._likelihood = np.exp(-0.5 * (distance / sigma) ** 2).astype(np.float32)
+        self._free = distance > 0.15
+
+    def score(self, points: FloatArray, places: FloatArray) -> FloatArray:
+        """Return for each place (M, 2) how well points (B, 2), turned already, lie on surfaces."""
+        at = places[:, None, :] + points[None, :, :]
+        cell = ((at - self._origin) / self._cell).astype(np.int64)
+        limit = np.array(self._likelihood.shape) - 1
+        cell = np.clip(cell, 0, limit)
+        score = self._likelihood[cell[..., 0], cell[..., 1]].mean(axis=1)
+        own = np.clip(((places - self._origin) / self._cell).astype(np.int64), 0, limit)
+        free: FloatArray = np.where(self._free[own[:, 0], own[:, 1]], score, 0.0)
+        return free
+
+
+def search(
+    sweep: Sweep,
+    world: PreparedMap,
+    plan: FloorPlan,
+    window: Window,
+    level: Pose,
+    config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
+) -> Generator[None, None, tuple[Candidate, ...]]:
+    """Search a window; yields after each budget's worth of work and returns the places found.
+
+    Args:
+        sweep: points in ``base_link`` at one instant.
+        world: the prepared cloud.
+        plan: its floor plan at the horizontal scanner's height.
+        window: where to look.
+        level: a pose whose height, roll and pitch the robot has; x, y and yaw are not used.
+        config: steps and thresholds.
+
+    Returns:
+        Distinct places, best first, each with the share of the sweep that it explains.
+    """
+    roll, pitch, _ = level.euler
+    flat = (sweep.points[sweep.horizontal] @ rotation_from_euler(roll, pitch, 0.0).T)[:, :2]
+    if len(flat) < 10:
+        return ()
+    flat = flat[np.linspace(0, len(flat) - 1, min(config.beams, len(flat))).astype(int)]
+
+    steps = np.arange(
+        -np.ceil(window.half_width / config.step), window.half_width / config.step + 1
+    )
+    grid = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2) * config.step
+    places = grid + [window.x, window.y]
+    turns = int(np.ceil(window.half_yaw / config.step_yaw))
+    yaws: FloatArray = window.yaw + config.step_yaw * np.arange(-turns, turns + 1)
+    scores = np.empty((len(yaws), len(places)))
+    spent = 0
+    for i, yaw in enumerate(yaws):
+        c, s = np.cos(yaw), np.sin(yaw)
+        scores[i] = plan.score(flat @ np.array([[c, s], [-s, c]]), places)
+        spent += len(places)
+        if spent >= config.budget:
+            spent = 0
+            yield
+
+    found: list[Candidate] = []
+    for x, y, yaw in _peaks(scores, places, yaws, config):
+        yield
+        start = Pose.from_euler([x, y, level.position[2]], roll=roll, pitch=pitch, yaw=yaw)
+        found.append(_refine(sweep, world, start, config))
+    found.sort(key=lambda c: -c.score)
+    distinct: list[Candidate] = []
+    for candidate in found:
+        if not any(same_place(candidate.map_from_base, d.map_from_base, config) for d in distinct):
+            distinct.append(candidate)
+    return tuple(distinct)
+
+
+def window_of(
+    pose: Pose,
+    covariance: FloatArray,
+    config: SearchConfig = SearchConfig(),  # noqa: B008
+) -> Window:
+    """Return the three-sigma window around a pose; all-zero covariance means the default sigma.
+
+    Args:
+        pose: centre, ``map_from_base``.
+        covariance: (6, 6) in ROS's order.
+        config: defaults and limits.
+    """
+    if not covariance.any():
+        sigma, sigma_yaw = config.default_sigma, config.default_sigma_yaw
+    else:
+        sigma = float(np.sqrt(max(covariance[0, 0], covariance[1, 1])))
+        sigma_yaw = float(np.sqrt(covariance[5, 5]))
+    return Window(
+        float(pose.position[0]),
+        float(pose.position[1]),
+        pose.yaw,
+        float(np.clip(3.0 * sigma, config.smallest_window, config.largest_window)),
+        float(np.clip(3.0 * sigma_yaw, config.smallest_window_yaw, np.pi)),
+    )
+
+
+def same_place(a: Pose, b: Pose, config: SearchConfig = SearchConfig()) -> bool:  # noqa: B008
+    """Return whether two poses are one place within the search's resolution."""
+    near = float(np.hypot(*(a.position - b.position)[:2])) < config.same_place
+    return near and abs(wrap_angle(a.yaw - b.yaw)) < config.same_yaw
+
+
+def explain(sweep: Sweep, world: PreparedMap, pose: Pose) -> Candidate:
+    """Settle a pose on the cloud within a few centimetres and return the share it explains there."""
+    sigma = np.array([0.05, 0.05, 0.03, 0.01, 0.01, 0.02])
+    match = register(sweep, world, pose, np.diag(sigma**2))
+    return Candidate(match.map_from_base, match.fit)
+
+
+def _refine(sweep: Sweep, world: PreparedMap, start: Pose, config: SearchConfig) -> Candidate:
+    wide = RegistrationConfig(kernel_wide=0.3, iterations=14)
+    sigma = np.array([config.step, config.step, 0.03, 0.02, 0.02, config.step_yaw])
+    match = register(sweep, world, start, np.diag((2.0 * sigma) ** 2), wide)
+    return Candidate(match.map_from_base, match.fit)
+
+
+def _peaks(
+    scores: FloatArray, places: FloatArray, yaws: FloatArray, config: SearchConfig
+) -> list[tuple[float, float, float]]:
+    """Best candidates, none within another's place (non-maximum suppression)."""
+    chosen: list[tuple[float, float, float]] = []
+    order = np.argsort(-scores, axis=None, kind="stable")
+    if len(order) > 20_000:
+        order = order[:20_000]
+    for i in order.tolist():
+        k, j = divmod(i, scores.shape[1])
+        x, y, yaw = float(places[j, 0]), float(places[j, 1]), float(yaws[k])
+        if scores[k, j] < 0.3:
+            break
+        if all(
+            np.hypot(x - a, y - b) > config.same_place or abs(wrap_angle(yaw - c)) > config.same_yaw
+            for a, b, c in chosen
+        ):
+            chosen.append((x, y, yaw))
+            if len(chosen) == config.refine:
+                break
+    return chosen
