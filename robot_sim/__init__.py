@@ -1,0 +1,28 @@
+"""A Pioneer 3-AT with two planar scanners, encoders and an inertial unit, somewhere in MuJoCo."""
+
+from robot_sim.drive import DriveConfig as DriveConfig, WheelSlip as WheelSlip
+from robot_sim.errors import (
+    PhysicsError as PhysicsError,
+    SimulationError as SimulationError,
+    UnknownSceneError as UnknownSceneError,
+    WorldError as WorldError,
+)
+from robot_sim.inertial import InertialConfig as InertialConfig
+from robot_sim.lidar import (
+    MujocoRayCaster as MujocoRayCaster,
+    RayCaster as RayCaster,
+    ScannerConfig as ScannerConfig,
+)
+from robot_sim.p3at import IMU_MOUNT as IMU_MOUNT, MOUNTS as MOUNTS, P3AT as P3AT
+from robot_sim.simulation import (
+    TICK_NS as TICK_NS,
+    Simulation as Simulation,
+    SimulationConfig as SimulationConfig,
+    Truth as Truth,
+)
+from robot_sim.worlds import (
+    World as World,
+    load_world as load_world,
+    parse_world as parse_world,
+    scene_names as scene_names,
+)

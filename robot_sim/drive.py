@@ -1,0 +1,148 @@
+"""The drive: from a commanded twist to wheel rates, and from turning wheels to encoder speeds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from localization.types import FloatArray, Twist, WheelSpeeds
+from robot_sim.p3at import P3AT
+
+_COUNTS_PER_TURN = 500 * 4 * 49.8
+"""Encoder edges per wheel turn: 500 lines, four edges each, gear 49.8:1 (P3-AT manual)."""
+
+
+@dataclass(frozen=True, slots=True)
+class WheelSlip:
+    """An injected fault: wheels spinning on ice.
+
+    While it lasts, the encoders of both sides report ``factor`` times the real rim speed. The
+    motion itself is not changed.
+    """
+
+    start_ns: int
+    duration_ns: int
+    factor: float
+
+    def __post_init__(self) -> None:
+        if self.duration_ns < 0 or not math.isfinite(self.factor):
+            raise ValueError(
+                f"wheel slip must last >= 0 ns with a finite factor, got {self.duration_ns} ns"
+                f" and {self.factor}"
+            )
+
+    def active(self, stamp: int) -> bool:
+        """Return whether the fault holds at ``stamp`` [ns]."""
+        return self.start_ns <= stamp < self.start_ns + self.duration_ns
+
+
+@dataclass(frozen=True, slots=True)
+class DriveConfig:
+    """Limits of the motion and errors of the encoders."""
+
+    max_speed: float = 0.7
+    """[m/s]. Webots ``Pioneer3at.proto``."""
+    max_turn: float = math.radians(140.0)
+    """[rad/s]. Data sheet."""
+    acceleration: float = 0.5
+    """[m/s^2]."""
+    braking: float = 1.0
+    """Towards rest [m/s^2]."""
+    turn_acceleration: float = math.radians(150.0)
+    """[rad/s^2]."""
+    turn_braking: float = math.radians(300.0)
+    """Towards rest [rad/s^2]."""
+    encoder_scale_sigma: float = 0.003
+    """Standard deviation of each side's constant scale error, drawn once per seed."""
+    encoder_noise: float = 0.002
+    """Standard deviation of one reading [m/s]."""
+    slips: tuple[WheelSlip, ...] = field(default=())
+    """Injected faults."""
+
+    def __post_init__(self) -> None:
+        for name in ("max_speed", "max_turn", "acceleration", "braking", "turn_acceleration",
+                     "turn_braking"):  # fmt: skip
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be > 0, got {getattr(self, name)}")
+
+
+def ramp(now: float, target: float, *, gain: float, loss: float) -> float:
+    """Move ``now`` towards ``target`` by at most ``gain``, or by ``loss`` while it falls to zero."""
+    if now * target < 0.0 or abs(target) < abs(now):
+        # Slowing down; a change of sign passes through rest first.
+        floor = target if now * target > 0.0 else 0.0
+        return max(floor, now - loss) if now > 0.0 else min(floor, now + loss)
+    return min(target, now + gain) if target > now else max(target, now - gain)
+
+
+class Drive:
+    """Follows a set-point within its limits."""
+
+    def __init__(self, config: DriveConfig, robot: P3AT) -> None:
+        self._config = config
+        self._robot = robot
+        self._target = (0.0, 0.0)
+        self._speed = 0.0
+        self._turn = 0.0
+
+    def command(self, twist: Twist) -> None:
+        """Set the wanted twist; only forward speed and yaw rate matter.
+
+        Beyond a limit both are scaled alike, so that the robot keeps to the commanded curve.
+        """
+        forward, turn = float(twist.linear[0]), float(twist.angular[2])
+        if not (math.isfinite(forward) and math.isfinite(turn)):
+            raise ValueError(
+                f"command must be finite, got forward {forward} m/s and turn {turn} rad/s"
+            )
+        rim = abs(forward) + abs(turn) * 0.5 * self._robot.effective_track
+        excess = max(
+            1.0,
+            abs(forward) / self._config.max_speed,
+            abs(turn) / self._config.max_turn,
+            rim / (self._robot.wheel_rate * self._robot.rolling_radius),
+        )
+        self._target = (forward / excess, turn / excess)
+
+    def advance(self, dt: float) -> tuple[float, float]:
+        """Advance the ramps by ``dt`` [s]; return the left and right wheel rates [rad/s]."""
+        c = self._config
+        forward, turn = self._target
+        self._speed = ramp(self._speed, forward, gain=c.acceleration * dt, loss=c.braking * dt)
+        self._turn = ramp(self._turn, turn, gain=c.turn_acceleration * dt, loss=c.turn_braking * dt)
+        across = self._turn * 0.5 * self._robot.effective_track
+        radius = self._robot.rolling_radius
+        return (self._speed - across) / radius, (self._speed + across) / radius
+
+
+class Encoders:
+    """Count the edges of both sides and report their mean rim speeds."""
+
+    def __init__(self, config: DriveConfig, robot: P3AT, seed: np.random.SeedSequence) -> None:
+        self._config = config
+        self._metres_per_count = 2.0 * math.pi * robot.rolling_radius / _COUNTS_PER_TURN
+        self._rng = np.random.default_rng(seed)
+        self._scale = 1.0 + config.encoder_scale_sigma * self._rng.standard_normal(2)
+        self._angles: FloatArray = np.zeros(2)
+
+    def read(self, stamp: int, angles: FloatArray, dt: float) -> WheelSpeeds:
+        """Return the speeds over the ``dt`` [s] that end at ``stamp`` [ns].
+
+        Args:
+            stamp: End of the interval [ns].
+            angles: (2,) angle of the left and the right wheels [rad].
+            dt: Length of the interval [s].
+        """
+        to_counts = _COUNTS_PER_TURN / (2.0 * math.pi)
+        counts = np.floor(angles * to_counts) - np.floor(self._angles * to_counts)
+        self._angles = np.array(angles, dtype=float)
+        speeds = self._scale * counts * self._metres_per_count / dt
+        for slip in self._config.slips:
+            if slip.active(stamp):
+                speeds = slip.factor * speeds
+        noise = self._config.encoder_noise * self._rng.standard_normal(2)
+        # Wheels that did not move give no edges, hence no noise.
+        measured = np.where(counts != 0.0, speeds + noise, 0.0).astype(np.float32)
+        return WheelSpeeds(stamp, float(measured[0]), float(measured[1]))
