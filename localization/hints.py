@@ -13,6 +13,7 @@ from localization.relocalization import (
     FloorPlan,
     SearchConfig,
     Window,
+    distinguishable,
     explain,
     same_place,
     search,
@@ -161,7 +162,7 @@ class HintDesk:
                     f"the estimate explains {own.score:.0%} of the sweep, the best pose near the hint "
                     f"{best.score:.0%}"
                 )
-        if len(candidates) > 1 and best.score - candidates[1].score < c.least_margin:
+        if len(candidates) > 1 and not distinguishable(best.score, candidates[1].score, c):
             return Verdict.AMBIGUOUS, (
                 f"two places explain {best.score:.0%} and {candidates[1].score:.0%} of the sweep; "
                 "a narrower hint would tell them apart"

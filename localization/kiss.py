@@ -118,7 +118,8 @@ class KissOpinion:
         self.config = config
         # No distance can cull this map; `update` is never called on it.
         self._map = VoxelHashMap(config.voxel, 1e9, config.points_per_voxel)
-        self._map.add_points(np.ascontiguousarray(cloud.points))
+        # The binding wants an array that it could write to.
+        self._map.add_points(np.array(cloud.points))
         self._registration = _registration(config)
 
     def locate(self, sweep: Sweep, guess: Pose) -> Pose | None:
@@ -126,7 +127,7 @@ class KissOpinion:
         if len(sweep.points) < 30:
             return None
         keypoints = np.asarray(
-            voxel_down_sample(np.ascontiguousarray(sweep.points), self.config.keypoint_spacing)
+            voxel_down_sample(np.array(sweep.points), self.config.keypoint_spacing)
         )
         return _align(self._registration, keypoints, self._map, guess, self.config)
 

@@ -105,9 +105,8 @@ def register(
         weight = _weights(seen, kernel, config)
         hessian, gradient = _normal_equations(seen, weight)
         departure = difference(prior, pose)
-        step: FloatArray = np.linalg.solve(
-            prior_information + hessian, -(gradient + prior_information @ departure)
-        )
+        pull = gradient + prior_information @ departure
+        step = -np.asarray(np.linalg.solve(prior_information + hessian, pull), dtype=float)
         pose = Pose.from_rotation(pose.position + step[:3], pose.rotation @ so3_exp(step[3:]))
         settled = kernel <= config.kernel and _size(step) < 5e-4
         if settled:

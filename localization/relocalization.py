@@ -51,7 +51,11 @@ class SearchConfig:
     least_fit: float = 0.55
     """A pose must explain this share of the sweep to be believed."""
     least_margin: float = 0.1
-    """... and this much more of it than any other distinct place."""
+    """... and this much more of it than any other distinct place,"""
+    decisive: float = 2.0
+    """or leave so many times less of it unexplained than any other place does,"""
+    decisive_floor: float = 0.04
+    """beside this share, which noise and clutter leave unexplained anywhere."""
     same_place: float = 0.3
     """Poses nearer than this are one place [m]."""
     same_yaw: float = np.deg2rad(10.0)
@@ -137,7 +141,7 @@ def search(
     grid = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2) * config.step
     places = grid + [window.x, window.y]
     turns = int(np.ceil(window.half_yaw / config.step_yaw))
-    yaws: FloatArray = window.yaw + config.step_yaw * np.arange(-turns, turns + 1)
+    yaws = window.yaw + config.step_yaw * np.arange(-turns, turns + 1, dtype=np.float64)
     scores = np.empty((len(yaws), len(places)))
     spent = 0
     for i, yaw in enumerate(yaws):
@@ -191,6 +195,12 @@ def same_place(a: Pose, b: Pose, config: SearchConfig = SearchConfig()) -> bool:
     """Return whether two poses are one place within the search's resolution."""
     near = float(np.hypot(*(a.position - b.position)[:2])) < config.same_place
     return near and abs(wrap_angle(a.yaw - b.yaw)) < config.same_yaw
+
+
+def distinguishable(best: float, second: float, config: SearchConfig) -> bool:
+    """Return whether two places' explained shares tell them apart."""
+    clear = best - second >= config.least_margin
+    return clear or 1.0 - second >= config.decisive * (1.0 - best) + config.decisive_floor
 
 
 def explain(sweep: Sweep, world: PreparedMap, pose: Pose) -> Candidate:
