@@ -92,15 +92,19 @@ class Simulation:
             Scanner(s, MOUNTS[s.name], caster, by_name[s.name]) for s in self.config.scanners
         ]
         self._stamps: list[int] = [0]
-        self._poses: list[FloatArray] = [self._data.qpos[:7].copy()]
+        self._poses: list[FloatArray] = [self._pose.copy()]
 
     def _index_joints(self) -> None:
-        joints = [self._model.joint(wheel) for wheel in WHEELS]
-        self._wheel_q = np.array([j.qposadr[0] for j in joints])
-        self._wheel_v = np.array([j.dofadr[0] for j in joints])
-        actuators = [self._model.actuator(wheel) for wheel in WHEELS]
-        self._wheel_act = np.array([a.actadr[0] for a in actuators])
-        self._wheel_ctrl = np.array([a.id for a in actuators])
+        """Keep views of the wheels' numbers; MuJoCo lays out joints and motors in our order."""
+        model, data = self._model, self._data
+        first, last = WHEELS[0], WHEELS[-1]
+        q = slice(model.joint(first).qposadr[0], model.joint(last).qposadr[0] + 1)
+        v = slice(model.joint(first).dofadr[0], model.joint(last).dofadr[0] + 1)
+        act = slice(model.actuator(first).actadr[0], model.actuator(last).actadr[0] + 1)
+        self._wheel_angles, self._wheel_rates = data.qpos[q], data.qvel[v]
+        self._wheel_targets, self._wheel_commands = data.act[act], data.ctrl
+        self._pose = data.qpos[:7]
+        self._angular_velocity = data.qvel[3:6]
 
     @property
     def stamp(self) -> int:
@@ -126,7 +130,7 @@ class Simulation:
         velocity, force = self._advance()
         self._check()
         stamp, dt = self.stamp, TICK_NS * 1e-9
-        angles = self._data.qpos[self._wheel_q].reshape(2, 2).mean(axis=0)
+        angles = self._wheel_angles.reshape(2, 2).mean(axis=0)
         wheels = self._encoders.read(stamp, angles, dt)
         inertial = self._inertial.read(stamp, velocity, force)
         scans: list[Scan] = [s.sweep(self._track()) for s in self._scanners if s.end <= stamp]
@@ -147,15 +151,15 @@ class Simulation:
         velocity, force = np.zeros(3), np.zeros(3)
         for _ in range(STEPS_PER_TICK):
             left, right = self._drive.advance(_DT)
-            data.ctrl[self._wheel_ctrl] = (left, right, left, right)
+            self._wheel_commands[:] = (left, right, left, right)
             self._limit_windup()
             mujoco.mj_step(self._model, data)
             self._steps += 1
             # Velocities after a step are those that moved the robot in it; forces are of its start.
-            velocity += data.qvel[3:6]
+            velocity += self._angular_velocity
             force += data.sensordata[:3]
             self._stamps.append(self.stamp)
-            self._poses.append(data.qpos[:7].copy())
+            self._poses.append(self._pose.copy())
         return velocity / STEPS_PER_TICK, force / STEPS_PER_TICK
 
     def _limit_windup(self) -> None:
@@ -163,13 +167,11 @@ class Simulation:
 
         Without this a blocked wheel gathers angle to catch up, and turns on after a stop.
         """
-        data = self._data
-        settled = data.qpos[self._wheel_q] + data.qvel[self._wheel_v] * (
-            SERVO_DAMPING / SERVO_STIFFNESS
-        )
+        settled = self._wheel_angles + (SERVO_DAMPING / SERVO_STIFFNESS) * self._wheel_rates
         reach = self._robot.wheel_torque / SERVO_STIFFNESS
-        act = data.act[self._wheel_act]
-        data.act[self._wheel_act] = np.minimum(np.maximum(act, settled - reach), settled + reach)
+        targets = self._wheel_targets
+        np.maximum(targets, settled - reach, out=targets)
+        np.minimum(targets, settled + reach, out=targets)
 
     def _track(self) -> Track:
         poses = np.array(self._poses)
