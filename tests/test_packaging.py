@@ -1,0 +1,93 @@
+"""The wheel, installed where there is no clone."""
+
+from __future__ import annotations
+
+import os
+import site
+import subprocess
+import sys
+import tomllib
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("localization", "robot_sim", "teleop", "assets", "scenes")
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
+
+
+def run(*command: str | Path, cwd: Path) -> str:
+    """Run a command that must succeed, without this clone on its path; return what it said."""
+    clean = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    done = subprocess.run(
+        [str(word) for word in command],
+        cwd=cwd,
+        env=clean,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("dist")
+    run(
+        *(sys.executable, "-m", "build", "--wheel", "--no-isolation"),
+        *("--outdir", folder, ROOT),
+        cwd=folder,
+    )
+    (built,) = folder.glob("farsteer-*.whl")
+    return built
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The scripts folder of a new environment that holds the wheel, and borrows the rest from ours."""
+    home = tmp_path_factory.mktemp("elsewhere") / "venv"
+    venv.create(home, symlinks=True, with_pip=False)
+    python = home / "bin" / "python"
+    pip = (sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check")
+    run(*pip, "install", "--quiet", "--no-deps", "--no-index", wheel, cwd=home)
+    own = run(python, "-c", "import site; print(site.getsitepackages()[0])", cwd=home).strip()
+    # A plain line in a .pth adds a folder but does not run the .pth files in it: our editable
+    # installation, which would lead back to the clone, stays behind.
+    (Path(own) / "borrowed.pth").write_text("\n".join(site.getsitepackages()) + "\n")
+    return python.parent
+
+
+def test_wheel_holds_every_file_of_the_packages(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        inside = {name for name in archive.namelist() if ".dist-info/" not in name}
+    tracked = run("git", "ls-files", *PACKAGES, cwd=ROOT).split("\n")
+    missing = {name for name in tracked if name and (ROOT / name).is_file()} - inside
+    assert not missing
+    assert {name.split("/")[0] for name in inside} <= set(PACKAGES)
+
+
+def test_packages_come_from_the_wheel(installed: Path, tmp_path: Path) -> None:
+    code = (
+        "import localization, localization.log, localization.evaluation, robot_sim, teleop\n"
+        "print(*(m.__file__ for m in (localization, robot_sim, teleop)), sep='\\n')"
+    )
+    places = run(installed / "python", "-c", code, cwd=tmp_path).split()
+    assert len(places) == 3
+    assert all(Path(place).is_relative_to(installed.parent) for place in places)
+
+
+def test_scenes_are_found_in_the_wheel(installed: Path, tmp_path: Path) -> None:
+    code = (
+        "import importlib.resources\n"
+        "print((importlib.resources.files('scenes') / 'office' / 'world.toml').read_text())"
+    )
+    assert tomllib.loads(run(installed / "python", "-c", code, cwd=tmp_path))
+
+
+def test_command_says_what_it_can_do(installed: Path, tmp_path: Path) -> None:
+    assert "usage: farsteer" in run(installed / "farsteer", "--help", cwd=tmp_path)
