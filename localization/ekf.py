@@ -132,6 +132,7 @@ class SkidSteerEkf:
         right: float,
         *,
         slipping: bool,
+        speed: float | None = None,
     ) -> Pose:
         """Move on by ``dt`` [s] with the mean readings of that interval.
 
@@ -142,14 +143,14 @@ class SkidSteerEkf:
             left: rim speed [m/s].
             right: rim speed [m/s].
             slipping: whether the wheels are known to slip.
+            speed: forward speed to go by instead of the wheels' [m/s].
 
         Returns:
             The motion ``base_then_from_base_now``.
         """
-        s, _, y0, xv = self.kappa
+        _, _, y0, xv = self.kappa
         omega = gyro - self.gyro_bias
-        mean = 0.5 * (left + right)
-        rolled = float(np.exp(s)) * mean
+        rolled = self.rolling_speed(left, right) if speed is None else speed
         velocity = np.array([rolled + y0 * omega[2], -xv * omega[2], 0.0])
         half = so3_exp(0.5 * dt * omega)
         motion = Pose.from_rotation(half @ velocity * dt, so3_exp(dt * omega))
@@ -158,7 +159,7 @@ class SkidSteerEkf:
         f = np.eye(STATES)
         f[_P, _T] = -rotation @ hat(velocity) * dt
         f[_P, 8] = -rotation @ np.array([y0, -xv, 0.0]) * dt
-        f[_P, _S] = rotation[:, 0] * rolled * dt
+        f[_P, _S] = rotation[:, 0] * rolled * dt if speed is None else 0.0
         f[_P, _Y0] = rotation[:, 0] * omega[2] * dt
         f[_P, _XV] = -rotation[:, 1] * omega[2] * dt
         f[_T, _T] = so3_exp(-dt * omega)
@@ -174,6 +175,17 @@ class SkidSteerEkf:
         self._force_sum = self._force_sum + force - centripetal
         self._force_count += 1
         return motion
+
+    def rolling_speed(self, left: float, right: float) -> float:
+        """Return the forward speed [m/s] that rim speeds amount to where nothing slips."""
+        return float(np.exp(self.kappa[0])) * 0.5 * (left + right)
+
+    def rolling_noise(self, speed: float, turn: float) -> float:
+        """Return one sigma of that speed [m/s/sqrt(Hz)], at a yaw rate [rad/s]."""
+        c = self.config
+        return float(
+            np.sqrt((c.speed_noise * speed) ** 2 + c.speed_floor**2 + (c.turn_noise * turn) ** 2)
+        )
 
     def _still(self, left: float, right: float, omega: FloatArray) -> bool:
         c = self.config
@@ -197,9 +209,7 @@ class SkidSteerEkf:
         elif self._still(left, right, omega):
             speed = np.full(3, c.still_noise)
         else:
-            forward = np.sqrt(
-                (c.speed_noise * mean) ** 2 + c.speed_floor**2 + (c.turn_noise * omega[2]) ** 2
-            )
+            forward = self.rolling_noise(mean, float(omega[2]))
             speed = np.array([forward, c.side_noise, c.heave_noise])
         q = np.zeros((STATES, STATES))
         q[_P, _P] = rotation * (speed**2 * dt) @ rotation.T
@@ -289,34 +299,24 @@ class SkidSteerEkf:
         self._filter.P[:6, :6] += extra
         self.accrued = self.accrued + extra
 
-    def relative_innovation(
-        self, then: Pose, motion: Pose, covariance: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Compare an observed planar motion since ``mark`` with the predicted one.
-
-        Args:
-            then: this filter's pose at ``mark``.
-            motion: observed ``base_then_from_base_now``; only x, y and yaw are used.
-            covariance: (3, 3) of x, y [m] and yaw [rad].
-
-        Returns:
-            Innovation (3,), Jacobian (3, 6) by the pose error, innovation covariance (3, 3).
-        """
-        error = difference(self.pose, then @ motion)
-        h = np.zeros((3, 6))
-        h[:2, :3] = self.pose.rotation.T[:2]
-        h[2, 5] = 1.0
-        return h @ error, h, h @ self.accrued @ h.T + covariance
-
     def update_relative(
         self, then: Pose, motion: Pose, covariance: FloatArray, used: FloatArray
     ) -> None:
         """Correct what the process added since ``mark`` by an observed planar motion.
 
         Only error that arose since ``mark`` can be corrected so; the gain is that of a filter which had
-        cloned its pose then. Directions (k, 6) in ``used`` (see ``Match``) are left alone.
+        cloned its pose then.
+
+        Args:
+            then: this filter's pose at ``mark``.
+            motion: observed ``base_then_from_base_now``; only x, y and yaw are used.
+            covariance: (3, 3) of x, y [m] and yaw [rad].
+            used: (k, 6) directions (see ``Match``) that are left alone.
         """
-        innovation, h, _ = self.relative_innovation(then, motion, covariance)
+        h = np.zeros((3, 6))
+        h[:2, :3] = self.pose.rotation.T[:2]
+        h[2, 5] = 1.0
+        innovation = h @ difference(self.pose, then @ motion)
         scaled = h / np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
         scaled[2] *= LEVER
         left = scaled - scaled @ used.T @ used

@@ -46,8 +46,8 @@ Stage = Callable[[str], AbstractContextManager[object]]
 
 _GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
 """Largest squared normalised innovation of a match by its number of kept directions (99.99 %)."""
-_SLIP_GATE = float(chi2.ppf(0.999, 3))
-"""Beyond it KISS-ICP's motion contradicts the wheels' (99.9 %)."""
+_SLIP_GATE = float(chi2.ppf(0.999, 1))
+"""Beyond it KISS-ICP's forward motion contradicts the wheels' (99.9 %)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +67,10 @@ class LocalizerConfig:
     """How wrong slipping wheels may be over one sweep: forward, sideways, up [m], yaw [rad]."""
     slip_memory: int = SECOND // 2
     """How long after the last sign of slip the wheels are distrusted [ns]."""
+    traction: float = 9.0
+    """No tyre gives a robot more acceleration than this, about a friction coefficient of 0.9 [m/s^2]."""
+    traction_floor: float = 0.05
+    """Change of wheel speed between two readings that noise may cause [m/s]."""
     opinion_period: int = SECOND
     """Between second opinions [ns]."""
     scanner_patience: int = 60_000_000
@@ -108,6 +112,9 @@ class Localizer:
         self._pending: dict[str, Scan] = {}
         self._heard: dict[str, int] = {}
         self._slip_until = -1
+        self._rolled = 0.0
+        self._seen_speed: float | None = None
+        self._speed_before = 0.0
         self._pose_then, self._odom_then, self._sweep_stamp = Pose.identity(), Pose.identity(), 0
         self._opinion_due, self._search_due = 0, 0
         self._doing: tuple[str, ...] = ()
@@ -171,20 +178,32 @@ class Localizer:
             if not first:
                 if self._wheels_fresh:
                     gyro = reading.angular_velocity
+                    self._watch_traction(self._ekf.rolling_speed(left, right), dt)
                     if not self._ekf.update_wheel_yaw(gyro, left, right):
                         self._slip_until = reading.stamp + self.config.slip_memory
                     self._ekf.update_standstill(gyro, left, right)
                     self._wheels_fresh = False
+                self._rolled += self._ekf.rolling_speed(left, right) * dt
+                distrusted = self._slipping or not fresh
                 motion = self._ekf.predict(
                     dt,
                     reading.angular_velocity,
                     reading.specific_force,
                     left,
                     right,
-                    slipping=self._slipping or not fresh,
+                    slipping=distrusted,
+                    speed=self._seen_speed if distrusted else None,
                 )
                 self._odom = self._odom @ motion
             self._track.add(reading.stamp, self._odom)
+
+    def _watch_traction(self, speed: float, dt: float) -> None:
+        """Wheels that gain speed faster than any tyre can pass on are spinning."""
+        before, self._speed_before = self._speed_before, speed
+        if abs(speed - before) > self.config.traction * dt + self.config.traction_floor:
+            if not self._slipping:
+                self._seen_speed = before
+            self._slip_until = self._stamp + self.config.slip_memory
 
     def _odom_at(self, stamp: int) -> Pose:
         """``odom_from_base`` at a stamp, or as near to it as is remembered."""
@@ -225,6 +244,9 @@ class Localizer:
         with self._stage("kiss odometry"):
             motion = self._odometry.add(sweep, self._odom_then.inverse() @ self._odom)
         self._odom_then = self._odom
+        if motion is not None:
+            self._watch_wheels(*motion, elapsed)
+        self._rolled = 0.0
         with self._stage("ekf"):
             self._ekf.update_tilt(elapsed)
         if self._placed:
@@ -236,15 +258,10 @@ class Localizer:
     def _match(self, sweep: Sweep, motion: tuple[Pose, FloatArray] | None) -> None:
         with self._stage("registration"):
             match = self._register(sweep)
-        with self._stage("ekf"):
-            nis = self._ekf.match_nis(match) if len(match.directions) else 0.0
-            slipped = motion is not None and self._wheels_contradict(*motion)
-            if slipped:
-                self._slip_until = self._stamp + self.config.slip_memory
+        nis = self._ekf.match_nis(match) if len(match.directions) else 0.0
         refusal = self._refusal(match, nis)
-        if refusal is not None and self._wheels_to_blame(match, slipped, motion is None):
-            self._slip_until = self._stamp + self.config.slip_memory
-            self._ekf.widen(*self.config.blame)
+        if refusal is not None and self._wheels_to_blame(match, motion is None):
+            self._blame_wheels()
             with self._stage("registration"):
                 match = self._register(sweep)
             nis = self._ekf.match_nis(match) if len(match.directions) else 0.0
@@ -273,17 +290,27 @@ class Localizer:
             return f"the sweep fits the map where the robot cannot be (NIS {nis:.0f} of {_GATE[k - 1]:.0f})"
         return None
 
-    def _wheels_contradict(self, motion: Pose, covariance: FloatArray) -> bool:
-        innovation, _, s = self._ekf.relative_innovation(self._pose_then, motion, covariance)
-        return float(innovation @ np.linalg.solve(s, innovation)) > _SLIP_GATE
+    def _watch_wheels(self, motion: Pose, covariance: FloatArray, elapsed: float) -> None:
+        """Compare how far the wheels rolled with how far KISS-ICP saw the robot go."""
+        forward = float(motion.position[0])
+        self._seen_speed = forward / elapsed
+        noise = self._ekf.rolling_noise(self._rolled / elapsed, motion.yaw / elapsed)
+        variance = covariance[0, 0] + noise**2 * elapsed
+        if (forward - self._rolled) ** 2 > _SLIP_GATE * variance:
+            self._blame_wheels()
 
-    def _wheels_to_blame(self, match: Match, slipped: bool, unwitnessed: bool) -> bool:
+    def _blame_wheels(self) -> None:
+        """Admit that the wheels misled the prediction since the last sweep, and may go on to."""
+        self._slip_until = self._stamp + self.config.slip_memory
+        self._ekf.widen(*self.config.blame)
+
+    def _wheels_to_blame(self, match: Match, unwitnessed: bool) -> bool:
         """A sweep that fits the map but contradicts the prediction blames the wheels.
 
         If KISS-ICP saw the motion and agrees with the wheels, the map or the earlier pose is at fault.
         """
         fits = len(match.directions) > 0 and match.fit >= self.config.blame_fit
-        return fits and (slipped or self._slipping or unwitnessed)
+        return fits and (self._slipping or unwitnessed)
 
     def _ask_kiss(self, sweep: Sweep, match: Match) -> None:
         """Get a second opinion; at most five a second, however deep the doubt."""
