@@ -10,7 +10,7 @@ from typing import Final
 import mujoco
 
 from robot_sim.errors import WorldError
-from robot_sim.p3at import OBSTACLE_BIT
+from robot_sim.p3at import HEADROOM, OBSTACLE_BIT
 
 Color = tuple[float, float, float]
 
@@ -52,7 +52,9 @@ class Block:
         )
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the block as a static obstacle."""
+        """Add the block as a static obstacle, or as a mere sight if it hangs above the robot."""
+        # Ceilings, lintels and table tops would cost a quarter of the physics for nothing.
+        bits = OBSTACLE_BIT if self.z - self.half[2] < HEADROOM else 0
         shape = mujoco.mjtGeom.mjGEOM_CYLINDER if self.cylinder else mujoco.mjtGeom.mjGEOM_BOX
         radius, other, height = self.half
         spec.worldbody.add_geom(
@@ -62,8 +64,8 @@ class Block:
             quat=(math.cos(0.5 * self.yaw), 0.0, 0.0, math.sin(0.5 * self.yaw)),
             size=(radius, height, 0.0) if self.cylinder else (radius, other, height),
             rgba=(*self.color, 1.0),
-            contype=OBSTACLE_BIT,
-            conaffinity=OBSTACLE_BIT,
+            contype=bits,
+            conaffinity=bits,
             friction=(0.3, 0.005, 0.0001),
         )
 

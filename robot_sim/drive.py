@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from localization.types import FloatArray, Twist, WheelSpeeds
+from localization.types import Twist, WheelSpeeds
+from robot_sim.arrays import FloatArray
 from robot_sim.p3at import P3AT
 
 _COUNTS_PER_TURN = 500 * 4 * 49.8
 """Encoder edges per wheel turn: 500 lines, four edges each, gear 49.8:1 (P3-AT manual)."""
+_LIMITS = (
+    "max_speed",
+    "max_turn",
+    "acceleration",
+    "braking",
+    "turn_acceleration",
+    "turn_braking",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +67,11 @@ class DriveConfig:
     """Standard deviation of each side's constant scale error, drawn once per seed."""
     encoder_noise: float = 0.002
     """Standard deviation of one reading [m/s]."""
-    slips: tuple[WheelSlip, ...] = field(default=())
+    slips: tuple[WheelSlip, ...] = ()
     """Injected faults."""
 
     def __post_init__(self) -> None:
-        for name in ("max_speed", "max_turn", "acceleration", "braking", "turn_acceleration",
-                     "turn_braking"):  # fmt: skip
+        for name in _LIMITS:
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be > 0, got {getattr(self, name)}")
 
@@ -136,7 +144,7 @@ class Encoders:
             dt: Length of the interval [s].
         """
         to_counts = _COUNTS_PER_TURN / (2.0 * math.pi)
-        counts = np.floor(angles * to_counts) - np.floor(self._angles * to_counts)
+        counts = np.rint(angles * to_counts) - np.rint(self._angles * to_counts)
         self._angles = np.array(angles, dtype=float)
         speeds = self._scale * counts * self._metres_per_count / dt
         for slip in self._config.slips:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from localization.types import FloatArray, Inertial
+from localization.types import Inertial
+from robot_sim.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

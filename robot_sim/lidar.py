@@ -9,10 +9,11 @@ from typing import Protocol
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
-from localization.types import FloatArray, IntArray, Pose, Scan
+from localization.types import IntArray, Pose, Scan
+from robot_sim.arrays import BoolArray, FloatArray
 from robot_sim.p3at import MOUNTS, ROBOT_GROUP
+
 
 @dataclass(frozen=True, slots=True)
 class ScannerConfig:
@@ -110,9 +111,7 @@ class MujocoRayCaster:
         distances[(distances < 0.0) | (distances > max_range)] = np.inf
         return distances
 
-    def _near(
-        self, origins: FloatArray, directions: FloatArray, max_range: float
-    ) -> npt.NDArray[np.bool_]:
+    def _near(self, origins: FloatArray, directions: FloatArray, max_range: float) -> BoolArray:
         """Return which geoms (G,) may come near the plane that fits the rays best."""
         centre = origins.mean(axis=0)
         normal = np.linalg.eigh(directions.T @ directions)[1][:, 0]
@@ -122,14 +121,15 @@ class MujocoRayCaster:
         axes = self._data.geom_xmat.reshape(-1, 3, 3)
         thickness = np.einsum("gi,gi->g", np.abs(np.einsum("gji,j->gi", axes, normal)), self._half)
         height = np.abs((self._data.geom_xpos - centre) @ normal)
-        return ~self._bounded | (height <= thickness + offset + slope * max_range)
+        near: BoolArray = height <= thickness + offset + slope * max_range
+        return near | ~self._bounded
 
 
 _SHOWN = 0
 _HIDDEN = 1
 
 
-def _half_extents(model: mujoco.MjModel) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+def _half_extents(model: mujoco.MjModel) -> tuple[FloatArray, BoolArray]:
     """Return half sizes of boxes around the geoms (G, 3) [m] in their frames, and which have one."""
     kind, size = model.geom_type, model.geom_size
     half = np.repeat(model.geom_rbound[:, None], 3, axis=1)

@@ -25,6 +25,8 @@ ROBOT_GROUP: Final = 3
 """Geom group of the robot, which its own lidars look through."""
 OBSTACLE_BIT: Final = 1
 """Collision bit of everything a robot can bump into, and of the robot's own hull."""
+HEADROOM: Final = 0.6
+"""The robot is lower than this [m]: what hangs above can be seen but not bumped into."""
 FLOOR_BIT: Final = 2
 """Collision bit of drivable surfaces: the hull lacks it, so that only the wheel pairs touch them."""
 

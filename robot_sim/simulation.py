@@ -9,7 +9,8 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from localization.types import FloatArray, Pose, Reading, Scan, Twist
+from localization.types import Pose, Reading, Scan, Twist
+from robot_sim.arrays import FloatArray
 from robot_sim.drive import Drive, DriveConfig, Encoders
 from robot_sim.errors import PhysicsError
 from robot_sim.inertial import InertialConfig, InertialUnit

@@ -91,10 +91,10 @@ def _build(plan: Mapping[str, Any], name: str) -> World:
         contype=FLOOR_BIT,
         conaffinity=FLOOR_BIT,
     )
-    for block in _blocks(plan, (x0, y0, x1, y1)):
-        block.add_to(spec)
-    add_robot(spec, surfaces=("floor",), robot=P3AT())
     try:
+        for block in _blocks(plan, (x0, y0, x1, y1)):
+            block.add_to(spec)
+        add_robot(spec, surfaces=("floor",), robot=P3AT())
         model = spec.compile()
     except ValueError as error:
         raise WorldError(f"world {name!r}: {' '.join(str(error).split())}") from None
@@ -169,7 +169,7 @@ def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose)
 def obstacles_touched(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[str, ...]:
     """Return the names of the obstacles that the robot's hull touches now, sorted."""
     pairs = np.asarray(data.contact.geom).reshape(-1, 2)
-    names = set()
+    names: set[str] = set()
     for pair in pairs:
         is_floor = model.geom_contype[pair] == FLOOR_BIT
         is_robot = model.geom_group[pair] == ROBOT_GROUP

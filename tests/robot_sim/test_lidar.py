@@ -1,0 +1,168 @@
+"""Scanners against geometry that can be worked out by hand."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from localization.geometry import interpolate_many, rotation_from_quaternion
+from localization.types import Pose, Scan, Twist
+from robot_sim.lidar import MujocoRayCaster, ScannerConfig, Track
+from robot_sim.p3at import MOUNTS
+from robot_sim.simulation import Simulation, SimulationConfig
+from robot_sim.worlds import World
+
+EXACT = (
+    ScannerConfig("laser_horizontal", sigma=0.0),
+    ScannerConfig("laser_vertical", sigma=0.0),
+)
+
+
+def room_ranges(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return distances from inside the test room to its six inner faces, by slabs."""
+    low, high = np.zeros(3), np.array([10.0, 8.0, 2.5])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        to_faces = np.where(directions > 0.0, high - origins, low - origins) / directions
+    to_faces[directions == 0.0] = np.inf
+    return np.asarray(to_faces.min(axis=1))
+
+
+def scans_of(simulation: Simulation, ticks: int) -> list[Scan]:
+    return [r for _ in range(ticks) for r in simulation.step() if isinstance(r, Scan)]
+
+
+def test_ray_caster_agrees_with_geometry_in_any_direction(room: World) -> None:
+    data = mujoco.MjData(room.model)
+    mujoco.mj_forward(room.model, data)
+    rng = np.random.default_rng(1)
+    origins = rng.uniform((1.0, 1.0, 0.5), (9.0, 7.0, 2.0), (500, 3))
+    directions = rng.standard_normal((500, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    ranges = MujocoRayCaster(room.model, data).cast(origins, directions, 30.0)
+    np.testing.assert_allclose(ranges, room_ranges(origins, directions), atol=1e-9)
+
+
+def test_hiding_geoms_changes_no_range_in_the_office(office: World) -> None:
+    data = mujoco.MjData(office.model)
+    mujoco.mj_forward(office.model, data)
+    caster = MujocoRayCaster(office.model, data)
+    groups = np.array([1, 1, 1, 0, 1, 1], dtype=np.uint8)
+    geom = np.zeros(1, dtype=np.int32)
+    angles = np.linspace(-2.3, 2.3, 300)
+    fan = np.stack([np.cos(angles), np.sin(angles), np.zeros(300)], axis=1)
+    for x, y, _ in (p.position for p in office.places.values()):
+        for mount in MOUNTS.values():
+            tilted = Pose.from_euler((x, y, 0.0), roll=0.01, pitch=-0.01, yaw=x) @ mount
+            origins = tilted.position + np.linspace(0.0, 0.05, 300)[:, None] * [1.0, 0.3, 0.0]
+            directions = fan @ tilted.rotation.T
+            plain = np.array([
+                mujoco.mj_ray(office.model, data, o, d, groups, True, -1, geom)
+                for o, d in zip(origins, directions, strict=True)
+            ])  # fmt: skip
+            plain[(plain < 0.0) | (plain > 20.0)] = np.inf
+            np.testing.assert_array_equal(caster.cast(origins, directions, 20.0), plain)
+
+
+@pytest.mark.parametrize(("forward", "turn"), [(0.0, 0.0), (0.7, 0.0), (0.0, 2.0), (0.3, -1.0)])
+def test_every_beam_is_cast_at_its_own_time(room: World, forward: float, turn: float) -> None:
+    simulation = Simulation(
+        room, config=SimulationConfig(scanners=EXACT), start=Pose.planar(3.0, 4.0, 0.3)
+    )
+    simulation.command(Twist.planar(forward, turn))
+    truths, scans = [simulation.truth()], []
+    for _ in range(130):
+        scans += [r for r in simulation.step() if isinstance(r, Scan)]
+        truths.append(simulation.truth())
+    stamps = np.array([t.stamp for t in truths])
+    positions = np.array([t.map_from_base.position for t in truths])
+    rotations = np.array([t.map_from_base.rotation for t in truths])
+    assert len(scans) == 52
+    # Late sweeps, at a steady speed: poses of the ticks may then be interpolated.
+    for scan in scans[-4:]:
+        mount = MOUNTS[scan.scanner]
+        at, turned = interpolate_many(scan.stamp + scan.offsets, stamps, positions, rotations)
+        rays = np.stack([np.cos(scan.angles), np.sin(scan.angles), 0.0 * scan.angles], axis=1)
+        directions = np.einsum("nij,nj->ni", turned, rays @ mount.rotation.T)
+        expected = room_ranges(at + turned @ mount.position, directions)
+        # Within a tick the path is an arc: its chord is off by v w dt^2 / 8 and less.
+        np.testing.assert_allclose(scan.ranges, expected, atol=2e-4)
+
+
+def test_sweep_has_one_stamp_and_a_time_for_each_beam(room: World) -> None:
+    scans = scans_of(Simulation(room, config=SimulationConfig(scanners=EXACT)), 10)
+    assert [(s.stamp, s.scanner) for s in scans] == [
+        (0, "laser_horizontal"),
+        (0, "laser_vertical"),
+        (100_000_000, "laser_horizontal"),
+        (100_000_000, "laser_vertical"),
+    ]
+    scan = scans[0]
+    assert len(scan.ranges) == 541
+    assert scan.angles[0] == pytest.approx(-math.radians(135.0))
+    assert scan.angles[-1] == pytest.approx(math.radians(135.0), abs=1e-5)
+    assert scan.offsets[-1] == pytest.approx(75_000_000, abs=100)
+
+
+def test_phase_shifts_the_sweeps(room: World) -> None:
+    late = ScannerConfig("laser_vertical", phase_ns=33_333_333)
+    scans = scans_of(Simulation(room, config=SimulationConfig(scanners=(late,))), 20)
+    assert [s.stamp for s in scans] == [33_333_333, 133_333_333, 233_333_333]
+
+
+def test_noise_is_gaussian_of_the_configured_size(room: World) -> None:
+    def ranges(sigma: float) -> np.ndarray:
+        scanner = ScannerConfig("laser_horizontal", sigma=sigma)
+        simulation = Simulation(room, config=SimulationConfig(scanners=(scanner,)))
+        return np.array([s.ranges for s in scans_of(simulation, 200)[5:]])
+
+    errors = (ranges(0.012) - ranges(0.0)).ravel()
+    assert abs(errors.mean()) < 0.001
+    assert errors.std() == pytest.approx(0.012, rel=0.03)
+    assert np.mean(np.abs(errors) < 0.012) == pytest.approx(0.683, abs=0.02)
+
+
+def test_what_lies_beyond_the_range_is_infinitely_far(field: World) -> None:
+    scans = scans_of(Simulation(field), 4)
+    horizontal, vertical = scans
+    assert np.isposinf(horizontal.ranges).all()
+    # The vertical scanner sees the floor at its sides and no ceiling.
+    assert np.isposinf(vertical.ranges[100:440]).all()
+    assert np.isfinite(vertical.ranges[[0, -1]]).all()
+
+
+def test_what_is_too_near_is_invalid(room: World) -> None:
+    scanner = ScannerConfig("laser_horizontal", range_min=5.0)
+    (scan,) = scans_of(Simulation(room, config=SimulationConfig(scanners=(scanner,))), 5)
+    assert np.isnan(scan.ranges[np.abs(scan.angles + math.pi / 2) < 0.1]).all()
+    assert np.isfinite(scan.ranges[np.abs(scan.angles) < 0.1]).all()
+
+
+def test_robot_does_not_see_itself(field: World) -> None:
+    data = mujoco.MjData(field.model)
+    mujoco.mj_forward(field.model, data)
+    caster = MujocoRayCaster(field.model, data)
+    ranges = caster.cast(np.array([[0.0, 0.0, 2.0]]), np.array([[0.0, 0.0, -1.0]]), 20.0)
+    np.testing.assert_allclose(ranges, [2.0])
+
+
+def test_scanner_without_a_mount_is_refused() -> None:
+    with pytest.raises(ValueError, match="laser_horizontal, laser_vertical"):
+        ScannerConfig("laser_sideways")
+    with pytest.raises(ValueError, match="period"):
+        ScannerConfig("laser_vertical", period_ns=0)
+
+
+def test_track_blends_neighbouring_poses() -> None:
+    poses = [Pose.planar(0.0, 0.0, 0.1), Pose.planar(0.002, 0.0, 0.104)]
+    track = Track(
+        np.array([0, 2_000_000]),
+        np.array([p.position for p in poses]),
+        np.array([p.quaternion_wxyz for p in poses]),
+    )
+    position, rotation = track.at(np.array([500_000]))
+    np.testing.assert_allclose(position, [[0.0005, 0.0, 0.0]])
+    expected = rotation_from_quaternion(Pose.planar(0.0, 0.0, 0.101).quaternion_wxyz)
+    np.testing.assert_allclose(rotation[0], expected, atol=1e-9)
