@@ -28,7 +28,7 @@ def main() -> int:
     print(f"{datetime.datetime.now():%Y-%m-%d}, {processor}, Python {platform.python_version()}")
     for name in chosen:
         module = importlib.import_module(f"benchmarks.{name}")
-        print(f"\n{name}: {module.__doc__.splitlines()[0]}")
+        print(f"\n{name}: {(module.__doc__ or '').partition(chr(10))[0]}")
         module.main()
     return 0
 
