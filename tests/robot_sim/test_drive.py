@@ -128,15 +128,16 @@ def test_blocked_wheels_do_not_catch_up_after_a_stop() -> None:
     simulation.command(Twist.planar(0.6, 0.0))
     for _ in range(300):
         simulation.step()
-    assert abs(simulation.truth().map_from_base.position[0]) < 0.01
+    assert simulation.truth().twist.linear[0] < 0.1
     simulation.command(Twist.planar(0.0, 0.0))
     for _ in range(60):
         simulation.step()
+    held = simulation.truth().map_from_base.position[0]
     # Six seconds of unmet command are 33 rad of wheel, 3.6 m of way.
     world.model.dof_frictionloss[wheels] = 0.0
     for _ in range(100):
         simulation.step()
-    assert abs(simulation.truth().map_from_base.position[0]) < 0.02
+    assert abs(simulation.truth().map_from_base.position[0] - held) < 0.02
     assert np.abs(simulation._wheel_rates).max() < 0.001
 
 
