@@ -12,7 +12,8 @@ from robot_sim.arrays import FloatArray
 from robot_sim.p3at import P3AT
 
 _COUNTS_PER_TURN = 500 * 4 * 49.8
-"""Encoder edges per wheel turn: 500 lines, four edges each, gear 49.8:1 (P3-AT manual)."""
+"""Encoder edges per wheel turn: 500 lines, four edges each, gear 49.8:1 (the manual, as
+quoted by others)."""
 _LIMITS = (
     "max_speed",
     "max_turn",
@@ -54,7 +55,7 @@ class DriveConfig:
     max_speed: float = 0.7
     """[m/s]. Webots ``Pioneer3at.proto``."""
     max_turn: float = math.radians(140.0)
-    """[rad/s]. Data sheet."""
+    """[rad/s]. Data sheet, as quoted by others."""
     acceleration: float = 0.5
     """[m/s^2]."""
     braking: float = 1.0

@@ -36,7 +36,8 @@ class P3AT:
     """Dimensions, masses and limits of the robot.
 
     Sources: [U] MobileRobots/amr-ros-config ``pioneer3at.urdf`` with its comments (parts as weighed),
-    [A] ARIA parameters ``p3at-sh.p``, [W] Webots ``Pioneer3at.proto``, [S] SICK LMS1xx data sheet.
+    [A] ARIA parameters ``p3at-sh.p``, [W] Webots ``Pioneer3at.proto``. [D] stands for
+    the makers' data sheets as quoted by others; these were not at hand.
     """
 
     wheel_radius: float = 0.111
@@ -50,19 +51,19 @@ class P3AT:
     wheel_mass: float = 1.4
     """[kg]. [U]"""
     chassis_mass: float = 14.2
-    """18.6 kg without batteries, less four wheels, and 1.2 kg of inner parts [kg]. [U]"""
+    """18.6 kg without batteries, less four wheels [U]; 1.2 kg more make the 27 kg it rolls with [kg]."""
     battery_mass: float = 7.2
     """Three of 2.4 kg [kg]. [U]"""
     plate_mass: float = 0.5
     """Top plate of 0.1 kg [U] and the mast that carries the scanners [kg]."""
     scanner_mass: float = 1.1
-    """One LMS1xx [kg]. [S]"""
+    """One SICK LMS1xx [kg]. [D]"""
     length: float = 0.508
     """[m]. [W]"""
     height: float = 0.277
     """Top of the chassis [m]. [W]"""
     swing_radius: float = 0.34
-    """Radius of the circle the robot turns in [m]. [A] data sheet."""
+    """Radius of the circle the robot turns in [m]. [D]"""
     wheel_torque: float = 12.0
     """Limit of one wheel [N m]; turning in place on tile asks for 3."""
     wheel_rate: float = 7.2
