@@ -1,6 +1,7 @@
 # `make` alone lists what there is. Everything lives in .venv; nothing else is touched.
 
-PYTHON ?= $(shell tools/find-python)
+# `make env PYTHON=...` makes .venv with that one; otherwise the first that fits is taken.
+PYTHON ?=
 BIN := .venv/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # pip before 25.3 reads the first for isolated builds as well, later ones the second.
@@ -44,8 +45,7 @@ clean: ## Remove .venv and everything that was generated
 
 # The stamps are renewed only when what they depend on has changed.
 .venv/.env: pyproject.toml constraints.txt
-	@test -n "$(PYTHON)"
-	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	@test -x $(BIN)/pip || { python=$$(tools/find-python $(PYTHON)) && $$python -m venv .venv; }
 	$(BIN)/pip install --quiet --editable '.[sim]'
 	@touch $@
 
