@@ -81,7 +81,7 @@ class EkfConfig:
 class SkidSteerEkf:
     """The filter; owns pose, biases and skid-steer parameters."""
 
-    def __init__(self, config: EkfConfig = EkfConfig()) -> None:  # noqa: B008  (frozen)
+    def __init__(self, config: EkfConfig = EkfConfig()) -> None:
         self.config = config
         self._filter = ExtendedKalmanFilter(dim_x=STATES, dim_z=6)
         self._filter.x = np.zeros(STATES)

@@ -40,7 +40,7 @@ class HealthConfig:
 class HealthMonitor:
     """Counts good and bad news about the estimate and says what state it is in."""
 
-    def __init__(self, config: HealthConfig = HealthConfig()) -> None:  # noqa: B008  (frozen)
+    def __init__(self, config: HealthConfig = HealthConfig()) -> None:
         self.config = config
         self.reset()
 

@@ -50,7 +50,7 @@ class KissConfig:
 class KissOdometry:
     """Follows the horizontal scanner from sweep to sweep, seeded by the wheels; x, y and yaw."""
 
-    def __init__(self, config: KissConfig = KissConfig()) -> None:  # noqa: B008  (frozen)
+    def __init__(self, config: KissConfig = KissConfig()) -> None:
         self.config = config
         self._map = VoxelHashMap(config.voxel, config.odometry_range, config.points_per_voxel)
         self._registration = _registration(config)
@@ -114,7 +114,7 @@ class KissOdometry:
 class KissOpinion:
     """Registers sweeps against the global cloud by point-to-point ICP, independent of our own matcher."""
 
-    def __init__(self, cloud: Cloud, config: KissConfig = KissConfig()) -> None:  # noqa: B008
+    def __init__(self, cloud: Cloud, config: KissConfig = KissConfig()) -> None:
         self.config = config
         # No distance can cull this map; `update` is never called on it.
         self._map = VoxelHashMap(config.voxel, 1e9, config.points_per_voxel)

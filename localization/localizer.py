@@ -86,7 +86,7 @@ class Localizer:
         self,
         world: PreparedMap,
         mounts: Mounts,
-        config: LocalizerConfig = LocalizerConfig(),  # noqa: B008  (frozen)
+        config: LocalizerConfig = LocalizerConfig(),
         *,
         stage: Stage = lambda _: nullcontext(),
     ) -> None:

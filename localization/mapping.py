@@ -41,7 +41,7 @@ class CloudBuilder:
             install.
     """
 
-    def __init__(self, config: MappingConfig = MappingConfig()) -> None:  # noqa: B008  (frozen)
+    def __init__(self, config: MappingConfig = MappingConfig()) -> None:
         self.config = config
         self._open3d = _import_open3d()
         self._points: list[FloatArray] = []

@@ -82,7 +82,7 @@ def register(
     world: PreparedMap,
     prior: Pose,
     covariance: FloatArray,
-    config: RegistrationConfig = RegistrationConfig(),  # noqa: B008  (frozen)
+    config: RegistrationConfig = RegistrationConfig(),
 ) -> Match:
     """Find the pose that best reconciles prediction and sweep.
 

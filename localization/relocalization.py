@@ -114,7 +114,7 @@ def search(
     plan: FloorPlan,
     window: Window,
     level: Pose,
-    config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
+    config: SearchConfig = SearchConfig(),
 ) -> Generator[None, None, tuple[Candidate, ...]]:
     """Search a window; yields after each budget's worth of work and returns the places found.
 
@@ -168,7 +168,7 @@ def search(
 def window_of(
     pose: Pose,
     covariance: FloatArray,
-    config: SearchConfig = SearchConfig(),  # noqa: B008
+    config: SearchConfig = SearchConfig(),
 ) -> Window:
     """Return the three-sigma window around a pose; all-zero covariance means the default sigma.
 
@@ -191,7 +191,7 @@ def window_of(
     )
 
 
-def same_place(a: Pose, b: Pose, config: SearchConfig = SearchConfig()) -> bool:  # noqa: B008
+def same_place(a: Pose, b: Pose, config: SearchConfig = SearchConfig()) -> bool:
     """Return whether two poses are one place within the search's resolution."""
     near = float(np.hypot(*(a.position - b.position)[:2])) < config.same_place
     return near and abs(wrap_angle(a.yaw - b.yaw)) < config.same_yaw

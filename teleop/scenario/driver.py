@@ -35,7 +35,7 @@ class TourDriver:
     def __init__(
         self,
         waypoints: Sequence[tuple[float, float]],
-        config: DriverConfig = DriverConfig(),  # noqa: B008  (frozen)
+        config: DriverConfig = DriverConfig(),
     ) -> None:
         """Take the way-points (x, y) in ``map`` [m]; at least two.
 

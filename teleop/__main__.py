@@ -1,0 +1,258 @@
+"""The ``farsteer`` command."""
+
+from __future__ import annotations
+
+import os
+
+# One thread per process keeps sums in one order, and so the bits; numpy reads this when imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import tyro
+
+_EXAMPLES = """\
+A skid-steer robot that knows where it is: simulation, localisation, teleoperation.
+
+examples:
+  farsteer sim                              drive the office tour, report to runs/<time>/
+  farsteer sim --seed 3 --slip 60 90        other noise; the wheels spin at 60 and at 90 s
+  farsteer sim --duration 20 --out runs/x   only the first 20 s, into a folder of your choice
+  farsteer evaluate runs/x                  print the report again, from the files
+  farsteer localize runs/x/readings.mcap --map scenes/office/cloud.ply --out replayed
+                                            the same estimates from the log alone
+  farsteer map office                       drive the survey and build the scene's cloud anew
+
+exit status: 0 all limits met, 1 a limit missed, 2 bad input, 130 interrupted
+"""
+
+
+@dataclass(frozen=True)
+class Sim:
+    """Drive a scene's tour and report how well the robot knew where it was.
+
+    The operator is a script that steers by the estimate. It first gives a hint that is wrong by a metre
+    and 20 degrees. Everything ends up in a folder: readings.mcap, truth.tum, estimate.tum, trace.csv,
+    config.json, summary.json and run.png.
+    """
+
+    scene: str = "office"
+    """Which place to drive in."""
+    seed: int = 0
+    """Of all noise; the same seed gives the same bits."""
+    pose_error: float = 1.0
+    """How far the hint is from the truth [m]."""
+    heading_error: float = 20.0
+    """How far it is turned from it [degrees]."""
+    slip: Annotated[tuple[float, ...], tyro.conf.arg(metavar="S ...")] = ()
+    """Times at which the wheels spin at twice their speed for a second [s]."""
+    duration: float | None = None
+    """Stop after so many seconds of robot time."""
+    out: Path | None = None
+    """Folder for the files; runs/<time> unless given."""
+    picture: bool = True
+    """Whether to draw run.png."""
+
+    def __call__(self) -> int:
+        """Run it."""
+        from robot_sim import load_world
+        from teleop.scenario.mission import Mission
+        from teleop.scenario.run import cloud_of, run
+
+        mission = Mission(
+            scene=self.scene,
+            seed=self.seed,
+            pose_error=self.pose_error,
+            heading_error=self.heading_error,
+            slip=self.slip,
+            duration=self.duration,
+        )
+        folder = _folder(self.out)
+        world = load_world(self.scene)
+        cloud = cloud_of(self.scene)
+        bar = _Progress()
+        summary, record = run(mission, world, cloud, folder, cache=_cache(), progress=bar)
+        if self.picture and record.snapshots:
+            from teleop.scenario.picture import draw
+
+            bar(1.0, "drawing")
+            title = f"farsteer sim --scene {self.scene} --seed {self.seed}: {record.ending}"
+            draw(record, cloud, folder / "run.png", title=title)
+        bar.end()
+        _say(_table(summary), f"\nfiles in {folder}/")
+        return 130 if record.ending == "interrupted" else int(not summary.passed)
+
+
+@dataclass(frozen=True)
+class Evaluate:
+    """Print a run's report again, computed from its files."""
+
+    run: Annotated[Path, tyro.conf.Positional]
+    """Folder of a run, such as runs/2026-01-31T12-00-00."""
+
+    def __call__(self) -> int:
+        """Run it."""
+        from teleop.scenario.report import read_summary
+
+        summary = read_summary(self.run)
+        _say(_table(summary))
+        return int(not summary.passed)
+
+
+@dataclass(frozen=True)
+class Localize:
+    """Localise a log of readings in a map; of a run's own log it reproduces the estimate bit for bit.
+
+    Writes estimate.tum and trace.csv. The log must hold scans, wheel speeds (joint states), inertial
+    readings and a hint (/initialpose); where the scanners sit is read from /tf_static.
+    """
+
+    log: Annotated[Path, tyro.conf.Positional]
+    """Log of readings, MCAP with ROS messages."""
+    map: Path
+    """Cloud to localise in, PLY with normals."""
+    out: Path | None = None
+    """Folder for the estimate; runs/<time> unless given."""
+
+    def __call__(self) -> int:
+        """Run it."""
+        from localization.replay import localize
+        from localization.trace import TraceRow, write_trace
+        from localization.trajectory import Trajectory, write_tum
+
+        bar = _Progress()
+        bar(0.0, "localising")
+        done = localize(self.log, self.map, cache=_cache(), progress=bar)
+        bar.end()
+        folder = _folder(self.out)
+        folder.mkdir(parents=True, exist_ok=True)
+        known = Trajectory.from_estimates(done.estimates)
+        write_tum(folder / "estimate.tum", known)
+        write_trace(folder / "trace.csv", [TraceRow.of(e) for e in done.estimates])
+        _say(*done.notes, *(f"hint {v.verdict.value}: {v.reason}" for v in done.verdicts))
+        _say(f"{len(known)} poses in {folder}/estimate.tum")
+        return int(not len(known))
+
+
+@dataclass(frozen=True)
+class Map:
+    """Build a scene's cloud by a survey drive that sees the place only through the lidars.
+
+    The sweeps are placed where the simulator says the robot is: a survey with known poses, not SLAM.
+    """
+
+    scene: Annotated[str, tyro.conf.Positional] = "office"
+    """Which scene to map."""
+    seed: int = 0
+    """Of the sensor noise."""
+    out: Path | None = None
+    """File to write; the scene's own cloud.ply unless given."""
+
+    def __call__(self) -> int:
+        """Run it."""
+        from localization.cloud import save_cloud
+        from robot_sim import load_world
+        from teleop.scenario.run import cloud_path
+        from teleop.scenario.survey import survey
+
+        world = load_world(self.scene)
+        bar = _Progress()
+        cloud = survey(world, seed=self.seed, progress=bar)
+        bar.end()
+        path = self.out or cloud_path(self.scene)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        saved = save_cloud(cloud, path)
+        _say(f"{len(saved.points)} points, {path.stat().st_size / 1e6:.2f} MB in {path}")
+        _say(f"sha256 {saved.sha256}")
+        return 0
+
+
+Command: TypeAlias = (
+    Annotated[Sim, tyro.conf.subcommand("sim")]
+    | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
+    | Annotated[Localize, tyro.conf.subcommand("localize")]
+    | Annotated[Map, tyro.conf.subcommand("map")]
+)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Parse the command line, run it and return the exit status."""
+    command: Callable[[], int] = tyro.cli(
+        Command,  # type: ignore[arg-type]
+        prog="farsteer",
+        description=_EXAMPLES,
+        args=arguments,
+    )
+    try:
+        return command()
+    except KeyboardInterrupt:
+        sys.stderr.write("\nfarsteer: interrupted\n")
+        return 130
+    except BrokenPipeError:
+        return 0
+    except _known_errors() as error:
+        sys.stderr.write(f"\nfarsteer: {error}\n")
+        return 2
+
+
+def _known_errors() -> tuple[type[Exception], ...]:
+    """What the user can put right; anything else is a defect and deserves its traceback."""
+    return (ValueError, OSError, ImportError, *_simulation_errors())
+
+
+def _simulation_errors() -> tuple[type[Exception], ...]:
+    module = sys.modules.get("robot_sim.errors")
+    return (module.SimulationError,) if module is not None else ()
+
+
+def _table(summary: object) -> str:
+    from teleop.scenario.report import Summary, table
+
+    assert isinstance(summary, Summary)
+    return table(summary)
+
+
+def _folder(out: Path | None) -> Path:
+    from teleop.pacing import wall_clock_name
+
+    return out if out is not None else Path("runs") / wall_clock_name()
+
+
+def _cache() -> Path:
+    from localization.prepared import default_cache
+
+    return default_cache()
+
+
+def _say(*lines: str) -> None:
+    sys.stdout.write("".join(f"{line}\n" for line in lines))
+    sys.stdout.flush()
+
+
+@dataclass
+class _Progress:
+    """One line that is overwritten on a terminal, and a line for each tenth elsewhere."""
+
+    _tenth: int = field(default=-1)
+
+    def __call__(self, share: float, text: str) -> None:
+        line = f"{share:4.0%}  {text}"
+        if sys.stderr.isatty():
+            sys.stderr.write(f"\r{line:<70}")
+        elif int(share * 10) > self._tenth:
+            self._tenth = int(share * 10)
+            sys.stderr.write(line + "\n")
+        sys.stderr.flush()
+
+    def end(self) -> None:
+        """Clear the line."""
+        if sys.stderr.isatty():
+            sys.stderr.write(f"\r{'':<70}\r")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
