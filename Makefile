@@ -19,7 +19,7 @@ env: .venv/.env ## Make .venv with what running needs, in pinned versions
 sim: .venv/.env ## Drive the robot in simulation (ARGS="--help" says what else)
 	@$(BIN)/farsteer sim $(ARGS)
 
-map: .venv/.env ## Build the office's map from a simulated drive (ARGS="...")
+map: .venv/.map ## Build the office's map from a simulated drive (ARGS="...")
 	@$(BIN)/farsteer map office $(ARGS)
 
 test: .venv/.dev ## Run all tests (ARGS="-m 'not slow'" for the quick ones)
@@ -49,6 +49,10 @@ clean: ## Remove .venv and everything that was generated
 	$(BIN)/pip install --quiet --editable '.[sim]'
 	@touch $@
 
+.venv/.map: .venv/.env
+	$(BIN)/pip install --quiet --editable '.[sim,map]'
+	@touch $@
+
 .venv/.dev: .venv/.env
-	$(BIN)/pip install --quiet --editable '.[sim,dev]'
+	$(BIN)/pip install --quiet --editable '.[sim,map,dev]'
 	@touch $@
