@@ -7,7 +7,6 @@ as comments; any point-cloud tool opens it. Its identity is the SHA-256 of its b
 from __future__ import annotations
 
 import hashlib
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -70,7 +69,8 @@ def load_cloud(path: str | Path) -> Cloud:
     if not raw.startswith(b"ply"):
         raise CloudError(f"{path} is not a PLY file (it does not start with 'ply')")
     try:
-        ply = PlyData.read(io.BytesIO(raw))
+        # From the file, not from `raw`: plyfile maps files, but reads streams number by number.
+        ply = PlyData.read(str(path))
         vertex = ply["vertex"]
     except (PlyParseError, KeyError, ValueError, EOFError, UnicodeDecodeError) as error:
         raise CloudError(f"cloud {path} is damaged: {error}") from None

@@ -6,6 +6,8 @@ are axis times angle [rad]. Functions named ``*_many`` take a stack along the fi
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -17,20 +19,26 @@ _SMALL_ANGLE = 1e-8
 
 def hat(v: npt.ArrayLike) -> FloatArray:
     """Return the skew matrix ``[v]x``, shape (3, 3), such that ``hat(v) @ u == cross(v, u)``."""
-    x, y, z = np.asarray(v, dtype=float)
+    x, y, z = np.asarray(v, dtype=float).tolist()
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def so3_exp(rotation_vector: npt.ArrayLike) -> FloatArray:
     """Return the rotation matrix (3, 3) of a rotation vector (3,) [rad] (Rodrigues)."""
-    w = np.asarray(rotation_vector, dtype=float)
-    angle = float(np.sqrt(w @ w))
-    k = hat(w)
+    x, y, z = np.asarray(rotation_vector, dtype=float).tolist()
+    square = x * x + y * y + z * z
+    angle = math.sqrt(square)
     if angle < _SMALL_ANGLE:
-        return np.eye(3) + k + 0.5 * (k @ k)
-    a, b = np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2
-    rotation: FloatArray = np.eye(3) + a * k + b * (k @ k)
-    return rotation
+        a, b = 1.0, 0.5
+    else:
+        a, b = math.sin(angle) / angle, (1.0 - math.cos(angle)) / square
+    return np.array(
+        [
+            [1.0 - b * (y * y + z * z), b * x * y - a * z, b * x * z + a * y],
+            [b * x * y + a * z, 1.0 - b * (x * x + z * z), b * y * z - a * x],
+            [b * x * z - a * y, b * y * z + a * x, 1.0 - b * (x * x + y * y)],
+        ]
+    )
 
 
 def so3_exp_many(rotation_vectors: FloatArray) -> FloatArray:
@@ -66,27 +74,23 @@ def quaternion_from_rotation(rotation: FloatArray) -> FloatArray:
     The largest of the four components is computed first (Shepperd 1978), which keeps full accuracy
     at every angle.
     """
-    r = np.asarray(rotation, dtype=float)
-    trace = r[0, 0] + r[1, 1] + r[2, 2]
-    choices = np.array([trace, r[0, 0], r[1, 1], r[2, 2]])
-    case = int(np.argmax(choices))
-    if case == 0:
-        q = np.array([1.0 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+    (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation, dtype=float).tolist()
+    trace = a + e + i
+    if trace >= max(a, e, i):
+        q = (1.0 + trace, h - f, c - g, d - b)
+    elif a >= max(e, i):
+        q = (h - f, 1.0 + a - e - i, b + d, c + g)
+    elif e >= i:
+        q = (c - g, b + d, 1.0 + e - i - a, f + h)
     else:
-        i = case - 1
-        j, k = (i + 1) % 3, (i + 2) % 3
-        q = np.empty(4)
-        q[0] = r[k, j] - r[j, k]
-        q[1 + i] = 1.0 + r[i, i] - r[j, j] - r[k, k]
-        q[1 + j] = r[j, i] + r[i, j]
-        q[1 + k] = r[k, i] + r[i, k]
-    unit: FloatArray = q / np.sqrt(q @ q)
-    return unit if unit[0] >= 0.0 else -unit
+        q = (d - b, c + g, f + h, 1.0 + i - a - e)
+    norm = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    return np.array(q) / (norm if q[0] >= 0.0 else -norm)
 
 
 def rotation_from_quaternion(quaternion_wxyz: npt.ArrayLike) -> FloatArray:
     """Return the rotation matrix (3, 3) of a unit quaternion (4,) ``wxyz``."""
-    w, x, y, z = np.asarray(quaternion_wxyz, dtype=float)
+    w, x, y, z = np.asarray(quaternion_wxyz, dtype=float).tolist()
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -145,7 +149,7 @@ def interpolate_many(
     spans = (knot_times[1:] - knot_times[:-1]).astype(float)
     f = np.clip((times - knot_times[k]) / spans[k], 0.0, 1.0)
     positions = knot_positions[k] + f[:, None] * (knot_positions[k + 1] - knot_positions[k])
-    steps = np.zeros((len(spans), 3))
-    for i in np.unique(k):
-        steps[i] = so3_log(knot_rotations[i].T @ knot_rotations[i + 1])
+    steps = np.array(
+        [so3_log(a.T @ b) for a, b in zip(knot_rotations[:-1], knot_rotations[1:], strict=True)]
+    )
     return positions, knot_rotations[k] @ so3_exp_many(f[:, None] * steps[k])

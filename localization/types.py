@@ -7,6 +7,7 @@ are metres, angles radians. ``map_from_base`` maps coordinates in ``base_link`` 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -42,7 +43,7 @@ def _read_only(value: npt.ArrayLike, shape: tuple[int, ...] | None, name: str) -
 
 
 def _finite(array: FloatArray, name: str) -> None:
-    if not np.isfinite(array).all():
+    if not all(map(math.isfinite, array.ravel().tolist())):
         raise InvalidReadingError(f"{name} must be finite, got {array.tolist()}")
 
 
