@@ -7,6 +7,7 @@ are axis times angle [rad]. Functions named ``*_many`` take a stack along the fi
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -149,7 +150,5 @@ def interpolate_many(
     spans = (knot_times[1:] - knot_times[:-1]).astype(float)
     f = np.clip((times - knot_times[k]) / spans[k], 0.0, 1.0)
     positions = knot_positions[k] + f[:, None] * (knot_positions[k + 1] - knot_positions[k])
-    steps = np.array(
-        [so3_log(a.T @ b) for a, b in zip(knot_rotations[:-1], knot_rotations[1:], strict=True)]
-    )
+    steps = np.array([so3_log(a.T @ b) for a, b in pairwise(knot_rotations)])
     return positions, knot_rotations[k] @ so3_exp_many(f[:, None] * steps[k])

@@ -182,7 +182,7 @@ Command: TypeAlias = (
 def main(arguments: list[str] | None = None) -> int:
     """Parse the command line, run it and return the exit status."""
     command: Callable[[], int] = tyro.cli(
-        Command,  # type: ignore[arg-type]
+        Command,
         prog="farsteer",
         description=_EXAMPLES,
         args=arguments,

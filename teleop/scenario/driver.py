@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -82,7 +83,7 @@ class TourDriver:
 
 def _densify(corners: FloatArray, spacing: float) -> FloatArray:
     parts = []
-    for a, b in zip(corners[:-1], corners[1:], strict=True):
+    for a, b in pairwise(corners):
         n = max(1, round(float(np.hypot(*(b - a))) / spacing))
         parts.append(a + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * (b - a))
     return np.concatenate([*parts, corners[-1:]])

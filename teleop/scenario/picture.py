@@ -32,21 +32,18 @@ def draw(record: RunRecord, cloud: Cloud, path: Path, *, title: str) -> None:
     """Draw a run and save it as PNG."""
     matplotlib.rcParams["font.size"] = 9
     figure = Figure(figsize=(15, 7.2), layout="constrained")
-    plan, *traces = (figure.add_subplot(place) for place in _layout(figure))
+    grid = figure.add_gridspec(4, 2, width_ratios=(1.9, 1.0), height_ratios=(3, 3, 2, 0.5))
+    plan = figure.add_subplot(grid[:, 0])
+    traces = [figure.add_subplot(grid[row, 1]) for row in range(4)]
     figure.suptitle(title, fontsize=11)
     _draw_plan(plan, figure, record, cloud)
     _draw_errors(traces, record)
     figure.savefig(path, dpi=110)
 
 
-def _layout(figure: Figure):  # type: ignore[no-untyped-def]
-    grid = figure.add_gridspec(4, 2, width_ratios=(1.75, 1.0), height_ratios=(3, 3, 2, 0.5))
-    return (grid[:, 0], grid[0, 1], grid[1, 1], grid[2, 1], grid[3, 1])
-
-
 def _draw_plan(axes: Axes, figure: Figure, record: RunRecord, cloud: Cloud) -> None:
     walls = cloud.points[(cloud.points[:, 2] > 0.2) & (cloud.points[:, 2] < 2.0)]
-    axes.scatter(walls[::2, 0], walls[::2, 1], s=0.3, c="#b0b0b0", linewidths=0, label="map")
+    axes.scatter(walls[:, 0], walls[:, 1], s=1.2, c="#9a9a9a", linewidths=0, label="map")
     true = np.array([s.truth.map_from_base.position for s in record.snapshots]).reshape(-1, 3)
     axes.plot(true[:, 0], true[:, 1], color="#000000", lw=2.2, label="true path")
     known = [s for s in record.snapshots if s.estimate.map_from_base is not None]
@@ -68,7 +65,7 @@ def _draw_plan(axes: Axes, figure: Figure, record: RunRecord, cloud: Cloud) -> N
     axes.set_aspect("equal")
     axes.set_xlabel("x in map [m]")
     axes.set_ylabel("y in map [m]")
-    axes.legend(loc="upper right", fontsize=8, framealpha=0.9)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, markerscale=3)
 
 
 def _draw_sweep(axes: Axes, figure: Figure, known: list[Snapshot]) -> None:
@@ -84,7 +81,14 @@ def _draw_sweep(axes: Axes, figure: Figure, known: list[Snapshot]) -> None:
             points[low, 0], points[low, 1], s=7, c=far, cmap="viridis", vmin=0, vmax=100, zorder=3,
             label="local cloud",
         )  # fmt: skip
-        figure.colorbar(dots, ax=axes, label="distance to the map [mm]", shrink=0.6)
+        figure.colorbar(
+            dots,
+            ax=axes,
+            label="distance to the map [mm]",
+            location="bottom",
+            shrink=0.5,
+            aspect=40,
+        )
         x, y = estimate.map_from_base.position[:2]
         yaw = estimate.map_from_base.yaw
         axes.plot(x, y, marker=(3, 0, np.rad2deg(yaw) - 90), ms=13, color="#0072b2", zorder=4)
@@ -106,6 +110,8 @@ def _draw_errors(axes: list[Axes], record: RunRecord) -> None:
     heading.plot(time, np.rad2deg(rows[:, 4]), color="#999999", lw=0.7)
     heading.plot(time, -np.rad2deg(rows[:, 4]), color="#999999", lw=0.7)
     heading.set_ylabel("heading [deg]")
+    widest = np.rad2deg(np.percentile(rows[:, 4], 99)) if len(rows) else 1.0
+    heading.set_ylim(-1.5 * widest, 1.5 * widest)
     matched = [
         (s.stamp / SECOND, s.estimate.match.fit) for s in record.snapshots if s.estimate.match
     ]
