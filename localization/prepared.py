@@ -5,6 +5,7 @@ Both are derived from the cloud alone, cached under its hash, and never shipped.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tempfile
 import zipfile
@@ -170,7 +171,8 @@ def _nearest_in_block(
 
 def _load(file: Path) -> NearestGrid | None:
     try:
-        with np.load(file, allow_pickle=False) as data:
+        # Opened here because numpy leaves a damaged file open.
+        with file.open("rb") as raw, np.load(raw, allow_pickle=False) as data:
             return NearestGrid(
                 data["origin"], float(data["cell"]), data["directory"], data["blocks"]
             )
@@ -180,9 +182,11 @@ def _load(file: Path) -> NearestGrid | None:
 
 def _store(grid: NearestGrid, file: Path) -> None:
     """Write atomically; a cache that cannot be written is done without."""
+    part: Path | None = None
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".npz", delete=False) as out:
+            part = Path(out.name)
             np.savez(
                 out,
                 origin=grid.origin,
@@ -190,6 +194,8 @@ def _store(grid: NearestGrid, file: Path) -> None:
                 directory=grid.directory,
                 blocks=grid.blocks,
             )
-        Path(out.name).replace(file)
+        part.replace(file)
     except OSError:
-        return
+        if part is not None:
+            with contextlib.suppress(OSError):
+                part.unlink()
