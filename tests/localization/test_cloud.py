@@ -1,0 +1,196 @@
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+from plyfile import PlyData, PlyElement
+
+from localization.cloud import Cloud, CloudError, load_cloud, save_cloud
+from tests.support_rooms import HALL
+
+
+def some(n: int = 12) -> Cloud:
+    rng = np.random.default_rng(n)
+    normals = rng.standard_normal((n, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return Cloud(rng.uniform(-9.0, 9.0, (n, 3)), normals, name="a place", frame="map")
+
+
+def write(path: Path, *columns: str, fill: float = 1.0, n: int = 5) -> Path:
+    table = np.full(n, fill, dtype=[(c, "<f4") for c in columns])
+    PlyData([PlyElement.describe(table, "vertex")], byte_order="<").write(str(path))
+    return path
+
+
+def refusal(path: Path) -> str:
+    """The one line that a cloud is refused with; it names the file."""
+    with pytest.raises(CloudError) as caught:
+        load_cloud(path)
+    line = str(caught.value)
+    assert "\n" not in line
+    assert str(path) in line
+    return line
+
+
+@given(n=st.integers(1, 50))
+@settings(max_examples=15)
+def test_cloud_comes_back_from_its_file_as_it_was(
+    n: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    cloud = some(n)
+    again = save_cloud(cloud, tmp_path_factory.mktemp("clouds") / "place.ply")
+    assert (again.points == cloud.points.astype(np.float32)).all()
+    assert again.normals == pytest.approx(cloud.normals, abs=1e-6)
+    assert np.linalg.norm(again.normals, axis=1) == pytest.approx(np.ones(n), abs=1e-15)
+    assert (again.name, again.frame) == ("a place", "map")
+
+
+def test_cloud_that_was_loaded_saves_to_the_same_bytes(tmp_path: Path) -> None:
+    first = save_cloud(HALL.cloud(0.5), tmp_path / "first.ply")
+    second = save_cloud(first, tmp_path / "second.ply")
+    assert (tmp_path / "first.ply").read_bytes() == (tmp_path / "second.ply").read_bytes()
+    assert first.sha256 == second.sha256
+
+
+def test_identity_is_the_hash_of_the_bytes(tmp_path: Path) -> None:
+    path = tmp_path / "place.ply"
+    cloud = save_cloud(some(), path)
+    assert cloud.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
+    raw = path.read_bytes()
+    first = raw.index(b"end_header\n") + len(b"end_header\n")
+    path.write_bytes(raw[:first] + bytes([raw[first] ^ 1]) + raw[first + 1 :])
+    assert load_cloud(path).sha256 != cloud.sha256
+    assert some().sha256 == ""
+
+
+def test_file_is_a_plain_binary_ply(tmp_path: Path) -> None:
+    save_cloud(some(7), tmp_path / "place.ply")
+    header = (tmp_path / "place.ply").read_bytes().split(b"end_header\n")
+    assert header[0].startswith(b"ply\nformat binary_little_endian 1.0\n")
+    assert len(header[1]) == 7 * 6 * 4
+
+
+def test_name_defaults_to_the_files(tmp_path: Path) -> None:
+    table = np.zeros(1, dtype=[(c, "<f4") for c in ("x", "y", "z", "nx", "ny", "nz")])
+    table["nz"] = 1.0
+    PlyData([PlyElement.describe(table, "vertex")], byte_order="<").write(
+        str(tmp_path / "yard.ply")
+    )
+    cloud = load_cloud(tmp_path / "yard.ply")
+    assert (cloud.name, cloud.frame) == ("yard", "map")
+
+
+def test_columns_may_come_in_any_order_and_precision(tmp_path: Path) -> None:
+    table = np.zeros(2, dtype=[(c, "<f8") for c in ("nz", "intensity", "ny", "nx", "z", "y", "x")])
+    table["nz"], table["x"] = 1.0, [1.0, 2.0]
+    PlyData([PlyElement.describe(table, "vertex")], text=True).write(str(tmp_path / "text.ply"))
+    assert load_cloud(tmp_path / "text.ply").points.tolist() == [[1, 0, 0], [2, 0, 0]]
+
+
+def test_missing_file_is_named(tmp_path: Path) -> None:
+    assert "No such file" in refusal(tmp_path / "nowhere.ply")
+
+
+def test_folder_is_no_cloud(tmp_path: Path) -> None:
+    assert "directory" in refusal(tmp_path)
+
+
+def test_foreign_file_is_told_from_a_ply(tmp_path: Path) -> None:
+    path = tmp_path / "place.pcd"
+    path.write_text("# .PCD v0.7\nFIELDS x y z\n")
+    assert "not a PLY file" in refusal(path)
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.05, 0.3, 0.6, 0.99])
+def test_truncated_file_is_damaged(tmp_path: Path, kept: float) -> None:
+    path = tmp_path / "place.ply"
+    save_cloud(some(100), path)
+    raw = path.read_bytes()
+    path.write_bytes(raw[: max(4, int(kept * len(raw)))])
+    assert "damaged" in refusal(path)
+
+
+@given(at=st.integers(4, 330), byte=st.integers(0, 255))
+@settings(max_examples=150)
+def test_damaged_header_is_refused_in_one_line_or_does_not_matter(
+    at: int, byte: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "damaged.ply"
+    save_cloud(some(3), path)
+    raw = bytearray(path.read_bytes())
+    raw[min(at, len(raw) - 1)] = byte
+    path.write_bytes(bytes(raw))
+    try:
+        load_cloud(path)
+    except CloudError as error:
+        assert str(path) in str(error)
+
+
+def test_cloud_without_vertices_is_damaged(tmp_path: Path) -> None:
+    table = np.zeros(1, dtype=[("x", "<f4")])
+    PlyData([PlyElement.describe(table, "corner")]).write(str(tmp_path / "odd.ply"))
+    assert "damaged" in refusal(tmp_path / "odd.ply")
+
+
+def test_cloud_without_normals_names_what_it_lacks_and_what_makes_them(tmp_path: Path) -> None:
+    line = refusal(write(tmp_path / "bare.ply", "x", "y", "z"))
+    assert "lacks the vertex properties nx ny nz" in line
+    assert "farsteer map" in line
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+@pytest.mark.parametrize("column", ["x", "nz"])
+def test_points_that_are_not_finite_are_counted(tmp_path: Path, bad: float, column: str) -> None:
+    path = tmp_path / "place.ply"
+    save_cloud(some(9), path)
+    ply = PlyData.read(str(path))
+    table = np.array(ply["vertex"].data)
+    table[column][:2] = bad
+    PlyData([PlyElement.describe(table, "vertex")], byte_order="<").write(str(path))
+    assert "2 points that are not finite" in refusal(path)
+
+
+@pytest.mark.parametrize("length", [0.0, 0.5, 2.0])
+def test_normals_of_another_length_are_refused(tmp_path: Path, length: float) -> None:
+    path = write(tmp_path / "place.ply", "x", "y", "z", "nx", "ny", "nz", fill=length)
+    assert "unit length" in refusal(path)
+
+
+def test_cloud_in_millimetres_is_suspected(tmp_path: Path) -> None:
+    cloud = Cloud(1000.0 * some(50).points, some(50).normals, name="big")
+    with pytest.raises(CloudError, match="must be metres .is it in millimetres"):
+        save_cloud(cloud, tmp_path / "big.ply")
+
+
+def test_empty_cloud_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path / "empty.ply", "x", "y", "z", "nx", "ny", "nz", n=0)
+    assert "is empty" in refusal(path)
+
+
+@pytest.mark.parametrize(
+    ("points", "normals", "why"),
+    [
+        (np.zeros((3, 2)), np.zeros((3, 3)), "points must have shape"),
+        (np.zeros((3, 3)), np.zeros(3), "normals must have shape"),
+        (np.zeros((3, 3)), np.zeros((2, 3)), "3 points but 2 normals"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(
+    points: np.ndarray, normals: np.ndarray, why: str
+) -> None:
+    with pytest.raises(CloudError, match=why):
+        Cloud(points, normals, name="odd")
+
+
+def test_cloud_cannot_be_changed() -> None:
+    cloud = some()
+    with pytest.raises(ValueError, match="read-only"):
+        cloud.points[0] = 0.0
+
+
+def test_bounds_are_the_extreme_coordinates() -> None:
+    low, high = HALL.cloud(0.5).bounds
+    assert (low.tolist(), high.tolist()) == ([0.0, 0.0, 0.0], [8.0, 6.0, 2.5])
