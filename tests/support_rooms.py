@@ -116,8 +116,8 @@ class Place:
             start = np.tile(mount.position, (len(beams), 1))
             far = self.cast(pose.apply(start), directions @ pose.rotation.T)
             seen = far < _RANGE_MAX
-            far = far + noise * rng.standard_normal(len(far))
-            points.append((start + far[:, None] * directions)[seen])
+            far = (far + noise * rng.standard_normal(len(far)))[seen]
+            points.append(start[seen] + far[:, None] * directions[seen])
             origins.append(start[seen])
             horizontal.append(np.full(int(seen.sum()), name == "laser_horizontal"))
         return Sweep(stamp, *(np.concatenate(part) for part in (points, origins, horizontal)))
