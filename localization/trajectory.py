@@ -22,6 +22,10 @@ class TrajectoryError(ValueError):
     """A trajectory that cannot be, or cannot be read; one line says where and why."""
 
 
+class EmptyTrajectoryError(TrajectoryError):
+    """A file that could hold poses but has none, as of a run that never knew where it was."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
     """Poses at increasing times."""
@@ -134,6 +138,7 @@ def read_tum(path: Path | str) -> Trajectory:
 
     Raises:
         TrajectoryError: If there is no such file, or a line of it is no pose.
+        EmptyTrajectoryError: If it holds none.
     """
     try:
         text = Path(path).read_text(encoding="utf-8")
@@ -154,7 +159,7 @@ def read_tum(path: Path | str) -> Trajectory:
         stamps.append(stamp)
         rows.append(row)
     if not rows:
-        raise TrajectoryError(f"{path}: holds no poses")
+        raise EmptyTrajectoryError(f"{path}: holds no poses")
     table = np.array(rows)
     return Trajectory(np.array(stamps, dtype=np.int64), table[:, :3], table[:, [6, 3, 4, 5]])
 

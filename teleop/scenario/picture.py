@@ -35,7 +35,7 @@ def draw(record: RunRecord, cloud: Cloud, path: Path, *, title: str) -> None:
     grid = figure.add_gridspec(4, 2, width_ratios=(1.9, 1.0), height_ratios=(3, 3, 2, 0.5))
     plan = figure.add_subplot(grid[:, 0])
     traces = [figure.add_subplot(grid[row, 1]) for row in range(4)]
-    figure.suptitle(title, fontsize=11)
+    traces[0].set_title(title, fontsize=9)
     _draw_plan(plan, figure, record, cloud)
     _draw_errors(traces, record)
     figure.savefig(path, dpi=110)

@@ -24,7 +24,7 @@ from localization.evaluation import (
 )
 from localization.replay import from_json
 from localization.trace import TraceError, read_trace
-from localization.trajectory import TrajectoryError, read_tum
+from localization.trajectory import EmptyTrajectoryError, Trajectory, TrajectoryError, read_tum
 from teleop.scenario.mission import Limits
 
 
@@ -122,14 +122,14 @@ def summarise(folder: Path, facts: RunFacts) -> Summary:
     """
     try:
         truth, trace = read_tum(folder / "truth.tum"), read_trace(folder / "trace.csv")
-        estimate = read_tum(folder / "estimate.tum")
+        estimate = _poses_or_none(folder / "estimate.tum")
         if not len(trace):
             raise ReportError(f"{folder}: the run ended before its first reading")
         distance = float(np.linalg.norm(np.diff(truth.positions[:, :2], axis=0), axis=1).sum())
         stamps = np.array([row.stamp for row in trace], dtype=np.int64)
         health = health_shares(stamps, [row.health for row in trace])
         accuracy, stretch, values, nis = None, None, None, None
-        if len(estimate):
+        if estimate is not None:
             accuracy = ate(estimate, truth)
             covariance = {row.stamp: row.covariance for row in trace}
             off = errors(estimate, truth)
@@ -140,8 +140,10 @@ def summarise(folder: Path, facts: RunFacts) -> Summary:
             nis = consistency(*zip(*matched, strict=True)) if matched else None
             if distance > 1.5:
                 stretch = rpe(estimate, truth, distance=1.0)
-    except (TrajectoryError, TraceError, EvaluationError, KeyError) as error:
+    except (TrajectoryError, TraceError, EvaluationError) as error:
         raise ReportError(str(error)) from error
+    except KeyError as error:
+        raise ReportError(f"{folder}: trace.csv lacks the stamp {error}") from error
     inside = consistency(values, 6) if values is not None else None
     mean = float(values.mean()) if values is not None else None
     return Summary(
@@ -155,6 +157,13 @@ def summarise(folder: Path, facts: RunFacts) -> Summary:
         {h.value: share for h, share in health.items() if share > 0.0},
         _checks(facts, distance, accuracy, mean),
     )
+
+
+def _poses_or_none(path: Path) -> Trajectory | None:
+    try:
+        return read_tum(path)
+    except EmptyTrajectoryError:
+        return None
 
 
 def _checks(
@@ -244,4 +253,4 @@ def _mm(metres: float) -> str:
 
 
 def _deg(radians: float) -> str:
-    return f"{np.rad2deg(radians):6.3f}° "
+    return f"{np.rad2deg(radians):7.3f}° "

@@ -1,0 +1,164 @@
+"""The ``farsteer`` command, as a process: what it prints, and how it ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from localization.log import read_log
+from localization.trajectory import read_tum
+from teleop.__main__ import main
+
+
+def farsteer(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "teleop", *words],
+        cwd=cwd,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def error_line(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """Run a command that must fail with status 2 and one line."""
+    assert main(words) == 2
+    text = capsys.readouterr().err
+    assert "Traceback" not in text
+    (line,) = [part for part in text.splitlines() if part.startswith("farsteer: ")]
+    return line
+
+
+def test_help_teaches_with_examples(tmp_path: Path) -> None:
+    done = farsteer("--help", cwd=tmp_path)
+    assert done.returncode == 0
+    for word in (
+        "examples:",
+        "farsteer sim",
+        "farsteer evaluate",
+        "farsteer localize",
+        "exit status",
+    ):
+        assert word in done.stdout
+
+
+def test_unknown_scene_is_answered_with_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "office" in error_line(["sim", "--scene", "atlantis"], capsys)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"not a cloud at all", "is not a PLY file"),
+        (b"ply\nformat binary_little_endian 1.0\nelement vertex 9\n", "damaged"),
+    ],
+)
+def test_damaged_or_foreign_cloud_is_refused_in_one_line(
+    content: bytes, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from localization.log import ReadingsWriter
+    from tests.support import MOUNTS
+
+    with ReadingsWriter(tmp_path / "log.mcap", MOUNTS):
+        pass
+    cloud = tmp_path / "cloud.ply"
+    cloud.write_bytes(content)
+    line = error_line(["localize", str(tmp_path / "log.mcap"), "--map", str(cloud)], capsys)
+    assert says in line
+
+
+def test_missing_and_foreign_logs_are_refused_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = str(tmp_path / "none.mcap")
+    assert "No such file" in error_line(["localize", missing, "--map", "x.ply"], capsys)
+    foreign = tmp_path / "foreign.mcap"
+    foreign.write_text("hello, this is not a log")
+    assert "not an MCAP" in error_line(["localize", str(foreign), "--map", "x.ply"], capsys)
+
+
+def test_impossible_settings_are_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "duration" in error_line(["sim", "--duration", "-3"], capsys)
+    assert "pose_error" in error_line(["sim", "--pose-error", "nan"], capsys)
+
+
+def test_hint_outside_the_map_is_answered_and_the_run_goes_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [
+        "sim",
+        "--duration",
+        "2",
+        "--pose-error",
+        "500",
+        "--no-picture",
+        "--out",
+        str(tmp_path),
+    ]
+    assert main(words) == 1
+    said = capsys.readouterr().out
+    assert "rejected" in said
+    assert "outside the map" in said
+
+
+def test_ctrl_c_in_the_middle_leaves_files_that_can_be_read(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "teleop", "sim", "--out", str(folder), "--no-picture"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    log = folder / "readings.mcap"
+    while process.poll() is None and not (log.is_file() and log.stat().st_size > 100_000):
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 130, err
+    assert "Traceback" not in err
+    assert "interrupted" in out
+    assert read_log(log).complete
+    assert len(read_tum(folder / "truth.tum")) > 10
+    done = farsteer("evaluate", str(folder), cwd=tmp_path)
+    assert "interrupted" in done.stdout
+    assert done.returncode == 1
+
+
+def test_localize_says_what_was_wrong_with_a_log(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Readings that run backwards in time are refused, counted and told; the rest is used."""
+    from localization.log import ReadingsWriter
+    from robot_sim import Simulation
+    from teleop.scenario.mission import Mission
+    from teleop.scenario.run import cloud_path
+
+    simulation = Simulation("office", seed=0)
+    path = tmp_path / "log.mcap"
+    with ReadingsWriter(path, simulation.mounts) as log:
+        log.write(Mission().hint(simulation.truth().map_from_base), 0)
+        first = None
+        for _ in range(60):
+            for reading in simulation.step():
+                log.write(reading, simulation.stamp)
+                first = first or reading
+        assert first is not None
+        log.write(first, simulation.stamp)
+        for reading in simulation.step():
+            log.write(reading, simulation.stamp)
+    assert (
+        main(["localize", str(path), "--map", str(cloud_path("office")), "--out", str(tmp_path)])
+        == 0
+    )
+    said = capsys.readouterr().out
+    assert "1 readings refused" in said
+    assert "stamps must increase" in said
