@@ -87,7 +87,7 @@ class Place:
         nearest = np.full(len(origins), np.inf)
         for face in self.faces:
             a, b = face.others
-            with np.errstate(divide="ignore", invalid="ignore"):
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 far = (face.at - origins[:, face.axis]) / directions[:, face.axis]
                 hit = origins + far[:, None] * directions
                 met = (far > 1e-9) & (directions[:, face.axis] * face.facing < 0.0)
