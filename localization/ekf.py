@@ -313,6 +313,7 @@ class SkidSteerEkf:
             covariance: (3, 3) of x, y [m] and yaw [rad].
             used: (k, 6) directions (see ``Match``) that are left alone.
         """
+        _require_finite(covariance)
         h = np.zeros((3, 6))
         h[:2, :3] = self.pose.rotation.T[:2]
         h[2, 5] = 1.0
@@ -340,8 +341,8 @@ class SkidSteerEkf:
         return float(innovation @ np.linalg.solve(s, innovation))
 
     def _update(self, innovation: FloatArray, h: FloatArray, r: FloatArray) -> None:
-        if not (np.isfinite(innovation).all() and np.isfinite(r).all()):
-            raise ArithmeticError("a non-finite measurement reached the filter")
+        _require_finite(innovation)
+        _require_finite(r)
         self._filter.update(
             innovation, HJacobian=lambda _: h, Hx=lambda _: np.zeros(len(innovation)), R=r
         )
@@ -359,3 +360,9 @@ class SkidSteerEkf:
         p = g @ self._filter.P @ g.T
         self._filter.P = 0.5 * (p + p.T)
         self._filter.x = np.zeros(STATES)
+
+
+def _require_finite(measurement: FloatArray) -> None:
+    """Stop what would poison the state for good: filterpy takes NaN without a word."""
+    if not np.isfinite(measurement).all():
+        raise ArithmeticError("a non-finite measurement reached the filter")
