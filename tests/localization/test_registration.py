@@ -233,7 +233,7 @@ def test_clutter_lowers_the_fit_but_hardly_moves_the_pose(hall: PreparedMap) -> 
     )
     assert 0.7 < match.fit < 0.9
     e = difference(TRUE, match.map_from_base)
-    assert np.hypot(e[0], e[1]) < 0.02
+    assert np.hypot(e[0], e[1]) < 0.03
 
 
 def test_fit_and_distances_belong_together(hall: PreparedMap) -> None:
