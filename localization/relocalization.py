@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from localization.geometry import FloatArray, rotation_from_euler, wrap_angle
+from localization.geometry import FloatArray, rotation_from_euler, so3_exp, wrap_angle
 from localization.prepared import PreparedMap
-from localization.registration import RegistrationConfig, register
+from localization.registration import RegistrationConfig, difference, register
 from localization.types import Candidate, Pose, Sweep
 
 
@@ -204,17 +204,33 @@ def distinguishable(best: float, second: float, config: SearchConfig) -> bool:
 
 
 def explain(sweep: Sweep, world: PreparedMap, pose: Pose) -> Candidate:
-    """Settle a pose on the cloud within a few centimetres and return the share it explains there."""
+    """Settle a pose on the cloud within a few centimetres and return the share it explains there.
+
+    The pose's own tilt has a say: two planes of points hardly hold pitch, and alone would have it
+    anything.
+    """
     sigma = np.array([0.05, 0.05, 0.03, 0.01, 0.01, 0.02])
     match = register(sweep, world, pose, np.diag(sigma**2))
-    return Candidate(match.map_from_base, match.fit)
+    pull = match.information @ difference(pose, match.map_from_base)
+    step = np.linalg.solve(np.diag(sigma**-2) + match.information, pull)
+    settled = Pose.from_rotation(pose.position + step[:3], pose.rotation @ so3_exp(step[3:]))
+    return Candidate(settled, match.fit)
 
 
 def _refine(sweep: Sweep, world: PreparedMap, start: Pose, config: SearchConfig) -> Candidate:
     wide = RegistrationConfig(kernel_wide=0.3, iterations=14)
     sigma = np.array([config.step, config.step, 0.03, 0.02, 0.02, config.step_yaw])
-    match = register(sweep, world, start, np.diag((2.0 * sigma) ** 2), wide)
-    return Candidate(match.map_from_base, match.fit)
+    near = register(sweep, world, start, np.diag((2.0 * sigma) ** 2), wide).map_from_base
+    # A wall that is too far off for the start's place can be reached by pitch as well. How the robot
+    # stands is known better than that: stand it up again and settle the rest.
+    roll, pitch, _ = start.euler
+    upright = Pose.from_euler(
+        [near.position[0], near.position[1], start.position[2]],
+        roll=roll,
+        pitch=pitch,
+        yaw=near.yaw,
+    )
+    return explain(sweep, world, upright)
 
 
 def _peaks(
