@@ -8,14 +8,50 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from localization.localizer import Localizer
-from localization.types import SECOND, Estimate, Hint, Inertial, Reading, Twist
+from localization.types import Estimate, Hint, Inertial, Reading, Twist
 from robot_sim.simulation import Simulation, Truth
+from teleop.robot.joystick import Wish
+from teleop.robot.safety import ControlState, Safety
 
-Message: TypeAlias = Twist | Hint
-"""What may come in from an operator."""
 
-WATCHDOG = SECOND // 2
-"""A command holds this long [ns]; then silence means stop."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Drive:
+    """A client wants the robot to move so."""
+
+    client: str
+    wish: Wish
+
+
+@dataclass(frozen=True, slots=True)
+class TakeOver:
+    """A client wants to drive instead of whoever does."""
+
+    client: str
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """A client latches the e-stop."""
+
+    client: str
+
+
+@dataclass(frozen=True, slots=True)
+class Reset:
+    """A client releases the e-stop."""
+
+    client: str
+
+
+@dataclass(frozen=True, slots=True)
+class Gone:
+    """A client is no longer there."""
+
+    client: str
+
+
+Message: TypeAlias = Drive | TakeOver | Stop | Reset | Gone | Hint
+"""What may come in from outside."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,8 +63,12 @@ class Snapshot:
     """In the order in which the localiser got them, hints first."""
     estimates: tuple[Estimate, ...]
     """One for each inertial reading of the tick; the last one is the newest."""
-    command: Twist
-    """The command in force."""
+    matched: Estimate | None
+    """The newest estimate that a registration went into, of this tick or an earlier one."""
+    control: ControlState
+    """Who drives, and the command in force."""
+    refusals: tuple[tuple[str, str], ...]
+    """Clients whose wish was not followed, and why."""
     truth: Truth
 
     @property
@@ -38,43 +78,69 @@ class Snapshot:
 
 
 class Robot:
-    """Owns the simulated robot, its localiser and the command in force; reads no clock."""
+    """Owns the simulated robot, its localiser and its safety; reads no clock."""
 
     def __init__(
         self,
         simulation: Simulation,
         localizer: Localizer,
+        safety: Safety | None = None,
         *,
         stage: Callable[[str], AbstractContextManager[object]] = lambda _: nullcontext(),
     ) -> None:
         self.simulation, self.localizer, self._stage = simulation, localizer, stage
-        self._command, self._command_stamp = Twist.planar(0.0, 0.0), -WATCHDOG
+        self.safety = safety if safety is not None else Safety()
+        self._matched: Estimate | None = None
 
     def tick(self, now: int, inbox: Sequence[Message]) -> Snapshot:
         """Advance the world by one tick.
 
         Args:
-            now: the time on which commands age [ns]; simulated time in lockstep.
+            now: the time by which commands age [ns]; simulated time in lockstep.
             inbox: what came in since the last tick, in order.
         """
+        hints, refusals = self._drain(now, inbox)
+        command: Twist = self.safety.command(now)
+        with self._stage("simulation"):
+            self.simulation.command(command)
+            readings = (*hints, *self.simulation.step())
+        with self._stage("localiser"):
+            answers = [(reading, self.localizer.add(reading)) for reading in readings]
+        estimates = tuple(e for reading, e in answers if isinstance(reading, Inertial))
+        for estimate in estimates:
+            if estimate.match is not None:
+                self._matched = estimate
+        return Snapshot(
+            stamp=self.simulation.stamp,
+            readings=readings,
+            estimates=estimates,
+            matched=self._matched,
+            control=self.safety.state(now),
+            refusals=refusals,
+            truth=self.simulation.truth(),
+        )
+
+    def _drain(
+        self, now: int, inbox: Sequence[Message]
+    ) -> tuple[list[Reading], tuple[tuple[str, str], ...]]:
+        """Let safety hear what came in; of each client's wishes in one tick only the newest counts."""
         hints: list[Reading] = []
+        refusals: list[tuple[str, str]] = []
+        newest = {message.client: message for message in inbox if isinstance(message, Drive)}
         for message in inbox:
             match message:
                 case Hint():
                     hints.append(message)
-                case Twist():
-                    self._command, self._command_stamp = message, now
-        if now - self._command_stamp >= WATCHDOG:
-            self._command = Twist.planar(0.0, 0.0)
-        with self._stage("simulation"):
-            self.simulation.command(self._command)
-            readings = (*hints, *self.simulation.step())
-        with self._stage("localiser"):
-            answers = [(reading, self.localizer.add(reading)) for reading in readings]
-        return Snapshot(
-            stamp=self.simulation.stamp,
-            readings=readings,
-            estimates=tuple(e for reading, e in answers if isinstance(reading, Inertial)),
-            command=self._command,
-            truth=self.simulation.truth(),
-        )
+                case Drive():
+                    if message is newest[message.client]:
+                        why = self.safety.wish(message.client, message.wish, now)
+                        refusals += [(message.client, why)] if why else []
+                case TakeOver():
+                    self.safety.take_over(message.client, now)
+                case Stop():
+                    self.safety.stop(message.client)
+                case Reset():
+                    self.safety.reset(message.client)
+                case Gone():
+                    self.safety.disconnected(message.client)
+        return hints, tuple(refusals)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -20,7 +20,8 @@ from localization.trajectory import Trajectory, write_tum
 from localization.types import SECOND, HintVerdict
 from robot_sim import DriveConfig, PhysicsError, Simulation, SimulationConfig, World
 from teleop.pacing import Stopwatch, wall_seconds
-from teleop.robot.robot import Message, Robot, Snapshot
+from teleop.robot.joystick import Wish
+from teleop.robot.robot import Drive, Message, Robot, Snapshot
 from teleop.scenario.driver import TourDriver
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.report import RunFacts, StageTime, Summary, summarise
@@ -158,7 +159,8 @@ def _drive(
             snapshots.append(_light(snapshot))
             estimate = snapshot.estimate
             verdicts += [e.verdict for e in snapshot.estimates if e.verdict is not None]
-            inbox = [driver.command(estimate.map_from_base, estimate.health)]
+            twist = driver.command(estimate.map_from_base, estimate.health)
+            inbox = [Drive("script", Wish(twist, enabled=True))]
             if snapshot.stamp % SECOND == 0:
                 factor = snapshot.stamp / SECOND / (wall_seconds() - begun)
                 share = driver.progress
@@ -175,7 +177,7 @@ def _drive(
 
 def _light(snapshot: Snapshot) -> Snapshot:
     """Drop what was logged already; sweeps stay for the picture."""
-    return Snapshot(snapshot.stamp, (), snapshot.estimates, snapshot.command, snapshot.truth)
+    return replace(snapshot, readings=())
 
 
 def _verdict_line(verdict: HintVerdict) -> str:

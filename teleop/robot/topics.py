@@ -1,0 +1,417 @@
+"""Every topic of the robot in one table: name, type, rate, and how its message is made of a snapshot.
+
+``python -m teleop.robot.topics`` prints the table as ``docs/topics.md`` has it.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from localization import messages
+from localization.cloud import Cloud
+from localization.geometry import FloatArray
+from localization.types import Estimate, Health, Inertial, Mounts, Pose, Scan, Twist, WheelSpeeds
+from teleop.robot.robot import Snapshot
+
+Message: TypeAlias = dict[str, Any]
+Build: TypeAlias = Callable[[Snapshot], Message | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic that the robot publishes while it runs."""
+
+    name: str
+    type: str
+    every: int
+    """Ticks of 20 ms between messages; 0 means whenever there is something new."""
+    build: Build
+    """Makes the message; None when there is nothing to say."""
+    about: str
+    latch: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A topic or service that clients may use."""
+
+    name: str
+    type: str
+    about: str
+
+
+def _header(stamp: int, frame: str) -> Message:
+    return {"stamp": _time(stamp), "frame_id": frame}
+
+
+def _time(stamp: int) -> Message:
+    sec, nanosec = divmod(stamp, 1_000_000_000)
+    return {"sec": sec, "nanosec": nanosec}
+
+
+def _vector(v: FloatArray) -> Message:
+    x, y, z = v.tolist()
+    return {"x": x, "y": y, "z": z}
+
+
+def _pose(pose: Pose) -> Message:
+    w, x, y, z = pose.quaternion_wxyz.tolist()
+    return {"position": _vector(pose.position), "orientation": {"x": x, "y": y, "z": z, "w": w}}
+
+
+def _twist(twist: Twist) -> Message:
+    return {"linear": _vector(twist.linear), "angular": _vector(twist.angular)}
+
+
+def _transform(stamp: int, parent: str, child: str, pose: Pose) -> Message:
+    p = _pose(pose)
+    return {
+        "header": _header(stamp, parent),
+        "child_frame_id": child,
+        "transform": {"translation": p["position"], "rotation": p["orientation"]},
+    }
+
+
+def _plain(message: object) -> Any:
+    """Turn a message of the type store into plain values."""
+    if is_dataclass(message):
+        names = [f.name for f in fields(message) if f.name != "__msgtype__"]
+        return {name: _plain(getattr(message, name)) for name in names}
+    if isinstance(message, list):
+        return [_plain(item) for item in message]
+    return message
+
+
+def ros_covariance(estimate: Estimate) -> FloatArray:
+    """Return the (36,) covariance in ROS's convention, whose rotations are about the fixed axes."""
+    assert estimate.map_from_base is not None
+    turn = np.eye(6)
+    turn[3:, 3:] = estimate.map_from_base.rotation
+    return np.asarray((turn @ estimate.covariance @ turn.T).ravel())
+
+
+def _clock(s: Snapshot) -> Message:
+    return {"clock": _time(s.stamp)}
+
+
+def _tf(s: Snapshot) -> Message:
+    e = s.estimate
+    transforms = [_transform(s.stamp, "odom", "base_link", e.odom_from_base)]
+    if e.map_from_base is not None:
+        map_from_odom = e.map_from_base @ e.odom_from_base.inverse()
+        transforms.insert(0, _transform(s.stamp, "map", "odom", map_from_odom))
+    return {"transforms": transforms}
+
+
+def _odometry(stamp: int, frame: str, pose: Pose, twist: Twist) -> Message:
+    return {
+        "header": _header(stamp, frame),
+        "child_frame_id": "base_link",
+        "pose": {"pose": _pose(pose)},
+        "twist": {"twist": _twist(twist)},
+    }
+
+
+def _odom(s: Snapshot) -> Message:
+    return _odometry(s.stamp, "odom", s.estimate.odom_from_base, s.estimate.twist)
+
+
+def _ground_truth(s: Snapshot) -> Message:
+    return _odometry(s.stamp, "map", s.truth.map_from_base, s.truth.twist)
+
+
+def _amcl_pose(s: Snapshot) -> Message | None:
+    pose = s.estimate.map_from_base
+    if pose is None:
+        return None
+    covariance = ros_covariance(s.estimate)
+    return {
+        "header": _header(s.stamp, "map"),
+        "pose": {"pose": _pose(pose), "covariance": covariance},
+    }
+
+
+def _scan_of(scanner: str) -> Build:
+    def build(s: Snapshot) -> Message | None:
+        for reading in s.readings:
+            if isinstance(reading, Scan) and reading.scanner == scanner:
+                message: Message = _plain(messages.scan_message(reading))
+                # JSON has no infinity, and some clients die of null: no return is beyond the range.
+                clean = np.nan_to_num(message["ranges"], nan=0.0, posinf=reading.range_max + 1.0)
+                return {**message, "ranges": clean}
+        return None
+
+    return build
+
+
+def _local_cloud(s: Snapshot) -> Message | None:
+    e = s.estimate
+    if e.sweep is None or e.match is None or e.map_from_base is None:
+        return None
+    table = np.zeros((len(e.sweep.points), 5), dtype="<f4")
+    table[:, :3] = e.map_from_base.apply(e.sweep.points)
+    table[:, 4] = e.match.distances
+    names = ("x", "y", "z", "intensity", "distance")
+    return {
+        "header": _header(e.sweep.stamp, "map"),
+        "height": 1,
+        "width": len(table),
+        "fields": [
+            {"name": n, "offset": 4 * i, "datatype": 7, "count": 1} for i, n in enumerate(names)
+        ],
+        "is_bigendian": False,
+        "point_step": 20,
+        "row_step": 20 * len(table),
+        "data": table.tobytes(),
+        "is_dense": bool(np.isfinite(table).all()),
+    }
+
+
+def _imu(s: Snapshot) -> Message | None:
+    found = [r for r in s.readings if isinstance(r, Inertial)]
+    return _plain(messages.inertial_message(found[-1])) if found else None
+
+
+def _joints(s: Snapshot) -> Message | None:
+    found = [r for r in s.readings if isinstance(r, WheelSpeeds)]
+    return _plain(messages.wheels_message(found[-1])) if found else None
+
+
+def _status(s: Snapshot) -> Message:
+    e = s.estimate
+    placed = e.map_from_base is not None
+    fit = s.matched.match.fit if s.matched is not None and s.matched.match is not None else 0.0
+    nis = s.matched.nis if s.matched is not None and s.matched.nis is not None else 0.0
+    sigma = float(np.sqrt(np.linalg.norm(e.covariance[:2, :2], 2))) if placed else 0.0
+    return {
+        "header": _header(s.stamp, "map"),
+        "health": e.health.value,
+        "reasons": list(e.reasons),
+        "fit": fit,
+        "nis": nis,
+        "position_sigma": sigma,
+        "heading_sigma": float(np.sqrt(e.covariance[5, 5])) if placed else 0.0,
+        "unexplained": 1.0 - fit if s.matched is not None else 0.0,
+    }
+
+
+def _verdict(s: Snapshot) -> Message | None:
+    found = [e.verdict for e in s.estimates if e.verdict is not None]
+    if not found:
+        return None
+    v = found[-1]
+    return {
+        "header": _header(v.stamp, "map"),
+        "verdict": v.verdict.value,
+        "reason": v.reason,
+        "hint": _pose(v.hint.map_from_base),
+        "candidates": [_pose(c.map_from_base) for c in v.candidates],
+        "scores": [c.score for c in v.candidates],
+    }
+
+
+def _teleop_state(s: Snapshot) -> Message:
+    c = s.control
+    return {
+        "header": _header(s.stamp, "base_link"),
+        "state": c.control.value,
+        "reason": c.reason,
+        "controller": c.controller,
+        "armed": c.control.value == "armed",
+        "estop": c.control.value == "estop",
+        "command_age": c.command_age / 1e9,
+        "linear": float(c.twist.linear[0]),
+        "angular": float(c.twist.angular[2]),
+    }
+
+
+_LEVEL = {Health.TRACKING: 0, Health.LOST: 2, Health.WAITING: 1}
+
+
+def _diagnostics(s: Snapshot) -> Message:
+    e = s.estimate
+    sigma = np.sqrt(np.diag(e.covariance))
+    values = {
+        "position sigma [mm]": f"{1e3 * float(np.hypot(sigma[0], sigma[1])):.1f}",
+        "heading sigma [deg]": f"{np.rad2deg(sigma[5]):.3f}",
+        "controller": s.control.controller or "nobody",
+        "control": f"{s.control.control.value}: {s.control.reason}",
+    }
+    status = {
+        "level": _LEVEL.get(e.health, 1),
+        "name": "localization",
+        "message": "; ".join((e.health.value, *e.reasons)),
+        "hardware_id": "p3at",
+        "values": [{"key": k, "value": v} for k, v in values.items()],
+    }
+    return {"header": _header(s.stamp, ""), "status": [status]}
+
+
+OUTPUTS: tuple[Topic, ...] = (
+    Topic("/clock", "rosgraph_msgs/msg/Clock", 1, _clock, "the robot's time"),
+    Topic("/tf", "tf2_msgs/msg/TFMessage", 2, _tf, "`map` to `odom` to `base_link`"),
+    Topic("/odom", "nav_msgs/msg/Odometry", 2, _odom, "smooth pose in `odom` and twist; drifts"),
+    Topic(
+        "/amcl_pose",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+        5,
+        _amcl_pose,
+        "the estimate in `map` with its covariance, once there is one",
+    ),
+    Topic(
+        "/scan",
+        "sensor_msgs/msg/LaserScan",
+        0,
+        _scan_of("laser_horizontal"),
+        "horizontal scanner; no return is range_max + 1",
+    ),
+    Topic(
+        "/scan_vertical",
+        "sensor_msgs/msg/LaserScan",
+        0,
+        _scan_of("laser_vertical"),
+        "transverse scanner",
+    ),
+    Topic(
+        "/local_cloud",
+        "sensor_msgs/msg/PointCloud2",
+        0,
+        _local_cloud,
+        "the last sweep in `map`: x y z, intensity (0, the scanners give none), distance to the map [m], NaN where nothing is mapped near",
+    ),
+    Topic("/imu/data", "sensor_msgs/msg/Imu", 1, _imu, "gyro and accelerometer"),
+    Topic("/joint_states", "sensor_msgs/msg/JointState", 1, _joints, "wheel rates of both sides"),
+    Topic(
+        "/localization/status",
+        "farsteer_msgs/msg/LocalizationStatus",
+        5,
+        _status,
+        "health with reasons, fit, NIS, sigmas",
+    ),
+    Topic(
+        "/localization/hint_verdict",
+        "farsteer_msgs/msg/HintVerdict",
+        0,
+        _verdict,
+        "the answer to a hint",
+        latch=True,
+    ),
+    Topic(
+        "/teleop/state",
+        "farsteer_msgs/msg/TeleopState",
+        5,
+        _teleop_state,
+        "who drives, and the command in force",
+    ),
+    Topic(
+        "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 50, _diagnostics, "for dashboards"
+    ),
+    Topic(
+        "/ground_truth/odom",
+        "nav_msgs/msg/Odometry",
+        2,
+        _ground_truth,
+        "where the robot really is; simulation only",
+    ),
+)
+"""What the robot publishes, tick by tick."""
+
+TF_STATIC = Input("/tf_static", messages.TF, "where scanners and IMU sit on `base_link`; latched")
+MAP_INFO = Input(
+    "/map_info", "farsteer_msgs/msg/MapInfo", "name, bounds and SHA-256 of the map; latched"
+)
+
+INPUTS: tuple[Input, ...] = (
+    Input(
+        "/joy", "sensor_msgs/msg/Joy", "drive: `axes[1]` forward, `axes[0]` turn, deadman, turbo"
+    ),
+    Input("/unity/joy", "sensor_msgs/msg/Joy", "the same under the name that the paper used"),
+    Input("/cmd_vel", "geometry_msgs/msg/Twist", "drive without a joystick; no deadman"),
+    Input(
+        "/initialpose",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+        "a hint: all-zero covariance means the default sigma",
+    ),
+)
+"""Topics that the robot listens to."""
+
+SERVICES: tuple[Input, ...] = (
+    Input("/sim/step", "farsteer_msgs/srv/Step", "lockstep only: advance so many ticks of 20 ms"),
+    Input("/teleop/estop", "std_srvs/srv/Trigger", "brake and stay braked"),
+    Input("/teleop/estop_reset", "std_srvs/srv/Trigger", "release the e-stop"),
+    Input("/teleop/take_over", "std_srvs/srv/Trigger", "take the lease from whoever drives"),
+)
+
+
+def tf_static(mounts: Mounts) -> Message:
+    """Return the message of ``/tf_static``."""
+    transforms = [_transform(0, "base_link", name, pose) for name, pose in mounts.items()]
+    return {"transforms": transforms}
+
+
+def map_info(cloud: Cloud) -> Message:
+    """Return the message of ``/map_info``."""
+    low, high = cloud.bounds
+    return {
+        "name": cloud.name,
+        "frame_id": cloud.frame,
+        "sha256": cloud.sha256,
+        "points": len(cloud.points),
+        "min": _vector(low),
+        "max": _vector(high),
+    }
+
+
+def markdown() -> str:
+    """Return the page ``docs/topics.md``."""
+
+    def rate(topic: Topic) -> str:
+        return f"{50 / topic.every:g} Hz" if topic.every else "as it comes"
+
+    def rows(inputs: tuple[Input, ...]) -> list[str]:
+        return [f"| `{i.name}` | `{i.type}` | {i.about} |" for i in inputs]
+
+    lines = [
+        "# Topics",
+        "",
+        "This page is made from the table in `teleop/robot/topics.py`: `python -m teleop.robot.topics`.",
+        "Rates are of robot time. Robot topics cannot be published by clients.",
+        "",
+        "## From the robot",
+        "",
+        "| topic | type | rate | what |",
+        "|---|---|---|---|",
+        *(
+            f"| `{t.name}` | `{t.type}` | {rate(t)}{', latched' if t.latch else ''} | {t.about} |"
+            for t in OUTPUTS
+        ),
+        *(f"| `{i.name}` | `{i.type}` | once | {i.about} |" for i in (TF_STATIC, MAP_INFO)),
+        "",
+        "## To the robot",
+        "",
+        "| topic | type | what |",
+        "|---|---|---|",
+        *rows(INPUTS),
+        "",
+        "## Services",
+        "",
+        "| service | type | what |",
+        "|---|---|---|",
+        *rows(SERVICES),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def latched(cloud: Cloud, mounts: Mounts) -> Mapping[Input, Message]:
+    """Return what is published once."""
+    return {TF_STATIC: tf_static(mounts), MAP_INFO: map_info(cloud)}
+
+
+if __name__ == "__main__":
+    sys.stdout.write(markdown())
