@@ -12,7 +12,7 @@ from localization.prepared import default_cache
 from robot_sim import load_world
 from teleop.scenario.mission import Mission
 from teleop.scenario.report import Summary
-from teleop.scenario.run import cloud_of, run
+from teleop.scenario.run import cloud_of, run_here
 
 SEEDS = range(1, 6)
 SLIPS = (20.0, 31.03, 47.05, 62.5, 90.0, 120.02)
@@ -43,7 +43,7 @@ def main() -> None:
     nees = []
     with tempfile.TemporaryDirectory() as folder:
         for name, mission in missions:
-            summary, _ = run(mission, world, cloud, Path(folder) / name, cache=default_cache())
+            summary, _ = run_here(mission, world, cloud, Path(folder) / name, cache=default_cache())
             sys.stdout.write("\n".join([*lines, row(name, summary)]) + "\n")
             sys.stdout.flush()
             lines = []

@@ -19,7 +19,7 @@ from localization.types import Inertial, Pose, Sweep
 from robot_sim import load_world
 from teleop.pacing import Stopwatch
 from teleop.scenario.mission import Mission
-from teleop.scenario.run import cloud_of, run
+from teleop.scenario.run import cloud_of, run_here
 
 SECONDS = 60.0
 PEER = KissConfig(keypoint_spacing=0.01)
@@ -64,7 +64,7 @@ def main() -> None:
     world = prepare(cloud, cache=default_cache())
     with tempfile.TemporaryDirectory() as folder:
         mission = dataclasses.replace(Mission(seed=1), duration=SECONDS)
-        run(mission, load_world("office"), cloud, Path(folder), cache=default_cache())
+        run_here(mission, load_world("office"), cloud, Path(folder), cache=default_cache())
         watch, ours, theirs = replay(Path(folder) / "readings.mcap", world)
     lines = [f"office, {SECONDS:.0f} s, two scanners of 541 beams at 10 Hz, one thread"]
     lines.append("  stage               calls   p50 ms   p99 ms")

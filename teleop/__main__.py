@@ -61,7 +61,7 @@ class Sim:
         """Run it."""
         from robot_sim import load_world
         from teleop.scenario.mission import Mission
-        from teleop.scenario.run import cloud_of, run
+        from teleop.scenario.run import cloud_of, run_here
 
         mission = Mission(
             scene=self.scene,
@@ -75,7 +75,7 @@ class Sim:
         world = load_world(self.scene)
         cloud = cloud_of(self.scene)
         bar = _Progress()
-        summary, record = run(mission, world, cloud, folder, cache=_cache(), progress=bar)
+        summary, record = run_here(mission, world, cloud, folder, cache=_cache(), progress=bar)
         if self.picture and record.snapshots:
             from teleop.scenario.picture import draw
 

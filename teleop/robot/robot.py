@@ -20,6 +20,8 @@ class Drive:
 
     client: str
     wish: Wish
+    stamp: int = 0
+    """When the client says it wished so [ns]; told for statistics, never acted upon."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +61,8 @@ class Snapshot:
     """All there is to know about one tick; the only value in which truth travels."""
 
     stamp: int
+    inbox: tuple[Message, ...]
+    """What had come in, in order."""
     readings: tuple[Reading, ...]
     """In the order in which the localiser got them, hints first."""
     estimates: tuple[Estimate, ...]
@@ -112,6 +116,7 @@ class Robot:
                 self._matched = estimate
         return Snapshot(
             stamp=self.simulation.stamp,
+            inbox=tuple(inbox),
             readings=readings,
             estimates=estimates,
             matched=self._matched,

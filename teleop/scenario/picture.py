@@ -14,7 +14,7 @@ from localization.geometry import FloatArray
 from localization.registration import difference
 from localization.types import SECOND, Estimate, Health
 from teleop.robot.robot import Snapshot
-from teleop.scenario.run import RunRecord
+from teleop.scenario.referee import RunRecord
 
 _HEALTH_COLOUR = {
     Health.WAITING: "#bbbbbb",

@@ -54,6 +54,15 @@ class StageTime:
 
 
 @dataclass(frozen=True, slots=True)
+class TopicTraffic:
+    """What went over the wire on one topic."""
+
+    topic: str
+    messages: int
+    bytes: int
+
+
+@dataclass(frozen=True, slots=True)
 class RunFacts:
     """What only the run itself knows; the rest follows from its files."""
 
@@ -68,6 +77,10 @@ class RunFacts:
     startup_seconds: float
     """Of preparing the map and the robot."""
     stages: tuple[StageTime, ...]
+    traffic: tuple[TopicTraffic, ...]
+    """Empty when there was no wire."""
+    joy_to_motion: tuple[float, ...]
+    """Robot time from each wish that ended a standstill to the motion that answered it [s]."""
     limits: Limits
     whole_tour: bool
     """Whether the tour was to be driven to its end."""
@@ -197,6 +210,7 @@ def read_summary(folder: Path) -> Summary:
     try:
         facts = json.loads(path.read_text(encoding="utf-8"))["facts"]
         facts["stages"] = tuple(StageTime(**s) for s in facts["stages"])
+        facts["traffic"] = tuple(TopicTraffic(**t) for t in facts["traffic"])
         return summarise(folder, from_json(RunFacts, facts))
     except OSError as error:
         raise ReportError(f"{folder} is not a run: {path.name}: {error.strerror}") from None
@@ -240,6 +254,15 @@ def table(summary: Summary) -> str:
         f"  {s.name:18s} {s.count:8d} {s.mean:9.3f} {s.p50:9.3f} {s.p99:9.3f} {s.total:9.2f}"
         for s in f.stages
     ]
+    if f.joy_to_motion:
+        mean, most = np.mean(f.joy_to_motion), max(f.joy_to_motion)
+        lines.append(
+            f"  joy to motion  {mean * 1e3:.0f} ms of robot time in the mean, {most * 1e3:.0f} at most,"
+            f" {len(f.joy_to_motion)} starts"
+        )
+    if f.traffic:
+        lines += ["", "  topic                           messages        kB"]
+        lines += [f"  {t.topic:30s} {t.messages:9d} {t.bytes / 1e3:9.1f}" for t in f.traffic]
     lines += ["", "  limits"]
     lines += [
         f"  {'met   ' if c.met else 'MISSED'} {c.name:14s} {c.value:8.4g} of {c.limit:.4g} {c.unit}"

@@ -12,8 +12,9 @@ from localization.trajectory import EmptyTrajectoryError, read_tum
 from localization.types import Verdict
 from robot_sim import World
 from teleop.scenario.mission import Mission
+from teleop.scenario.referee import RunRecord
 from teleop.scenario.report import Summary
-from teleop.scenario.run import RunRecord, run
+from teleop.scenario.run import run_here
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
@@ -21,7 +22,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 def drive(
     mission: Mission, office: World, cloud: Cloud, cache: Path, folder: Path
 ) -> tuple[Summary, RunRecord]:
-    return run(mission, office, cloud, folder, cache=cache)
+    return run_here(mission, office, cloud, folder, cache=cache)
 
 
 @pytest.mark.parametrize("seed", [0, 7])

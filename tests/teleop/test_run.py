@@ -19,8 +19,9 @@ from robot_sim import Simulation, World
 from teleop.robot.robot import Message, Robot, Snapshot
 from teleop.scenario.mission import Mission
 from teleop.scenario.picture import draw
+from teleop.scenario.referee import RunRecord
 from teleop.scenario.report import ReportError, Summary, read_summary, table
-from teleop.scenario.run import RunRecord, cloud_of, cloud_path, run
+from teleop.scenario.run import cloud_of, cloud_path, run_here
 
 FILES = {"config.json", "summary.json", "truth.tum", "estimate.tum", "trace.csv", "readings.mcap"}
 
@@ -30,7 +31,7 @@ def short(
     office: World, office_cloud: Cloud, cache: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, Summary, RunRecord]:
     folder = tmp_path_factory.mktemp("runs") / "short"
-    summary, record = run(Mission(duration=6.0), office, office_cloud, folder, cache=cache)
+    summary, record = run_here(Mission(duration=6.0), office, office_cloud, folder, cache=cache)
     return folder, summary, record
 
 
@@ -121,7 +122,7 @@ def test_interrupted_run_keeps_what_it_had(
         return tick(self, now, inbox)
 
     monkeypatch.setattr(Robot, "tick", interrupted)
-    summary, record = run(Mission(), office, office_cloud, tmp_path, cache=cache)
+    summary, record = run_here(Mission(), office, office_cloud, tmp_path, cache=cache)
     assert record.ending == summary.facts.ending == "interrupted"
     assert not summary.passed
     assert len(read_tum(tmp_path / "truth.tum")) == 100
@@ -143,7 +144,7 @@ def test_physics_that_fail_end_the_run_with_a_line_and_keep_the_files(
 
     monkeypatch.setattr(Simulation, "step", blown_up)
     monkeypatch.chdir(tmp_path)
-    summary, record = run(Mission(), office, office_cloud, tmp_path / "run", cache=cache)
+    summary, record = run_here(Mission(), office, office_cloud, tmp_path / "run", cache=cache)
     assert record.ending.startswith("physics became unstable at 1.500 s")
     assert not summary.passed
     assert read_log(tmp_path / "run" / "readings.mcap").complete
