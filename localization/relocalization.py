@@ -56,6 +56,9 @@ class SearchConfig:
     """or leave so many times less of it unexplained than any other place does,"""
     decisive_floor: float = 0.04
     """beside this share, which noise and clutter leave unexplained anywhere."""
+    most_tilt: float = np.deg2rad(2.0)
+    """A place that is explained only by tilting the robot from level by more is none [rad]: pitched
+    far enough, the points of a wall that is not there come to lie on the floor."""
     same_place: float = 0.3
     """Poses nearer than this are one place [m]."""
     same_yaw: float = np.deg2rad(10.0)
@@ -156,7 +159,11 @@ def search(
     for x, y, yaw in _peaks(scores, places, yaws, config):
         yield
         start = Pose.from_euler([x, y, level.position[2]], roll=roll, pitch=pitch, yaw=yaw)
-        found.append(_refine(sweep, world, start, config))
+        candidate = _refine(sweep, world, start, config)
+        # The third rows are the map's vertical as the robot has it.
+        upright = candidate.map_from_base.rotation[2] @ start.rotation[2] > np.cos(config.most_tilt)
+        if upright:
+            found.append(candidate)
     found.sort(key=lambda c: -c.score)
     distinct: list[Candidate] = []
     for candidate in found:
