@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -451,7 +453,7 @@ def test_measurements_that_are_not_finite_do_not_reach_the_filter(bad: float) ->
     unsure = match_of(pose, GOOD)
     poisoned = np.array(unsure.information)
     poisoned[0, 0] = np.nan
-    attempts = [
+    attempts: list[Callable[[], object]] = [
         lambda: ekf.update_wheel_yaw(np.array([0.0, 0.0, np.nan]), 0.1, 0.1),
         lambda: ekf.update_wheel_yaw(np.zeros(3), np.nan, 0.1),
         lambda: ekf.update_match(Match(0, pose, poisoned, unsure.directions, np.zeros(0), 1.0)),

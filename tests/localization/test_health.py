@@ -17,9 +17,11 @@ def match(fit: float = 0.9, directions: np.ndarray = ALL) -> Match:
     return Match(0, HERE, np.eye(6), directions, np.zeros(0), fit)
 
 
-def feed(monitor: HealthMonitor, n: int, refusal: str | None = None, **of: float) -> HealthMonitor:
+def feed(
+    monitor: HealthMonitor, n: int, refusal: str | None = None, *, fit: float = 0.9
+) -> HealthMonitor:
     for _ in range(n):
-        monitor.sweep(match(**of), HERE, refusal)
+        monitor.sweep(match(fit), HERE, refusal)
     return monitor
 
 

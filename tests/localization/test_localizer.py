@@ -378,7 +378,7 @@ def test_robot_in_a_corridor_without_ends_is_not_placed_by_a_guess(corridor: Pre
 ROOM = """
 bounds = [0.0, 0.0, 8.0, 6.0]
 height = 2.5
-spawn = [3.0, 2.0, 0.3]
+spawn = [3.0, 2.0, 17.0]
 [[wall]]
 name = "south"
 from = [0.0, -0.1]

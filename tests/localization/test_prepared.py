@@ -178,7 +178,8 @@ def test_cache_that_cannot_be_written_is_done_without(
 
     cloud = save_cloud(scattered(), tmp_path / "place.ply")
     cache = tmp_path / "cache"
-    monkeypatch.setattr(*((Path, "replace") if operation == "replace" else (np, "savez")), fail)
+    owner: object = Path if operation == "replace" else np
+    monkeypatch.setattr(owner, operation, fail)
     world = prepare(cloud, cache=cache)
     assert same(world.grid, prepare(cloud).grid)
     assert list(cache.iterdir()) == [], "half a cache must not be left behind"

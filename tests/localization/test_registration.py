@@ -91,18 +91,18 @@ def test_distances_are_signed_towards_the_seen_side(hall: PreparedMap) -> None:
 # A thin wall
 
 
-def flat(axis_x: np.ndarray, facing: float) -> Face:
-    return Face(0, float(axis_x), facing, (0.0, 0.0), (4.0, 2.5))
+def flat(x: float, facing: float) -> Face:
+    return Face(0, x, facing, (0.0, 0.0), (4.0, 2.5))
 
 
 def partition(*, true_normals: bool) -> PreparedMap:
     """A wall of 12 cm that stands alone: near face at x = 0, far face at x = 0.12."""
-    faces = [flat(np.float64(0.0), -1.0), flat(np.float64(0.12), 1.0 if true_normals else -1.0)]
+    faces = [flat(0.0, -1.0), flat(0.12, 1.0 if true_normals else -1.0)]
     return prepare(Place(faces).cloud())
 
 
 def sweep_of_the_wall(seen_from: Pose) -> Sweep:
-    sweep = Place([flat(np.float64(0.0), -1.0)]).sweep(seen_from)
+    sweep = Place([flat(0.0, -1.0)]).sweep(seen_from)
     assert len(sweep.points) > 40
     return sweep
 

@@ -19,7 +19,7 @@ from localization.relocalization import (
 )
 from localization.types import Candidate, Pose, Sweep
 from tests.support import bits, floats
-from tests.support_rooms import HALL, SQUARE, apart
+from tests.support_rooms import HALL, SQUARE, Place, apart, box
 
 LEVEL = Pose.identity()
 HEIGHT = 0.35
@@ -102,6 +102,18 @@ def test_candidates_are_distinct_and_best_first(square: PreparedMap) -> None:
         assert any(same_place(c.map_from_base, wanted) for c in found), candidate
         wanted = quarter @ wanted
     assert not distinguishable(found[0].score, found[1].score, SearchConfig())
+
+
+def test_wall_is_not_laid_on_the_floor_by_pitching_the_robot() -> None:
+    """In an empty room a robot that looks along it could be farther back, were it pitched by 4 degrees."""
+    room = Place(box((0.0, 0.0, 0.0), (8.0, 6.0, 2.5), inside=True))
+    world, true = room.prepared(), Pose.planar(3.0, 2.0, 0.005)
+    window = Window(3.3, 1.8, 0.15, 1.5, np.deg2rad(45.0))
+    _, found = finish(search(room.sweep(true, noise=0.01), world, plan_of(world), window, LEVEL))
+    assert apart(true, found[0].map_from_base)[0] < 0.03
+    assert found[1].score < 0.9
+    for candidate in found:
+        assert np.rad2deg(np.arccos(candidate.map_from_base.rotation[2, 2])) < 2.0
 
 
 @pytest.mark.parametrize("points", [0, 9])
