@@ -10,7 +10,7 @@ from typing import TypeAlias
 from localization.localizer import Localizer
 from localization.types import Estimate, Hint, Inertial, Reading, Twist
 from robot_sim.simulation import Simulation, Truth
-from teleop.robot.joystick import Wish
+from teleop.joystick import Wish
 from teleop.robot.safety import ControlState, Safety
 
 

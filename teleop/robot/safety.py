@@ -12,7 +12,7 @@ from enum import StrEnum
 import numpy as np
 
 from localization.types import SECOND, Twist
-from teleop.robot.joystick import Wish
+from teleop.joystick import Wish
 
 _STOP = Twist.planar(0.0, 0.0)
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from localization.types import Twist
-from teleop.robot.joystick import JoystickError, Layout, layouts, read_joy, write_joy
+from teleop.joystick import JoystickError, Layout, layouts, read_joy, write_joy
 
 
 def test_default_layout_is_shipped_and_is_the_default() -> None:

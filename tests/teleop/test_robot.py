@@ -12,7 +12,7 @@ from localization.localizer import Localizer
 from localization.prepared import prepare
 from localization.types import Hint, Inertial, Pose, Twist
 from robot_sim import TICK_NS, Simulation, World
-from teleop.robot.joystick import Wish
+from teleop.joystick import Wish
 from teleop.robot.robot import Drive, Gone, Message, Reset, Robot, Snapshot, Stop
 from teleop.robot.safety import Control, SafetyConfig
 

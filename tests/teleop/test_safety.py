@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, strategies as st
 
 from localization.types import SECOND, Twist
-from teleop.robot.joystick import Wish
+from teleop.joystick import Wish
 from teleop.robot.safety import Control, Safety
 
 NEUTRAL = Wish(Twist.planar(0.0, 0.0), enabled=True)

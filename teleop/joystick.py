@@ -1,4 +1,4 @@
-"""Joystick layouts: which axis drives, which button is the deadman; a ``Joy`` message in, a wish out."""
+"""Joysticks, as operator and robot both know them: layouts, and ``Joy`` messages to and from wishes."""
 
 from __future__ import annotations
 
