@@ -15,6 +15,9 @@ _STRONGEST_FORCE = 500.0
 _LONGEST_JUMP = 60 * SECOND
 """A clock that leaps ahead farther than this between two readings of a kind has been reset."""
 
+_FARTHEST_AHEAD = SECOND
+"""A scan may come before the inertial readings that cover it, but not from the future [ns]."""
+
 
 class Intake:
     """Checks readings one by one; remembers the last stamp of each source."""
@@ -25,17 +28,29 @@ class Intake:
         self.refused = 0
         """How many readings were turned away."""
 
-    def refusal(self, reading: Reading) -> str | None:
-        """Return why a reading is refused; None if it is welcome."""
-        why = self._order(reading) or self._content(reading)
+    def refusal(self, reading: Reading, now: int = 0) -> str | None:
+        """Return why a reading is refused; None if it is welcome.
+
+        Args:
+            reading: what came.
+            now: stamp of the newest inertial reading [ns], which the others must not run far ahead of;
+                0 if there was none yet.
+        """
+        why = self._order(reading, now) or self._content(reading)
         if why is None:
             self._last[_source(reading)] = reading.stamp
         else:
             self.refused += 1
         return why
 
-    def _order(self, reading: Reading) -> str | None:
+    def _order(self, reading: Reading, now: int) -> str | None:
         source = _source(reading)
+        ahead = reading.stamp - now
+        if now and ahead > _FARTHEST_AHEAD and not isinstance(reading, Inertial | Hint):
+            return (
+                f"refused {source} stamped {ahead / SECOND:.1f} s ahead of the inertial readings: "
+                "all sensors must share one clock"
+            )
         last = self._last.get(source)
         if last is None or isinstance(reading, Hint):
             return None

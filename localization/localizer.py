@@ -71,6 +71,8 @@ class LocalizerConfig:
     """No tyre gives a robot more acceleration than this, about a friction coefficient of 0.9 [m/s^2]."""
     traction_floor: float = 0.05
     """Change of wheel speed between two readings that noise may cause [m/s]."""
+    placed: tuple[float, ...] = (0.05, 0.05, 0.02, 0.01, 0.01, 0.02)
+    """How well a pose found by searching is known: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
     opinion_period: int = SECOND
     """Between second opinions [ns]."""
     scanner_patience: int = 60_000_000
@@ -135,17 +137,10 @@ class Localizer:
         A reading that cannot be true changes nothing; the estimate's reasons then say what was refused.
         Wheel speeds and scans take effect with the inertial reading that covers them.
         """
-        refusal = self._intake.refusal(reading)
+        refusal = self._intake.refusal(reading, self._stamp)
         if refusal is not None:
             self._refused = (*self._refused, refusal)
-            return replace(
-                self._last,
-                reasons=(refusal, *self._last.reasons),
-                sweep=None,
-                match=None,
-                nis=None,
-                verdict=None,
-            )
+            return replace(self._unchanged(), reasons=(refusal, *self._last.reasons))
         match reading:
             case Hint():
                 self._desk.receive(reading, self._stamp, self._odom_at(reading.stamp))
@@ -162,7 +157,12 @@ class Localizer:
                     self._correct()
                 self._search()
                 self._last = self._estimate()
-        return self._last
+                return self._last
+        return self._unchanged()
+
+    def _unchanged(self) -> Estimate:
+        """The last estimate without its news, which are told once."""
+        return replace(self._last, sweep=None, match=None, nis=None, verdict=None)
 
     # Prediction
 
@@ -227,11 +227,17 @@ class Localizer:
         latest = max(s.end_stamp for s in self._pending.values())
         earliest = min(s.stamp for s in self._pending.values())
         if earliest < span[0]:
-            self._pending = {k: s for k, s in self._pending.items() if s.stamp >= span[0]}
+            self._drop_stale(span[0])
             return False
         waited = span[1] - min(s.end_stamp for s in self._pending.values())
         complete = len(self._pending) == len(self._mounts)
         return latest <= span[1] and (complete or waited > self.config.scanner_patience)
+
+    def _drop_stale(self, oldest: int) -> None:
+        """Give up scans from before the remembered motion: nothing can bring them to now."""
+        for name in [n for n, scan in self._pending.items() if scan.stamp < oldest]:
+            late = (self._stamp - self._pending.pop(name).stamp) / SECOND
+            self._refused = (*self._refused, f"refused a scan of {name}: it came {late:.1f} s late")
 
     def _correct(self) -> None:
         with self._stage("deskew"):
@@ -344,7 +350,7 @@ class Localizer:
 
     def _settle(self, found: Found) -> None:
         if found.verdict is Verdict.ACCEPTED:
-            sigma = np.array([0.05, 0.05, 0.02, 0.01, 0.01, 0.02])
+            sigma = np.array(self.config.placed)
             self._ekf.reset_pose(found.candidates[0].map_from_base, np.diag(sigma**2))
             self._pose_then, self._placed = self._ekf.pose, True
             self._health.reset()

@@ -134,7 +134,7 @@ def _import_open3d() -> ModuleType:
     except ImportError as error:
         raise ImportError(
             f"Open3D does not load ({error}); "
-            "on Debian: apt-get install libusb-1.0-0 libgl1 libgomp1 libx11-6"
+            "on Debian: apt-get install libegl1 libgl1 libx11-6 libidn2-0 libusb-1.0-0"
         ) from error
     module: ModuleType = open3d
     return module

@@ -27,7 +27,7 @@ examples:
                                             the same estimates from the log alone
   farsteer map office                       drive the survey and build the scene's cloud anew
 
-exit status: 0 all limits met, 1 a limit missed, 2 bad input, 130 interrupted
+exit status: 0 all limits met (localize: a pose was found), 1 not so, 2 bad input, 130 interrupted
 """
 
 

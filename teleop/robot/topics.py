@@ -16,6 +16,7 @@ from localization import messages
 from localization.cloud import Cloud
 from localization.geometry import FloatArray
 from localization.types import Estimate, Health, Inertial, Mounts, Pose, Scan, Twist, WheelSpeeds
+from robot_sim import P3AT
 from teleop.robot.robot import Snapshot
 
 Message: TypeAlias = dict[str, Any]
@@ -179,7 +180,7 @@ def _imu(s: Snapshot) -> Message | None:
 
 def _joints(s: Snapshot) -> Message | None:
     found = [r for r in s.readings if isinstance(r, WheelSpeeds)]
-    return _plain(messages.wheels_message(found[-1])) if found else None
+    return _plain(messages.wheels_message(found[-1], P3AT().rolling_radius)) if found else None
 
 
 def _status(s: Snapshot) -> Message:

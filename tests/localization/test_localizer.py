@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -424,3 +425,35 @@ def test_simulated_robot_is_tracked_through_a_room() -> None:
     assert max(turns) < np.deg2rad(1.0)
     assert estimate.health in (Health.TRACKING, Health.DEGRADED)
     assert localizer.refused == 0
+
+
+def test_news_of_an_estimate_are_told_once(hall: PreparedMap) -> None:
+    drive = Drive(HALL, START, (2.0, 0.0, 0.0))
+    localizer = Localizer(hall, MOUNTS)
+    told = [localizer.add(reading) for reading in hinted(drive.readings(), START)]
+    assert len([e for e in told if e.verdict is not None]) == 1
+    assert len([e for e in told if e.match is not None]) <= 20
+
+
+def test_scan_from_the_future_is_refused_and_shuts_no_true_scan_out(hall: PreparedMap) -> None:
+    localizer = under_way(hall)
+    drive = Drive(HALL, START, (1.5, 0.0, 0.0))
+    later = [r for r in drive.readings() if r.stamp > 1_100_000_000]
+    real = next(r for r in later if isinstance(r, Scan))
+    early = dataclasses.replace(real, stamp=real.stamp + 30 * SECOND)
+    assert "ahead of the inertial readings" in localizer.add(early).reasons[0]
+    assert any(e.match is not None for e in feed(localizer, later))
+
+
+def test_scan_that_comes_too_late_is_dropped_with_a_reason(hall: PreparedMap) -> None:
+    localizer = under_way(hall)
+    drive = Drive(HALL, START, (5.0, 0.0, 0.0))
+    later = [r for r in drive.readings() if r.stamp > 1_100_000_000]
+    held = next(r for r in later if isinstance(r, Scan))
+    now = [r for r in later if not isinstance(r, Scan)]
+    list(feed(localizer, now))
+    localizer.add(held)
+    told = list(
+        feed(localizer, [Inertial(now[-1].stamp + TICK, np.zeros(3), np.array([0, 0, 9.81]))])
+    )
+    assert any("s late" in reason for reason in told[-1].reasons)
