@@ -97,6 +97,11 @@ def config_of(log: Log) -> LocalizerConfig:
         raise LogError(f"{log.path}: its localiser configuration is not ours: {error}") from error
 
 
+def config_metadata(config: LocalizerConfig) -> dict[str, str]:
+    """Return the metadata by which a log remembers the configuration it was recorded with."""
+    return {CONFIG_KEY: json.dumps(to_json(config))}
+
+
 def to_json(config: Any) -> dict[str, Any]:
     """Return a configuration dataclass as plain values."""
     return dataclasses.asdict(config)

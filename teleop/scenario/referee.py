@@ -12,7 +12,7 @@ import numpy as np
 from localization.cloud import Cloud
 from localization.localizer import LocalizerConfig
 from localization.log import ReadingsWriter
-from localization.replay import CONFIG_KEY, to_json
+from localization.replay import config_metadata, to_json
 from localization.trace import TraceRow, write_trace
 from localization.trajectory import Trajectory, write_tum
 from localization.types import SECOND, HintVerdict
@@ -58,7 +58,7 @@ class Referee:
             "scene": mission.scene,
             "seed": str(mission.seed),
             "map_sha256": cloud.sha256,
-            CONFIG_KEY: json.dumps(to_json(localizer_config)),
+            **config_metadata(localizer_config),
         }
         self._log = ReadingsWriter(
             folder / "readings.mcap",
