@@ -11,8 +11,8 @@ from localization.localizer import Localizer, LocalizerConfig
 from localization.prepared import prepare
 from localization.types import SECOND
 from robot_sim import DriveConfig, PhysicsError, Simulation, SimulationConfig, World
-from teleop.pacing import Stopwatch, wall_seconds
 from teleop.joystick import Wish
+from teleop.pacing import Stopwatch, wall_seconds
 from teleop.robot.robot import Drive, Message, Robot
 from teleop.scenario.driver import TourDriver
 from teleop.scenario.mission import HINT_STAMP, Mission
