@@ -450,7 +450,7 @@ def test_scan_that_comes_too_late_is_dropped_with_a_reason(hall: PreparedMap) ->
     drive = Drive(HALL, START, (5.0, 0.0, 0.0))
     later = [r for r in drive.readings() if r.stamp > 1_100_000_000]
     held = next(r for r in later if isinstance(r, Scan))
-    now = [r for r in later if not isinstance(r, Scan)]
+    now: list[Reading] = [r for r in later if not isinstance(r, Scan)]
     list(feed(localizer, now))
     localizer.add(held)
     told = list(

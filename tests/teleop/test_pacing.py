@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 from itertools import pairwise
 
+import pytest
+
 from teleop import pacing
 
 
@@ -25,7 +27,9 @@ def test_real_time_ticks_with_rising_time_until_it_is_stopped() -> None:
     assert 0.0 < factor <= 1.2
 
 
-def test_lag_beyond_the_limit_is_let_go_instead_of_chased(monkeypatch) -> None:  # type: ignore[no-untyped-def]
+def test_lag_beyond_the_limit_is_let_go_instead_of_chased(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A clock that leaps half a second costs one tick, not twenty-five."""
     now = [0]
 
@@ -33,7 +37,7 @@ def test_lag_beyond_the_limit_is_let_go_instead_of_chased(monkeypatch) -> None: 
         now[0] += max(1_000_000, round(seconds * 1e9))
 
     monkeypatch.setattr(pacing, "monotonic", lambda: now[0])
-    monkeypatch.setattr(pacing.asyncio, "sleep", sleep)
+    monkeypatch.setattr("asyncio.sleep", sleep)
     stop, seen = asyncio.Event(), []
 
     def tick(stamp: int) -> None:
