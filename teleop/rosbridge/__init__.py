@@ -1,1 +1,24 @@
 """A rosbridge v2 library: the protocol without sockets, its messages, a server, a client."""
+
+from teleop.rosbridge.client import Client as Client, ConnectionState as ConnectionState
+from teleop.rosbridge.codec import Codec as Codec
+from teleop.rosbridge.errors import (
+    ClientError as ClientError,
+    FrameError as FrameError,
+    MessageError as MessageError,
+    OperationError as OperationError,
+    RosbridgeError as RosbridgeError,
+    ServerError as ServerError,
+    ServiceCallError as ServiceCallError,
+    ServiceError as ServiceError,
+    TypeNameError as TypeNameError,
+)
+from teleop.rosbridge.limits import Limits as Limits
+from teleop.rosbridge.messages import complete as complete, default as default, stamp as stamp
+from teleop.rosbridge.outbox import Bounds as Bounds
+from teleop.rosbridge.outgoing import Close as Close, Kind as Kind, Outgoing as Outgoing
+from teleop.rosbridge.protocol import Protocol as Protocol
+from teleop.rosbridge.rosapi import serve_rosapi as serve_rosapi
+from teleop.rosbridge.server import Pulse as Pulse, Server as Server
+from teleop.rosbridge.services import Later as Later
+from teleop.rosbridge.types import Message as Message, Registry as Registry

@@ -1,0 +1,68 @@
+"""Operations in the frames that clients send: JSON in text, and in binary as ROS# has it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any, Final
+
+from teleop.rosbridge.errors import FrameError
+
+_SPACE: Final = " \t\r\n"
+
+
+def _refuse(constant: str) -> None:
+    raise FrameError(f"{constant} is not JSON")
+
+
+_DECODER: Final = json.JSONDecoder(parse_constant=_refuse)
+
+
+def operations(frame: str | bytes) -> Iterator[dict[str, Any]]:
+    """Yield the objects in a frame: one, as a rule, but some clients send several.
+
+    Each is read before the next is looked at, so what comes before a mistake is still heard.
+
+    Raises:
+        FrameError: If the frame holds anything but JSON objects.
+    """
+    text = frame if isinstance(frame, str) else _decoded(frame)
+    position = _skip(text, 0)
+    if position == len(text):
+        raise FrameError("the frame is empty")
+    while position < len(text):
+        try:
+            value, position = _DECODER.raw_decode(text, position)
+        except RecursionError:
+            raise FrameError("the JSON is nested too deeply") from None
+        except json.JSONDecodeError as error:
+            raise FrameError(f"not JSON: {error.msg} at character {error.pos}") from None
+        except ValueError as error:  # ours, and integers of more digits than Python reads
+            raise FrameError(f"not JSON: {error}") from None
+        if not isinstance(value, dict):
+            raise FrameError(f"an operation is a JSON object, not {_NAMES[type(value)]}")
+        yield value
+        position = _skip(text, position)
+
+
+_NAMES: Final = {
+    list: "an array",
+    str: "a string",
+    int: "a number",
+    float: "a number",
+    bool: "a truth value",
+    type(None): "null",
+}
+
+
+def _decoded(frame: bytes) -> str:
+    try:
+        return frame.decode()
+    except UnicodeDecodeError:
+        raise FrameError("a binary frame must hold JSON text in UTF-8") from None
+
+
+def _skip(text: str, position: int) -> int:
+    while position < len(text) and text[position] in _SPACE:
+        position += 1
+    return position

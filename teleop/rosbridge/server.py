@@ -1,0 +1,380 @@
+"""The protocol on a socket: one asyncio loop, one reader and one writer for each client."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import inspect
+import logging
+import socket
+from collections.abc import Awaitable, Callable, Collection
+from dataclasses import dataclass
+from http import HTTPStatus
+from types import TracebackType
+from typing import Final, Self, TypeAlias
+from urllib.parse import urlsplit
+
+from websockets.asyncio.server import Server as WebSocketServer, ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from teleop.rosbridge.errors import ServerError, ServiceError
+from teleop.rosbridge.outbox import Bounds, Outbox
+from teleop.rosbridge.outgoing import Close, Output
+from teleop.rosbridge.protocol import Protocol
+from teleop.rosbridge.services import Handler, Later
+from teleop.rosbridge.topics import Listener
+from teleop.rosbridge.types import Message
+
+_LOG: Final = logging.getLogger(__name__)
+
+# websockets tells of each port scan with a traceback; what concerns us is raised.
+_WIRE: Final = logging.getLogger(f"{__name__}.wire")
+_WIRE.setLevel(logging.CRITICAL)
+
+_OVERFLOW: Final = 1013
+"""Code of the close frame for a client that reads too slowly ("try again later")."""
+
+_LOCAL: Final = ("localhost", "127.0.0.1", "::1")
+
+AsyncHandler: TypeAlias = Callable[[int, Message, int], Awaitable[Message]]
+"""A service's handler that may await; ServiceError from it is the caller's answer too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pulse:
+    """How a dead client is found out."""
+
+    ping_interval: float | None = 5.0
+    """Time between two pings [s]; None for no pings."""
+
+    ping_timeout: float | None = 10.0
+    """Time a client has to answer one [s]."""
+
+    write_timeout: float | None = 10.0
+    """Time a client has to take a frame off its socket [s]."""
+
+    @classmethod
+    def none(cls) -> Pulse:
+        """Return a pulse that waits for ever, for lockstep, where a client may think for long."""
+        return cls(None, None, None)
+
+
+class _Connection:
+    """A client's socket, and what waits to go there."""
+
+    def __init__(self, socket: ServerConnection, bounds: Bounds) -> None:
+        self.socket = socket
+        self.outbox = Outbox(bounds)
+        self.wake = asyncio.Event()
+        self.idle = asyncio.Event()
+        self.idle.set()
+        self.close: Close | None = None
+
+
+class Server:
+    """Serves a protocol's clients; its methods are called in the loop's thread."""
+
+    def __init__(
+        self,
+        protocol: Protocol,
+        host: str = "127.0.0.1",
+        port: int = 9090,
+        *,
+        clock: Callable[[], int] | None = None,
+        lockstep: bool = False,
+        bounds: Bounds | None = None,
+        pulse: Pulse | None = None,
+        origins: Collection[str] = (),
+    ) -> None:
+        """Make a server that does not listen yet.
+
+        Args:
+            protocol: What the clients speak; its sink becomes this server.
+            host: Address to listen at, and at no other.
+            port: Port to listen at; 0 takes a free one, see ``port``.
+            clock: Returns the time [ns] that the protocol lives in; the loop's time by default.
+            lockstep: Whether time is simulated: no time-outs, and the host calls ``tick``.
+            bounds: How much may wait for a client that reads slowly.
+            pulse: How a dead client is found out.
+            origins: Web pages that may connect, besides those of this machine (``https://x.org``).
+        """
+        self.protocol = protocol
+        self.host = host
+        self._port = port
+        self._clock = clock
+        self._lockstep = lockstep
+        self._bounds = bounds or Bounds()
+        self._pulse = pulse or (Pulse.none() if lockstep else Pulse())
+        self._origins = frozenset(origins)
+        self._connections: dict[int, _Connection] = {}
+        self._came: list[Callable[[int, str], None]] = []
+        self._left: list[Callable[[int, str], None]] = []
+        self._tasks: set[asyncio.Future[None]] = set()
+        self._timer: asyncio.TimerHandle | None = None
+        self._server: WebSocketServer | None = None
+        protocol.sink = self._push
+
+    # Life
+
+    async def start(self) -> None:
+        """Listen.
+
+        Raises:
+            ServerError: If the address cannot be had; one line says which and what to do.
+        """
+        try:
+            self._server = await serve(
+                self._attend,
+                self.host,
+                self._port,
+                compression=None,  # websockets' default costs 47 ms a megabyte
+                max_size=self.protocol.limits.frame,
+                ping_interval=self._pulse.ping_interval,
+                ping_timeout=self._pulse.ping_timeout,
+                open_timeout=5,
+                close_timeout=2,
+                process_request=self._screen,
+                logger=_WIRE,
+            )
+        except OSError as error:
+            raise ServerError(_cannot_listen(self.host, self._port, error)) from error
+
+    async def close(self) -> None:
+        """Stop listening and say goodbye to all clients."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._server is not None:
+            self._server.close(reason="the server ends")
+            await self._server.wait_closed()
+            self._server = None
+        for task in list(self._tasks):
+            task.cancel()
+
+    async def __aenter__(self) -> Self:
+        await self.start()
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        at: TracebackType | None,
+    ) -> None:
+        await self.close()
+
+    @property
+    def port(self) -> int:
+        """The port listened at, also if any would do."""
+        if self._server is not None and self._server.sockets:
+            return int(self._server.sockets[0].getsockname()[1])
+        return self._port
+
+    @property
+    def url(self) -> str:
+        """What a client on this machine connects to."""
+        return f"ws://{f'[{self.host}]' if ':' in self.host else self.host}:{self.port}"
+
+    @property
+    def now(self) -> int:
+        """The protocol's time [ns]."""
+        return self._clock() if self._clock else int(asyncio.get_running_loop().time() * 1e9)
+
+    # What the host does
+
+    def advertise(self, topic: str, type: str, *, latch: bool = False) -> None:
+        """Make a topic the host's; see ``Protocol.advertise``."""
+        self.protocol.advertise(topic, type, latch=latch)
+
+    def publish(
+        self, topic: str, message: Message | Callable[[], Message], now: int | None = None
+    ) -> None:
+        """Publish on a topic of the host's; a callable is called only if somebody subscribes."""
+        self.protocol.publish(topic, message, self.now if now is None else now)
+        self._plan()
+
+    def wanted(self, topic: str) -> bool:
+        """Return whether anybody subscribes to a topic."""
+        return self.protocol.wanted(topic)
+
+    def listen(self, topic: str, type: str, listener: Listener) -> None:
+        """Hear what clients publish; see ``Protocol.listen``."""
+        self.protocol.listen(topic, type, listener)
+
+    def serve(self, service: str, type: str, handler: Handler | AsyncHandler) -> None:
+        """Offer a service; see ``Protocol.serve``. The handler may be a coroutine function."""
+        self.protocol.serve(service, type, self._sync(handler))
+
+    def tick(self, now: int) -> None:
+        """Send throttled messages that are due; only a host in lockstep needs to call this."""
+        self.protocol.tick(now)
+
+    def on_connect(self, callback: Callable[[int, str], None]) -> None:
+        """Have ``callback(client, name)`` called for each client that comes."""
+        self._came.append(callback)
+
+    def on_disconnect(self, callback: Callable[[int, str], None]) -> None:
+        """Have ``callback(client, name)`` called for each client that has left, for any reason."""
+        self._left.append(callback)
+
+    @property
+    def client_count(self) -> int:
+        """How many clients are connected."""
+        return len(self._connections)
+
+    def name(self, client: int) -> str:
+        """Return a client's name for people: its number and address."""
+        return self.protocol.clients.get(client, f"client {client}")
+
+    def waiting(self, client: int) -> int:
+        """Return the bytes that wait to be sent to a client."""
+        connection = self._connections.get(client)
+        return connection.outbox.size if connection else 0
+
+    async def flush(self, client: int) -> None:
+        """Wait until nothing waits to be sent to a client, or it has left."""
+        if connection := self._connections.get(client):
+            await connection.idle.wait()
+
+    # One client
+
+    async def _attend(self, socket: ServerConnection) -> None:
+        _tune(socket)
+        connection = _Connection(socket, self._bounds)
+        client = self.protocol.connect(self.now)
+        name = f"client {client} ({_address(socket)})"
+        self.protocol.rename(client, name)
+        self._connections[client] = connection
+        for callback in self._came:
+            callback(client, name)
+        writer = asyncio.create_task(self._write(connection))
+        try:
+            async for frame in socket:
+                self.protocol.receive(client, frame, self.now)
+                self._plan()
+                await asyncio.sleep(0)  # whoever floods must not keep the others from their turn
+        except ConnectionClosed:
+            pass
+        finally:
+            del self._connections[client]
+            self.protocol.disconnect(client, self.now)
+            connection.idle.set()
+            for callback in self._left:
+                callback(client, name)
+            writer.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await writer
+
+    async def _write(self, connection: _Connection) -> None:
+        """Send what waits, one frame at a time: what is in the socket's buffer is out of our hands."""
+        socket, outbox = connection.socket, connection.outbox
+        while True:
+            while (frame := outbox.pop()) is not None:
+                try:
+                    async with asyncio.timeout(self._pulse.write_timeout):
+                        await socket.send(frame.payload, text=not frame.binary)
+                except TimeoutError:
+                    _LOG.info("%s takes nothing off its socket: cut off", _address(socket))
+                    socket.transport.abort()
+                    return
+                except ConnectionClosed:
+                    return
+            if connection.close is not None:
+                # Not awaited: a client that does not say goodbye must not hold the writer.
+                self._start(socket.close(connection.close.code, connection.close.reason))
+                return
+            connection.idle.set()
+            connection.wake.clear()
+            await connection.wake.wait()
+
+    def _push(self, client: int, output: Output) -> None:
+        connection = self._connections.get(client)
+        if connection is None or connection.close is not None:
+            return
+        if isinstance(output, Close):
+            connection.close = output
+        elif reason := connection.outbox.push(output):
+            connection.outbox.clear()
+            connection.close = Close(_OVERFLOW, reason)
+        connection.idle.clear()
+        connection.wake.set()
+
+    # Odds and ends
+
+    def _sync(self, handler: Handler | AsyncHandler) -> Handler:
+        def handle(client: int, request: Message, now: int) -> Message | Later:
+            answer = handler(client, request, now)
+            if not inspect.isawaitable(answer):
+                return answer
+            later = Later()
+            self._start(_settle(later, answer))
+            return later
+
+        return handle
+
+    def _start(self, work: Awaitable[None]) -> None:
+        task = asyncio.ensure_future(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def _plan(self) -> None:
+        """Have the clock wake us when a throttled message is due."""
+        due = None if self._lockstep else self.protocol.due
+        if due is None:
+            return
+        loop = asyncio.get_running_loop()
+        when = loop.time() + max(due - self.now, 0) / 1e9
+        if self._timer is not None:
+            if self._timer.when() <= when:
+                return
+            self._timer.cancel()
+        self._timer = loop.call_at(when, self._ring)
+
+    def _ring(self) -> None:
+        self._timer = None
+        self.protocol.tick(self.now)
+        self._plan()
+
+    def _screen(self, socket: ServerConnection, request: Request) -> Response | None:
+        """Refuse foreign web pages, which any browser on this machine would let through."""
+        origin = request.headers.get("Origin")
+        if origin is not None and origin not in self._origins:
+            here = urlsplit(f"//{request.headers.get('Host', '')}").hostname
+            if urlsplit(origin).hostname not in {*_LOCAL, here} - {None}:
+                text = f"pages of {origin} may not connect here\n"
+                return socket.respond(HTTPStatus.FORBIDDEN, text)
+        if len(self._connections) >= self.protocol.limits.clients:
+            return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many clients\n")
+        return None
+
+
+async def _settle(later: Later, answer: Awaitable[Message]) -> None:
+    try:
+        later.answer(await answer)
+    except ServiceError as error:
+        later.refuse(str(error))
+    except Exception:
+        _LOG.exception("a service failed")
+        later.refuse("internal error")
+
+
+def _tune(connection: ServerConnection) -> None:
+    """Keep the kernel from taking in megabytes: what it holds is old when the client reads it."""
+    raw = connection.transport.get_extra_info("socket")
+    raw.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 262_144)
+
+
+def _address(connection: ServerConnection) -> str:
+    peer = connection.remote_address
+    return f"{peer[0]}:{peer[1]}" if peer else "gone"
+
+
+def _cannot_listen(host: str, port: int, error: OSError) -> str:
+    where = f"port {port} of {host}"
+    if error.errno == errno.EADDRINUSE:
+        return f"{where} is in use: end the program that holds it, or take another port (0: any)"
+    if error.errno == errno.EACCES:
+        return f"{where} may not be used by this user: take one above 1023"
+    return f"cannot listen at {where}: {error.strerror or error}"
