@@ -324,6 +324,7 @@ class Client:
                 self._tell(ConnectionState.CONNECTED)
                 async for frame in opened:
                     self._receive(frame)
+                    await asyncio.sleep(0)  # so that a call returns before the next message
             except ConnectionClosed as error:
                 self._lose(str(error))
             else:

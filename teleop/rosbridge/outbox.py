@@ -78,9 +78,14 @@ class Outbox:
     def clear(self) -> None:
         """Forget all."""
         self._control.clear()
+        self._control_bytes = 0
+        self.forget_data()
+
+    def forget_data(self) -> None:
+        """Forget messages, keep answers."""
         self._data.clear()
         self._topics.clear()
-        self._control_bytes = self._data_bytes = 0
+        self._data_bytes = 0
 
     def _push_data(self, frame: Outgoing) -> None:
         waiting = self._topics.setdefault(frame.topic, deque())

@@ -10,6 +10,7 @@ import logging
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Final
 
 from teleop.rosbridge.broker import Broker
@@ -21,7 +22,7 @@ from teleop.rosbridge.messages import complete
 from teleop.rosbridge.outgoing import Close, Kind, Outgoing, Output, Sink
 from teleop.rosbridge.services import Handler, Later, Service
 from teleop.rosbridge.topics import Listener, Request, Topic, canonical
-from teleop.rosbridge.types import Message, MessageType, Registry
+from teleop.rosbridge.types import Message, Registry
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -261,40 +262,49 @@ class Protocol:
         name = operation.get("service")
         if not isinstance(name, str):
             raise OperationError("it needs a service, which is a string")
-        echo = {"id": operation["id"]} if operation.get("id") is not None else {}
-
-        def reply(result: Message | ServiceError) -> None:
-            refused = isinstance(result, ServiceError)
-            if isinstance(result, ServiceError):
-                values = write_json(str(result))
-            else:
-                values = self._codec.json(response, result)
-            end = "".join(f',"{key}":{write_json(value)}' for key, value in echo.items())
-            self._say(
-                client.id,
-                f'{{"op":"service_response","service":{write_json(name)},"values":{values},'
-                f'"result":{write_json(not refused)}{end}}}',
-            )
-
         service = self._services.get(canonical(name))
+        reply = partial(self._reply, client.id, operation, service)
         if service is None:
             reply(ServiceError(f"Service {name} does not exist"))
             return
-        response: MessageType = service.kind.response
         try:
-            request = complete(
-                self.registry, service.kind.request, _arguments(service, operation), now=now
-            )
+            arguments = _arguments(service, operation)
+            request = complete(self.registry, service.kind.request, arguments, now=now)
             answer = service.handler(client.id, request, now)
-            if isinstance(answer, Later):
-                answer.when_settled(reply)
-            else:
-                reply(answer)
         except RosbridgeError as error:
             reply(ServiceError(str(error)))
         except Exception:
             _LOG.exception("service %s failed", name)
             reply(ServiceError(f"Service {name} failed: internal error"))
+        else:
+            if isinstance(answer, Later):
+                answer.when_settled(reply)
+            else:
+                reply(answer)
+
+    def _reply(
+        self,
+        client: int,
+        call: Operation,
+        service: Service | None,
+        result: Message | ServiceError,
+    ) -> None:
+        good = "false"
+        if service is None or isinstance(result, ServiceError):
+            values = write_json(str(result))
+        else:
+            try:
+                values, good = self._codec.json(service.kind.response, result), "true"
+            except RosbridgeError as error:
+                _LOG.exception("service %s gave no good response", service.name)
+                values = write_json(str(error))
+        # An answer has an id only if the call had one.
+        end = f',"id":{write_json(call["id"])}' if call.get("id") is not None else ""
+        self._say(
+            client,
+            f'{{"op":"service_response","service":{write_json(call["service"])},'
+            f'"values":{values},"result":{good}{end}}}',
+        )
 
     def _set_level(self, client: _Client, operation: Operation, now: int) -> None:
         level = operation.get("level")

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from http import HTTPStatus
 from types import TracebackType
 from typing import Final, Self, TypeAlias
-from urllib.parse import urlsplit
 
 from websockets.asyncio.server import Server as WebSocketServer, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from teleop.rosbridge.errors import ServerError, ServiceError
+from teleop.rosbridge.origins import Origins
 from teleop.rosbridge.outbox import Bounds, Outbox
 from teleop.rosbridge.outgoing import Close, Output
 from teleop.rosbridge.protocol import Protocol
@@ -36,7 +36,8 @@ _WIRE.setLevel(logging.CRITICAL)
 _OVERFLOW: Final = 1013
 """Code of the close frame for a client that reads too slowly ("try again later")."""
 
-_LOCAL: Final = ("localhost", "127.0.0.1", "::1")
+_PATIENCE: Final = 3.0
+"""Time to say goodbye in [s]; who does not is cut off."""
 
 AsyncHandler: TypeAlias = Callable[[int, Message, int], Awaitable[Message]]
 """A service's handler that may await; ServiceError from it is the caller's answer too."""
@@ -107,7 +108,7 @@ class Server:
         self._lockstep = lockstep
         self._bounds = bounds or Bounds()
         self._pulse = pulse or (Pulse.none() if lockstep else Pulse())
-        self._origins = frozenset(origins)
+        self._origins = Origins(host, frozenset(origins))
         self._connections: dict[int, _Connection] = {}
         self._came: list[Callable[[int, str], None]] = []
         self._left: list[Callable[[int, str], None]] = []
@@ -148,7 +149,13 @@ class Server:
             self._timer = None
         if self._server is not None:
             self._server.close(reason="the server ends")
-            await self._server.wait_closed()
+            try:
+                async with asyncio.timeout(_PATIENCE):
+                    await self._server.wait_closed()
+            except TimeoutError:  # somebody does not even read that we go
+                for connection in self._connections.values():
+                    connection.socket.transport.abort()
+                await self._server.wait_closed()
             self._server = None
         for task in list(self._tasks):
             task.cancel()
@@ -282,8 +289,7 @@ class Server:
                 except ConnectionClosed:
                     return
             if connection.close is not None:
-                # Not awaited: a client that does not say goodbye must not hold the writer.
-                self._start(socket.close(connection.close.code, connection.close.reason))
+                await _hang_up(socket, connection.close)
                 return
             connection.idle.set()
             connection.wake.clear()
@@ -294,6 +300,7 @@ class Server:
         if connection is None or connection.close is not None:
             return
         if isinstance(output, Close):
+            connection.outbox.forget_data()
             connection.close = output
         elif reason := connection.outbox.push(output):
             connection.outbox.clear()
@@ -339,15 +346,20 @@ class Server:
 
     def _screen(self, socket: ServerConnection, request: Request) -> Response | None:
         """Refuse foreign web pages, which any browser on this machine would let through."""
-        origin = request.headers.get("Origin")
-        if origin is not None and origin not in self._origins:
-            here = urlsplit(f"//{request.headers.get('Host', '')}").hostname
-            if urlsplit(origin).hostname not in {*_LOCAL, here} - {None}:
-                text = f"pages of {origin} may not connect here\n"
-                return socket.respond(HTTPStatus.FORBIDDEN, text)
+        origin, host = request.headers.get("Origin"), request.headers.get("Host", "")
+        if origin is not None and not self._origins.allow(origin, host):
+            return socket.respond(HTTPStatus.FORBIDDEN, f"pages of {origin} may not connect here\n")
         if len(self._connections) >= self.protocol.limits.clients:
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many clients\n")
         return None
+
+
+async def _hang_up(socket: ServerConnection, close: Close) -> None:
+    try:
+        async with asyncio.timeout(_PATIENCE):
+            await socket.close(close.code, close.reason)
+    except TimeoutError:
+        socket.transport.abort()
 
 
 async def _settle(later: Later, answer: Awaitable[Message]) -> None:

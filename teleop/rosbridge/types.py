@@ -164,6 +164,7 @@ class Registry:
             found += 1
         if not found:
             raise TypeNameError(f"no .msg or .srv files in {folder}")
+        self._check()
 
     def add(self, name: str, text: str) -> None:
         """Add or replace a message type by its ``.msg`` text."""
@@ -218,6 +219,19 @@ class Registry:
     def __contains__(self, name: object) -> bool:
         """Return whether this is a name of a message type."""
         return isinstance(name, str) and name.lower() in self._canonical
+
+    def _check(self) -> None:
+        """Refuse fields of types that nobody knows, before a message has them."""
+        parts = [
+            part
+            for service in self._services.values()
+            for part in (service.request, service.response)
+        ]
+        for kind in (*self._types.values(), *parts):
+            for field in kind.fields:
+                if field.nested and field.kind not in self._types:
+                    where = f"field {field.name} of {short_name(kind.name)}"
+                    raise TypeNameError(f"{where} is of an unknown type {short_name(field.kind)}")
 
     def _register(self, name: str, definition: Any) -> None:
         self._types[name] = _made(name, definition)

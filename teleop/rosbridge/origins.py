@@ -1,0 +1,42 @@
+"""Which web pages may connect: any page that a browser on this machine shows could try."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from ipaddress import ip_address
+from typing import Final
+from urllib.parse import urlsplit
+
+_LOCAL: Final = ("localhost", "127.0.0.1", "::1")
+
+
+@dataclass(frozen=True, slots=True)
+class Origins:
+    """Pages of this machine, of the server's own address, and those named."""
+
+    host: str
+    """What the server listens at."""
+
+    named: frozenset[str] = frozenset()
+    """Further origins, as browsers write them: ``https://x.org``."""
+
+    def allow(self, origin: str, host: str) -> bool:
+        """Return whether a page of ``origin`` may connect, having asked for ``host``.
+
+        A host name proves nothing, as its owner can point it at any machine; an address does.
+        """
+        if origin in self.named:
+            return True
+        page, asked = _host(origin), _host(f"//{host}")
+        if page is None:
+            return False
+        with suppress(ValueError):
+            return page in (*_LOCAL, self.host, str(ip_address(asked or "")))
+        return page in (*_LOCAL, self.host)
+
+
+def _host(url: str) -> str | None:
+    with suppress(ValueError):
+        return urlsplit(url).hostname
+    return None
