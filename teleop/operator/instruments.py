@@ -1,0 +1,88 @@
+"""Lanes of states, plots of numbers, and the log of events."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Final
+
+import rerun as rr
+
+from teleop.operator import palette
+from teleop.operator.blueprint import LANES, LEGEND, LOG, PLOTS
+from teleop.operator.palette import ORANGE, SKY, WHITE, YELLOW, Colour
+
+
+class Level(StrEnum):
+    """How much an event matters."""
+
+    INFO = "INFO"
+    WARNING = "WARN"
+    ALARM = "ERROR"
+
+
+LANE_COLOURS: Final = {
+    "health": palette.HEALTH,
+    "control": palette.CONTROL,
+    "deadman": palette.DEADMAN,
+    "link": palette.LINK,
+    "map": palette.MAP,
+}
+"""Every lane with the states it knows; an unknown one gets a colour of the viewer's."""
+
+SERIES: Final[dict[str, tuple[str, Colour]]] = {
+    "position/sigma": ("sigma", SKY),
+    "position/error": ("true error (simulation only)", WHITE),
+    "fit/fit": ("fit", SKY),
+    "nis/nis": ("NIS", SKY),
+    "speed/stick": ("my stick", YELLOW),
+    "speed/command": ("command in force", ORANGE),
+    "speed/measured": ("measured", SKY),
+}
+"""Every curve by its path under ``plots``, with its name and colour."""
+
+
+_LEGEND: Final = f"""\
+**Grey** the prebuilt map, lighter with height. **Live points** by their distance to it: **teal** none,
+green to **yellow** {palette.DISTANCE_FULL} m or more, **pink** nothing is mapped near. Live points beside
+the map's walls mean that the pose is wrong: give a hint.
+
+**Red robot, white bar ahead** the estimate. **Ellipse and wedge** its 95 % bounds, in the colour of its health.
+**Blue path** the estimate, **white rim** the truth, if a simulation publishes it.
+
+**Orange ghost and ring** a hint and the 95 % of its window; then green accepted, blue kept, orange ambiguous, red
+rejected, and an arrow to the pose that was taken.
+"""
+
+
+class Instruments:
+    """Writes lanes, plots and log at whatever time the stream stands."""
+
+    def __init__(self, stream: rr.RecordingStream) -> None:
+        self._stream = stream
+        self._states: dict[str, str] = {}
+        document = rr.TextDocument(_LEGEND, media_type=rr.MediaType.MARKDOWN)
+        stream.log(LEGEND, document, static=True)
+        for lane, colours in LANE_COLOURS.items():
+            states = rr.StateConfiguration(
+                values=list(colours), colors=[(*c, 255) for c in colours.values()]
+            )
+            stream.log(f"{LANES}/{lane}", states, static=True)
+        for path, (name, colour) in SERIES.items():
+            line = rr.SeriesLines(names=[name], colors=[colour], widths=[1.5])
+            stream.log(f"{PLOTS}/{path}", line, static=True)
+
+    def state(self, lane: str, state: str) -> bool:
+        """Note the state of a lane; return whether it is a new one."""
+        if self._states.get(lane) == state:
+            return False
+        self._states[lane] = state
+        self._stream.log(f"{LANES}/{lane}", rr.StateChange(state=state))
+        return True
+
+    def plot(self, path: str, value: float) -> None:
+        """Add a point to a curve of ``SERIES``."""
+        self._stream.log(f"{PLOTS}/{path}", rr.Scalars(value))
+
+    def event(self, text: str, level: Level = Level.INFO) -> None:
+        """Add a line to the log."""
+        self._stream.log(LOG, rr.TextLog(text, level=level.value))
