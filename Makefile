@@ -9,7 +9,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help env sim map test check format bench clean
+.PHONY: help env sim serve operate map test check format bench clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -18,6 +18,12 @@ env: .venv/.env ## Make .venv with what running needs, in pinned versions
 
 sim: .venv/.env ## Drive the robot in simulation (ARGS="--help" says what else)
 	@$(BIN)/farsteer sim $(ARGS)
+
+serve: .venv/.env ## Serve a robot on ws://127.0.0.1:9090 in real time (ARGS="--port 9091")
+	@$(BIN)/farsteer serve $(ARGS)
+
+operate: .venv/.env ## Operate it: display and keyboard (ARGS="ws://host:port --no-viewer --record x.rrd")
+	@$(BIN)/farsteer operate $(ARGS)
 
 map: .venv/.map ## Build the office's map from a simulated drive (ARGS="...")
 	@$(BIN)/farsteer map office $(ARGS)
@@ -46,13 +52,13 @@ clean: ## Remove .venv and everything that was generated
 # The stamps are renewed only when what they depend on has changed.
 .venv/.env: pyproject.toml constraints.txt
 	@test -x $(BIN)/pip || { python=$$(tools/find-python $(PYTHON)) && $$python -m venv .venv; }
-	$(BIN)/pip install --quiet --editable '.[sim]'
+	$(BIN)/pip install --quiet --editable '.[sim,operator]'
 	@touch $@
 
 .venv/.map: .venv/.env
-	$(BIN)/pip install --quiet --editable '.[sim,map]'
+	$(BIN)/pip install --quiet --editable '.[sim,operator,map]'
 	@touch $@
 
 .venv/.dev: .venv/.env
-	$(BIN)/pip install --quiet --editable '.[sim,map,dev]'
+	$(BIN)/pip install --quiet --editable '.[sim,operator,map,dev]'
 	@touch $@

@@ -237,7 +237,9 @@ class Localizer:
         """Give up scans from before the remembered motion: nothing can bring them to now."""
         for name in [n for n, scan in self._pending.items() if scan.stamp < oldest]:
             late = (self._stamp - self._pending.pop(name).stamp) / SECOND
-            self._refused = (*self._refused, f"refused a scan of {name}: it came {late:.1f} s late")
+            # At the very start scans begin before the first inertial reading; nobody is to blame.
+            if late > 1.0:
+                self._refused = (*self._refused, f"refused a scan of {name}: {late:.1f} s late")
 
     def _correct(self) -> None:
         with self._stage("deskew"):

@@ -6,6 +6,8 @@ import os
 
 # One thread per process keeps sums in one order, and so the bits; numpy reads this when imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# rerun warns of each file that it writes as we ask it to; it reads this when imported.
+os.environ.setdefault("RUST_LOG", "error")
 
 import sys
 from collections.abc import Callable
@@ -26,6 +28,8 @@ examples:
   farsteer localize runs/x/readings.mcap --map scenes/office/cloud.ply --out replayed
                                             the same estimates from the log alone
   farsteer map office                       drive the survey and build the scene's cloud anew
+  farsteer serve --port 9090                a robot for any rosbridge client, in real time
+  farsteer operate ws://127.0.0.1:9090      look at it in rerun, drive it from the keyboard
 
 exit status: 0 all limits met (localize: a pose was found), 1 not so, 2 bad input, 130 interrupted
 """
@@ -35,9 +39,11 @@ exit status: 0 all limits met (localize: a pose was found), 1 not so, 2 bad inpu
 class Sim:
     """Drive a scene's tour and report how well the robot knew where it was.
 
-    The operator is a script that steers by the estimate. It first gives a hint that is wrong by a metre
-    and 20 degrees. Everything ends up in a folder: readings.mcap, truth.tum, estimate.tum, trace.csv,
-    config.json, summary.json and run.png.
+    Two processes, joined by rosbridge alone: the robot here, and a scripted operator that holds the map
+    file. It gives a hint that is wrong by a metre and 20 degrees, then steers by what it receives. They
+    run in lockstep, faster than real time, with the same bits for the same seed. Everything ends up in
+    a folder: readings.mcap, truth.tum, estimate.tum, trace.csv, config.json, summary.json, run.png, and
+    the operator's display, operator.rrd.
     """
 
     scene: str = "office"
@@ -61,7 +67,8 @@ class Sim:
         """Run it."""
         from robot_sim import load_world
         from teleop.scenario.mission import Mission
-        from teleop.scenario.run import cloud_of, run_here
+        from teleop.scenario.run import cloud_of, cloud_path
+        from teleop.scenario.wire import run_over_wire
 
         mission = Mission(
             scene=self.scene,
@@ -75,7 +82,10 @@ class Sim:
         world = load_world(self.scene)
         cloud = cloud_of(self.scene)
         bar = _Progress()
-        summary, record = run_here(mission, world, cloud, folder, cache=_cache(), progress=bar)
+        path = cloud_path(self.scene)
+        summary, record = run_over_wire(
+            mission, world, cloud, path, folder, cache=_cache(), progress=bar
+        )
         if self.picture and record.snapshots:
             from teleop.scenario.picture import draw
 
@@ -171,11 +181,101 @@ class Map:
         return 0
 
 
+@dataclass(frozen=True)
+class Serve:
+    """Serve a robot in real time until Ctrl-C; any rosbridge client can drive it.
+
+    It listens on this machine only, unless --host says otherwise.
+    """
+
+    scene: str = "office"
+    """Where the robot is."""
+    host: str = "127.0.0.1"
+    """Address to listen on."""
+    port: int = 9090
+    """Port to listen on; 0 takes a free one."""
+    seed: int = 0
+    """Of the sensor noise."""
+    lost: bool = False
+    """Start without knowing where; the robot then waits for a hint on /initialpose."""
+    record: Path | None = None
+    """Write all sensor readings to this file (MCAP)."""
+
+    def __call__(self) -> int:
+        """Run it."""
+        import asyncio
+
+        from robot_sim import load_world
+        from teleop.robot.serve import ServeConfig, greeting, serve
+        from teleop.scenario.run import cloud_of, cloud_path
+
+        world, cloud = load_world(self.scene), cloud_of(self.scene)
+        config = ServeConfig(self.host, self.port, self.seed, not self.lost, self.record)
+        path = cloud_path(self.scene)
+        factor = asyncio.run(
+            serve(
+                world,
+                cloud,
+                config,
+                cache=_cache(),
+                ready=lambda server: _say(greeting(server, world, cloud, path)),
+            )
+        )
+        _say(f"\nended; kept {factor:.2f} of real time")
+        return 0
+
+
+@dataclass(frozen=True)
+class Operate:
+    """Operate a robot: rerun shows the live cloud over the map, the keyboard drives.
+
+    Reconnects by itself. Without a screen, --record writes what would be shown to a file.
+    """
+
+    url: Annotated[str, tyro.conf.Positional] = "ws://127.0.0.1:9090"
+    """Where the robot is served."""
+    map: Path | None = None
+    """This side's copy of the robot's map (PLY); the office's unless given."""
+    record: Path | None = None
+    """Record the display to this file (.rrd)."""
+    viewer: bool = True
+    """Whether to open rerun's viewer; needs a screen."""
+    hint: tuple[float, float, float] | None = None
+    """Tell the robot that it is at x, y [m], heading [degrees]."""
+    duration: float | None = None
+    """End after so many seconds."""
+
+    def __call__(self) -> int:
+        """Run it."""
+        import asyncio
+
+        from teleop.operator.operate import OperateConfig, run_operator
+
+        if self.map is None:
+            from teleop.scenario.run import cloud_path
+
+            path = cloud_path("office")
+        else:
+            path = self.map
+        config = OperateConfig(
+            url=self.url,
+            map=path,
+            record=self.record,
+            viewer=self.viewer,
+            hint=self.hint,
+            duration=self.duration,
+        )
+        asyncio.run(run_operator(config, say=lambda line: _say(f"\r{line}\r")))
+        return 0
+
+
 Command: TypeAlias = (
     Annotated[Sim, tyro.conf.subcommand("sim")]
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
     | Annotated[Localize, tyro.conf.subcommand("localize")]
     | Annotated[Map, tyro.conf.subcommand("map")]
+    | Annotated[Serve, tyro.conf.subcommand("serve")]
+    | Annotated[Operate, tyro.conf.subcommand("operate")]
 )
 
 
@@ -201,12 +301,14 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _known_errors() -> tuple[type[Exception], ...]:
     """What the user can put right; anything else is a defect and deserves its traceback."""
-    return (ValueError, OSError, ImportError, *_simulation_errors())
-
-
-def _simulation_errors() -> tuple[type[Exception], ...]:
-    module = sys.modules.get("robot_sim.errors")
-    return (module.SimulationError,) if module is not None else ()
+    families = (
+        ("robot_sim.errors", "SimulationError"),
+        ("teleop.rosbridge.errors", "RosbridgeError"),
+        ("teleop.scenario.survey", "SurveyError"),
+    )
+    # A family whose module was never imported cannot have been raised.
+    loaded = [getattr(sys.modules[m], name) for m, name in families if m in sys.modules]
+    return (ValueError, OSError, ImportError, *loaded)
 
 
 def _table(summary: object) -> str:

@@ -91,6 +91,7 @@ class Scene:
         self._stream = stream
         self._entities = {"map": at.MAP, "odom": "map/odom", "base_link": at.BASE}
         self._scanners: list[str] = []
+        self._hint_shapes: set[str] = set()
         self._placed, self._health = False, GREY
         self._ceiling = float(cloud.bounds[0][2]) + HEADROOM
         self._draw_map(cloud)
@@ -172,13 +173,13 @@ class Scene:
     def hint(self, pose: Pose, label: str, covariance: FloatArray | None = None) -> None:
         """Draw the ghost of a hint, with the 95 % ellipse of what its giver was unsure about."""
         self.clear_hint()
-        self._ghost("ghost", pose, label, ORANGE)
+        self._ghost(pose, label, ORANGE)
         if covariance is not None:
             ring = np.column_stack(
                 [_CIRCLE @ (ELLIPSE * _root(covariance[:2, :2])).T, np.zeros(len(_CIRCLE))]
             )
-            self._stream.log(
-                f"{at.HINT}/window",
+            self._hint_shape(
+                "window",
                 rr.LineStrips3D(
                     [ring + pose.position + (0.0, 0.0, _LIFT)],
                     colors=[ORANGE],
@@ -190,11 +191,11 @@ class Scene:
         self, verdict: str, hint: Pose, candidates: Sequence[Pose], scores: Sequence[float]
     ) -> None:
         """Draw what became of a hint: candidates with scores, and an arrow to the pose that was taken."""
-        self._ghost("ghost", hint, f"hint {verdict}", VERDICT.get(verdict, ORANGE))
+        self._ghost(hint, f"hint {verdict}", VERDICT.get(verdict, ORANGE))
         if not candidates:
             return
-        self._stream.log(
-            f"{at.HINT}/candidates",
+        self._hint_shape(
+            "candidates",
             rr.Points3D(
                 [c.position + (0.0, 0.0, body.HEIGHT) for c in candidates],
                 colors=[VERDICT.get(verdict, ORANGE)],
@@ -206,8 +207,8 @@ class Scene:
         )
         if verdict in ("accepted", "kept"):
             lift = (0.0, 0.0, body.HEIGHT)
-            self._stream.log(
-                f"{at.HINT}/move",
+            self._hint_shape(
+                "move",
                 rr.Arrows3D(
                     origins=[hint.position + lift],
                     vectors=[candidates[0].position - hint.position],
@@ -218,12 +219,21 @@ class Scene:
 
     def clear_hint(self) -> None:
         """Take ghost, candidates and arrow away."""
-        self._stream.log(at.HINT, rr.Clear(recursive=True))
+        # Not the ghost's transform: one that is cleared and set at the same stamp stays cleared, and the
+        # ghost would stand at the origin.
+        for shape in self._hint_shapes:
+            self._stream.log(shape, rr.Clear(recursive=False))
+        self._hint_shapes.clear()
 
-    def _ghost(self, name: str, pose: Pose, label: str, colour: Colour) -> None:
-        self._stream.log(f"{at.HINT}/{name}", _transform(pose))
+    def _ghost(self, pose: Pose, label: str, colour: Colour) -> None:
+        self._stream.log(f"{at.HINT}/ghost", _transform(pose))
         for part, shape in body.ghost(label, colour).items():
-            self._stream.log(f"{at.HINT}/{name}/{part}", shape)
+            self._hint_shape(f"ghost/{part}", shape)
+
+    def _hint_shape(self, name: str, shape: rr.AsComponents) -> None:
+        entity = f"{at.HINT}/{name}"
+        self._stream.log(entity, shape)
+        self._hint_shapes.add(entity)
 
 
 def _transform(pose: Pose) -> rr.Transform3D:

@@ -56,9 +56,9 @@ def open_stream(sink: Sink, blueprint: rrb.Blueprint) -> rr.RecordingStream:
     sinks: list[rr.FileSink | rr.GrpcSink] = []
     if sink.file is not None:
         sink.file.parent.mkdir(parents=True, exist_ok=True)
-        # A footer would be kept in memory, growing, until the end, and lost by a kill:
-        # `rerun rrd optimize` adds one to any file.
-        sinks.append(rr.FileSink(sink.file, write_footer=False))
+        # The index that goes to the file's end takes some 50 MB of memory an hour. A kill loses the
+        # index and nothing else: `rerun rrd optimize` makes a new one.
+        sinks.append(rr.FileSink(sink.file, write_footer=True))
     if viewer is not None:
         sinks.append(rr.GrpcSink(viewer))
     stream.set_sinks(*sinks, default_blueprint=blueprint)

@@ -20,7 +20,14 @@ from robot_sim import P3AT, TICK_NS, Simulation, SimulationConfig
 from teleop.pacing import Stopwatch, wall_seconds
 from teleop.robot.robot import Drive, Snapshot
 from teleop.scenario.mission import Mission
-from teleop.scenario.report import RunFacts, StageTime, Summary, TopicTraffic, summarise
+from teleop.scenario.report import (
+    ReportError,
+    RunFacts,
+    StageTime,
+    Summary,
+    TopicTraffic,
+    summarise,
+)
 
 _MOVING = 0.01
 """Faster than this, in m/s or rad/s, is motion."""
@@ -113,7 +120,13 @@ class Referee:
     def finish(
         self, ending: str, traffic: Sequence[TopicTraffic] = ()
     ) -> tuple[Summary, RunRecord]:
-        """Write the files and return what they say."""
+        """Write the files and return what they say.
+
+        Raises:
+            ReportError: if there was not a single tick.
+        """
+        if not self._snapshots:
+            raise ReportError(f"the run ended before it began: {ending}")
         wall = wall_seconds() - self._begun
         self._log.close()
         record = RunRecord(self._snapshots, tuple(self._verdicts), ending)
@@ -128,7 +141,7 @@ class Referee:
             map_sha256=self._cloud.sha256,
             ending=ending,
             verdicts=tuple(_verdict_line(v) for v in self._verdicts),
-            robot_seconds=self._snapshots[-1].stamp / SECOND if self._snapshots else 0.0,
+            robot_seconds=self._snapshots[-1].stamp / SECOND,
             wall_seconds=wall,
             startup_seconds=self._startup,
             stages=tuple(StageTime.of(name, laps) for name, laps in self._watch.laps.items()),

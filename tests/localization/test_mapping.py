@@ -136,7 +136,7 @@ def test_count_is_of_raw_points() -> None:
     ("error", "cure"),
     [
         (ModuleNotFoundError("No module named 'open3d'"), r"pip install 'farsteer\[map\]'"),
-        (ImportError("libusb-1.0.so.0: cannot open"), "libusb-1.0.so.0.*apt-get install libusb"),
+        (ImportError("libusb-1.0.so.0: cannot open"), "libusb-1.0.so.0.*apt-get install .*libusb"),
     ],
 )
 def test_missing_open3d_names_the_cure(

@@ -1,0 +1,86 @@
+"""Driving from the terminal: keys held down become a twist, for as long as they repeat."""
+
+from __future__ import annotations
+
+import os
+import sys
+import termios
+import tty
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from localization.types import Twist
+
+HOLD = 450_000_000
+"""A key counts as held this long after its last repeat [ns]; terminals tell no release, and begin to
+repeat after up to 0.4 s."""
+
+HELP = "w/s or arrows drive, a/d turn, shift is faster, space stops, e is the e-stop, r resets it, q quits"
+
+_FORWARD = {"w": 1.0, "s": -1.0, "\x1b[A": 1.0, "\x1b[B": -1.0}
+_TURN = {"a": 1.0, "d": -1.0, "\x1b[D": 1.0, "\x1b[C": -1.0}
+
+
+@dataclass(slots=True)
+class Keyboard:
+    """Remembers when each key was last heard; time is an argument."""
+
+    speed: float = 0.35
+    """Of a plain key [m/s]."""
+    fast: float = 0.7
+    """With shift [m/s]."""
+    turn: float = 0.8
+    """[rad/s]."""
+    _heard: dict[str, int] = field(default_factory=dict)
+    _fast: bool = False
+
+    def press(self, key: str, now: int) -> str | None:
+        """Take a key; return what it orders besides motion: ``estop``, ``reset`` or ``quit``."""
+        small = key.lower()
+        if small in _FORWARD or small in _TURN or key in _FORWARD or key in _TURN:
+            self._fast = key.isupper() and len(key) == 1
+            self._heard[small if len(key) == 1 else key] = now
+            return None
+        if key == " ":
+            self._heard.clear()
+            return None
+        return {"e": "estop", "r": "reset", "q": "quit", "\x03": "quit"}.get(small)
+
+    def twist(self, now: int) -> tuple[Twist, bool]:
+        """Return the twist that the held keys ask for, and whether any is held (the deadman)."""
+        held = [key for key, heard in self._heard.items() if now - heard <= HOLD]
+        forward = sum(_FORWARD.get(key, 0.0) for key in held)
+        turn = sum(_TURN.get(key, 0.0) for key in held)
+        speed = self.fast if self._fast else self.speed
+        return Twist.planar(speed * _sign(forward), self.turn * _sign(turn)), bool(held)
+
+
+def _sign(value: float) -> float:
+    return (value > 0) - (value < 0)
+
+
+@contextmanager
+def raw_terminal() -> Iterator[int | None]:
+    """Read single keys from the terminal for a while; None where there is no terminal."""
+    if not sys.stdin.isatty():
+        yield None
+        return
+    descriptor = sys.stdin.fileno()
+    before = termios.tcgetattr(descriptor)
+    try:
+        tty.setcbreak(descriptor)
+        yield descriptor
+    finally:
+        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+
+
+def read_keys(descriptor: int) -> list[str]:
+    """Return the keys that wait on a terminal, arrows as their whole sequence."""
+    text = os.read(descriptor, 64).decode(errors="ignore")
+    keys: list[str] = []
+    while text:
+        size = 3 if text.startswith("\x1b[") and len(text) >= 3 else 1
+        keys.append(text[:size])
+        text = text[size:]
+    return keys

@@ -1,0 +1,202 @@
+"""Operate a robot from here: look at it in rerun, drive it from the keyboard, give it a hint."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from localization.cloud import load_cloud
+from localization.types import Pose
+from teleop.interfaces import registry
+from teleop.operator.display import Display
+from teleop.operator.keyboard import HELP, Keyboard, raw_terminal, read_keys
+from teleop.operator.sink import Sink
+from teleop.operator.station import Station
+from teleop.rosbridge.client import Client, ConnectionState
+from teleop.rosbridge.errors import ServiceCallError
+
+_PERIOD: Final = 0.05
+"""Between Joys while a key is held [s]: twice as often as ROS# sends them."""
+
+_ORDERS: Final[Mapping[str, str]] = {
+    "estop": "/teleop/estop",
+    "reset": "/teleop/estop_reset",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class OperateConfig:
+    """Which robot, and what to do with what it tells."""
+
+    url: str
+    map: Path
+    """This side's copy of the robot's map."""
+    record: Path | None = None
+    viewer: bool = False
+    hint: tuple[float, float, float] | None = None
+    """x, y [m], heading [degrees]."""
+    duration: float | None = None
+    """[s]."""
+
+
+async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> None:
+    """Build a station and operate it until it is told to end.
+
+    Raises:
+        CloudError: if the map cannot be read.
+        ClientError: if there is no rosbridge server at the address.
+    """
+    cloud = load_cloud(config.map)
+    display = None
+    if config.record is not None or config.viewer:
+        display = Display(cloud, sink=Sink(file=config.record, spawn=config.viewer))
+    client = Client(config.url, registry=registry())
+    teller = _Teller(say)
+    station = Station(client, cloud, display, tell=teller.hear)
+    client.on_status(lambda level, text: say(f"{level}: {text}"))
+
+    def link(state: ConnectionState) -> None:
+        connected = state is ConnectionState.CONNECTED
+        text = config.url if connected else client.closed_reason
+        say(f"{state.value}: {text}")
+        if display is not None:
+            display.link(connected=connected, text=text, stamp=station.now)
+
+    client.on_connection(link)
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    if config.duration is not None:
+        loop.call_later(config.duration, stop.set)
+    hint = None
+    if config.hint is not None:
+        x, y, heading = config.hint
+        hint = Pose.planar(x, y, float(np.deg2rad(heading)))
+    try:
+        clock = lambda: int(loop.time() * 1e9)  # noqa: E731
+        await operate(station, clock=clock, say=say, hint=hint, stop=stop)
+    finally:
+        await client.close()
+        if display is not None:
+            display.close()
+
+
+class _Teller:
+    """Tells what changes: health with its reasons, verdicts, who drives."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self._say = say
+        self._told: dict[str, str] = {}
+
+    def hear(self, topic: str, message: Mapping[str, Any]) -> None:
+        """Take in a message of any topic."""
+        match topic:
+            case "/localization/status":
+                reasons = "; ".join(message["reasons"])
+                self._tell("health", message["health"], f" ({reasons})" if reasons else "")
+            case "/teleop/state":
+                self._tell("control", message["state"], f" ({message['reason']})")
+            case "/localization/hint_verdict":
+                self._say(f"hint {message['verdict']}: {message['reason']}")
+
+    def _tell(self, what: str, now: str, more: str) -> None:
+        if self._told.get(what) != now:
+            self._told[what] = now
+            self._say(f"{what}: {now}{more}")
+
+
+async def operate(
+    station: Station,
+    *,
+    clock: Callable[[], int],
+    say: Callable[[str], None],
+    hint: Pose | None = None,
+    stop: asyncio.Event | None = None,
+) -> None:
+    """Run until ``q``, Ctrl-C or ``stop``; the connection comes back by itself when it is lost.
+
+    Args:
+        station: joined to a client that is not yet connected.
+        clock: a clock that never goes back [ns].
+        say: gets a line to show now and then.
+        hint: where to tell the robot that it is, once connected.
+        stop: ends it.
+
+    Raises:
+        ClientError: if the first connection fails.
+    """
+    stop = stop or asyncio.Event()
+    loop = asyncio.get_running_loop()
+    with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
+        loop.add_signal_handler(signal.SIGINT, stop.set)
+    await station.client.connect()
+    await station.start()
+    if hint is not None:
+        await station.hint(hint, np.zeros((6, 6)))
+    keyboard = Keyboard()
+    with raw_terminal() as terminal:
+        if terminal is not None:
+            say(HELP)
+            loop.add_reader(terminal, _take_keys, terminal, keyboard, station, clock, say, stop)
+        try:
+            await _drive(station, keyboard, clock, say, stop)
+        finally:
+            if terminal is not None:
+                loop.remove_reader(terminal)
+
+
+async def _drive(
+    station: Station,
+    keyboard: Keyboard,
+    clock: Callable[[], int],
+    say: Callable[[str], None],
+    stop: asyncio.Event,
+) -> None:
+    was_held, complained = False, False
+    while not stop.is_set():
+        twist, held = keyboard.twist(clock())
+        # One message tells of the release; after it there is nothing to say.
+        if (held or was_held) and station.client.connected:
+            await station.drive(twist, enabled=held)
+        was_held = held
+        if station.map_complaint and not complained:
+            complained = True
+            say(station.map_complaint)
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(stop.wait(), _PERIOD)
+
+
+def _take_keys(
+    terminal: int,
+    keyboard: Keyboard,
+    station: Station,
+    clock: Callable[[], int],
+    say: Callable[[str], None],
+    stop: asyncio.Event,
+) -> None:
+    for key in read_keys(terminal):
+        order = keyboard.press(key, clock())
+        if order == "quit":
+            stop.set()
+        elif order is not None:
+            task = asyncio.get_running_loop().create_task(_order(station, _ORDERS[order], say))
+            _TASKS.add(task)
+            task.add_done_callback(_TASKS.discard)
+
+
+_TASKS: set[asyncio.Task[None]] = set()
+"""Orders under way; asyncio itself keeps only weak references."""
+
+
+async def _order(station: Station, service: str, say: Callable[[str], None]) -> None:
+    try:
+        answer: Mapping[str, Any] = await station.client.call(service, {}, timeout=2.0)
+        say(f"{service}: {answer['message']}")
+    except ServiceCallError as error:
+        say(f"{service}: {error}")
