@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from localization.cloud import load_cloud
-from localization.types import Pose
+from localization.types import Pose, Twist
 from teleop.interfaces import registry
 from teleop.operator.display import Display
 from teleop.operator.keyboard import HELP, Keyboard, raw_terminal, read_keys
@@ -24,6 +24,8 @@ from teleop.rosbridge.errors import ServiceCallError
 
 _PERIOD: Final = 0.05
 """Between Joys while a key is held [s]: twice as often as ROS# sends them."""
+
+_STOP: Final = Twist.planar(0.0, 0.0)
 
 _ORDERS: Final[Mapping[str, str]] = {
     "estop": "/teleop/estop",
@@ -161,9 +163,10 @@ async def _drive(
     was_held, complained = False, False
     while not stop.is_set():
         twist, held = keyboard.twist(clock())
-        # One message tells of the release; after it there is nothing to say.
+        # The robot wants to see a neutral stick first, so the first message of a stroke is one. Another
+        # tells of its end; after that there is nothing to say.
         if (held or was_held) and station.client.connected:
-            await station.drive(twist, enabled=held)
+            await station.drive(twist if was_held else _STOP, enabled=held)
         was_held = held
         if station.map_complaint and not complained:
             complained = True
