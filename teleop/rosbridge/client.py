@@ -328,7 +328,8 @@ class Client:
             except ConnectionClosed as error:
                 self._lose(str(error))
             else:
-                self._lose("the server closed the connection")
+                why = opened.close_reason or f"code {opened.close_code}"
+                self._lose(f"the server closed the connection: {why}")
             self._tell(ConnectionState.DISCONNECTED)
 
     async def _sockets(self, first: ClientConnection) -> AsyncIterator[ClientConnection]:

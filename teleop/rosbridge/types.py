@@ -110,7 +110,9 @@ def _field(name: str, description: Any) -> Field:
     node, content = description
     match node:
         case Nodetype.BASE:
-            return Field(name, _kind(content[0]), longest=content[1])
+            # JSON and CBOR have one kind of string.
+            kind = "string" if content[0] == "wstring" else content[0]
+            return Field(name, kind, longest=content[1])
         case Nodetype.NAME:
             return Field(name, content)
         case _:
@@ -125,14 +127,6 @@ def _field(name: str, description: Any) -> Field:
                 bound=0 if fixed else size,
                 longest=inner.longest,
             )
-
-
-def _kind(primitive: str) -> str:
-    if primitive == "wstring":  # JSON and CBOR have one kind of string
-        return "string"
-    if primitive in ("float128", "wchar"):
-        raise TypeNameError(f"{primitive} is not supported")
-    return primitive
 
 
 class Registry:

@@ -1,0 +1,115 @@
+"""Hands for the rosbridge tests: a protocol with clients, and messages of any type."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from hypothesis import strategies as st
+
+from teleop.rosbridge.codec import read_cbor
+from teleop.rosbridge.limits import Limits
+from teleop.rosbridge.messages import BLOBS, DTYPES, complete
+from teleop.rosbridge.outgoing import Close, Outgoing
+from teleop.rosbridge.protocol import Protocol
+from teleop.rosbridge.types import Field, MessageType, Registry
+
+ROOT = Path(__file__).resolve().parents[3]
+REGISTRY = Registry([ROOT / "assets" / "farsteer_msgs"])
+
+SECOND = 1_000_000_000
+MILLISECOND = 1_000_000
+
+
+class Wire:
+    """A protocol at whose clients one looks from outside."""
+
+    def __init__(self, clients: int = 1, limits: Limits | None = None) -> None:
+        self.protocol = Protocol(REGISTRY, limits=limits)
+        self.now = SECOND
+        self.clients = [self.protocol.connect(self.now) for _ in range(clients)]
+        self._heard: dict[int, list[Any]] = {}
+
+    def send(self, operation: object, client: int = 0) -> None:
+        """Have a client (by its place) send an operation."""
+        self.raw(json.dumps(operation), client)
+
+    def raw(self, frame: str | bytes, client: int = 0) -> None:
+        """Have a client send a frame."""
+        self.protocol.receive(self.clients[client], frame, self.now)
+
+    def wait(self, milliseconds: float) -> None:
+        """Let time pass."""
+        self.now += int(milliseconds * MILLISECOND)
+        self.protocol.tick(self.now)
+
+    def outputs(self, client: int = 0) -> list[Any]:
+        """Return what has gone to a client since the last look, as it went."""
+        for other, output in self.protocol.drain():
+            self._heard.setdefault(other, []).append(output)
+        return self._heard.pop(self.clients[client], [])
+
+    def heard(self, client: int = 0) -> list[Any]:
+        """Return what has gone to a client since the last look, decoded."""
+        return [decoded(output) for output in self.outputs(client)]
+
+    def ask(self, operation: object, client: int = 0) -> list[Any]:
+        """Have a client send an operation; return what it hears."""
+        self.heard(client)
+        self.send(operation, client)
+        return self.heard(client)
+
+
+def decoded(output: Outgoing | Close) -> Any:
+    """Return an output as its reader sees it."""
+    if isinstance(output, Close):
+        return output
+    return read_cbor(output.payload) if output.binary else json.loads(output.text)
+
+
+def error(text: str, identity: object = None) -> dict[str, object]:
+    """Return the status operation of an error."""
+    status: dict[str, object] = {"op": "status", "level": "error", "msg": text}
+    return status if identity is None else {**status, "id": identity}
+
+
+def messages(kind: MessageType | str, *, finite: bool = True) -> st.SearchStrategy[Any]:
+    """Messages of a type, in the forms in which clients write them."""
+    kind = REGISTRY[kind] if isinstance(kind, str) else kind
+    fields = {field.name: _values(field, finite) for field in kind.fields}
+    return st.fixed_dictionaries({}, optional=fields)
+
+
+def whole(kind: str, partial: object) -> Any:
+    """Return a message with all fields."""
+    return complete(REGISTRY, kind, partial, finite=False)
+
+
+def _values(field: Field, finite: bool) -> st.SearchStrategy[Any]:
+    if not field.repeated:
+        return _elements(field, finite)
+    low, high = (field.size, field.size) if field.size else (0, field.bound or 4)
+    if field.kind in BLOBS:
+        return st.binary(min_size=low, max_size=high)
+    return st.lists(_elements(field, finite), min_size=low, max_size=high)
+
+
+def _elements(field: Field, finite: bool) -> st.SearchStrategy[Any]:
+    if field.nested:
+        return messages(field.kind, finite=finite)
+    if field.kind == "string":
+        text = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
+        return text.filter(lambda t: not field.longest or len(t.encode()) <= field.longest)
+    if field.kind == "bool":
+        return st.booleans()
+    dtype = DTYPES[field.kind]
+    if dtype.kind == "f":
+        single = dtype.itemsize == 4
+        return st.floats(
+            width=32 if single else 64, allow_nan=not finite, allow_infinity=not finite
+        )
+    bits = dtype.itemsize * 8
+    if dtype.kind == "u":
+        return st.integers(0, 2**bits - 1)
+    return st.integers(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
