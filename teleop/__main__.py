@@ -200,6 +200,8 @@ class Serve:
     """Start without knowing where; the robot then waits for a hint on /initialpose."""
     record: Path | None = None
     """Write all sensor readings to this file (MCAP)."""
+    lockstep: bool = False
+    """Let time stand still until a client advances it by the service /sim/step."""
 
     def __call__(self) -> int:
         """Run it."""
@@ -210,7 +212,14 @@ class Serve:
         from teleop.scenario.run import cloud_of, cloud_path
 
         world, cloud = load_world(self.scene), cloud_of(self.scene)
-        config = ServeConfig(self.host, self.port, self.seed, not self.lost, self.record)
+        config = ServeConfig(
+            host=self.host,
+            port=self.port,
+            seed=self.seed,
+            placed=not self.lost,
+            record=self.record,
+            lockstep=self.lockstep,
+        )
         path = cloud_path(self.scene)
         factor = asyncio.run(
             serve(
@@ -221,7 +230,7 @@ class Serve:
                 ready=lambda server: _say(greeting(server, world, cloud, path)),
             )
         )
-        _say(f"\nended; kept {factor:.2f} of real time")
+        _say("\nended" if self.lockstep else f"\nended; kept {factor:.2f} of real time")
         return 0
 
 

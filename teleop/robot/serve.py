@@ -1,4 +1,4 @@
-"""Serve a robot in real time until told to stop: any rosbridge client may drive it."""
+"""Serve a robot until told to stop: any rosbridge client may drive it."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ from robot_sim import P3AT, Simulation, World
 from teleop import pacing
 from teleop.interfaces import registry
 from teleop.robot import topics
-from teleop.robot.host import Host
+from teleop.robot.host import Host, Stepper
 from teleop.robot.robot import Robot, Snapshot
+from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.protocol import Protocol
 from teleop.rosbridge.server import Server
 
@@ -41,6 +42,8 @@ class ServeConfig:
     """Whether the robot knows where it starts; else it waits for a hint on ``/initialpose``."""
     record: Path | None = None
     """Where to write the log of readings (MCAP)."""
+    lockstep: bool = False
+    """Whether time stands still until a client steps it (``/sim/step``)."""
 
 
 async def serve(
@@ -52,7 +55,7 @@ async def serve(
     ready: Callable[[Server], None] = lambda server: None,
     stop: asyncio.Event | None = None,
 ) -> float:
-    """Serve until Ctrl-C, or until ``stop`` is set.
+    """Serve in real time or in lockstep, until Ctrl-C or until ``stop`` is set.
 
     Args:
         world: the scene.
@@ -63,7 +66,7 @@ async def serve(
         stop: ends serving.
 
     Returns:
-        The real-time factor that was kept.
+        The real-time factor that was kept; 0 in lockstep, which has none.
 
     Raises:
         ServerError: if the port is taken.
@@ -71,9 +74,13 @@ async def serve(
     simulation = Simulation(world, seed=config.seed)
     localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
     robot = Robot(simulation, localizer)
-    server = Server(
-        Protocol(registry()), host=config.host, port=config.port, clock=pacing.monotonic
-    )
+    if config.lockstep:
+        protocol = Protocol(registry(), limits=Limits.unhurried())
+        server = Server(
+            protocol, config.host, config.port, clock=lambda: simulation.stamp, lockstep=True
+        )
+    else:
+        server = Server(Protocol(registry()), config.host, config.port, clock=pacing.monotonic)
     log = _log(config, simulation, cloud)
 
     def record(snapshot: Snapshot) -> None:
@@ -93,7 +100,11 @@ async def serve(
     try:
         await server.start()
         ready(server)
-        return await pacing.real_time(host.tick, stop)
+        if not config.lockstep:
+            return await pacing.real_time(host.tick, stop)
+        Stepper(host)
+        await stop.wait()
+        return 0.0
     finally:
         await server.close()
         if log is not None:
