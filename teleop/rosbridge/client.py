@@ -27,6 +27,9 @@ _LOG: Final = logging.getLogger(__name__)
 _WIRE: Final = logging.getLogger(f"{__name__}.wire")
 _WIRE.setLevel(logging.CRITICAL)  # what concerns us is raised
 
+_PATIENCE: Final = 3.0
+"""Time to say goodbye in [s]."""
+
 _PROBE: Final = "/rosapi/get_time"
 
 
@@ -131,8 +134,12 @@ class Client:
         task, self._task = self._task, None
         if task is None:
             return
-        if self._socket is not None:
-            await self._socket.close()
+        if (socket := self._socket) is not None:
+            try:
+                async with asyncio.timeout(_PATIENCE):
+                    await socket.close()
+            except TimeoutError:  # the server does not even read that we go
+                socket.transport.abort()
         task.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await task
@@ -330,7 +337,8 @@ class Client:
             else:
                 why = opened.close_reason or f"code {opened.close_code}"
                 self._lose(f"the server closed the connection: {why}")
-            self._tell(ConnectionState.DISCONNECTED)
+            if self._task is not None:  # or it is this client that closes
+                self._tell(ConnectionState.DISCONNECTED)
 
     async def _sockets(self, first: ClientConnection) -> AsyncIterator[ClientConnection]:
         """Yield the open connection, and a new one each time it is lost."""
