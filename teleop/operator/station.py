@@ -30,6 +30,9 @@ TOPICS: Final[Mapping[str, str]] = {
 }
 """What a station listens to; the truth is for the display alone."""
 
+_OFTEN_ENOUGH: Final[Mapping[str, int]] = {"/clock": 100, "/odom": 100, "/ground_truth/odom": 100}
+"""Topics that come faster than an eye follows are asked for at this period [ms]."""
+
 JOY: Final = "/joy"
 INITIALPOSE: Final = "/initialpose"
 
@@ -60,7 +63,10 @@ class Station:
         """Ask for the topics and announce what will be published."""
         for topic, kind in TOPICS.items():
             hear = partial(self.hear, topic)
-            await self.client.subscribe(topic, kind, hear, compression="cbor")
+            throttle = _OFTEN_ENOUGH.get(topic, 0)
+            await self.client.subscribe(
+                topic, kind, hear, throttle_rate=throttle, compression="cbor"
+            )
         await self.client.advertise(JOY, "sensor_msgs/msg/Joy")
         await self.client.advertise(INITIALPOSE, "geometry_msgs/msg/PoseWithCovarianceStamped")
 
@@ -78,6 +84,18 @@ class Station:
         if self._display is not None:
             self._display.show(topic, message)
         self._tell(topic, message)
+
+    async def step(self, ticks: int) -> str | None:
+        """In lockstep, have the robot advance; return why it did not, if so.
+
+        All messages of these ticks have been heard when this returns.
+
+        Raises:
+            ServiceCallError: if the robot is not in lockstep, or another client steps it.
+        """
+        answer = await self.client.call("/sim/step", {"ticks": ticks}, timeout=60.0)
+        self.now = read_stamp(answer["stamp"])
+        return None if answer["success"] else str(answer["message"])
 
     @property
     def map_complaint(self) -> str | None:

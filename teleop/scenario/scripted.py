@@ -89,7 +89,7 @@ async def operate(script: Script) -> None:
     try:
         await client.connect()
         await station.start()
-        await _step(client, 1)
+        await _step(station, 1)
         if station.map_complaint or not station.map_sha256:
             raise OperatorError(station.map_complaint or "the robot does not say what map it has")
         while not driver.done and not script.over(station.now):
@@ -98,17 +98,17 @@ async def operate(script: Script) -> None:
                 await station.hint(script.hint, np.array(script.hint_covariance).reshape(6, 6))
             twist = driver.command(station.map_from_base, station.health)
             await station.drive(twist, enabled=True)
-            await _step(client, TICKS_PER_STEP - station.now // _TICK % TICKS_PER_STEP)
+            await _step(station, TICKS_PER_STEP - station.now // _TICK % TICKS_PER_STEP)
     finally:
         await client.close()
         if display is not None:
             display.close()
 
 
-async def _step(client: Client, ticks: int) -> None:
-    answer = await client.call("/sim/step", {"ticks": ticks}, timeout=60.0)
-    if not answer["success"]:
-        raise OperatorError(f"the robot does not step: {answer['message']}")
+async def _step(station: Station, ticks: int) -> None:
+    complaint = await station.step(ticks)
+    if complaint is not None:
+        raise OperatorError(f"the robot does not step: {complaint}")
 
 
 def main() -> int:
