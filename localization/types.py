@@ -65,6 +65,8 @@ class Pose:
             raise InvalidReadingError(f"quaternion must have shape (4,), got {q.shape}")
         _finite(position, "position")
         _finite(q, "quaternion")
+        if np.abs(q).max() > 1e150:  # its square would overflow, and leave no length to divide by
+            raise InvalidReadingError(f"quaternion must have unit norm, got {q.tolist()}")
         norm2 = float(q @ q)
         if norm2 < 1e-12:
             raise InvalidReadingError("quaternion must have unit norm, got all zeros; try 1 0 0 0")

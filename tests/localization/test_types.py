@@ -94,6 +94,7 @@ def test_quaternion_is_brought_to_unit_norm() -> None:
         ([0.0, np.nan, 0.0], [1.0, 0.0, 0.0, 0.0], "position must be finite"),
         ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], r"quaternion must have shape \(4,\)"),
         ([0.0, 0.0, 0.0], [np.inf, 0.0, 0.0, 0.0], "quaternion must be finite"),
+        ([0.0, 0.0, 0.0], [1e200, 0.0, 0.0, 0.0], r"must have unit norm, got \[1e\+200"),
         ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], "try 1 0 0 0"),
     ],
 )
