@@ -373,9 +373,13 @@ async def _settle(later: Later, answer: Awaitable[Message]) -> None:
 
 
 def _tune(connection: ServerConnection) -> None:
-    """Keep the kernel from taking in megabytes: what it holds is old when the client reads it."""
-    raw = connection.transport.get_extra_info("socket")
-    raw.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 262_144)
+    """Keep the kernel from taking in megabytes that it cannot send yet: they grow old there.
+
+    A small send buffer would do the same, but slows down fast connections to a third.
+    """
+    if hasattr(socket, "TCP_NOTSENT_LOWAT"):  # Linux and macOS
+        raw = connection.transport.get_extra_info("socket")
+        raw.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, 131_072)
 
 
 def _address(connection: ServerConnection) -> str:
