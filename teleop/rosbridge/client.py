@@ -302,7 +302,7 @@ class Client:
                 max_size=self._largest,
                 logger=_WIRE,
             )
-        except InvalidURI as error:
+        except (InvalidURI, ValueError) as error:  # the latter for ports and brackets
             raise ClientError(f"{self.url!r} is no address; one is ws://127.0.0.1:9090") from error
         except (InvalidHandshake, EOFError) as error:
             raise ClientError(f"{self.url} is no rosbridge server: {error}") from error
