@@ -134,7 +134,7 @@ class Peer:
 
     def answer(self, identity: str) -> dict[str, Any] | None:
         """Return a service's answer, if it is there."""
-        found = (o for o in self.heard if o["op"] == "service_response" and o["id"] == identity)
+        found = (o for o in self.heard if o["op"] == "service_response" and o.get("id") == identity)
         return next(found, None)
 
     async def step(self, ticks: int = 1) -> int:
