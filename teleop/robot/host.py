@@ -166,6 +166,10 @@ class Stepper:
     def _stamp(self) -> int:
         return self._host.robot.simulation.stamp
 
+    @property
+    def _over(self) -> bool:
+        return self._last_stamp is not None and self._stamp >= self._last_stamp
+
     async def _step(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
         ticks = int(request["ticks"])
         if self._owner not in (None, client):
@@ -180,7 +184,9 @@ class Stepper:
         self._busy = True
         try:
             for _ in range(ticks):
-                if self._last_stamp is not None and self._stamp >= self._last_stamp:
+                if self._owner != client:
+                    raise ServiceError("its caller has left")
+                if self._over:
                     return {"success": False, "message": "time is up", "stamp": _time(self._stamp)}
                 self._tick()
                 # The sockets get their turn, so that a long step does not pile up its messages.
@@ -204,7 +210,7 @@ class Stepper:
             return
         self._owner = None
         for _ in range(self._REST_TICKS):
-            if self.error is not None or _resting(self._tick()):
+            if self.error is not None or self._over or _resting(self._tick()):
                 return
 
 

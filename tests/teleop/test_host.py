@@ -123,6 +123,27 @@ async def test_robot_has_come_to_rest_before_the_next_client_steps(
 
 
 @in_a_loop
+async def test_step_ends_when_its_caller_leaves_in_the_middle(
+    office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as heir:
+        await heir.subscribe("/clock", "/ground_truth/odom")
+        await heir.settle()
+        async with peer(rig.server.url) as owner:
+            await arm(owner)
+            await drive(owner, 1.0, steps=10)
+            await owner.send(op="call_service", service="/sim/step", args={"ticks": 500})
+            await owner.joy(1.0)
+            await heir.until(lambda: len(heir.messages("/clock")) > 55)
+            owner.abort()
+            await rig.departure()
+        stamp = rig.robot.simulation.stamp
+        assert stamp < 500 * TICK_NS
+        assert abs(rig.robot.simulation.truth().twist.linear[0]) < 0.005
+        assert await heir.step(1) == stamp + TICK_NS
+
+
+@in_a_loop
 async def test_calls_that_overlap_are_refused_not_mixed(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
