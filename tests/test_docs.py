@@ -6,9 +6,14 @@ import math
 import os
 import re
 import shlex
+import signal
+import socket
 import subprocess
 import sys
-from dataclasses import dataclass
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +22,15 @@ import tyro
 from mcap.reader import make_reader
 
 from localization import Health, LocalizerConfig, Pose, Verdict
-from robot_sim import IMU_MOUNT, MOUNTS
+from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.__main__ import Command
+from teleop.joystick import Layout, layouts
+from teleop.operator import keyboard
+from teleop.operator.sink import viewer_program
+from teleop.robot.host import Stepper
+from teleop.robot.safety import Control, SafetyConfig
+from teleop.robot.serve import ServeConfig, snippet
+from teleop.rosbridge import Bounds, Limits, Pulse
 
 ROOT = Path(__file__).parents[1]
 PAGES = [
@@ -101,8 +113,21 @@ def in_clone(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+def block_with(page: str, text: str) -> Block:
+    """The one Python block of a page that has a text in it."""
+    (found,) = (b for b in blocks("python") if b.page == page and text in b.text)
+    return found
+
+
+LOCALIZE = block_with("README.md", "localize")
+DRIVE = block_with("README.md", "roslibpy")
+STEP = block_with("docs/teleoperation.md", "/sim/step")
+PICTURE = block_with("docs/quickstart.md", "ViewerClient")
+ALONE = [b for b in blocks("python") if b not in (LOCALIZE, DRIVE, STEP, PICTURE)]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("block", [b for b in blocks("python") if b.page != "README.md"], ids=str)
+@pytest.mark.parametrize("block", ALONE, ids=str)
 def test_python_in_the_documentation_runs(block: Block, clone: Path) -> None:
     done = in_clone(clone, "-W", "error", "-c", block.text)
     assert done.returncode == 0, done.stderr
@@ -111,12 +136,99 @@ def test_python_in_the_documentation_runs(block: Block, clone: Path) -> None:
 
 @pytest.mark.slow
 def test_python_of_the_readme_finds_the_robot(clone: Path) -> None:
-    (block,) = (b for b in blocks("python") if b.page == "README.md")
-    done = in_clone(clone, "-W", "error", "-c", block.text)
+    done = in_clone(clone, "-W", "error", "-c", LOCALIZE.text)
     assert done.returncode == 0, done.stderr
     last = (clone / "runs/first/estimate.tum").read_text().splitlines()[-1].split()
     assert "hint accepted - explains" in done.stdout
     assert f"x {float(last[1]):.3f} m, y {float(last[2]):.3f} m, tracking" in done.stdout
+
+
+@contextmanager
+def served(folder: Path, *words: str) -> Iterator[str]:
+    """Run ``farsteer serve`` on a free port; yield the port, and see that it ends well."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "teleop", "serve", "--port", "0", *words],
+        env={**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(folder / "cache")},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        address = re.match(
+            r"office at ws://127\.0\.0\.1:(\d+)$", process.stdout.readline().rstrip()
+        )
+        assert address is not None
+        yield address[1]
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    assert process.returncode == 0
+
+
+def test_program_in_the_readme_is_the_one_that_serve_prints() -> None:
+    assert DRIVE.text == snippet(ServeConfig().port)
+
+
+@pytest.mark.slow
+def test_program_in_the_readme_drives_the_robot(clone: Path) -> None:
+    with served(clone) as port:
+        done = in_clone(clone, "-c", DRIVE.text.replace("9090", port))
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr
+    along = [float(x) for x in re.findall(r"^pose \{'x': ([\d.]+)", done.stdout, re.MULTILINE)]
+    # It looks to the west. Half a metre is certain also where the machine is loaded.
+    assert along[0] - along[-1] > 0.5
+    assert re.search(r"^cloud of \d{3,} points$", done.stdout, re.MULTILINE)
+
+
+@pytest.mark.slow
+def test_program_in_the_documentation_steps_the_robot(clone: Path) -> None:
+    with served(clone, "--lockstep") as port:
+        done = in_clone(clone, "-W", "error", "-c", STEP.text.replace("9090", port))
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr
+    assert done.stdout == "2 s, 17 poses, the last at x 23.47 m\n"
+
+
+@pytest.mark.slow
+def test_program_in_the_documentation_takes_a_picture(clone: Path) -> None:
+    if not any(Path("/usr/share/vulkan/icd.d").glob("*.json")):
+        pytest.skip("no Vulkan driver: apt-get install mesa-vulkan-drivers")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = str(free.getsockname()[1])
+    (line,) = (
+        line
+        for b in blocks("sh")
+        for line in b.text.splitlines()
+        if line.startswith(".venv/bin/rerun --headless")
+    )
+    viewer = subprocess.Popen(
+        [viewer_program(), *shlex.split(line)[1:], "--port", port],
+        cwd=clone,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        until_listening(int(port))
+        url = f'"rerun+http://127.0.0.1:{port}/proxy"'
+        done = in_clone(clone, "-c", PICTURE.text.replace("connect()", f"connect({url})"))
+        assert done.returncode == 0, done.stderr
+    finally:
+        viewer.kill()
+        viewer.wait()
+    assert (clone / "operator.png").stat().st_size > 100_000
+
+
+def until_listening(port: int) -> None:
+    """Wait until somebody listens."""
+    for _ in range(300):
+        with socket.socket() as probe:
+            probe.settimeout(1.0)
+            if probe.connect_ex(("127.0.0.1", port)) == 0:
+                return
+        time.sleep(0.1)
+    raise TimeoutError(f"nobody listens on port {port}")
 
 
 @pytest.mark.slow
@@ -143,10 +255,14 @@ def commands() -> list[tuple[str, str]]:
         for line in (*(row for text in shell for row in text.splitlines()), *spans(page)):
             if words := re.match(r"(?:\.venv/bin/)?farsteer (.+)", line):
                 found.append((page, words[1]))
-            elif through := re.match(r'make (sim|map) ARGS="(.*)"', line):
+            elif through := re.match(r'make (sim|map|serve|operate) ARGS="(.*)"', line):
                 scene = "office " if through[1] == "map" else ""
                 found.append((page, f"{through[1]} {scene}{through[2]}"))
     return [(page, words) for page, words in found if not words.endswith("...")]
+
+
+def make_targets() -> set[str]:
+    return set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
 
 
 @pytest.mark.parametrize(("page", "words"), commands())
@@ -169,11 +285,16 @@ def test_commands_are_found_in_the_documentation() -> None:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_make_targets_in_the_documentation_exist(page: str) -> None:
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    targets = set(re.findall(r"^([a-z]+):", makefile, re.MULTILINE))
     lines = [line for b in blocks("sh") if b.page == page for line in b.text.splitlines()]
     named = {m[1] for line in (*lines, *spans(page)) if (m := re.match(r"make ([a-z]+)", line))}
-    assert named <= targets
+    assert named <= make_targets()
+
+
+def test_readme_names_the_targets_that_begin() -> None:
+    (block,) = (b for b in blocks("sh") if b.page == "README.md")
+    assert re.findall(r"^make (\w+)", block.text, re.MULTILINE) == [
+        "sim", "serve", "operate", "test",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -220,11 +341,18 @@ def test_mounts_in_the_documentation_are_the_robots() -> None:
         np.testing.assert_allclose(told[frame].rotation, pose.rotation, atol=1e-12)
 
 
-@pytest.mark.parametrize(("kind", "heading"), [(Health, "| state |"), (Verdict, "| verdict |")])
+@pytest.mark.parametrize(
+    ("page", "kind", "heading"),
+    [
+        ("docs/localization.md", Health, "| state |"),
+        ("docs/localization.md", Verdict, "| verdict |"),
+        ("docs/teleoperation.md", Control, "| control |"),
+    ],
+)
 def test_every_state_and_verdict_is_explained(
-    kind: type[Health] | type[Verdict], heading: str
+    page: str, kind: type[Health] | type[Verdict] | type[Control], heading: str
 ) -> None:
-    assert {row[0].strip("`") for row in rows("docs/localization.md", heading)} == set(kind)
+    assert {row[0].strip("`") for row in rows(page, heading)} == set(kind)
 
 
 @pytest.mark.parametrize("row", rows("docs/localization.md", "| setting |"), ids=lambda row: row[0])
@@ -232,13 +360,82 @@ def test_setting_has_the_value_that_the_documentation_gives(row: list[str]) -> N
     value: object = LocalizerConfig()
     for name in row[0].strip("`").split("."):
         value = getattr(value, name)
-    number, _, unit = row[1].partition(" ")
-    told = float(number)
-    if unit == "deg":
-        told = math.radians(told)
-    if unit == "s":
-        told *= 1e9
-    assert value == pytest.approx(told)
+    assert value == pytest.approx(told(row[1], seconds=1e9))
+
+
+def told(cell: str, *, seconds: float = 1.0) -> float:
+    """The number in a cell, in the units of the code."""
+    number, _, unit = cell.partition(" ")
+    factors = {"deg": math.pi / 180, "deg/s": math.pi / 180, "s": seconds, "MB": 1e6}
+    return float(number) * factors.get(unit, 1.0)
+
+
+def fields_and_rows(heading: str, *configs: object) -> list[tuple[object, str]]:
+    """The fields of configurations beside what the teleoperation page gives for them."""
+    table = rows("docs/teleoperation.md", heading)
+    found = []
+    for name, cell, *_ in table:
+        (config,) = (c for c in configs if hasattr(c, name.strip("`")))
+        found.append((getattr(config, name.strip("`")), cell))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("value", "cell"), fields_and_rows("| safety |", SafetyConfig()), ids=lambda x: str(x)
+)
+def test_safety_has_the_value_that_the_documentation_gives(value: float, cell: str) -> None:
+    assert value == pytest.approx(told(cell, seconds=1e9))
+
+
+@pytest.mark.parametrize(
+    ("value", "cell"),
+    [
+        *fields_and_rows("| joystick |", Layout()),
+        *fields_and_rows("| bound |", Bounds(), Pulse()),
+        *fields_and_rows("| limit |", Limits()),
+    ],
+    ids=lambda x: str(x),
+)
+def test_wire_has_the_value_that_the_documentation_gives(value: float, cell: str) -> None:
+    assert value == pytest.approx(told(cell))
+
+
+@pytest.mark.parametrize(
+    ("heading", "config"),
+    [("| safety |", SafetyConfig), ("| joystick |", Layout), ("| limit |", Limits)],
+)
+def test_no_setting_of_the_wire_is_left_out(heading: str, config: type) -> None:
+    names = {row[0].strip("`") for row in rows("docs/teleoperation.md", heading)}
+    assert names == {field.name for field in fields(config)} - {"name"}
+
+
+def test_shipped_layout_is_the_one_of_the_documentation() -> None:
+    assert layouts()["default"] == Layout()
+
+
+def test_steps_are_as_many_as_the_documentation_says() -> None:
+    page = " ".join(text_of("docs/teleoperation.md").split())
+    assert f"`ticks` from 1 to {Stepper.MOST_TICKS} of 20 ms" in page
+    assert f"at most {Stepper._REST_TICKS} ticks" in page
+
+
+def test_keys_do_what_the_quick_start_says() -> None:
+    keys = {row[0]: row[1] for row in rows("docs/quickstart.md", "| key |")}
+    page = " ".join(text_of("docs/quickstart.md").split())
+    board = keyboard.Keyboard()
+    assert keys["`w` `s`, arrows up and down"] == f"drive at {board.speed} m/s"
+    assert keys["`a` `d`, arrows left and right"] == f"turn at {board.turn} rad/s"
+    assert keys["shift with a letter"] == f"drive at {board.fast} m/s"
+    assert f"until {keyboard.HOLD / 1e9} s after its last repeat" in page
+    assert (board.press("e", 0), board.press("r", 0), board.press("q", 0)) == (
+        "estop", "reset", "quit",
+    )  # fmt: skip
+
+
+def test_beam_without_return_is_as_far_as_the_documentation_says() -> None:
+    page = " ".join(text_of("docs/frames-and-time.md").split())
+    for scanner in SimulationConfig().scanners:
+        assert f"{scanner.range_max + 1:g} m for these scanners" in page
 
 
 def test_pictures_in_the_documentation_are_small() -> None:
