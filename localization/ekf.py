@@ -233,7 +233,9 @@ class SkidSteerEkf:
         # Consecutive samples share their error for about a tenth of a second, five samples at 50 Hz.
         sd = np.hypot(c.wheel_yaw_floor, c.wheel_yaw_share * turning) * np.sqrt(5.0)
         innovation = np.array([turning - wheels])
-        if self._nis(innovation, h, np.array([[sd**2]])) > c.wheel_yaw_gate:
+        # One number: written out, for this runs with every wheel reading.
+        spread = float((h @ self._filter.P @ h.T)[0, 0]) + sd**2
+        if float(innovation[0]) ** 2 / spread > c.wheel_yaw_gate:
             return False
         self._update(innovation, h, np.array([[sd**2]]))
         return True

@@ -18,7 +18,12 @@ from scipy.stats import chi2
 from localization.deskew import OdometryTrack, deskew
 from localization.ekf import EkfConfig, SkidSteerEkf
 from localization.geometry import FloatArray
-from localization.health import HealthConfig, HealthMonitor, opinion_offset
+from localization.health import (
+    HealthConfig,
+    HealthMonitor,
+    horizontal_sigma,
+    opinion_offset,
+)
 from localization.hints import Found, HintDesk
 from localization.intake import Intake
 from localization.kiss import KissConfig, KissOdometry, KissOpinion
@@ -162,7 +167,10 @@ class Localizer:
 
     def _unchanged(self) -> Estimate:
         """The last estimate without its news, which are told once."""
-        return replace(self._last, sweep=None, match=None, nis=None, verdict=None)
+        last = self._last
+        if last.sweep is not None or last.verdict is not None:
+            self._last = replace(last, sweep=None, match=None, nis=None, verdict=None)
+        return self._last
 
     # Prediction
 
@@ -338,7 +346,7 @@ class Localizer:
         if self._placed and self._health.lost and self._stamp >= self._search_due:
             self._search_due = self._stamp + self.config.lost_search_period
             p, covariance = self._ekf.pose, self._ekf.covariance
-            half = float(np.clip(3.0 * np.sqrt(np.linalg.norm(covariance[:2, :2], 2)), 1.0, 3.0))
+            half = float(np.clip(3.0 * horizontal_sigma(covariance), 1.0, 3.0))
             half_yaw = float(np.clip(3.0 * np.sqrt(covariance[5, 5]), np.deg2rad(20.0), np.pi))
             window = Window(float(p.position[0]), float(p.position[1]), p.yaw, half, half_yaw)
             self._desk.search_around(window, sweep, self._odom, level)
@@ -375,7 +383,7 @@ class Localizer:
                 for name in (*sorted(self._mounts), "wheels")
                 if self._stamp - self._heard.get(name, 0) > self.config.health.silence
             ]
-            sigma = float(np.sqrt(np.linalg.norm(covariance[:2, :2], 2)))
+            sigma = horizontal_sigma(covariance)
             health, reasons = self._health.state(
                 sigma=sigma, slipping=self._slipping, silent=tuple(silent)
             )

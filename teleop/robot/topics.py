@@ -15,6 +15,7 @@ import numpy as np
 from localization import messages
 from localization.cloud import Cloud
 from localization.geometry import FloatArray
+from localization.health import horizontal_sigma
 from localization.types import Estimate, Health, Inertial, Mounts, Pose, Scan, Twist, WheelSpeeds
 from robot_sim import P3AT
 from teleop.robot.robot import Snapshot
@@ -188,7 +189,7 @@ def _status(s: Snapshot) -> Message:
     placed = e.map_from_base is not None
     fit = s.matched.match.fit if s.matched is not None and s.matched.match is not None else 0.0
     nis = s.matched.nis if s.matched is not None and s.matched.nis is not None else 0.0
-    sigma = float(np.sqrt(np.linalg.norm(e.covariance[:2, :2], 2))) if placed else 0.0
+    sigma = horizontal_sigma(e.covariance) if placed else 0.0
     return {
         "header": _header(s.stamp, "map"),
         "health": e.health.value,

@@ -278,6 +278,10 @@ class Server:
         """Send what waits, one frame at a time: what is in the socket's buffer is out of our hands."""
         socket, outbox = connection.socket, connection.outbox
         while True:
+            # What a tick gives rise to leaves in few packets: each one costs both sides a wake-up.
+            corked = len(outbox) > 1
+            if corked:
+                _cork(socket, True)
             while (frame := outbox.pop()) is not None:
                 try:
                     async with asyncio.timeout(self._pulse.write_timeout):
@@ -288,6 +292,8 @@ class Server:
                     return
                 except ConnectionClosed:
                     return
+            if corked:
+                _cork(socket, False)
             if connection.close is not None:
                 await _hang_up(socket, connection.close)
                 return
@@ -380,6 +386,14 @@ def _tune(connection: ServerConnection) -> None:
     if hasattr(socket, "TCP_NOTSENT_LOWAT"):  # Linux and macOS
         raw = connection.transport.get_extra_info("socket")
         raw.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, 131_072)
+
+
+def _cork(connection: ServerConnection, on: bool) -> None:
+    """Have the kernel collect what is sent into full packets, until the cork is drawn."""
+    if hasattr(socket, "TCP_CORK"):  # Linux
+        with contextlib.suppress(OSError):
+            raw = connection.transport.get_extra_info("socket")
+            raw.setsockopt(socket.IPPROTO_TCP, socket.TCP_CORK, int(on))
 
 
 def _address(connection: ServerConnection) -> str:
