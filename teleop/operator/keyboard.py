@@ -16,10 +16,11 @@ HOLD = 450_000_000
 """A key counts as held this long after its last repeat [ns]; terminals tell no release, and begin to
 repeat after up to 0.4 s."""
 
-HELP = "w/s or arrows drive, a/d turn, shift is faster, space stops, e is the e-stop, r resets it, q quits"
+HELP = "w/s or arrows drive, a/d turn, shift is faster, space stops, e is the e-stop, r resets it, t takes over, q quits"
 
 _FORWARD = {"w": 1.0, "s": -1.0, "\x1b[A": 1.0, "\x1b[B": -1.0}
 _TURN = {"a": 1.0, "d": -1.0, "\x1b[D": 1.0, "\x1b[C": -1.0}
+_ORDERS = {"e": "estop", "r": "reset", "t": "take_over", "q": "quit", "\x03": "quit"}
 
 
 @dataclass(slots=True)
@@ -36,7 +37,7 @@ class Keyboard:
     _fast: bool = False
 
     def press(self, key: str, now: int) -> str | None:
-        """Take a key; return what it orders besides motion: ``estop``, ``reset`` or ``quit``."""
+        """Take a key; return what it orders besides motion: estop, reset, take_over or quit."""
         small = key.lower()
         if small in _FORWARD or small in _TURN or key in _FORWARD or key in _TURN:
             self._fast = key.isupper() and len(key) == 1
@@ -45,7 +46,7 @@ class Keyboard:
         if key == " ":
             self._heard.clear()
             return None
-        return {"e": "estop", "r": "reset", "q": "quit", "\x03": "quit"}.get(small)
+        return _ORDERS.get(small)
 
     def twist(self, now: int) -> tuple[Twist, bool]:
         """Return the twist that the held keys ask for, and whether any is held (the deadman)."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import signal
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +32,7 @@ _STOP: Final = Twist.planar(0.0, 0.0)
 _ORDERS: Final[Mapping[str, str]] = {
     "estop": "/teleop/estop",
     "reset": "/teleop/estop_reset",
+    "take_over": "/teleop/take_over",
 }
 
 
@@ -54,12 +57,17 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
     Raises:
         CloudError: if the map cannot be read.
         ClientError: if there is no rosbridge server at the address.
+        ValueError: if the viewer is wanted where there is no screen.
     """
+    screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    if config.viewer and sys.platform == "linux" and not screen:
+        raise ValueError("there is no screen for rerun's viewer: use --no-viewer --record FILE.rrd")
     cloud = load_cloud(config.map)
     display = None
     if config.record is not None or config.viewer:
         display = Display(cloud, sink=Sink(file=config.record, spawn=config.viewer))
     client = Client(config.url, registry=registry())
+    stop = asyncio.Event()
     teller = _Teller(say)
     station = Station(client, cloud, display, tell=teller.hear)
     client.on_status(lambda level, text: say(f"{level}: {text}"))
@@ -67,12 +75,12 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
     def link(state: ConnectionState) -> None:
         connected = state is ConnectionState.CONNECTED
         text = config.url if connected else client.closed_reason
-        say(f"{state.value}: {text}")
+        if not stop.is_set():
+            say(f"{state.value}: {text}")
         if display is not None:
             display.link(connected=connected, text=text, stamp=station.now)
 
     client.on_connection(link)
-    stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     if config.duration is not None:
         loop.call_later(config.duration, stop.set)

@@ -61,6 +61,8 @@ class Station:
 
     async def start(self) -> None:
         """Ask for the topics and announce what will be published."""
+        # A wish that is not followed is answered at this level.
+        await self.client.set_level("warning")
         for topic, kind in TOPICS.items():
             hear = partial(self.hear, topic)
             throttle = _OFTEN_ENOUGH.get(topic, 0)

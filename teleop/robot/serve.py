@@ -128,7 +128,8 @@ def greeting(server: Server, world: World, cloud: Cloud, map_path: Path) -> str:
     """Return what to print once clients can connect: address, map, topics, and a client that works."""
     names = ", ".join(t.name for t in topics.OUTPUTS)
     inputs = ", ".join(t.name for t in topics.INPUTS)
-    services = ", ".join(s.name for s in topics.SERVICES if s.name != "/sim/step")
+    lockstep = server.lockstep
+    services = ", ".join(s.name for s in topics.SERVICES if lockstep or s.name != "/sim/step")
     open_to_all = server.host not in ("127.0.0.1", "localhost", "::1")
     warning = (
         "\nwarning: anybody who reaches this address can drive the robot" if open_to_all else ""
@@ -141,10 +142,16 @@ topics    {names}
 listens   {inputs}
 services  {services}
 
+{_LOCKSTEP if lockstep else _SNIPPET_INTRODUCED.format(snippet(server.port))}
+Ctrl-C ends."""
+
+
+_SNIPPET_INTRODUCED = """\
 drive it with roslibpy (pip install roslibpy):
 
-{snippet(server.port)}
-Ctrl-C ends."""
+{}"""
+
+_LOCKSTEP = "time stands still until a client calls /sim/step; docs/teleoperation.md has an example"
 
 
 def snippet(port: int) -> str:

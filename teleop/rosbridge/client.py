@@ -90,6 +90,7 @@ class Client:
         self._timeout = timeout
         self._largest = largest
         self._ids = itertools.count(1)
+        self._level: Message | None = None
         self._advertised: dict[str, Message] = {}
         self._subscriptions: dict[str, _Subscription] = {}
         self._calls: dict[str, asyncio.Future[Any]] = {}
@@ -214,6 +215,11 @@ class Client:
         self._subscriptions[identity] = _Subscription(topic, type, callback, operation)
         await self._send(operation)
         return identity
+
+    async def set_level(self, level: Literal["none", "error", "warning", "info"]) -> None:
+        """Say how much the server shall tell by ``status``; survives the loss of the connection."""
+        self._level = {"op": "set_level", "level": level}
+        await self._send(self._level)
 
     async def unsubscribe(self, identity: str) -> None:
         """End a subscription by the id that ``subscribe`` returned."""
@@ -356,6 +362,8 @@ class Client:
 
     async def _resume(self, socket: ClientConnection) -> None:
         """Say again what the server must know."""
+        if self._level is not None:
+            await socket.send(write_json(self._level))
         for operation in list(self._advertised.values()):
             await socket.send(write_json(operation))
         for subscription in list(self._subscriptions.values()):

@@ -185,6 +185,11 @@ class Server:
         return f"ws://{f'[{self.host}]' if ':' in self.host else self.host}:{self.port}"
 
     @property
+    def lockstep(self) -> bool:
+        """Whether time is simulated."""
+        return self._lockstep
+
+    @property
     def now(self) -> int:
         """The protocol's time [ns]."""
         return self._clock() if self._clock else int(asyncio.get_running_loop().time() * 1e9)

@@ -75,6 +75,9 @@ class Referee:
         )
         self._snapshots: list[Snapshot] = []
         self._verdicts: list[HintVerdict] = []
+        tour = np.array(simulation.world.tour)
+        self._length = float(np.linalg.norm(np.diff(tour, axis=0), axis=1).sum())
+        self._driven = 0.0
         self._wished: int | None = None
         self._latencies: list[float] = []
 
@@ -91,8 +94,18 @@ class Referee:
                 self._log.write(reading, snapshot.stamp)
         self._verdicts += [e.verdict for e in snapshot.estimates if e.verdict is not None]
         self._watch_latency(snapshot)
+        self._driven += float(np.hypot(*snapshot.truth.twist.linear[:2])) * TICK_NS / SECOND
         # What was logged need not be kept; sweeps stay for the picture.
         self._snapshots.append(replace(snapshot, readings=(), inbox=()))
+
+    @property
+    def progress(self) -> float:
+        """Share of the mission that is done: of its time if that is given, else of the way."""
+        if not self._snapshots:
+            return 0.0
+        if self.mission.duration is not None:
+            return min(1.0, self._snapshots[-1].stamp / SECOND / self.mission.duration)
+        return min(1.0, self._driven / self._length)
 
     @property
     def factor(self) -> float:

@@ -68,7 +68,7 @@ async def _serve_and_operate(
     def report(snapshot: Snapshot) -> None:
         referee.take(snapshot)
         if snapshot.stamp % SECOND == 0:
-            share = snapshot.stamp / mission.time_limit
+            share = referee.progress
             seconds = snapshot.stamp // SECOND
             progress(share, f"{seconds} s at {referee.factor:.1f}x, {snapshot.estimate.health}")
 

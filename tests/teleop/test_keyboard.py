@@ -38,9 +38,10 @@ def test_opposite_keys_cancel_and_space_lets_all_go() -> None:
 
 def test_orders_are_told_from_motion() -> None:
     keyboard = Keyboard()
-    assert [keyboard.press(k, 0) for k in ("e", "r", "q", "w", "x")] == [
+    assert [keyboard.press(k, 0) for k in ("e", "r", "t", "q", "w", "x")] == [
         "estop",
         "reset",
+        "take_over",
         "quit",
         None,
         None,
