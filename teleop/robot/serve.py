@@ -45,6 +45,12 @@ class ServeConfig:
     lockstep: bool = False
     """Whether time stands still until a client steps it (``/sim/step``)."""
 
+    def __post_init__(self) -> None:
+        if not 0 <= self.port <= 65535:
+            raise ValueError(f"port must be 0 to 65535, got {self.port}")
+        if self.seed < 0:
+            raise ValueError(f"seed must be >= 0, got {self.seed}")
+
 
 async def serve(
     world: World,
