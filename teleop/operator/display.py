@@ -19,18 +19,18 @@ from localization.cloud import Cloud
 from localization.geometry import FloatArray
 from localization.types import SECOND, Pose
 from teleop.operator import decode, palette
-from teleop.operator.blueprint import TIMELINE, blueprint
+from teleop.operator.blueprint import blueprint
 from teleop.operator.decode import Message
 from teleop.operator.instruments import Instruments, Level
 from teleop.operator.scene import Scene
-from teleop.operator.sink import Sink, open_stream
+from teleop.operator.sink import Canvas, Sink
 
 HINT_SHOWN: Final = 10 * SECOND
 """A hint's ghost stays this long after its verdict [ns]."""
 _REMEMBERED: Final = 50
 """Poses kept for the comparison with truth, which may come a little earlier or later."""
-_FLUSH: Final = 5.0
-"""How long closing may wait for a viewer [s]."""
+_FLUSH: Final = 3.0
+"""How long closing may wait for a viewer that does not take what was sent [s]."""
 
 _log = logging.getLogger(__name__)
 
@@ -51,9 +51,9 @@ class Display:
         # rerun swallows mistakes by default, each in its own way; here one place handles them all.
         rr.set_strict_mode(True)
         self._cloud, self._strict = cloud, strict
-        self._stream = open_stream(sink, blueprint(*cloud.bounds))
-        self._scene = Scene(self._stream, cloud)
-        self._instruments = Instruments(self._stream)
+        self._canvas = Canvas(sink, blueprint(*cloud.bounds))
+        self._scene = Scene(self._canvas, cloud)
+        self._instruments = Instruments(self._canvas)
         self._now = 0
         self._frames: dict[str, Pose] = {}
         self._estimates: dict[int, FloatArray] = {}
@@ -116,13 +116,17 @@ class Display:
                 text = f"link {'up' if connected else 'LOST'}: {text}"
             self._instruments.event(text, Level.INFO if connected else Level.ALARM)
 
+    def flush(self) -> None:
+        """Send and write what waits, which otherwise happens within half a second."""
+        with self._guarded("flush"):
+            self._canvas.flush(_FLUSH)
+
     def close(self) -> None:
         """Send or write what is left, and end the recording; say how much could not be shown."""
         if self.failures:
             _log.warning("could not show %s", dict(self.failures))
         with self._guarded("close"):
-            self._stream.flush(timeout_sec=_FLUSH)
-            self._stream.disconnect()
+            self._canvas.close(_FLUSH)
 
     @contextmanager
     def _guarded(self, source: str) -> Iterator[None]:
@@ -136,7 +140,7 @@ class Display:
                 _log.warning("cannot show %s (more like it are counted): %r", source, error)
 
     def _at(self, stamp: int) -> int:
-        self._stream.set_time(TIMELINE, duration=np.timedelta64(stamp, "ns"))
+        self._canvas.set_time(stamp)
         return stamp
 
     def _clock(self, message: Message, _: int) -> None:

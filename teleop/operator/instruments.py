@@ -10,6 +10,7 @@ import rerun as rr
 from teleop.operator import palette
 from teleop.operator.blueprint import LANES, LEGEND, LOG, PLOTS
 from teleop.operator.palette import ORANGE, SKY, WHITE, YELLOW, Colour
+from teleop.operator.sink import Canvas
 
 
 class Level(StrEnum):
@@ -57,32 +58,32 @@ rejected, and an arrow to the pose that was taken.
 class Instruments:
     """Writes lanes, plots and log at whatever time the stream stands."""
 
-    def __init__(self, stream: rr.RecordingStream) -> None:
-        self._stream = stream
+    def __init__(self, canvas: Canvas) -> None:
+        self._canvas = canvas
         self._states: dict[str, str] = {}
         document = rr.TextDocument(_LEGEND, media_type=rr.MediaType.MARKDOWN)
-        stream.log(LEGEND, document, static=True)
+        canvas.draw(LEGEND, document, static=True)
         for lane, colours in LANE_COLOURS.items():
             states = rr.StateConfiguration(
                 values=list(colours), colors=[(*c, 255) for c in colours.values()]
             )
-            stream.log(f"{LANES}/{lane}", states, static=True)
+            canvas.draw(f"{LANES}/{lane}", states, static=True)
         for path, (name, colour) in SERIES.items():
             line = rr.SeriesLines(names=[name], colors=[colour], widths=[1.5])
-            stream.log(f"{PLOTS}/{path}", line, static=True)
+            canvas.draw(f"{PLOTS}/{path}", line, static=True)
 
     def state(self, lane: str, state: str) -> bool:
         """Note the state of a lane; return whether it is a new one."""
         if self._states.get(lane) == state:
             return False
         self._states[lane] = state
-        self._stream.log(f"{LANES}/{lane}", rr.StateChange(state=state))
+        self._canvas.draw(f"{LANES}/{lane}", rr.StateChange(state=state))
         return True
 
     def plot(self, path: str, value: float) -> None:
         """Add a point to a curve of ``SERIES``."""
-        self._stream.log(f"{PLOTS}/{path}", rr.Scalars(value))
+        self._canvas.draw(f"{PLOTS}/{path}", rr.Scalars(value))
 
     def event(self, text: str, level: Level = Level.INFO) -> None:
         """Add a line to the log."""
-        self._stream.log(LOG, rr.TextLog(text, level=level.value))
+        self._canvas.draw(LOG, rr.TextLog(text, level=level.value))

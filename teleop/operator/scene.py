@@ -23,6 +23,8 @@ from teleop.operator.palette import (
     distance_colours,
     height_greys,
 )
+from teleop.operator.sink import Canvas
+from teleop.operator.trail import Trail
 
 HEADROOM: Final = 1.9
 """What is higher above the map's floor goes to the ``overhead`` entities [m]."""
@@ -32,10 +34,6 @@ ELLIPSE: Final = float(np.sqrt(5.991))
 """Sigmas of the 95 % ellipse: the chi-square quantile for 2 degrees of freedom is 5.991."""
 HEADING: Final = 1.960
 """Sigmas of the 95 % heading wedge."""
-STEP: Final = 0.05
-"""A path gets a new piece when the robot has moved this far [m]."""
-JUMP: Final = 0.5
-"""Farther than this between two poses the estimate jumped, and no line is drawn [m]."""
 
 _MAP_RADIUS: Final = 0.022
 """Of a point of the map [m]: near the spacing of its points."""
@@ -48,56 +46,21 @@ _CIRCLE: Final = np.stack(
 )
 
 
-class Trail:
-    """A path that grows: each piece is logged once, so a message costs the same after an hour."""
-
-    def __init__(
-        self, stream: rr.RecordingStream, entity: str, colour: Colour, *, width: float, lift: float
-    ) -> None:
-        """Begin a path.
-
-        Args:
-            stream: where to.
-            entity: its path.
-            colour: of the line.
-            width: half of it, in pixels.
-            lift: how high above the floor it is drawn [m].
-        """
-        self._stream, self._entity = stream, entity
-        self._lift = np.array([0.0, 0.0, lift])
-        self._last: FloatArray | None = None
-        # Colour and width are said once; the pieces are points only.
-        style = rr.LineStrips3D.from_fields(colors=[colour], radii=rr.Radius.ui_points(width))
-        stream.log(entity, style, static=True)
-
-    def add(self, position: FloatArray) -> None:
-        """Go on to a position (3,) in ``map`` [m]."""
-        if self._last is None:
-            self._last = position
-            return
-        moved = float(np.linalg.norm(position - self._last))
-        if moved < STEP:
-            return
-        if moved < JUMP:
-            piece = np.stack([self._last, position]) + self._lift
-            self._stream.log(self._entity, rr.LineStrips3D.from_fields(strips=[piece]))
-        self._last = position
-
-
 class Scene:
     """Draws; knows frames and poses, but nothing of messages."""
 
-    def __init__(self, stream: rr.RecordingStream, cloud: Cloud) -> None:
-        self._stream = stream
+    def __init__(self, canvas: Canvas, cloud: Cloud) -> None:
+        self._canvas = canvas
         self._entities = {"map": at.MAP, "odom": "map/odom", "base_link": at.BASE}
         self._scanners: list[str] = []
         self._hint_shapes: set[str] = set()
         self._placed, self._health = False, GREY
-        self._ceiling = float(cloud.bounds[0][2]) + HEADROOM
+        # Not the lowest point: a few stray ones lie below any floor.
+        self._ceiling = float(np.percentile(cloud.points[:, 2], 1.0)) + HEADROOM
         self._draw_map(cloud)
         # Where they agree the estimate lies on top, with the truth as its pale rim.
-        self.estimate = Trail(stream, at.ESTIMATE_PATH, SKY, width=1.2, lift=0.06)
-        self.truth = Trail(stream, at.TRUTH_PATH, WHITE, width=2.0, lift=_LIFT)
+        self.estimate = Trail(canvas, at.ESTIMATE_PATH, SKY, width=1.2, lift=0.06)
+        self.truth = Trail(canvas, at.TRUTH_PATH, WHITE, width=2.0, lift=_LIFT)
 
     def _draw_map(self, cloud: Cloud) -> None:
         stride = -(-len(cloud.points) // MAP_POINTS)
@@ -105,11 +68,11 @@ class Scene:
         order = np.random.default_rng(0).permutation(len(cloud.points))[::stride]
         points = cloud.points[order]
         high = points[:, 2] > self._ceiling
-        self._stream.log(at.MAP, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        self._canvas.draw(at.MAP, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         for entity, part in ((at.CLOUD, points[~high]), (at.OVERHEAD, points[high])):
             if len(part):
                 colours = height_greys(part[:, 2])
-                self._stream.log(
+                self._canvas.draw(
                     entity, rr.Points3D(part, colors=colours, radii=_MAP_RADIUS), static=True
                 )
 
@@ -118,7 +81,7 @@ class Scene:
         colours = distance_colours(distances)
         high = points[:, 2] > self._ceiling
         for entity, part in ((at.LIVE, ~high), (at.LIVE_OVERHEAD, high)):
-            self._stream.log(
+            self._canvas.draw(
                 entity, rr.Points3D(points[part], colors=colours[part], radii=_LIVE_RADIUS)
             )
 
@@ -127,25 +90,25 @@ class Scene:
         if parent not in self._entities:
             return
         entity = self._entities.setdefault(child, f"{self._entities[parent]}/{child}")
-        self._stream.log(entity, _transform(pose), static=static)
+        self._canvas.draw(entity, _transform(pose), static=static)
         if static and child.startswith("laser"):
             self._scanners.append(entity)
         if parent == "map" and not self._placed:
             # Only now is it known where: before, a body would stand at the origin, and be believed.
             self._placed = True
             for name, part in body.parts().items():
-                self._stream.log(f"{at.BODY}/{name}", part)
+                self._canvas.draw(f"{at.BODY}/{name}", part)
             self.health(self._health)
         if self._placed:
             for scanner in self._scanners:
-                self._stream.log(f"{scanner}/housing", body.scanner())
+                self._canvas.draw(f"{scanner}/housing", body.scanner())
             self._scanners.clear()
 
     def health(self, colour: Colour) -> None:
         """Give the circle in which the robot turns, and its uncertainty, the colour of its health."""
         self._health = colour
         if self._placed:
-            self._stream.log(f"{at.BASE}/swing", body.swing(colour))
+            self._canvas.draw(f"{at.BASE}/swing", body.swing(colour))
 
     def uncertainty(self, pose: Pose, covariance: FloatArray) -> None:
         """Draw the 95 % ellipse of the position and the 95 % wedge of the heading.
@@ -161,7 +124,7 @@ class Scene:
         tips = [(np.cos(a), np.sin(a), 0.0) for a in sides]
         wedge = np.array([tips[0], (0.0, 0.0, 0.0), tips[1]])
         foot = pose.position + (0.0, 0.0, _LIFT)
-        self._stream.log(
+        self._canvas.draw(
             at.UNCERTAINTY,
             rr.LineStrips3D(
                 [ellipse + foot, wedge + foot],
@@ -222,17 +185,17 @@ class Scene:
         # Not the ghost's transform: one that is cleared and set at the same stamp stays cleared, and the
         # ghost would stand at the origin.
         for shape in self._hint_shapes:
-            self._stream.log(shape, rr.Clear(recursive=False))
+            self._canvas.draw(shape, rr.Clear(recursive=False))
         self._hint_shapes.clear()
 
     def _ghost(self, pose: Pose, label: str, colour: Colour) -> None:
-        self._stream.log(f"{at.HINT}/ghost", _transform(pose))
+        self._canvas.draw(f"{at.HINT}/ghost", _transform(pose))
         for part, shape in body.ghost(label, colour).items():
             self._hint_shape(f"ghost/{part}", shape)
 
     def _hint_shape(self, name: str, shape: rr.AsComponents) -> None:
         entity = f"{at.HINT}/{name}"
-        self._stream.log(entity, shape)
+        self._canvas.draw(entity, shape)
         self._hint_shapes.add(entity)
 
 

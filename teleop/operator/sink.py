@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from threading import Thread
+from uuid import UUID, uuid4
 
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 import rerun_bindings
+
+from teleop.operator.blueprint import TIMELINE
 
 APPLICATION = "farsteer"
 """The viewer keeps its layouts by this name."""
@@ -17,6 +23,14 @@ _LIVE_TICK = 0.04
 """How long data may wait to be sent to a viewer [s]."""
 _FILE_TICK = 0.5
 """How long it may wait to be written, if nobody looks [s]; longer makes smaller files."""
+
+
+_PATIENCE = 4.0
+"""How long a viewer may take to answer at the beginning [s]."""
+
+
+class SinkError(RuntimeError):
+    """The display cannot go where it should; the message says what would work."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,30 +53,103 @@ class Sink:
             raise ValueError("viewer and spawn exclude each other: is there a viewer or not?")
 
 
-def open_stream(sink: Sink, blueprint: rrb.Blueprint) -> rr.RecordingStream:
-    """Return a recording that flows into the sink and has the blueprint for its layout."""
-    viewer = sink.viewer
-    if sink.spawn:
-        _spawn(sink.port)
-        viewer = f"rerun+http://127.0.0.1:{sink.port}/proxy"
-    stream = rr.RecordingStream(
-        APPLICATION,
-        batcher_config=rr.ChunkBatcherConfig(
-            flush_tick=_FILE_TICK if viewer is None else _LIVE_TICK
-        ),
-    )
-    # All times are the robot's; when this machine got to log them says nothing.
-    stream.set_log_time_enabled(False)
-    sinks: list[rr.FileSink | rr.GrpcSink] = []
-    if sink.file is not None:
-        sink.file.parent.mkdir(parents=True, exist_ok=True)
-        # The index that goes to the file's end takes some 50 MB of memory an hour. A kill loses the
-        # index and nothing else: `rerun rrd optimize` makes a new one.
-        sinks.append(rr.FileSink(sink.file, write_footer=True))
-    if viewer is not None:
-        sinks.append(rr.GrpcSink(viewer))
-    stream.set_sinks(*sinks, default_blueprint=blueprint)
-    return stream
+class Canvas:
+    """Draws the same into every part of a sink.
+
+    Each part has a stream of its own: with both on one, a viewer that hangs would hold up the file.
+    """
+
+    def __init__(self, sink: Sink, blueprint: rrb.Blueprint) -> None:
+        """Open the sink, with the blueprint for the layout of its views.
+
+        Raises:
+            SinkError: if the viewer does not answer.
+        """
+        recording = uuid4()
+        viewer = sink.viewer
+        if sink.spawn:
+            _spawn(sink.port)
+            viewer = f"rerun+http://127.0.0.1:{sink.port}/proxy"
+        self._streams: list[rr.RecordingStream] = []
+        if sink.file is not None:
+            sink.file.parent.mkdir(parents=True, exist_ok=True)
+            # The index that goes to the file's end takes some 50 MB of memory an hour. A kill loses the
+            # index and nothing else: `rerun rrd optimize` makes a new one.
+            self._open(recording, rr.FileSink(sink.file, write_footer=True), _FILE_TICK, blueprint)
+        if viewer is not None:
+            # rerun's own patience with a viewer that accepts and says nothing has no end.
+            given = rr.GrpcSink(viewer), _LIVE_TICK, blueprint
+            if not _in_time(lambda: self._open(recording, *given), _PATIENCE):
+                rr.unregister_shutdown()
+                raise SinkError(
+                    f"no viewer answers at {viewer}: start one with `rerun --bind 127.0.0.1`, or let the "
+                    "display spawn its own"
+                )
+
+    def _open(
+        self,
+        recording: UUID,
+        sink: rr.FileSink | rr.GrpcSink,
+        tick: float,
+        blueprint: rrb.Blueprint,
+    ) -> None:
+        stream = rr.RecordingStream(
+            APPLICATION,
+            recording_id=recording,
+            batcher_config=rr.ChunkBatcherConfig(flush_tick=tick),
+        )
+        # All times are the robot's; when this machine got to log them says nothing.
+        stream.set_log_time_enabled(False)
+        stream.set_sinks(sink, default_blueprint=blueprint)
+        self._streams.append(stream)
+
+    def set_time(self, stamp: int) -> None:
+        """Set the time of what is drawn next: the robot's [ns]."""
+        time = np.timedelta64(stamp, "ns")
+        for stream in self._streams:
+            stream.set_time(TIMELINE, duration=time)
+
+    def draw(self, entity: str, what: rr.AsComponents, *, static: bool = False) -> None:
+        """Draw something: from now on, or ``static`` for all times."""
+        for stream in self._streams:
+            stream.log(entity, what, static=static)
+
+    def flush(self, timeout: float) -> None:
+        """Send and write what waits.
+
+        Args:
+            timeout: how long to try, for each part [s].
+
+        Raises:
+            RuntimeError: if a viewer is gone or too slow.
+        """
+        for stream in self._streams:
+            stream.flush(timeout_sec=timeout)
+
+    def close(self, timeout: float) -> None:
+        """End the recording.
+
+        Args:
+            timeout: how long to try, for each part [s].
+
+        Raises:
+            RuntimeError: if a viewer is gone or too slow. The file is whole nevertheless.
+        """
+        # rerun waits for ever for a viewer that hangs: when a stream ends, and when the interpreter does.
+        rr.unregister_shutdown()
+        try:
+            self.flush(timeout)
+        finally:
+            for stream in self._streams:
+                _in_time(stream.disconnect, timeout)
+
+
+def _in_time(call: Callable[[], None], timeout: float) -> bool:
+    """Call, but wait for its end no longer than so [s]; return whether it came."""
+    thread = Thread(target=call, daemon=True)
+    thread.start()
+    thread.join(timeout)
+    return not thread.is_alive()
 
 
 def viewer_program() -> Path:

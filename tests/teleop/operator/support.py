@@ -1,11 +1,20 @@
-"""A drive as its clients see it: the robot's messages, tick by tick, without a socket."""
+"""A drive as its clients see it, without a socket; what is in a recording; a viewer without a screen."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+import socket
+import subprocess
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
+
+import pytest
+from rerun.chunk import RrdReader
+from rerun.experimental import ViewerClient
 
 from localization.cloud import Cloud
 from localization.localizer import Localizer
@@ -13,6 +22,8 @@ from localization.prepared import prepare
 from localization.types import SECOND, Hint, Twist
 from robot_sim import Simulation, World
 from teleop.joystick import Wish
+from teleop.operator.display import Display
+from teleop.operator.sink import viewer_program
 from teleop.robot import topics
 from teleop.robot.robot import Drive, Message, Reset, Robot, Stop
 from teleop.scenario.driver import TourDriver
@@ -83,3 +94,97 @@ def drive(
             inbox = [Drive("test", _NEUTRAL)]
         else:
             inbox = [Drive("test", Wish(twist, enabled=True))]
+
+
+def play(moments: Iterable[Moment], display: Display) -> None:
+    """Show a drive: what the robot publishes, and what its operator does."""
+    for moment in moments:
+        twist = moment.command
+        if moment.hint is not None:
+            display.hint(moment.hint.map_from_base, moment.hint.covariance, moment.stamp)
+        display.command(float(twist.linear[0]), float(twist.angular[2]), True, moment.stamp)
+        for topic, message in moment.published:
+            display.show(topic, message)
+
+
+def rows(recording: Path) -> dict[str, int]:
+    """Return how many rows every entity of a recording has."""
+    counts: dict[str, int] = {}
+    for chunk in RrdReader(recording).stream():
+        entity = str(chunk.entity_path).removeprefix("/")
+        counts[entity] = counts.get(entity, 0) + chunk.num_rows
+    return counts
+
+
+def column(recording: Path, entity: str, component: str) -> list[Any]:
+    """Return the values of one component of an entity, such as ``Scalars:scalars``, by time."""
+    found: list[tuple[Any, Any]] = []
+    for chunk in RrdReader(recording).stream():
+        if str(chunk.entity_path) != f"/{entity}":
+            continue
+        batch = chunk.to_record_batch()
+        if component not in batch.schema.names:
+            continue
+        values = batch.column(component).to_pylist()
+        times = range(len(values)) if chunk.is_static else batch.column("robot time").to_pylist()
+        found += zip(times, values, strict=True)
+    return [value for _, value in sorted(found, key=lambda pair: pair[0]) if value is not None]
+
+
+def events(recording: Path) -> list[tuple[str, str]]:
+    """Return level and text of every event, by time."""
+    levels = column(recording, "log", "TextLog:level")
+    texts = column(recording, "log", "TextLog:text")
+    return [(level[0], text[0]) for level, text in zip(levels, texts, strict=True)]
+
+
+def has_vulkan() -> bool:
+    """Return whether there is a Vulkan driver, without which the viewer draws nothing."""
+    folders = (Path("/usr/share/vulkan/icd.d"), Path("/etc/vulkan/icd.d"))
+    return "VK_ICD_FILENAMES" in os.environ or any(
+        path for folder in folders for path in folder.glob("*.json")
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Viewer:
+    """A running viewer."""
+
+    client: ViewerClient
+    url: str
+    pid: int
+
+
+@contextmanager
+def headless_viewer() -> Iterator[Viewer]:
+    """Run a viewer without a screen, which only this machine can reach."""
+    if not has_vulkan():
+        pytest.skip("no Vulkan driver: apt-get install mesa-vulkan-drivers")
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    where = ["--bind", "127.0.0.1", "--port", str(port), "--window-size", "1600x900"]
+    process = subprocess.Popen(
+        [viewer_program(), "--headless", "--hide-welcome-screen", *where],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        url = f"rerun+http://127.0.0.1:{port}/proxy"
+        yield Viewer(_connect(url, process), url, process.pid)
+    finally:
+        process.kill()
+        process.wait()
+
+
+def _connect(url: str, process: subprocess.Popen[bytes]) -> ViewerClient:
+    for _ in range(300):
+        assert process.poll() is None, "the viewer ended"
+        try:
+            client = ViewerClient.connect(url)
+            client.get_state()
+        except Exception:
+            time.sleep(0.1)
+        else:
+            return client
+    raise TimeoutError("the viewer does not answer")
