@@ -17,6 +17,7 @@ import numpy as np
 from localization.cloud import load_cloud
 from localization.types import Pose, Twist
 from teleop.interfaces import registry
+from teleop.operator.aside import Aside
 from teleop.operator.display import Display
 from teleop.operator.keyboard import HELP, Keyboard, raw_terminal, read_keys
 from teleop.operator.sink import Sink
@@ -65,7 +66,8 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
     cloud = load_cloud(config.map)
     display = None
     if config.record is not None or config.viewer:
-        display = Display(cloud, sink=Sink(file=config.record, spawn=config.viewer))
+        sink = Sink(file=config.record, spawn=config.viewer)
+        display = Aside(Display(cloud, sink=sink), patient=False)
     client = Client(config.url, registry=registry())
     stop = asyncio.Event()
     teller = _Teller(say)

@@ -12,7 +12,7 @@ from localization.cloud import Cloud
 from localization.geometry import FloatArray
 from localization.types import SECOND, Health, Pose, Twist
 from teleop.joystick import Layout, write_joy
-from teleop.operator.display import Display
+from teleop.operator.aside import Shows
 from teleop.rosbridge.client import Client
 
 TOPICS: Final[Mapping[str, str]] = {
@@ -44,7 +44,7 @@ class Station:
         self,
         client: Client,
         cloud: Cloud,
-        display: Display | None = None,
+        display: Shows | None = None,
         *,
         layout: Layout | None = None,
         tell: Callable[[str, Mapping[str, Any]], None] = lambda topic, message: None,

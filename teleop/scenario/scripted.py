@@ -17,6 +17,7 @@ import numpy as np
 from localization.cloud import load_cloud
 from localization.types import SECOND, Pose
 from teleop.interfaces import registry
+from teleop.operator.aside import Aside
 from teleop.operator.display import Display
 from teleop.operator.sink import Sink
 from teleop.operator.station import Station
@@ -80,7 +81,9 @@ async def operate(script: Script) -> None:
         OperatorError: if the maps differ or the robot does not step.
     """
     cloud = load_cloud(script.map_path)
-    display = Display(cloud, sink=Sink(file=Path(script.recording))) if script.recording else None
+    display = None
+    if script.recording is not None:
+        display = Aside(Display(cloud, sink=Sink(file=Path(script.recording))), patient=True)
     # In lockstep the robot may think for long; a dead one ends the socket.
     client = Client(script.url, registry=registry(), reconnect=False, keepalive=None, timeout=60.0)
     station = Station(client, cloud, display)
