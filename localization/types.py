@@ -30,6 +30,10 @@ SECOND = 1_000_000_000
 """One second [ns]."""
 
 
+_FARTHEST_HINT = 1e6
+"""No map reaches so far [m]."""
+
+
 class InvalidReadingError(ValueError):
     """A reading or a pose that cannot be true; the message names the field and what would work."""
 
@@ -268,6 +272,9 @@ class Hint:
         _finite(covariance, "hint.covariance")
         if (np.diag(covariance) < 0.0).any():
             raise InvalidReadingError("hint.covariance must have a diagonal >= 0")
+        farthest = float(np.abs(self.map_from_base.position).max())
+        if farthest > _FARTHEST_HINT:
+            raise InvalidReadingError(f"hint position must be in metres, got {farthest:g}")
         object.__setattr__(self, "covariance", covariance)
 
 

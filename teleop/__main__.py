@@ -313,6 +313,7 @@ def _known_errors() -> tuple[type[Exception], ...]:
     families = (
         ("robot_sim.errors", "SimulationError"),
         ("teleop.rosbridge.errors", "RosbridgeError"),
+        ("teleop.operator.sink", "SinkError"),
         ("teleop.scenario.survey", "SurveyError"),
     )
     # A family whose module was never imported cannot have been raised.

@@ -72,7 +72,6 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
     stop = asyncio.Event()
     teller = _Teller(say)
     station = Station(client, cloud, display, tell=teller.hear)
-    client.on_status(lambda level, text: say(f"{level}: {text}"))
 
     def link(state: ConnectionState) -> None:
         connected = state is ConnectionState.CONNECTED
@@ -82,7 +81,6 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
         if display is not None:
             display.link(connected=connected, text=text, stamp=station.now)
 
-    client.on_connection(link)
     loop = asyncio.get_running_loop()
     if config.duration is not None:
         loop.call_later(config.duration, stop.set)
@@ -92,7 +90,7 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
         hint = Pose.planar(x, y, float(np.deg2rad(heading)))
     try:
         clock = lambda: int(loop.time() * 1e9)  # noqa: E731
-        await operate(station, clock=clock, say=say, hint=hint, stop=stop)
+        await operate(station, clock=clock, say=say, link=link, hint=hint, stop=stop)
     finally:
         await client.close()
         if display is not None:
@@ -128,6 +126,7 @@ async def operate(
     *,
     clock: Callable[[], int],
     say: Callable[[str], None],
+    link: Callable[[ConnectionState], None] = lambda state: None,
     hint: Pose | None = None,
     stop: asyncio.Event | None = None,
 ) -> None:
@@ -137,6 +136,7 @@ async def operate(
         station: joined to a client that is not yet connected.
         clock: a clock that never goes back [ns].
         say: gets a line to show now and then.
+        link: told what becomes of the connection once there is one.
         hint: where to tell the robot that it is, once connected.
         stop: ends it.
 
@@ -148,6 +148,9 @@ async def operate(
     with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
         loop.add_signal_handler(signal.SIGINT, stop.set)
     await station.client.connect()
+    station.client.on_status(lambda level, text: say(f"{level}: {text}"))
+    station.client.on_connection(link)
+    link(ConnectionState.CONNECTED)
     await station.start()
     if hint is not None:
         await station.hint(hint, np.zeros((6, 6)))

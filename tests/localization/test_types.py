@@ -183,3 +183,8 @@ def test_other_wrong_shapes_are_refused_by_name() -> None:
         replace(SWEEP, origins=np.zeros((1, 3)))
     with pytest.raises(InvalidReadingError, match=r"estimate\.covariance must have shape"):
         replace(ESTIMATE, covariance=np.zeros((3, 3)))
+
+
+def test_hint_that_no_map_can_reach_is_refused() -> None:
+    with pytest.raises(InvalidReadingError, match="metres"):
+        Hint(0, Pose.planar(1e300, 0.0, 0.0), np.zeros((6, 6)))
