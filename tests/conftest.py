@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Generator
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from localization.cloud import Cloud
+from robot_sim import World, load_world
+from teleop.scenario.run import cloud_of
 
 # A loaded machine is no failure, and a failure must come back when it is looked for.
 settings.register_profile("steady", deadline=None, derandomize=True)
@@ -34,3 +39,21 @@ def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest
     report = yield
     _forbid_skip(report)
     return report
+
+
+@pytest.fixture(scope="session")
+def office() -> World:
+    """The office that comes with the project."""
+    return load_world("office")
+
+
+@pytest.fixture(scope="session")
+def office_cloud() -> Cloud:
+    """Its prebuilt cloud."""
+    return cloud_of("office")
+
+
+@pytest.fixture(scope="session")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder for derived files, so that no test depends on the user's."""
+    return tmp_path_factory.mktemp("cache")

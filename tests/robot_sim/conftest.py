@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from robot_sim.worlds import World, load_world, parse_world
+from robot_sim.worlds import World, parse_world
 
 ROOM = """
 bounds = [0.0, 0.0, 10.0, 8.0]
@@ -49,9 +49,3 @@ def room() -> World:
 def field() -> World:
     """An open floor with nothing on it."""
     return parse_world(FIELD, name="field")
-
-
-@pytest.fixture(scope="session")
-def office() -> World:
-    """The office that comes with the project."""
-    return load_world("office")
