@@ -147,8 +147,16 @@ async def operate(
     loop = asyncio.get_running_loop()
     with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
         loop.add_signal_handler(signal.SIGINT, stop.set)
+    begun = asyncio.Event()
+
+    def told(level: str, text: str) -> None:
+        # What a server that turns out not to be ours says before that is known tells nobody anything.
+        if begun.is_set():
+            say(f"{level}: {text}")
+
+    station.client.on_status(told)
     await station.client.connect()
-    station.client.on_status(lambda level, text: say(f"{level}: {text}"))
+    begun.set()
     station.client.on_connection(link)
     link(ConnectionState.CONNECTED)
     await station.start()
