@@ -125,6 +125,25 @@ class Drive:
         radius = self._robot.rolling_radius
         return (self._speed - across) / radius, (self._speed + across) / radius
 
+    def advance_tick(self, steps: int, dt: float) -> FloatArray:
+        """Advance the ramps by a whole tick: the same numbers as ``advance`` called ``steps`` times.
+
+        Args:
+            steps: Physics steps of the tick.
+            dt: Length of one step [s].
+
+        Returns:
+            (steps, 2) left and right wheel rate at each step [rad/s].
+        """
+        rates = np.empty((steps, 2))
+        for i in range(steps):
+            rates[i] = self.advance(dt)
+            if (self._speed, self._turn) == self._target:
+                # Nothing changes any more: the rest of the tick repeats this step.
+                rates[i + 1 :] = rates[i]
+                break
+        return rates
+
 
 class Encoders:
     """Count the edges of both sides and report their mean rim speeds."""

@@ -49,6 +49,23 @@ def test_limits_hold_and_the_curve_is_kept(forward: float, turn: float) -> None:
     assert v * turn == pytest.approx(w * forward, abs=1e-9)
 
 
+@given(
+    commands=st.lists(st.tuples(speeds, speeds), min_size=1, max_size=6),
+    ticks=st.integers(1, 40),
+)
+@settings(max_examples=25, deadline=None)
+def test_a_tick_at_once_gives_the_numbers_of_its_steps(
+    commands: list[tuple[float, float]], ticks: int
+) -> None:
+    at_once, stepwise = Drive(DriveConfig(), P3AT()), Drive(DriveConfig(), P3AT())
+    for forward, turn in commands:
+        at_once.command(Twist.planar(forward, turn))
+        stepwise.command(Twist.planar(forward, turn))
+        for _ in range(ticks):
+            rates = at_once.advance_tick(10, 0.002)
+            assert rates.tolist() == [list(stepwise.advance(0.002)) for _ in range(10)]
+
+
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_drive_refuses_what_is_not_finite(bad: float) -> None:
     drive = Drive(DriveConfig(), P3AT())
