@@ -1,28 +1,38 @@
-"""Worlds: a scene's floor plan, read from TOML, as a compiled MuJoCo model with the robot in it."""
+"""Worlds: a plan as a compiled MuJoCo model with the robot in it."""
 
 from __future__ import annotations
 
-import math
-import tomllib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from importlib.resources import files
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Final
 
 import mujoco
-import numpy as np
 
 from localization.types import Pose
-from robot_sim.blocks import Block, Door, furniture, wall
+from robot_sim.blocks import Block, paint
+from robot_sim.drivable import drivable_geoms, mark_drivable
 from robot_sim.errors import UnknownSceneError, WorldError
-from robot_sim.p3at import FLOOR_BIT, P3AT, ROBOT_GROUP, add_robot, set_physics
+from robot_sim.furniture import piece_blocks
+from robot_sim.p3at import P3AT, add_robot, set_physics
+from robot_sim.placing import obstacles_touched as obstacles_touched, place_robot as place_robot
+from robot_sim.plan import NO_FLOOR, Placement, Plan, Waypoint as Waypoint
+from robot_sim.plan_file import plan_from_toml
+from robot_sim.walls import wall_blocks
 
 TIMESTEP_NS: Final = 2_000_000
 """One physics step [ns]."""
 
-Waypoint = tuple[float, float]
-"""x, y in ``map`` [m]."""
+
+@dataclass(frozen=True, slots=True)
+class WorldOptions:
+    """What can be different about a world from one day to the next."""
+
+    alive: bool = False
+    """Whether people walk about, doors swing and carts are pushed."""
+    rearranged: int | None = None
+    """Seed by which furniture was moved since the world was mapped; None leaves it in its place."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,6 +51,12 @@ class World:
     """A longer drive that sees every corner, for building a map."""
     bounds: tuple[float, float, float, float]
     """Smallest x, y and largest x, y of the floor [m]."""
+    spawns: Mapping[str, Pose] = field(default_factory=lambda: MappingProxyType({}))
+    """``map_from_base`` of each start pose, ``spawn`` among them."""
+    robot: P3AT = field(default_factory=P3AT)
+    """Compiled into the model."""
+    plan: Plan | None = None
+    """What it was built from; None for a world that was not built from a plan."""
 
     @property
     def area(self) -> float:
@@ -55,123 +71,136 @@ def scene_names() -> tuple[str, ...]:
     return tuple(sorted(f.name for f in folders if (f / "world.toml").is_file()))
 
 
-def load_world(name: str) -> World:
+def load_plan(name: str) -> Plan:
+    """Read the plan ``scenes/<name>/world.toml``.
+
+    Raises:
+        UnknownSceneError: there is no such scene; the message lists those there are.
+        WorldError: it makes no sense.
+    """
+    if name not in scene_names():
+        raise UnknownSceneError(name, scene_names())
+    text = (files("scenes") / name / "world.toml").read_text(encoding="utf-8")
+    return plan_from_toml(text, name=name)
+
+
+def load_world(
+    name: str,
+    *,
+    robot: P3AT | None = None,
+    options: WorldOptions = WorldOptions(),
+) -> World:
     """Build the world of ``scenes/<name>/world.toml``.
+
+    Args:
+        name: Of the scene.
+        robot: Compiled into the world.
+        options: What is different about it today.
 
     Raises:
         UnknownSceneError: there is no such scene; the message lists those there are.
         WorldError: its floor plan cannot be built.
     """
-    if name not in scene_names():
-        raise UnknownSceneError(name, scene_names())
-    text = (files("scenes") / name / "world.toml").read_text(encoding="utf-8")
-    return parse_world(text, name=name)
+    return build_world(load_plan(name), robot=robot, options=options)
 
 
-def parse_world(text: str, *, name: str) -> World:
-    """Build a world from the text of a floor plan; its lengths are metres, its angles degrees."""
-    try:
-        plan = tomllib.loads(text)
-        return _build(plan, name)
-    except tomllib.TOMLDecodeError as error:
-        raise WorldError(f"world {name!r} is not valid TOML: {error}") from None
-    except KeyError as error:
-        raise WorldError(f"world {name!r} lacks the entry {error}") from None
+def parse_world(
+    text: str,
+    *,
+    name: str,
+    robot: P3AT | None = None,
+    options: WorldOptions = WorldOptions(),
+) -> World:
+    """Build a world from the text of a floor plan; see ``load_world`` for the rest."""
+    return build_world(plan_from_toml(text, name=name), robot=robot, options=options)
 
 
-def _build(plan: Mapping[str, Any], name: str) -> World:
-    x0, y0, x1, y1 = (float(v) for v in plan["bounds"])
+def build_world(
+    plan: Plan,
+    *,
+    robot: P3AT | None = None,
+    options: WorldOptions = WorldOptions(),
+) -> World:
+    """Build a world from a plan; see ``load_world`` for the rest.
+
+    Raises:
+        WorldError: the plan cannot be built, nothing in it is drivable, or the robot does not fit
+            at one of its spawns or places; the message names what is wrong.
+    """
+    robot = robot or P3AT()
     spec = mujoco.MjSpec()
     set_physics(spec, timestep=TIMESTEP_NS * 1e-9)
-    spec.worldbody.add_geom(
+    try:
+        _add_floor(spec, plan, robot)
+        for block in plan_blocks(plan):
+            block.add_to(spec)
+        surfaces = tuple(geom.name for geom in drivable_geoms(spec))
+        if not surfaces:
+            raise WorldError("no surface is drivable: give it a floor")
+        add_robot(spec, surfaces=surfaces, robot=robot)
+        model = spec.compile()
+        spawns = _poses(plan.spawns)
+        world = World(
+            name=plan.name,
+            model=model,
+            spawn=next(iter(spawns.values())),
+            places=_poses(plan.places),
+            tour=plan.tour,
+            survey=plan.survey or plan.tour,
+            bounds=plan.bounds,
+            spawns=spawns,
+            robot=robot,
+            plan=plan,
+        )
+        _check_places(world)
+    except (ValueError, WorldError) as error:
+        raise WorldError(f"world {plan.name!r}: {' '.join(str(error).split())}") from None
+    return world
+
+
+def plan_blocks(plan: Plan) -> Iterator[Block]:
+    """Yield the blocks of everything in a plan that stands still, but for its floor."""
+    for wall in plan.walls:
+        yield from wall_blocks(wall)
+    for piece in plan.furniture:
+        yield from piece_blocks(piece)
+    if plan.ceiling:
+        x0, y0, x1, y1 = plan.bounds
+        half = (0.5 * (x1 - x0), 0.5 * (y1 - y0), 0.05)
+        yield Block("ceiling", 0.5 * (x0 + x1), 0.5 * (y0 + y1), plan.height + 0.05, half)
+
+
+def _add_floor(spec: mujoco.MjSpec, plan: Plan, robot: P3AT) -> None:
+    if plan.floor == NO_FLOOR:
+        return
+    x0, y0, x1, y1 = plan.bounds
+    floor = spec.worldbody.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         pos=(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0),
         size=(0.5 * (x1 - x0), 0.5 * (y1 - y0), 0.1),
-        contype=FLOOR_BIT,
-        conaffinity=FLOOR_BIT,
     )
-    try:
-        for block in _blocks(plan, (x0, y0, x1, y1)):
-            block.add_to(spec)
-        add_robot(spec, surfaces=("floor",), robot=P3AT())
-        model = spec.compile()
-    except ValueError as error:
-        raise WorldError(f"world {name!r}: {' '.join(str(error).split())}") from None
-    world = World(
-        name=name,
-        model=model,
-        spawn=_pose(plan["spawn"]),
-        places=MappingProxyType({k: _pose(v) for k, v in plan.get("places", {}).items()}),
-        tour=_waypoints(plan.get("tour", ())),
-        survey=_waypoints(plan.get("survey", plan.get("tour", ()))),
-        bounds=(x0, y0, x1, y1),
-    )
-    data = mujoco.MjData(model)
-    place_robot(model, data, world.spawn)
-    return world
+    mark_drivable(floor, robot.friction, robot.friction)
+    paint(spec, floor, plan.floor)
 
 
-def _blocks(plan: Mapping[str, Any], bounds: tuple[float, float, float, float]) -> Iterator[Block]:
-    height = float(plan.get("height", 2.8))
-    thickness = float(plan.get("wall_thickness", 0.14))
-    for i, entry in enumerate(plan.get("wall", ())):
-        yield from wall(
-            entry.get("name", f"wall_{i}"),
-            entry["from"],
-            entry["to"],
-            height=entry.get("height", height),
-            thickness=entry.get("thickness", thickness),
-            doors=[Door(**door) for door in entry.get("doors", ())],
-        )
-    for i, entry in enumerate(plan.get("furniture", ())):
-        kind = entry["type"]
-        yield from furniture(
-            entry.get("name", f"{kind}_{i}"),
-            kind,
-            entry["at"],
-            yaw=math.radians(entry.get("yaw", 0.0)),
-            size=entry.get("size"),
-        )
-    if plan.get("ceiling", True):
-        x0, y0, x1, y1 = bounds
-        half = (0.5 * (x1 - x0), 0.5 * (y1 - y0), 0.05)
-        yield Block("ceiling", 0.5 * (x0 + x1), 0.5 * (y0 + y1), height + 0.05, half)
+def _poses(placements: Mapping[str, Placement]) -> Mapping[str, Pose]:
+    return MappingProxyType({k: Pose.planar(p.x, p.y, p.yaw) for k, p in placements.items()})
 
 
-def _pose(entry: Sequence[float]) -> Pose:
-    x, y, yaw = entry
-    return Pose.planar(float(x), float(y), math.radians(yaw))
-
-
-def _waypoints(entries: Sequence[Sequence[float]]) -> tuple[Waypoint, ...]:
-    return tuple((float(x), float(y)) for x, y in entries)
-
-
-def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose) -> None:
-    """Put the robot at rest where ``map_from_base`` says.
-
-    Raises:
-        WorldError: it would stand inside an obstacle; the message names that.
-    """
-    mujoco.mj_resetData(model, data)
-    data.qpos[:3] = map_from_base.position
-    data.qpos[3:7] = map_from_base.quaternion_wxyz
-    mujoco.mj_forward(model, data)
-    touched = obstacles_touched(model, data)
-    if touched:
-        x, y = map_from_base.position[:2]
-        raise WorldError(
-            f"the robot at x {x:.2f}, y {y:.2f} would stand inside {', '.join(touched)}"
-        )
-
-
-def obstacles_touched(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[str, ...]:
-    """Return the names of the obstacles that the robot's hull touches now, sorted."""
-    pairs = np.asarray(data.contact.geom).reshape(-1, 2)
-    names: set[str] = set()
-    for pair in pairs:
-        is_floor = model.geom_contype[pair] == FLOOR_BIT
-        is_robot = model.geom_group[pair] == ROBOT_GROUP
-        names.update(model.geom(g).name for g in pair[~is_floor & ~is_robot])
-    return tuple(sorted(names))
+def _check_places(world: World) -> None:
+    """Raise a WorldError if the robot cannot stand at one of the named poses."""
+    data = mujoco.MjData(world.model)
+    x0, y0, x1, y1 = world.bounds
+    for kind, poses in (("spawn", world.spawns), ("place", world.places)):
+        for name, pose in poses.items():
+            x, y = pose.position[:2]
+            if not (x0 <= x <= x1 and y0 <= y <= y1):
+                raise WorldError(
+                    f"{kind} {name!r} at x {x:.2f}, y {y:.2f} is off the floor, which reaches from"
+                    f" {x0:g}, {y0:g} to {x1:g}, {y1:g}"
+                )
+            try:
+                place_robot(world.model, data, pose)
+            except WorldError as error:
+                raise WorldError(f"{kind} {name!r}: {error}") from None

@@ -104,6 +104,19 @@ def test_unknown_scene_lists_those_there_are() -> None:
             'name = "a"\n[[furniture]]\ntype = "box"\nat = [3, 3]\nname = "a"',
             "a_body",
         ),
+        (
+            "bounds = [0, 0, 4, 4]\nspawn = [5, 2, 0]",
+            "spawn 'spawn' at x 5.00, y 2.00 is off the floor",
+        ),
+        (
+            'bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\nfloor = "none"',
+            "no surface is drivable: give it a floor",
+        ),
+        (
+            "bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\n[places]\nden = [1, 1, 0]\n"
+            '[[wall]]\nname = "w"\nfrom = [0, 1]\nto = [4, 1]',
+            "place 'den': the robot at x 1.00, y 1.00 would stand inside w_0",
+        ),
     ],
 )
 def test_bad_plan_is_refused_in_one_line(text: str, message: str) -> None:

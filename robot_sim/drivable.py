@@ -1,0 +1,40 @@
+"""Drivable surfaces: geoms whose ``user`` attribute begins with a friction coefficient.
+
+That attribute, ``user="MU_LONG MU_LAT"``, is all that a world has to say of a surface, be it made
+from a plan or read from somebody's MJCF: the wheels get their contact pairs with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import mujoco
+
+from robot_sim.p3at import FLOOR_BIT
+
+
+@dataclass(frozen=True, slots=True)
+class DrivableGeom:
+    """A geom that wheels roll on."""
+
+    name: str
+    mu_long: float
+    """Coulomb coefficient along the wheel."""
+    mu_lat: float
+    """Across it."""
+
+
+def mark_drivable(geom: mujoco.MjsGeom, mu_long: float, mu_lat: float) -> None:
+    """Make a geom a drivable surface: the wheels' pairs touch it, the robot's hull does not."""
+    geom.userdata = [mu_long, mu_lat]
+    geom.contype = FLOOR_BIT
+    geom.conaffinity = FLOOR_BIT
+
+
+def drivable_geoms(spec: mujoco.MjSpec) -> Iterator[DrivableGeom]:
+    """Yield every geom of the specification that says it is drivable."""
+    for geom in spec.geoms:
+        user = list(geom.userdata)
+        if user and user[0] > 0.0:
+            yield DrivableGeom(geom.name, user[0], user[1] if len(user) > 1 else user[0])

@@ -1,0 +1,39 @@
+"""Putting the robot somewhere, and telling what it touches there."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from localization.types import Pose
+from robot_sim.errors import WorldError
+from robot_sim.p3at import FLOOR_BIT, ROBOT_GROUP
+
+
+def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose) -> None:
+    """Put the robot at rest where ``map_from_base`` says.
+
+    Raises:
+        WorldError: it would stand inside an obstacle; the message names that.
+    """
+    mujoco.mj_resetData(model, data)
+    data.qpos[:3] = map_from_base.position
+    data.qpos[3:7] = map_from_base.quaternion_wxyz
+    mujoco.mj_forward(model, data)
+    touched = obstacles_touched(model, data)
+    if touched:
+        x, y = map_from_base.position[:2]
+        raise WorldError(
+            f"the robot at x {x:.2f}, y {y:.2f} would stand inside {', '.join(touched)}"
+        )
+
+
+def obstacles_touched(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[str, ...]:
+    """Return the names of the obstacles that the robot's hull touches now, sorted."""
+    pairs = np.asarray(data.contact.geom).reshape(-1, 2)
+    names: set[str] = set()
+    for pair in pairs:
+        is_floor = model.geom_contype[pair] == FLOOR_BIT
+        is_robot = model.geom_group[pair] == ROBOT_GROUP
+        names.update(model.geom(g).name for g in pair[~is_floor & ~is_robot])
+    return tuple(sorted(names))
