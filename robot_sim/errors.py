@@ -18,9 +18,22 @@ class UnknownSceneError(SimulationError):
         super().__init__(f"no scene named {name!r}; available: {', '.join(self.available)}")
 
 
+class UnknownSurfaceError(SimulationError):
+    """There is no surface of that name."""
+
+    def __init__(self, name: str, available: Iterable[str]) -> None:
+        self.name = name
+        self.available = tuple(available)
+        super().__init__(f"no surface named {name!r}; available: {', '.join(self.available)}")
+
+
 class WorldError(SimulationError):
     """A floor plan that cannot be built, or a start pose inside an obstacle."""
 
 
 class PhysicsError(SimulationError):
     """The physics became unstable; the simulation cannot go on from here."""
+
+
+class SensorError(SimulationError, ValueError):
+    """A sensor that cannot be: the message names the parameter and what would work."""
