@@ -23,6 +23,7 @@ GRAVITY = 9.81
 _P, _T, _B = slice(0, 3), slice(3, 6), slice(6, 9)
 _S, _TRACK, _Y0, _XV = 9, 10, 11, 12
 STATES = 13
+_EYE = np.eye(STATES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +97,8 @@ class SkidSteerEkf:
         variances[_B] = config.gyro_bias**2
         variances[9:] = np.square(config.kappa)
         self._filter.P = np.diag(variances)
+        walk = (config.gyro_noise,) * 3 + (config.gyro_bias_walk,) * 3 + config.kappa_walk
+        self._walk = np.diag(np.square((0.0, 0.0, 0.0, *walk)))
         self._force_sum = np.zeros(3)
         self._force_count = 0
         self._speed_then: float | None = None
@@ -151,23 +154,26 @@ class SkidSteerEkf:
         _, _, y0, xv = self.kappa
         omega = gyro - self.gyro_bias
         rolled = self.rolling_speed(left, right) if speed is None else speed
-        velocity = np.array([rolled + y0 * omega[2], -xv * omega[2], 0.0])
+        yaw_rate = float(omega[2])
+        velocity = np.array([rolled + y0 * yaw_rate, -xv * yaw_rate, 0.0])
         half = so3_exp(0.5 * dt * omega)
-        motion = Pose.from_rotation(half @ velocity * dt, so3_exp(dt * omega))
+        turn = half @ half
+        motion = Pose.from_rotation(half @ velocity * dt, turn)
 
         rotation = self.pose.rotation @ half
-        f = np.eye(STATES)
+        f = _EYE.copy()
         f[_P, _T] = -rotation @ hat(velocity) * dt
         f[_P, 8] = -rotation @ np.array([y0, -xv, 0.0]) * dt
         f[_P, _S] = rotation[:, 0] * rolled * dt if speed is None else 0.0
         f[_P, _Y0] = rotation[:, 0] * omega[2] * dt
         f[_P, _XV] = -rotation[:, 1] * omega[2] * dt
-        f[_T, _T] = so3_exp(-dt * omega)
-        f[_T, _B] = -np.eye(3) * dt
+        f[_T, _T] = turn.T
+        f[3, 6] = f[4, 7] = f[5, 8] = -dt
         q = self._process_noise(dt, rotation, left, right, omega, slipping)
         self._filter.F, self._filter.Q = f, q
         self._filter.predict()
-        self.accrued = f[:6, :6] @ self.accrued @ f[:6, :6].T + q[:6, :6]
+        moved = f[:6, :6]
+        self.accrued = moved @ self.accrued @ moved.T + q[:6, :6]
 
         self.pose = self.pose @ motion
         self.twist = Twist(velocity, omega)
@@ -211,11 +217,8 @@ class SkidSteerEkf:
         else:
             forward = self.rolling_noise(mean, float(omega[2]))
             speed = np.array([forward, c.side_noise, c.heave_noise])
-        q = np.zeros((STATES, STATES))
+        q = self._walk * dt
         q[_P, _P] = rotation * (speed**2 * dt) @ rotation.T
-        q[_T, _T] = np.eye(3) * c.gyro_noise**2 * dt
-        q[_B, _B] = np.eye(3) * c.gyro_bias_walk**2 * dt
-        q[9:, 9:] = np.diag(np.square(c.kappa_walk)) * dt
         return q
 
     def update_wheel_yaw(self, gyro: FloatArray, left: float, right: float) -> bool:
@@ -357,9 +360,10 @@ class SkidSteerEkf:
         self.pose = Pose.from_rotation(self.pose.position + x[_P], self.pose.rotation @ turn)
         self.gyro_bias = self.gyro_bias + x[_B]
         self.kappa = self.kappa + x[9:]
-        g = np.eye(STATES)
-        g[_T, _T] = np.eye(3) - 0.5 * hat(x[_T])
-        p = g @ self._filter.P @ g.T
+        g = _EYE[_T, _T] - 0.5 * hat(x[_T])
+        p = self._filter.P
+        p[_T] = g @ p[_T]
+        p[:, _T] = p[:, _T] @ g.T
         self._filter.P = 0.5 * (p + p.T)
         self._filter.x = np.zeros(STATES)
 

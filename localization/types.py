@@ -51,6 +51,18 @@ def _finite(array: FloatArray, name: str) -> None:
         raise InvalidReadingError(f"{name} must be finite, got {array.tolist()}")
 
 
+def _refuse(position: FloatArray, quaternion: FloatArray) -> None:
+    """Say what is wrong with a position (3,) or a quaternion (4,), if anything is."""
+    _finite(position, "position")
+    _finite(quaternion, "quaternion")
+    if (
+        np.abs(quaternion).max() > 1e150
+    ):  # its square would overflow, and leave no length to divide by
+        raise InvalidReadingError(f"quaternion must have unit norm, got {quaternion.tolist()}")
+    if float(quaternion @ quaternion) < 1e-12:
+        raise InvalidReadingError("quaternion must have unit norm, got all zeros; try 1 0 0 0")
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
     """A rigid motion; named by its ends where it is used, as in ``map_from_base``."""
@@ -67,16 +79,14 @@ class Pose:
         q = np.array(self.quaternion_wxyz, dtype=float)
         if q.shape != (4,):
             raise InvalidReadingError(f"quaternion must have shape (4,), got {q.shape}")
-        _finite(position, "position")
-        _finite(q, "quaternion")
-        if np.abs(q).max() > 1e150:  # its square would overflow, and leave no length to divide by
-            raise InvalidReadingError(f"quaternion must have unit norm, got {q.tolist()}")
-        norm2 = float(q @ q)
-        if norm2 < 1e-12:
-            raise InvalidReadingError("quaternion must have unit norm, got all zeros; try 1 0 0 0")
+        # Poses are made a few times per reading: numbers one by one are quicker than small arrays.
+        w, x, y, z = q.tolist()
+        norm2 = w * w + x * x + y * y + z * z
+        if not (1e-12 <= norm2 <= 1e300 and math.isfinite(sum(position.tolist()))):
+            _refuse(position, q)
         # A quaternion that is already unit stays as it came, so that a pose survives a log bit for bit.
         if abs(norm2 - 1.0) > 1e-12:
-            q = q / np.sqrt(norm2)
+            q = q / math.sqrt(norm2)
         q.flags.writeable = False
         rotation = rotation_from_quaternion(q)
         rotation.flags.writeable = False
