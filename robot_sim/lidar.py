@@ -10,9 +10,10 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from localization.types import IntArray, Pose, Scan
+from localization.types import Pose, Scan
 from robot_sim.arrays import BoolArray, FloatArray
 from robot_sim.p3at import MOUNTS, ROBOT_GROUP
+from robot_sim.track import Track as Track
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,43 +139,6 @@ def _half_extents(model: mujoco.MjModel) -> tuple[FloatArray, BoolArray]:
     is_cylinder = kind == mujoco.mjtGeom.mjGEOM_CYLINDER
     half[is_cylinder] = size[is_cylinder][:, [0, 0, 1]]
     return half, np.asarray(kind != mujoco.mjtGeom.mjGEOM_PLANE)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Track:
-    """Where ``base_link`` was at each physics step, oldest first."""
-
-    stamps: IntArray
-    """(K,) [ns], increasing by one step."""
-    positions: FloatArray
-    """(K, 3) in ``map`` [m]."""
-    quaternions_wxyz: FloatArray
-    """(K, 4)."""
-
-    def at(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return positions (N, 3) [m] and rotations (N, 3, 3) of ``base_link`` at ``times`` (N,) [ns].
-
-        Quaternions are blended linearly: between steps of 2 ms the robot turns by 5 mrad at most,
-        for which that is exact to 1e-8 rad.
-        """
-        last = np.clip(np.searchsorted(self.stamps, times, "right"), 1, len(self.stamps) - 1)
-        before = last - 1
-        span = (self.stamps[last] - self.stamps[before]).astype(float)
-        f = ((times - self.stamps[before]) / span)[:, None]
-        positions = self.positions[before] * (1.0 - f) + self.positions[last] * f
-        q = self.quaternions_wxyz[before] * (1.0 - f) + self.quaternions_wxyz[last] * f
-        q /= np.linalg.norm(q, axis=1, keepdims=True)
-        return positions, _rotations(q)
-
-
-def _rotations(quaternions_wxyz: FloatArray) -> FloatArray:
-    w, x, y, z = quaternions_wxyz.T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), 2, 0)
 
 
 class Scanner:

@@ -141,7 +141,7 @@ def test_blocked_wheels_do_not_catch_up_after_a_stop() -> None:
     )
     simulation = Simulation(world, config=BLIND)
     wheels = slice(6, 10)
-    world.model.dof_frictionloss[wheels] = 100.0
+    simulation._model.dof_frictionloss[wheels] = 100.0
     simulation.command(Twist.planar(0.6, 0.0))
     for _ in range(300):
         simulation.step()
@@ -151,7 +151,7 @@ def test_blocked_wheels_do_not_catch_up_after_a_stop() -> None:
         simulation.step()
     held = simulation.truth().map_from_base.position[0]
     # Six seconds of unmet command are 33 rad of wheel, 3.6 m of way.
-    world.model.dof_frictionloss[wheels] = 0.0
+    simulation._model.dof_frictionloss[wheels] = 0.0
     for _ in range(100):
         simulation.step()
     assert abs(simulation.truth().map_from_base.position[0] - held) < 0.02

@@ -1,0 +1,206 @@
+"""The physics of one tick: many steps in one native call, and the truth about how it went wrong.
+
+A tick is rolled out by MuJoCo itself, bit for bit what ``mj_step`` in a loop gives, and leaves the
+state of every step behind. ``World.model`` is never written to: the physics owns a copy.
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Final
+
+import mujoco
+import numpy as np
+from mujoco.rollout import Rollout
+
+from localization.types import IntArray, Pose
+from robot_sim.arrays import FloatArray
+from robot_sim.errors import PhysicsError
+from robot_sim.placing import place_robot
+from robot_sim.worlds import TIMESTEP_NS
+
+_STATE: Final = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
+_INPUTS: Final = int(mujoco.mjtState.mjSTATE_USER)
+"""What the world does to the physics: motors, applied forces, poses of moved bodies."""
+_RUNAWAY: Final = 1e3
+"""No wheel or body of a real robot gets near this speed [m/s, rad/s]."""
+
+_WARNING: Final = mujoco.mjtWarning
+_BAD_NUMBERS: Final = {
+    _WARNING.mjWARN_BADQPOS: "position",
+    _WARNING.mjWARN_BADQVEL: "velocity",
+    _WARNING.mjWARN_BADQACC: "acceleration",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """How the robot moved through one tick, step by step."""
+
+    stamps: IntArray
+    """(S,) end of each step [ns]."""
+    poses: FloatArray
+    """(S, 7) ``map_from_base`` there: position [m], quaternion wxyz."""
+    angular_velocities: FloatArray
+    """(S, 3) in ``base_link`` [rad/s]: those that moved the robot in the step."""
+    sensors: FloatArray
+    """(S, K) sensor data of the model; forces are those of the step's start."""
+
+
+class Physics:
+    """Owns the model, its state and the number of steps done."""
+
+    def __init__(self, model: mujoco.MjModel, start: Pose, *, steps_per_tick: int) -> None:
+        """Put the robot at rest where ``start`` (``map_from_base``) says.
+
+        Raises:
+            PhysicsError: the model was compiled for another time step.
+            WorldError: the robot would stand inside an obstacle.
+        """
+        if abs(model.opt.timestep * 1e9 - TIMESTEP_NS) > 1.0:
+            raise PhysicsError(
+                f"the model's time step is {model.opt.timestep} s; the simulation needs"
+                f" {TIMESTEP_NS * 1e-9} s"
+            )
+        # Friction under the wheels, for one, is rewritten as the robot drives.
+        self.model = copy.copy(model)
+        self.data = mujoco.MjData(self.model)
+        place_robot(self.model, self.data, start)
+        self._ticks = 0
+        self._steps_per_tick = steps_per_tick
+        self._rollout = Rollout(nthread=0)
+        self._models, self._datas = [self.model], [self.data]
+        size = mujoco.mj_stateSize
+        self._before = np.empty((1, size(self.model, _STATE)))
+        self._warmstart = np.empty((1, self.model.nv))
+        self._input = np.empty(size(self.model, _INPUTS))
+        self._inputs = np.empty((1, steps_per_tick, len(self._input)))
+        self._states = np.empty((1, steps_per_tick, self._before.shape[1]))
+        self._sensors = np.empty((1, steps_per_tick, self.model.nsensordata))
+        # The state is time, positions, velocities, activations; the robot's joint is found by name.
+        base = self.model.joint("base_link")
+        q, v = 1 + int(base.qposadr[0]), 1 + self.model.nq + int(base.dofadr[0])
+        self._pose_columns = slice(q, q + 7)
+        self._turn_columns = slice(v + 3, v + 6)
+        self._velocity_columns = slice(1 + self.model.nq, 1 + self.model.nq + self.model.nv)
+
+    @property
+    def stamp(self) -> int:
+        """Time since the start [ns]: whole steps, for a sum of floating steps drifts."""
+        return self._ticks * self._steps_per_tick * TIMESTEP_NS
+
+    @property
+    def step_stamps(self) -> IntArray:
+        """(S,) end of each step of the coming tick [ns]."""
+        steps = np.arange(1, self._steps_per_tick + 1, dtype=np.int64)
+        return self.stamp + steps * TIMESTEP_NS
+
+    def advance(self, controls: FloatArray) -> Motion:
+        """Run one tick.
+
+        Whatever else ``data`` holds as input (``mocap_pos``, ``xfrc_applied`` ...) stays as it is
+        through the tick.
+
+        Args:
+            controls: (S, nu) motor commands of each step.
+
+        Raises:
+            PhysicsError: the physics became unstable; the message names what, when and where.
+        """
+        model, data, states = self.model, self.data, self._states[0]
+        mujoco.mj_getState(model, data, self._before[0], _STATE)
+        mujoco.mj_getState(model, data, self._input, _INPUTS)
+        self._inputs[0] = self._input
+        # Motors come first in this part of the state.
+        self._inputs[0, :, : model.nu] = controls
+        self._warmstart[0] = data.qacc_warmstart
+        self._rollout.rollout(
+            self._models,
+            self._datas,
+            self._before,
+            self._inputs,
+            control_spec=_INPUTS,
+            skip_checks=True,
+            nstep=self._steps_per_tick,
+            initial_warmstart=self._warmstart,
+            state=self._states,
+            sensordata=self._sensors,
+        )
+        self._check()
+        stamps = self.step_stamps
+        self._ticks += 1
+        return Motion(
+            stamps, states[:, self._pose_columns], states[:, self._turn_columns], self._sensors[0]
+        )
+
+    def _check(self) -> None:
+        """Raise if MuJoCo warned, or if anything is not finite or absurdly fast.
+
+        After a warning a rollout repeats the state it has; that must never pass for a motion.
+        """
+        warned = [k for k, w in enumerate(self.data.warning) if w.number > 0]
+        velocities = self._states[0, :, self._velocity_columns]
+        # Written so that NaN fails as well.
+        tame = np.abs(velocities) < _RUNAWAY
+        if not warned and tame.all() and np.isfinite(self._states[0, -1]).all():
+            return
+        if warned:
+            reason = self._warning(warned[0], int(self.data.warning[warned[0]].lastinfo))
+        elif not tame.all():
+            step, dof = (int(i) for i in np.argwhere(~tame)[0])
+            value = velocities[step, dof]
+            reason = f"{self._joint_of_dof(dof)} moves at {value:.3g} m/s or rad/s"
+        else:
+            reason = "the state is not finite"
+        raise PhysicsError(f"physics became unstable at {self._failed_at()}: {reason}")
+
+    def _failed_at(self) -> str:
+        """Return when it happened, and the last place where the robot was before that."""
+        times = np.concatenate([self._before[:, 0], self._states[0, :, 0]])
+        rows = np.concatenate([self._before, self._states[0]])
+        speeds = np.abs(rows[:, self._velocity_columns]).max(axis=1, initial=0.0)
+        sound = np.isfinite(rows).all(axis=1) & (speeds < _RUNAWAY)
+        # Once a step has failed its state repeats, and so does its time.
+        sound[1:] &= np.diff(times) > 0.0
+        good = int(np.argmin(sound)) if not sound.all() else len(sound) - 1
+        stamp = self.stamp + good * TIMESTEP_NS
+        if good == 0:
+            return f"{stamp * 1e-9:.3f} s"
+        x, y, z = rows[good - 1, self._pose_columns][:3]
+        return f"{stamp * 1e-9:.3f} s with the robot at x {x:.2f}, y {y:.2f}, z {z:.2f}"
+
+    def _warning(self, kind: int, info: int) -> str:
+        model = self.model
+        if kind in _BAD_NUMBERS:
+            joint = self._joint_of_q(info) if kind == _WARNING.mjWARN_BADQPOS else None
+            joint = joint or self._joint_of_dof(info)
+            return f"the {_BAD_NUMBERS[_WARNING(kind)]} of {joint} is not finite or too large"
+        if kind == _WARNING.mjWARN_BADCTRL:
+            return f"the command of motor {model.actuator(info).name!r} is not finite"
+        if kind == _WARNING.mjWARN_CONTACTFULL:
+            return f"no memory for more than {info} contacts (raise <size memory> in the model)"
+        if kind == _WARNING.mjWARN_CNSTRFULL:
+            return f"no memory for more than {info} constraints (raise <size memory> in the model)"
+        return f"MuJoCo warns of {_WARNING(kind).name.removeprefix('mjWARN_').lower()}"
+
+    def _joint_of_q(self, index: int) -> str:
+        return self._joint(int(np.searchsorted(self.model.jnt_qposadr, index, "right")) - 1)
+
+    def _joint_of_dof(self, index: int) -> str:
+        return self._joint(int(self.model.dof_jntid[index]))
+
+    def _joint(self, number: int) -> str:
+        joint = self.model.joint(number)
+        body = self.model.body(int(self.model.jnt_bodyid[number])).name
+        if not joint.name or joint.name == body:
+            return f"body {body!r}"
+        return f"joint {joint.name!r} of body {body!r}"
+
+
+def _keep_quiet(message: str) -> None:
+    """Take MuJoCo's warnings: ``data.warning`` counts them, and ``Physics`` raises what matters."""
+
+
+# MuJoCo would otherwise write MUJOCO_LOG.TXT into whatever directory the process runs in.
+mujoco.set_mju_user_warning(_keep_quiet)
