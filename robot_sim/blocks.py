@@ -111,12 +111,15 @@ class Block:
         cp, sp = math.cos(0.5 * self.pitch), math.sin(0.5 * self.pitch)
         return cy * cp, 0.0 - sy * sp, cy * sp, sy * cp
 
-    def add_to(self, spec: mujoco.MjSpec) -> mujoco.MjsGeom:
-        """Add the block as a static obstacle, or as a mere sight if it hangs above the robot."""
+    def add_to(self, spec: mujoco.MjSpec, body: mujoco.MjsBody | None = None) -> mujoco.MjsGeom:
+        """Add the block as an obstacle, or as a mere sight if it hangs above the robot.
+
+        It is static unless it is part of a ``body``, whose frame its own numbers are then in.
+        """
         # Ceilings, lintels and table tops would cost a quarter of the physics for nothing.
         bits = OBSTACLE_BIT if self.solid else 0
         a, b, c = self.half
-        geom = spec.worldbody.add_geom(
+        geom = (body or spec.worldbody).add_geom(
             name=self.name,
             type=_GEOMS[self.shape],
             pos=(self.x, self.y, self.z),

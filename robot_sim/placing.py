@@ -20,7 +20,8 @@ def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose)
     data.qpos[:3] = map_from_base.position
     data.qpos[3:7] = map_from_base.quaternion_wxyz
     mujoco.mj_forward(model, data)
-    touched = obstacles_touched(model, data)
+    # Whoever walks by at that time is no reason: a moment later there is room.
+    touched = obstacles_touched(model, data, movers=False)
     if touched:
         x, y = map_from_base.position[:2]
         raise WorldError(
@@ -28,12 +29,19 @@ def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose)
         )
 
 
-def obstacles_touched(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[str, ...]:
-    """Return the names of the obstacles that the robot's hull touches now, sorted."""
+def obstacles_touched(
+    model: mujoco.MjModel, data: mujoco.MjData, *, movers: bool = True
+) -> tuple[str, ...]:
+    """Return the names of the obstacles that the robot's hull touches now, sorted.
+
+    Those of mocap bodies, which move on their own, are left out unless ``movers``.
+    """
     pairs = np.asarray(data.contact.geom).reshape(-1, 2)
     names: set[str] = set()
     for pair in pairs:
         is_floor = model.geom_contype[pair] == FLOOR_BIT
         is_robot = model.geom_group[pair] == ROBOT_GROUP
-        names.update(model.geom(g).name for g in pair[~is_floor & ~is_robot])
+        is_mover = model.body_mocapid[model.geom_bodyid[pair]] >= 0
+        counts = ~is_floor & ~is_robot & (movers | ~is_mover)
+        names.update(model.geom(g).name for g in pair[counts])
     return tuple(sorted(names))

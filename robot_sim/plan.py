@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Final
 
 from robot_sim.errors import WorldError
+from robot_sim.inhabitants import Inhabitant
 
 Waypoint = tuple[float, float]
 """x, y in ``map`` [m]."""
@@ -155,6 +156,8 @@ class Plan:
     """A drive through most of the world, ending near where it began."""
     survey: tuple[Waypoint, ...] = ()
     """A longer drive that sees every corner, for building a map."""
+    inhabitants: tuple[Inhabitant, ...] = ()
+    """Who and what moves when the world is alive."""
 
     def __post_init__(self) -> None:
         x0, y0, x1, y1 = self.bounds

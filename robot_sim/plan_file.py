@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeVar
 
 from robot_sim.errors import WorldError
+from robot_sim.inhabitants import Cart, Leaf, Person, Stop
 from robot_sim.plan import Bounds, Door, Piece, Placement, Plan, Wall, Waypoint, Window
 
 T = TypeVar("T")
@@ -93,6 +94,11 @@ def _plan(table: Table, name: str) -> Plan:
         places=table.take("places", _placements, {}),
         tour=tour,
         survey=table.take("survey", _waypoints, tour),
+        inhabitants=(
+            *(_person(t, i) for i, t in enumerate(table.tables("person"))),
+            *(_cart(t, i) for i, t in enumerate(table.tables("cart"))),
+            *(_leaf(t, i) for i, t in enumerate(table.tables("leaf"))),
+        ),
     )
     table.close()
     return plan
@@ -148,6 +154,47 @@ def _piece(table: Table, index: int) -> Piece:
     )
     table.close()
     return piece
+
+
+def _person(table: Table, index: int) -> Person:
+    person = Person(name=table.take("name", _text, f"person_{index}"), **_walk(table))
+    table.close()
+    return person
+
+
+def _cart(table: Table, index: int) -> Cart:
+    name = table.take("name", _text, f"cart_{index}")
+    size = table.take("size", _size, None)
+    own: dict[str, Any] = {} if size is None else {"size": size}
+    cart = Cart(name=name, pushed=table.take("pushed", _flag, True), **_walk(table), **own)
+    table.close()
+    return cart
+
+
+def _walk(table: Table) -> dict[str, Any]:
+    """Return the entries that whatever follows a path has."""
+    return {
+        "path": table.take("path", _path),
+        "speed": table.take("speed", number, None),
+        "pause": table.take("pause", number, None),
+        "loop": table.take("loop", _flag, False),
+        "start": table.take("start", number, None),
+    }
+
+
+def _leaf(table: Table, index: int) -> Leaf:
+    lengths = ("width", "height", "thickness", "open_time", "closed_time", "moving_time")
+    own: dict[str, Any] = {key: table.take(key, number, None) for key in lengths}
+    own["material"] = table.take("material", _text, None)
+    leaf = Leaf(
+        name=table.take("name", _text, f"leaf_{index}"),
+        hinge=table.take("hinge", point),
+        closed=table.take("closed", degrees),
+        swing=table.take("swing", degrees),
+        **{key: value for key, value in own.items() if value is not None},
+    )
+    table.close()
+    return leaf
 
 
 def number(value: Any) -> float:
@@ -212,6 +259,14 @@ def _waypoints(value: Any) -> tuple[Waypoint, ...]:
     if not isinstance(value, list):
         raise TypeError(f"must be a list of [x, y], got {value!r}")
     return tuple(point(v) for v in value)
+
+
+def _path(value: Any) -> tuple[Stop, ...]:
+    if not isinstance(value, list):
+        raise TypeError(f"must be a list of [x, y] or [x, y, stop], got {value!r}")
+    if not all(isinstance(v, list) and len(v) in (2, 3) for v in value):
+        raise ValueError(f"must be a list of [x, y] or [x, y, stop], got {value!r}")
+    return tuple(tuple(number(n) for n in v) for v in value)
 
 
 def _placements(value: Any) -> dict[str, Placement]:

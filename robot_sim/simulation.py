@@ -12,6 +12,7 @@ from localization.types import Pose, Reading, Scan, Twist
 from robot_sim.drive import Drive, DriveConfig, Encoders
 from robot_sim.inertial import InertialConfig, InertialUnit
 from robot_sim.lidar import MujocoRayCaster, Scanner, ScannerConfig
+from robot_sim.movers import Puppeteer
 from robot_sim.p3at import MOUNTS, P3AT, SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
 from robot_sim.physics import Motion, Physics
 from robot_sim.track import Trail
@@ -71,6 +72,7 @@ class Simulation:
         start = start if start is not None else self.world.spawn
         self._physics = Physics(self.world.model, start, steps_per_tick=STEPS_PER_TICK)
         self._model, self._data = self._physics.model, self._physics.data
+        self._puppeteer = Puppeteer(self._model, self.world.movers, TICK_NS)
         self._index_joints()
 
         # Children are numbered: wheels 0, inertial unit 1, then the scanners as they are mounted.
@@ -149,6 +151,7 @@ class Simulation:
         What must be written before it (poses of moved bodies, friction under the wheels) is
         written here: it holds from the tick's first step to its last.
         """
+        self._puppeteer.place(self._data, self.stamp + TICK_NS)
         self._limit_windup()
         rates = self._drive.advance_tick(STEPS_PER_TICK, _DT)
         # Left and right rate to the front and to the rear wheels, in the order of WHEELS.

@@ -15,6 +15,7 @@ from robot_sim.blocks import Block, paint
 from robot_sim.drivable import drivable_geoms, mark_drivable
 from robot_sim.errors import UnknownSceneError, WorldError
 from robot_sim.furniture import piece_blocks
+from robot_sim.movers import Mover, moving_bodies
 from robot_sim.p3at import P3AT, add_robot, set_physics
 from robot_sim.placing import obstacles_touched as obstacles_touched, place_robot as place_robot
 from robot_sim.plan import NO_FLOOR, Placement, Plan, Waypoint as Waypoint
@@ -33,6 +34,8 @@ class WorldOptions:
     """Whether people walk about, doors swing and carts are pushed."""
     rearranged: int | None = None
     """Seed by which furniture was moved since the world was mapped; None leaves it in its place."""
+    timing: int = 0
+    """Seed of when those who live there are where, as far as the plan leaves it open."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +60,8 @@ class World:
     """Compiled into the model."""
     plan: Plan | None = None
     """What it was built from; None for a world that was not built from a plan."""
+    movers: tuple[Mover, ...] = ()
+    """What moves on its own; none unless the world is alive."""
 
     @property
     def area(self) -> float:
@@ -134,6 +139,11 @@ def build_world(
         _add_floor(spec, plan, robot)
         for block in plan_blocks(plan):
             block.add_to(spec)
+        bodies = tuple(
+            moving_bodies(plan.inhabitants, seed=options.timing) if options.alive else ()
+        )
+        for body in bodies:
+            body.add_to(spec)
         surfaces = tuple(geom.name for geom in drivable_geoms(spec))
         if not surfaces:
             raise WorldError("no surface is drivable: give it a floor")
@@ -151,6 +161,7 @@ def build_world(
             spawns=spawns,
             robot=robot,
             plan=plan,
+            movers=tuple(body.mover for body in bodies),
         )
         _check_places(world)
     except (ValueError, WorldError) as error:

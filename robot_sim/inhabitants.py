@@ -1,0 +1,124 @@
+"""What lives in a world: people, door leaves and carts, as a plan says it.
+
+Whatever is left open (``None``) is drawn from a seed and the name, so that two people on one path
+walk differently, and each walks as ever when another is added.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from robot_sim.errors import WorldError
+
+Stop = tuple[float, ...]
+"""x, y in ``map`` [m], and for how long one stops there [s] if there is a third."""
+
+
+@dataclass(frozen=True, slots=True)
+class Person:
+    """Somebody who walks a path, out and back or round and round."""
+
+    name: str
+    path: tuple[Stop, ...]
+    speed: float | None = None
+    """[m/s]; drawn from 0.8 to 1.4 if None."""
+    pause: float | None = None
+    """Stop at both ends of a path walked out and back [s]; drawn from 2 to 6 if None."""
+    loop: bool = False
+    """Whether the last way-point leads to the first again."""
+    start: float | None = None
+    """Stands at the first way-point until then [s]; None puts it anywhere on its way at the start."""
+
+    def __post_init__(self) -> None:
+        _check_walk("person", self)
+
+
+@dataclass(frozen=True, slots=True)
+class Cart:
+    """A trolley on a path; ``Person`` tells of the entries that both have."""
+
+    name: str
+    path: tuple[Stop, ...]
+    """Of whoever pushes it, or of its own middle."""
+    speed: float | None = None
+    pause: float | None = None
+    loop: bool = False
+    start: float | None = None
+    pushed: bool = True
+    """Whether a person walks behind it."""
+    size: tuple[float, float, float] = (0.8, 0.6, 0.95)
+    """Length, width, height [m]."""
+
+    def __post_init__(self) -> None:
+        _check_walk("cart", self)
+        _check_positive(f"cart {self.name!r}", length=self.size[0], width=self.size[1])
+        if not self.size[2] > 0.35:
+            raise WorldError(f"cart {self.name!r}: height must be > 0.35 m, got {self.size[2]}")
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """A door leaf on a hinge, which opens and closes again."""
+
+    name: str
+    hinge: tuple[float, float]
+    """[m]."""
+    closed: float
+    """Direction from the hinge along the closed leaf [rad]."""
+    swing: float
+    """From closed to open [rad]; positive to the left."""
+    width: float = 0.96
+    """[m]."""
+    height: float = 2.0
+    """[m]."""
+    thickness: float = 0.04
+    """[m]."""
+    material: str = "wood"
+    open_time: float = 6.0
+    """It stands open for half to one and a half times as long [s]."""
+    closed_time: float = 12.0
+    """It stays closed for half to one and a half times as long [s]."""
+    moving_time: float = 2.5
+    """From closed to open, and back [s]."""
+
+    def __post_init__(self) -> None:
+        what = f"leaf {self.name!r}"
+        _check_finite(
+            what, hinge_x=self.hinge[0], hinge_y=self.hinge[1], closed=self.closed, swing=self.swing
+        )
+        _check_positive(
+            what,
+            width=self.width,
+            height=self.height,
+            thickness=self.thickness,
+            open_time=self.open_time,
+            closed_time=self.closed_time,
+            moving_time=self.moving_time,
+        )
+
+
+Inhabitant = Person | Cart | Leaf
+"""Whatever moves in a world."""
+
+
+def _check_walk(kind: str, walker: Person | Cart) -> None:
+    what = f"{kind} {walker.name!r}"
+    for key in ("speed", "pause"):
+        value = getattr(walker, key)
+        if value is not None:
+            _check_positive(what, **{key: value})
+    if walker.start is not None and not (math.isfinite(walker.start) and walker.start >= 0.0):
+        raise WorldError(f"{what}: start must be >= 0 s, got {walker.start}")
+
+
+def _check_finite(what: str, **values: float) -> None:
+    for key, value in values.items():
+        if not math.isfinite(value):
+            raise WorldError(f"{what}: {key} must be finite, got {value}")
+
+
+def _check_positive(what: str, **values: float) -> None:
+    for key, value in values.items():
+        if not (math.isfinite(value) and value > 0.0):
+            raise WorldError(f"{what}: {key} must be > 0, got {value:g}")
