@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import copy
-import math
-from dataclasses import dataclass
 from typing import Protocol
 
 import mujoco
@@ -12,57 +10,9 @@ import numpy as np
 
 from localization.types import Pose, Scan
 from robot_sim.arrays import BoolArray, FloatArray
-from robot_sim.p3at import MOUNTS, ROBOT_GROUP
+from robot_sim.p3at import ROBOT_GROUP
+from robot_sim.scanner_config import ScannerConfig as ScannerConfig
 from robot_sim.track import Track as Track
-
-
-@dataclass(frozen=True, slots=True)
-class ScannerConfig:
-    """A turning-mirror scanner like the SICK LMS1xx at 10 Hz."""
-
-    name: str
-    """Frame, a key of ``MOUNTS``."""
-    field_of_view: float = math.radians(270.0)
-    """[rad], symmetric about the scanner's x axis."""
-    resolution: float = math.radians(0.5)
-    """Angle between beams [rad]."""
-    period_ns: int = 100_000_000
-    """One turn of the mirror [ns]; the field of view takes its share of it."""
-    phase_ns: int = 0
-    """Time of the first beam of the first sweep [ns]."""
-    range_min: float = 0.1
-    """Nearer returns are invalid, ``NaN`` [m]."""
-    range_max: float = 20.0
-    """Farther surfaces give no return, ``+inf`` [m]."""
-    sigma: float = 0.012
-    """Standard deviation of a range [m]; the LMS1xx' statistical error."""
-
-    def __post_init__(self) -> None:
-        if self.name not in MOUNTS:
-            raise ValueError(f"no mount for scanner {self.name!r}; there are: {', '.join(MOUNTS)}")
-        if self.period_ns <= 0 or self.phase_ns < 0:
-            raise ValueError(
-                f"scanner {self.name!r} needs a period > 0 and a phase >= 0 ns, got"
-                f" {self.period_ns} and {self.phase_ns}"
-            )
-
-    @property
-    def beams(self) -> int:
-        """Number of beams in a sweep."""
-        return round(self.field_of_view / self.resolution) + 1
-
-    def scan(self, stamp: int, ranges: FloatArray) -> Scan:
-        """Return the message-like scan of ``ranges`` (beams,) [m] whose first beam was at ``stamp``."""
-        return Scan.uniform(
-            stamp,
-            self.name,
-            angle_min=-0.5 * self.field_of_view,
-            angle_increment=self.resolution,
-            time_increment=1e-9 * self.period_ns * self.resolution / (2.0 * math.pi),
-            ranges=ranges,
-            range_min=self.range_min,
-            range_max=self.range_max,
-        )
 
 
 class RayCaster(Protocol):
@@ -151,37 +101,44 @@ class Scanner:
         self._mount = mount
         self._caster = caster
         self._rng = np.random.default_rng(seed)
-        pattern = config.scan(0, np.zeros(config.beams))
-        self._offsets = pattern.offsets
-        rays = np.stack(
-            [np.cos(pattern.angles), np.sin(pattern.angles), np.zeros(config.beams)], axis=1
-        )
-        self._rays_in_base = rays @ mount.rotation.T
-        self._next = config.phase_ns
+        patterns = [
+            config.scan(0, np.zeros(config.beams_of(part)), part=part)
+            for part in range(config.interlace)
+        ]
+        self._offsets = [pattern.offsets for pattern in patterns]
+        self._rays_in_base = [
+            np.stack([np.cos(p.angles), np.sin(p.angles), np.zeros(len(p.angles))], axis=1)
+            @ mount.rotation.T
+            for p in patterns
+        ]
+        self._picture = config.phase_ns
+        self._part = 0
 
     @property
     def start(self) -> int:
         """Time of the first beam of the next sweep [ns]."""
-        return self._next
+        return self._picture + self._config.start_of(self._part)
 
     @property
     def end(self) -> int:
         """Time of its last beam [ns]."""
-        return self._next + int(self._offsets[-1])
+        return self.start + int(self._offsets[self._part][-1])
 
     def sweep(self, track: Track) -> Scan:
         """Cast the sweep that has just ended; ``track`` must reach from ``start`` to ``end``."""
-        positions, rotations = track.at(self._next + self._offsets)
+        config, part, start = self._config, self._part, self.start
+        positions, rotations = track.at(start + self._offsets[part])
         origins = positions + rotations @ self._mount.position
-        directions = np.einsum("nij,nj->ni", rotations, self._rays_in_base)
-        ranges = self._caster.cast(origins, directions, self._config.range_max)
-        scan = self._config.scan(self._next, self._measured(ranges))
-        self._next += self._config.period_ns
+        directions = np.einsum("nij,nj->ni", rotations, self._rays_in_base[part])
+        ranges = self._caster.cast(origins, directions, config.range_max)
+        scan = config.scan(start, self._measured(ranges), part=part)
+        self._part = (part + 1) % config.interlace
+        self._picture += config.period_ns if self._part == 0 else 0
         return scan
 
     def _measured(self, ranges: FloatArray) -> FloatArray:
         c = self._config
-        noisy = ranges + c.sigma * self._rng.standard_normal(len(ranges))
+        noisy = ranges + c.noise.at(ranges) * self._rng.standard_normal(len(ranges))
         noisy[noisy < c.range_min] = np.nan
         noisy[noisy > c.range_max] = np.inf
         return noisy

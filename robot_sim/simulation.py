@@ -132,7 +132,10 @@ class Simulation:
         force = motion.sensors[:, self._accelerometer].mean(axis=0)
         inertial = self._inertial.read(stamp, velocity, force)
         track = self._trail.track()
-        scans: list[Scan] = [s.sweep(track) for s in self._scanners if s.end <= stamp]
+        scans: list[Scan] = []
+        for scanner in self._scanners:
+            while scanner.end <= stamp:
+                scans.append(scanner.sweep(track))
         self._trail.forget(min([s.start for s in self._scanners], default=stamp))
         # Scans end before or with the tick; sorting is stable, so wheels stay before the inertial unit.
         scans.sort(key=lambda scan: scan.end_stamp)
