@@ -14,7 +14,9 @@ from typing import Final
 
 import mujoco
 
+from robot_sim.feelers import add_feelers
 from robot_sim.skid_steer import SkidSteer
+from robot_sim.underbody import add_underbody
 
 WHEELS: Final = ("front_left", "front_right", "rear_left", "rear_right")
 """Wheel joints and actuators, in the order in which rates are commanded."""
@@ -28,7 +30,8 @@ OBSTACLE_BIT: Final = 1
 HEADROOM: Final = 0.6
 """The robot is lower than this [m]: what hangs above can be seen but not bumped into."""
 FLOOR_BIT: Final = 2
-"""Collision bit of drivable surfaces: the hull lacks it, so that only the wheel pairs touch them."""
+"""Collision bit of drivable surfaces. Tyres touch them in pairs of their own; of the rest only what
+touches the ground when the robot bottoms out or falls has it."""
 
 SERVO_STIFFNESS: Final = 300.0
 """Of the position-integrating velocity servo that stands for the wheel's PID [N m/rad]."""
@@ -65,6 +68,7 @@ def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer) ->
     base.add_freejoint(name="base_link")
     base.add_site(name="imu_link", pos=robot.imu_mount.position)
     _add_hull(base, robot)
+    add_underbody(base, robot, group=ROBOT_GROUP, floor_bit=FLOOR_BIT)
     surfaces = tuple(surfaces)
     for wheel in WHEELS:
         _add_wheel(spec, base, wheel, robot)
@@ -76,6 +80,7 @@ def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer) ->
         objtype=mujoco.mjtObj.mjOBJ_SITE,
         objname="imu_link",
     )
+    add_feelers(spec, "base_link", WHEELS)
 
 
 def _battery_position(robot: SkidSteer) -> tuple[float, float, float]:
@@ -94,6 +99,9 @@ def _add_hull(base: mujoco.MjsBody, robot: SkidSteer) -> None:
     """Chassis, batteries, plate and scanners: what has mass, and what bumps into furniture."""
     box, cylinder = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
     hull = {"group": ROBOT_GROUP, "contype": OBSTACLE_BIT, "conaffinity": OBSTACLE_BIT}
+    # Under the chassis it is the underbody that touches the ground.
+    both = OBSTACLE_BIT | FLOOR_BIT
+    deck = {"group": ROBOT_GROUP, "contype": both, "conaffinity": both}
     inside = {"group": ROBOT_GROUP, "contype": 0, "conaffinity": 0}
     half_width, half_height = robot.inner_half_width, 0.5 * (robot.height - robot.clearance)
     long, wide, tall = robot.length_scale, half_width / 0.1575, half_height / 0.1085
@@ -121,7 +129,7 @@ def _add_hull(base: mujoco.MjsBody, robot: SkidSteer) -> None:
         size=(0.22 * long, 0.18 * wide, 0.005),
         mass=robot.plate_mass,
         rgba=(0.1, 0.1, 0.1, 1.0),
-        **hull,
+        **deck,
     )
     for scanner, mount in robot.mounts.items():
         base.add_geom(
@@ -132,7 +140,7 @@ def _add_hull(base: mujoco.MjsBody, robot: SkidSteer) -> None:
             size=(0.05, 0.06, 0.0),
             mass=robot.scanner_mass,
             rgba=(0.2, 0.3, 0.6, 1.0),
-            **hull,
+            **deck,
         )
 
 
@@ -205,9 +213,7 @@ def _add_servo(spec: mujoco.MjSpec, wheel: str, robot: SkidSteer) -> None:
 
 
 def _add_tyre_contact(spec: mujoco.MjSpec, wheel: str, surface: str, robot: SkidSteer) -> None:
-    said = [float(v) for v in spec.geom(surface).userdata]
-    mu_long = said[0] if said and said[0] > 0.0 else robot.friction
-    mu_lat = said[1] if len(said) > 1 and said[1] > 0.0 else mu_long
+    mu_lat, mu_long = _friction_of(spec.geom(surface), robot)
     pair = spec.add_pair(name=f"{wheel}_on_{surface}")
     pair.geomname1 = f"{wheel}_tyre"
     pair.geomname2 = surface
@@ -217,3 +223,17 @@ def _add_tyre_contact(spec: mujoco.MjSpec, wheel: str, surface: str, robot: Skid
     pair.solref = (0.02, 1.0)
     pair.solimp = (0.1, 0.1, 0.001, 0.5, 2.0)
     pair.solreffriction = (0.3, 1.0)
+
+
+def _friction_of(ground: mujoco.MjsGeom, robot: SkidSteer) -> tuple[float, float]:
+    """Return the friction across and along the wheel; off planes both are their mean.
+
+    Only there does MuJoCo align a capsule's contact frame with the capsule.
+    """
+    said = [float(v) for v in ground.userdata]
+    mu_long = said[0] if said and said[0] > 0.0 else robot.friction
+    mu_lat = said[1] if len(said) > 1 and said[1] > 0.0 else mu_long
+    if ground.type == mujoco.mjtGeom.mjGEOM_PLANE:
+        return mu_lat, mu_long
+    even = 0.5 * (mu_lat + mu_long)
+    return even, even

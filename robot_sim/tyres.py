@@ -1,0 +1,155 @@
+"""Tyres: what the ground under each wheel, and the way it slips, do to the wheel's grip.
+
+MuJoCo's contacts are Coulomb's, whose yaw-rate ratio chi is one number for every curve. That of a
+real P3-AT falls as the curve opens (Wang et al., Sensors 2015, 15, 9681). A pneumatic tyre that
+barely slips bends sideways before it slides, the more so the less it slips, so its grip across the
+wheel falls short of that along it. ``lateral_grip`` is that ratio; its form and its two constants
+are fitted to the published curve, not derived.
+
+Only on planes does MuJoCo align a capsule's contact frame with the wheel. On boxes, heightfields
+and meshes its axes are fixed in the world, so there grip is alike in all directions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import mujoco
+import numpy as np
+
+from robot_sim.arrays import FloatArray
+from robot_sim.body import SIDES, WHEELS
+from robot_sim.skid_steer import SkidSteer
+from robot_sim.slip import contact_positions, contact_slip
+from robot_sim.surfaces import Patch, patches_under
+
+FULL_SLIDE: Final = 0.56
+"""Slip over rim speed from which on the whole contact slides: that of a P3-AT turning in place."""
+FALL: Final = 0.065
+"""How fast the lateral grip falls below that; fitted to chi at lambda 1 to 50."""
+LEAST_SLIP: Final = 0.008
+"""Slip over rim speed below which the published curve (lambda < 60) says nothing; grip levels out."""
+REST: Final = 1e-4
+"""Slip [m/s] that counts as sliding: a robot at rest has all its grip."""
+
+GRAVITY: Final = 9.81
+"""[m/s^2]."""
+
+
+def lateral_grip(slip: float, rim: float) -> float:
+    """Return how much of its lateral friction a tyre has: 1 when sliding, less when rolling.
+
+    Args:
+        slip: Speed of the contact over the ground [m/s], >= 0.
+        rim: Rim speed of the wheel [m/s].
+    """
+    share = math.hypot((slip + REST) / max(abs(rim), 1e-9), LEAST_SLIP)
+    if share >= FULL_SLIDE:
+        return 1.0
+    return 1.0 / math.sqrt(1.0 + FALL * (math.sqrt(FULL_SLIDE / share) - 1.0))
+
+
+class Tyres:
+    """Writes the wheels' friction into a simulation's own model, once per tick.
+
+    It keeps no state: what it writes follows from positions and velocities alone.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        robot: SkidSteer,
+        patches: Sequence[Patch] = (),
+        *,
+        compliant: bool = True,
+    ) -> None:
+        """Look up the wheels' contact pairs.
+
+        Args:
+            model: With the robot in it; it is written to, so it must not be shared.
+            robot: The one in the model.
+            patches: Other surfaces on the ground; a later one lies on an earlier one.
+            compliant: Whether the tyres bend sideways; without it they are Coulomb's.
+        """
+        self._model = model
+        self._patches = tuple(patches)
+        self._compliant = compliant
+        base = model.joint("base_link")
+        self._q, self._v = int(base.qposadr[0]), int(base.dofadr[0])
+        self._wheels = np.array([int(model.joint(w).dofadr[0]) for w in WHEELS])
+        self._radii = np.array([robot.true_rolling_radius(s) for s in SIDES])
+        self._x, self._y = contact_positions(robot)
+        pairs = [_pairs_of(model, w) for w in WHEELS]
+        self._pairs = np.array(pairs, dtype=np.intp)
+        self._friction: FloatArray = model.pair_friction[self._pairs][..., :2].copy()
+        ground = model.geom_type[model.pair_geom2[self._pairs]]
+        self._oriented = ground == mujoco.mjtGeom.mjGEOM_PLANE
+        self._stiction = robot.imperfections.stiction
+        load = model.body_subtreemass[model.body("base_link").id] * GRAVITY / len(WHEELS)
+        self._resisted = load * self._radii
+        self._rolling = np.array([_rolling_resistance(model, p) for p in pairs])
+
+    def grip(self, data: mujoco.MjData) -> None:
+        """Set the friction of every wheel for the coming tick."""
+        friction, rolling = self._ground(data) if self._patches else (self._friction, self._rolling)
+        if self._compliant:
+            friction = friction.copy()
+            # Capsules on planes: the first tangent runs across the wheel.
+            friction[..., 0] *= np.where(self._oriented, self._lateral(data)[:, None], 1.0)
+        self._model.pair_friction[self._pairs, :2] = friction
+        if self._patches or rolling.any():
+            self._model.dof_frictionloss[self._wheels] = self._stiction + rolling * self._resisted
+
+    def _lateral(self, data: mujoco.MjData) -> FloatArray:
+        """Return the (4,) share of its lateral friction that each wheel has."""
+        v = self._v
+        forward, left, turn = _planar(data.qpos[self._q + 3 : self._q + 7], data.qvel[v : v + 6])
+        rims = self._radii * data.qvel[self._wheels]
+        along, across = contact_slip(forward, left, turn, rims, self._x, self._y)
+        slips = np.hypot(along, across).tolist()
+        return np.array([lateral_grip(s, r) for s, r in zip(slips, rims.tolist(), strict=True)])
+
+    def _ground(self, data: mujoco.MjData) -> tuple[FloatArray, FloatArray]:
+        """Return friction (4, P, 2), across and along, and rolling resistance (4,) by patch."""
+        rotation = np.empty(9)
+        mujoco.mju_quat2Mat(rotation, data.qpos[self._q + 3 : self._q + 7])
+        contacts = np.stack([self._x, self._y, np.zeros(4)], axis=1) @ rotation.reshape(3, 3).T
+        under = patches_under(self._patches, contacts + data.qpos[self._q : self._q + 3])
+        friction, rolling = self._friction.copy(), self._rolling.copy()
+        for wheel, patch in enumerate(under):
+            if patch is None:
+                continue
+            surface = patch.surface
+            even = 0.5 * (surface.mu_lat + surface.mu_long)
+            aligned = self._oriented[wheel]
+            friction[wheel, :, 0] = np.where(aligned, surface.mu_lat, even)
+            friction[wheel, :, 1] = np.where(aligned, surface.mu_long, even)
+            rolling[wheel] = surface.rolling_resistance
+        return friction, rolling
+
+
+def _planar(quaternion: FloatArray, velocity: FloatArray) -> tuple[float, float, float]:
+    """Return forward, left and yaw rate in ``base_link`` of a free joint's velocity (6,)."""
+    w, x, y, z = quaternion.tolist()
+    vx, vy, vz, _, _, turn = velocity.tolist()
+    forward = (1 - 2 * (y * y + z * z)) * vx + 2 * (x * y + w * z) * vy + 2 * (x * z - w * y) * vz
+    left = 2 * (x * y - w * z) * vx + (1 - 2 * (x * x + z * z)) * vy + 2 * (y * z + w * x) * vz
+    return forward, left, turn
+
+
+def _pairs_of(model: mujoco.MjModel, wheel: str) -> list[int]:
+    """Return the contact pairs of a wheel, in the order of the surfaces."""
+    tyre = model.geom(f"{wheel}_tyre").id
+    return [int(p) for p in np.flatnonzero(model.pair_geom1 == tyre)]
+
+
+def _rolling_resistance(model: mujoco.MjModel, pairs: Sequence[int]) -> float:
+    """Return the largest rolling resistance that a wheel's surfaces declare, 0 if none does.
+
+    It is the third value of a drivable geom's ``user`` attribute.
+    """
+    if model.nuser_geom < 3:
+        return 0.0
+    return float(max((model.geom_user[model.pair_geom2[p], 2] for p in pairs), default=0.0))
