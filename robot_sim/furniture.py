@@ -2,37 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Final
 
 from robot_sim.blocks import Block, box, post
 from robot_sim.errors import WorldError
-from robot_sim.plan import Piece
-
-Builder = Callable[[float, float, float, int], Iterator[Block]]
-"""Makes the blocks of a piece in its own frame from width (along x), depth, height [m] and a seed."""
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """One entry of the catalogue."""
-
-    build: Builder
-    size: tuple[float, float, float]
-    """Width (along its x), depth, height [m], unless a piece says otherwise."""
-
-
-def _legs(width: float, depth: float, height: float, thick: float) -> Iterator[Block]:
-    for i, (sx, sy) in enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1))):
-        x, y = sx * (0.5 * width - thick), sy * (0.5 * depth - thick)
-        yield box(f"leg_{i}", x, y, 0.0, height, (thick, thick), "metal")
+from robot_sim.industrial import INDUSTRIAL
+from robot_sim.kinds import Kind, legs, round_solid, solid
+from robot_sim.outdoor import OUTDOOR
+from robot_sim.parts import Piece, Waypoint
 
 
 def _desk(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
     yield box("top", 0.0, 0.0, height - 0.03, height, (width, depth), "wood")
-    yield from _legs(width, depth, height - 0.03, 0.06)
+    yield from legs(width, depth, height - 0.03, 0.06)
 
 
 def _chair(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
@@ -56,20 +42,6 @@ def _shelf(width: float, depth: float, height: float, seed: int) -> Iterator[Blo
         yield box(f"board_{i}", 0.0, -0.01, z, z + 0.03, (width - 0.06, depth - 0.02), "wood")
 
 
-def _solid(material: str) -> Builder:
-    def build(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-        yield box("body", 0.0, 0.0, 0.0, height, (width, depth), material)
-
-    return build
-
-
-def _round(material: str) -> Builder:
-    def build(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-        yield post("body", 0.0, 0.0, 0.0, height, 0.5 * width, material)
-
-    return build
-
-
 def _plant(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
     yield post("pot", 0.0, 0.0, 0.0, 0.42, 0.4 * width, "wood")
     yield post("leaves", 0.0, 0.0, 0.55, height, 0.5 * width, "leaves")
@@ -81,6 +53,9 @@ def _round_table(width: float, depth: float, height: float, seed: int) -> Iterat
     yield post("top", 0.0, 0.0, height - 0.03, height, 0.5 * width, "wood")
 
 
+_TRUNK: Final = 0.1
+"""Half the width of a trunk over the width of the crown, roots included."""
+
 FURNITURE: Final[Mapping[str, Kind]] = MappingProxyType(
     {
         "desk": Kind(_desk, (1.6, 0.8, 0.74)),
@@ -89,12 +64,14 @@ FURNITURE: Final[Mapping[str, Kind]] = MappingProxyType(
         "chair": Kind(_chair, (0.5, 0.5, 0.95)),
         "sofa": Kind(_sofa, (1.9, 0.85, 0.8)),
         "shelf": Kind(_shelf, (1.0, 0.35, 1.9)),
-        "cabinet": Kind(_solid("metal"), (0.8, 0.45, 1.2)),
-        "box": Kind(_solid("cardboard"), (0.5, 0.4, 0.45)),
-        "counter": Kind(_solid("wood"), (2.4, 0.6, 0.92)),
-        "pillar": Kind(_solid("wall"), (0.4, 0.4, 2.8)),
-        "round_pillar": Kind(_round("wall"), (0.4, 0.4, 2.8)),
+        "cabinet": Kind(solid("metal"), (0.8, 0.45, 1.2)),
+        "box": Kind(solid("cardboard"), (0.5, 0.4, 0.45)),
+        "counter": Kind(solid("wood"), (2.4, 0.6, 0.92)),
+        "pillar": Kind(solid("wall"), (0.4, 0.4, 2.8)),
+        "round_pillar": Kind(round_solid("wall"), (0.4, 0.4, 2.8)),
         "plant": Kind(_plant, (0.5, 0.5, 1.5)),
+        **INDUSTRIAL,
+        **OUTDOOR,
     }
 )
 """What a floor plan's ``furniture`` can be."""
@@ -107,6 +84,16 @@ def size_of(piece: Piece) -> tuple[float, float, float]:
         WorldError: its kind is not in the catalogue; the message lists those that are.
     """
     return piece.size if piece.size is not None else _kind(piece).size
+
+
+def footprint(piece: Piece) -> tuple[Waypoint, ...]:
+    """Return the corners and the middle of what a piece covers [m]; of trees, of the trunk only."""
+    width, depth, _ = size_of(piece)
+    share = _TRUNK if piece.kind in ("tree", "conifer") else 0.5
+    c, s = math.cos(piece.yaw), math.sin(piece.yaw)
+    corners = [(0.0, 0.0)]
+    corners += [(sx * share * width, sy * share * depth) for sx in (1, -1) for sy in (1, -1)]
+    return tuple((piece.x + c * u - s * v, piece.y + s * u + c * v) for u, v in corners)
 
 
 def piece_blocks(piece: Piece, ground: float = 0.0) -> Iterator[Block]:

@@ -7,7 +7,7 @@ from typing import Final
 
 from robot_sim.blocks import Block, box
 from robot_sim.errors import WorldError
-from robot_sim.plan import Door, Wall, Window
+from robot_sim.parts import Door, Wall, Window
 
 PANE: Final = 0.024
 """Thickness of double glazing [m]."""

@@ -13,13 +13,16 @@ import mujoco
 from localization.types import Pose
 from robot_sim.blocks import Block, paint
 from robot_sim.drivable import drivable_geoms, mark_drivable
-from robot_sim.errors import UnknownSceneError, WorldError
-from robot_sim.furniture import piece_blocks
+from robot_sim.errors import SimulationError, UnknownSceneError, WorldError
+from robot_sim.furniture import footprint, piece_blocks
+from robot_sim.ground import Ground
 from robot_sim.movers import Mover, moving_bodies
 from robot_sim.p3at import P3AT, add_robot, set_physics
 from robot_sim.placing import obstacles_touched as obstacles_touched, place_robot as place_robot
 from robot_sim.plan import NO_FLOOR, Placement, Plan, Waypoint as Waypoint
 from robot_sim.plan_file import plan_from_toml
+from robot_sim.surfaces import Patch, surface_named
+from robot_sim.terrain import add_terrain
 from robot_sim.walls import wall_blocks
 
 TIMESTEP_NS: Final = 2_000_000
@@ -60,6 +63,8 @@ class World:
     """Compiled into the model."""
     plan: Plan | None = None
     """What it was built from; None for a world that was not built from a plan."""
+    patches: tuple[Patch, ...] = ()
+    """Where the ground grips otherwise than what it belongs to."""
     movers: tuple[Mover, ...] = ()
     """What moves on its own; none unless the world is alive."""
 
@@ -136,8 +141,9 @@ def build_world(
     spec = mujoco.MjSpec()
     set_physics(spec, timestep=TIMESTEP_NS * 1e-9)
     try:
-        _add_floor(spec, plan, robot)
-        for block in plan_blocks(plan):
+        ground = Ground(plan)
+        _add_ground(spec, plan, ground)
+        for block in plan_blocks(plan, ground):
             block.add_to(spec)
         bodies = tuple(
             moving_bodies(plan.inhabitants, seed=options.timing) if options.alive else ()
@@ -149,54 +155,71 @@ def build_world(
             raise WorldError("no surface is drivable: give it a floor")
         add_robot(spec, surfaces=surfaces, robot=robot)
         model = spec.compile()
-        spawns = _poses(plan.spawns)
+        spawns = _poses(plan.spawns, ground, robot)
         world = World(
             name=plan.name,
             model=model,
             spawn=next(iter(spawns.values())),
-            places=_poses(plan.places),
+            places=_poses(plan.places, ground, robot),
             tour=plan.tour,
             survey=plan.survey or plan.tour,
             bounds=plan.bounds,
             spawns=spawns,
             robot=robot,
             plan=plan,
+            patches=plan.patches,
             movers=tuple(body.mover for body in bodies),
         )
         _check_places(world)
-    except (ValueError, WorldError) as error:
+    except (ValueError, SimulationError) as error:
         raise WorldError(f"world {plan.name!r}: {' '.join(str(error).split())}") from None
     return world
 
 
-def plan_blocks(plan: Plan) -> Iterator[Block]:
-    """Yield the blocks of everything in a plan that stands still, but for its floor."""
+def plan_blocks(plan: Plan, ground: Ground | None = None) -> Iterator[Block]:
+    """Yield the blocks of everything in a plan that stands still, but for what is driven on."""
+    ground = ground or Ground(plan)
     for wall in plan.walls:
         yield from wall_blocks(wall)
+    for glazing in plan.glazings:
+        yield from glazing.blocks()
+    for roof in plan.roofs:
+        yield from roof.blocks()
     for piece in plan.furniture:
-        yield from piece_blocks(piece)
+        yield from piece_blocks(piece, ground.lowest(footprint(piece)))
     if plan.ceiling:
         x0, y0, x1, y1 = plan.bounds
         half = (0.5 * (x1 - x0), 0.5 * (y1 - y0), 0.05)
         yield Block("ceiling", 0.5 * (x0 + x1), 0.5 * (y0 + y1), plan.height + 0.05, half)
 
 
-def _add_floor(spec: mujoco.MjSpec, plan: Plan, robot: P3AT) -> None:
-    if plan.floor == NO_FLOOR:
-        return
-    x0, y0, x1, y1 = plan.bounds
-    floor = spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0),
-        size=(0.5 * (x1 - x0), 0.5 * (y1 - y0), 0.1),
+def _add_ground(spec: mujoco.MjSpec, plan: Plan, ground: Ground) -> None:
+    """Add what is driven on: the floor, slabs and terrains."""
+    if plan.floor != NO_FLOOR:
+        x0, y0, x1, y1 = plan.bounds
+        floor = spec.worldbody.add_geom(
+            name="floor",
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            pos=(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0),
+            size=(0.5 * (x1 - x0), 0.5 * (y1 - y0), 0.1),
+        )
+        _surface(spec, floor, plan.floor)
+    for slab in plan.slabs:
+        _surface(spec, slab.block().add_to(spec), slab.surface)
+    for terrain, grid in ground.grids:
+        _surface(spec, add_terrain(spec, terrain, grid), terrain.surface)
+
+
+def _surface(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, name: str) -> None:
+    surface = surface_named(name)
+    mark_drivable(geom, surface.mu_long, surface.mu_lat)
+    paint(spec, geom, name)
+
+
+def _poses(placements: Mapping[str, Placement], ground: Ground, robot: P3AT) -> Mapping[str, Pose]:
+    return MappingProxyType(
+        {key: ground.stand(p, robot.wheelbase, robot.track) for key, p in placements.items()}
     )
-    mark_drivable(floor, robot.friction, robot.friction)
-    paint(spec, floor, plan.floor)
-
-
-def _poses(placements: Mapping[str, Placement]) -> Mapping[str, Pose]:
-    return MappingProxyType({k: Pose.planar(p.x, p.y, p.yaw) for k, p in placements.items()})
 
 
 def _check_places(world: World) -> None:
