@@ -1,0 +1,56 @@
+"""Feelers: which of the robot's parts touch something, told by MuJoCo for every physics step.
+
+A tick is rolled out in one native call, and only sensors outlast its steps. So each part has a
+contact sensor that counts; where the counts say that something was touched, the contacts of that
+step are found again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import mujoco
+
+_FOUND: Final = 1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND)
+_LOWEST: Final = 1
+"""Reduce to the deepest contact."""
+
+
+def add_feelers(spec: mujoco.MjSpec, body: str, wheels: tuple[str, ...]) -> None:
+    """Add a contact sensor for the hull, for each wheel's hull and for each tyre.
+
+    Args:
+        spec: The robot is in it already.
+        body: Of the robot's hull, without its wheels.
+        wheels: Names of the wheels; the geoms are ``<wheel>_hull`` and ``<wheel>_tyre``.
+    """
+    _add(spec, f"{body}_touch", mujoco.mjtObj.mjOBJ_BODY, body)
+    for part in ("hull", "tyre"):
+        for wheel in wheels:
+            name = f"{wheel}_{part}"
+            _add(spec, f"{name}_touch", mujoco.mjtObj.mjOBJ_GEOM, name)
+
+
+def _add(spec: mujoco.MjSpec, name: str, kind: mujoco.mjtObj, part: str) -> None:
+    sensor = spec.add_sensor(
+        name=name, type=mujoco.mjtSensor.mjSENS_CONTACT, objtype=kind, objname=part
+    )
+    sensor.intprm[0], sensor.intprm[1], sensor.intprm[2] = _FOUND, _LOWEST, 1
+
+
+@dataclass(frozen=True, slots=True)
+class FeelerColumns:
+    """Where the feelers' counts are in the sensor data."""
+
+    hull: slice
+    """Hull and wheels' hulls: 1 + wheels."""
+    tyres: slice
+    """One column per wheel, in their order."""
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, body: str, wheels: tuple[str, ...]) -> FeelerColumns:
+        """Look the columns up by name."""
+        first = int(model.sensor(f"{body}_touch").adr[0])
+        tyres = int(model.sensor(f"{wheels[0]}_tyre_touch").adr[0])
+        return cls(slice(first, first + 1 + len(wheels)), slice(tyres, tyres + len(wheels)))
