@@ -15,6 +15,7 @@ from typing import Final
 import mujoco
 
 from robot_sim.feelers import add_feelers
+from robot_sim.platforms import P3AT
 from robot_sim.skid_steer import SkidSteer
 from robot_sim.underbody import add_underbody
 
@@ -59,11 +60,12 @@ def set_physics(spec: mujoco.MjSpec, *, timestep: float) -> None:
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
 
 
-def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer) -> None:
-    """Add the robot, standing at the origin, with wheels that touch the named floor geoms.
+def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer | None = None) -> None:
+    """Add a robot (a P3-AT), standing at the origin, with wheels that touch the named floor geoms.
 
     A surface's friction is its geom's ``user`` attribute, ``MU_LONG MU_LAT``, else the robot's own.
     """
+    robot = robot or P3AT()
     base = spec.worldbody.add_body(name="base_link")
     base.add_freejoint(name="base_link")
     base.add_site(name="imu_link", pos=robot.imu_mount.position)

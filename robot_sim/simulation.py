@@ -9,13 +9,15 @@ from typing import Final
 import numpy as np
 
 from localization.types import Pose, Reading, Scan, Twist
+from robot_sim.body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
 from robot_sim.drive import Drive, DriveConfig, Encoders
 from robot_sim.inertial import InertialConfig, InertialUnit
 from robot_sim.lidar import MujocoRayCaster, Scanner, ScannerConfig
 from robot_sim.movers import Puppeteer
-from robot_sim.p3at import MOUNTS, P3AT, SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
 from robot_sim.physics import Motion, Physics
+from robot_sim.slip import Slip, slip_of
 from robot_sim.track import Trail
+from robot_sim.tyres import Tyres
 from robot_sim.worlds import TIMESTEP_NS, World, load_world, obstacles_touched
 
 STEPS_PER_TICK: Final = 10
@@ -44,6 +46,8 @@ class Truth:
     stamp: int
     map_from_base: Pose
     twist: Twist
+    slip: Slip
+    """How the wheels slip on the ground, and what the robot turns about."""
 
 
 class Simulation:
@@ -67,24 +71,26 @@ class Simulation:
         """
         self.world = load_world(scene) if isinstance(scene, str) else scene
         self.config = config if config is not None else SimulationConfig()
-        self.mounts: Mapping[str, Pose] = {s.name: MOUNTS[s.name] for s in self.config.scanners}
-        self._robot = P3AT()
+        self._robot = self.world.robot
+        mounts = self._robot.mounts
+        self.mounts: Mapping[str, Pose] = {s.name: mounts[s.name] for s in self.config.scanners}
         start = start if start is not None else self.world.spawn
         self._physics = Physics(self.world.model, start, steps_per_tick=STEPS_PER_TICK)
         self._model, self._data = self._physics.model, self._physics.data
+        self._tyres = Tyres(self._model, self._robot, self.world.patches)
         self._puppeteer = Puppeteer(self._model, self.world.movers, TICK_NS)
         self._index_joints()
 
         # Children are numbered: wheels 0, inertial unit 1, then the scanners as they are mounted.
         # A sensor more or less leaves the noise of the others as it is.
-        seeds = np.random.SeedSequence(seed).spawn(2 + len(MOUNTS))
+        seeds = np.random.SeedSequence(seed).spawn(2 + len(mounts))
         self._drive = Drive(self.config.drive, self._robot)
         self._encoders = Encoders(self.config.drive, self._robot, seeds[0])
         self._inertial = InertialUnit(self.config.inertial, seeds[1])
         caster = MujocoRayCaster(self._model, self._data)
-        by_name = dict(zip(MOUNTS, seeds[2:], strict=True))
+        by_name = dict(zip(mounts, seeds[2:], strict=True))
         self._scanners = [
-            Scanner(s, MOUNTS[s.name], caster, by_name[s.name]) for s in self.config.scanners
+            Scanner(s, mounts[s.name], caster, by_name[s.name]) for s in self.config.scanners
         ]
         self._trail = Trail(0, self._data.qpos[self._base])
 
@@ -142,11 +148,12 @@ class Simulation:
         return (*scans, wheels, inertial)
 
     def truth(self) -> Truth:
-        """Return where ``base_link`` is, and its velocity in ``base_link``."""
+        """Return where ``base_link`` is, its velocity in ``base_link``, and how its wheels slip."""
         pose, rates = self._data.qpos[self._base], self._data.qvel[self._base_rates]
         map_from_base = Pose(pose[:3], pose[3:])
         linear = map_from_base.rotation.T @ rates[:3]
-        return Truth(self.stamp, map_from_base, Twist(linear, rates[3:]))
+        slip = slip_of(self._robot, linear[0], linear[1], rates[5], self._wheel_rates)
+        return Truth(self.stamp, map_from_base, Twist(linear, rates[3:]), slip)
 
     def _advance(self) -> Motion:
         """Run the physics of one tick.
@@ -155,7 +162,9 @@ class Simulation:
         written here: it holds from the tick's first step to its last.
         """
         self._puppeteer.place(self._data, self.stamp + TICK_NS)
-        self._limit_windup()
+        self._tyres.grip(self._data)
+        if self._robot.imperfections.integral_control:
+            self._limit_windup()
         rates = self._drive.advance_tick(STEPS_PER_TICK, _DT)
         # Left and right rate to the front and to the rear wheels, in the order of WHEELS.
         return self._physics.advance(np.tile(rates, 2))
