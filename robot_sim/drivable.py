@@ -1,7 +1,8 @@
 """Drivable surfaces: geoms whose ``user`` attribute begins with a friction coefficient.
 
-That attribute, ``user="MU_LONG MU_LAT"``, is all that a world has to say of a surface, be it made
-from a plan or read from somebody's MJCF: the wheels get their contact pairs with it.
+That attribute, ``user="MU_LONG MU_LAT ROLLING"``, is all that a world has to say of a surface, be it
+made from a plan or read from somebody's MJCF: the wheels get their contact pairs with it. The last
+two may be left out: friction is then alike in both directions, and nothing resists rolling.
 """
 
 from __future__ import annotations
@@ -25,9 +26,14 @@ class DrivableGeom:
     """Across it."""
 
 
-def mark_drivable(geom: mujoco.MjsGeom, mu_long: float, mu_lat: float) -> None:
-    """Make a geom a drivable surface: the wheels' pairs touch it, the robot's hull does not."""
-    geom.userdata = [mu_long, mu_lat]
+def mark_drivable(
+    geom: mujoco.MjsGeom, mu_long: float, mu_lat: float, rolling_resistance: float = 0.0
+) -> None:
+    """Make a geom a drivable surface: the wheels' pairs touch it, the robot's hull does not.
+
+    ``rolling_resistance`` is the force that opposes rolling over the wheel's load.
+    """
+    geom.userdata = [mu_long, mu_lat, rolling_resistance]
     geom.contype = FLOOR_BIT
     geom.conaffinity = FLOOR_BIT
 

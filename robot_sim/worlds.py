@@ -12,15 +12,17 @@ import mujoco
 
 from localization.types import Pose
 from robot_sim.blocks import Block, paint
+from robot_sim.body import add_robot, set_physics
 from robot_sim.drivable import drivable_geoms, mark_drivable
 from robot_sim.errors import SimulationError, UnknownSceneError, WorldError
 from robot_sim.furniture import footprint, piece_blocks
 from robot_sim.ground import Ground
 from robot_sim.movers import Mover, moving_bodies
-from robot_sim.p3at import P3AT, add_robot, set_physics
 from robot_sim.placing import obstacles_touched as obstacles_touched, place_robot as place_robot
 from robot_sim.plan import NO_FLOOR, Placement, Plan, Waypoint as Waypoint
 from robot_sim.plan_file import plan_from_toml
+from robot_sim.platforms import P3AT
+from robot_sim.skid_steer import SkidSteer
 from robot_sim.surfaces import Patch, surface_named
 from robot_sim.terrain import add_terrain
 from robot_sim.walls import wall_blocks
@@ -59,7 +61,7 @@ class World:
     """Smallest x, y and largest x, y of the floor [m]."""
     spawns: Mapping[str, Pose] = field(default_factory=lambda: MappingProxyType({}))
     """``map_from_base`` of each start pose, ``spawn`` among them."""
-    robot: P3AT = field(default_factory=P3AT)
+    robot: SkidSteer = field(default_factory=P3AT)
     """Compiled into the model."""
     plan: Plan | None = None
     """What it was built from; None for a world that was not built from a plan."""
@@ -97,7 +99,7 @@ def load_plan(name: str) -> Plan:
 def load_world(
     name: str,
     *,
-    robot: P3AT | None = None,
+    robot: SkidSteer | None = None,
     options: WorldOptions = WorldOptions(),
 ) -> World:
     """Build the world of ``scenes/<name>/world.toml``.
@@ -118,7 +120,7 @@ def parse_world(
     text: str,
     *,
     name: str,
-    robot: P3AT | None = None,
+    robot: SkidSteer | None = None,
     options: WorldOptions = WorldOptions(),
 ) -> World:
     """Build a world from the text of a floor plan; see ``load_world`` for the rest."""
@@ -128,7 +130,7 @@ def parse_world(
 def build_world(
     plan: Plan,
     *,
-    robot: P3AT | None = None,
+    robot: SkidSteer | None = None,
     options: WorldOptions = WorldOptions(),
 ) -> World:
     """Build a world from a plan; see ``load_world`` for the rest.
@@ -212,11 +214,13 @@ def _add_ground(spec: mujoco.MjSpec, plan: Plan, ground: Ground) -> None:
 
 def _surface(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, name: str) -> None:
     surface = surface_named(name)
-    mark_drivable(geom, surface.mu_long, surface.mu_lat)
+    mark_drivable(geom, surface.mu_long, surface.mu_lat, surface.rolling_resistance)
     paint(spec, geom, name)
 
 
-def _poses(placements: Mapping[str, Placement], ground: Ground, robot: P3AT) -> Mapping[str, Pose]:
+def _poses(
+    placements: Mapping[str, Placement], ground: Ground, robot: SkidSteer
+) -> Mapping[str, Pose]:
     return MappingProxyType(
         {key: ground.stand(p, robot.wheelbase, robot.track) for key, p in placements.items()}
     )
