@@ -7,6 +7,7 @@ from robot_sim.errors import (
     UnknownSceneError as UnknownSceneError,
     WorldError as WorldError,
 )
+from robot_sim.imperfections import Imperfections as Imperfections
 from robot_sim.inertial import InertialConfig as InertialConfig
 from robot_sim.lidar import (
     MujocoRayCaster as MujocoRayCaster,
@@ -14,12 +15,16 @@ from robot_sim.lidar import (
     ScannerConfig as ScannerConfig,
 )
 from robot_sim.p3at import IMU_MOUNT as IMU_MOUNT, MOUNTS as MOUNTS, P3AT as P3AT
+from robot_sim.platforms import HUSKY as HUSKY, JACKAL as JACKAL, PLATFORMS as PLATFORMS
 from robot_sim.simulation import (
     TICK_NS as TICK_NS,
     Simulation as Simulation,
     SimulationConfig as SimulationConfig,
     Truth as Truth,
 )
+from robot_sim.skid_steer import SkidSteer as SkidSteer
+from robot_sim.slip import Slip as Slip
+from robot_sim.surfaces import SURFACES as SURFACES, Patch as Patch, Surface as Surface
 from robot_sim.worlds import (
     World as World,
     load_world as load_world,

@@ -9,7 +9,7 @@ import numpy as np
 
 from localization.types import Twist, WheelSpeeds
 from robot_sim.arrays import FloatArray
-from robot_sim.p3at import P3AT
+from robot_sim.skid_steer import SkidSteer
 
 _COUNTS_PER_TURN = 500 * 4 * 49.8
 """Encoder edges per wheel turn: 500 lines, four edges each, gear 49.8:1 (the manual, as
@@ -89,7 +89,7 @@ def ramp(now: float, target: float, *, gain: float, loss: float) -> float:
 class Drive:
     """Follows a set-point within its limits."""
 
-    def __init__(self, config: DriveConfig, robot: P3AT) -> None:
+    def __init__(self, config: DriveConfig, robot: SkidSteer) -> None:
         self._config = config
         self._robot = robot
         self._target = (0.0, 0.0)
@@ -148,7 +148,7 @@ class Drive:
 class Encoders:
     """Count the edges of both sides and report their mean rim speeds."""
 
-    def __init__(self, config: DriveConfig, robot: P3AT, seed: np.random.SeedSequence) -> None:
+    def __init__(self, config: DriveConfig, robot: SkidSteer, seed: np.random.SeedSequence) -> None:
         self._config = config
         self._metres_per_count = 2.0 * math.pi * robot.rolling_radius / _COUNTS_PER_TURN
         self._rng = np.random.default_rng(seed)

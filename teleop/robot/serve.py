@@ -17,7 +17,7 @@ from localization.log import ReadingsWriter
 from localization.prepared import prepare
 from localization.replay import config_metadata
 from localization.types import Hint
-from robot_sim import P3AT, Simulation, World
+from robot_sim import Simulation, World
 from teleop import pacing
 from teleop.interfaces import registry
 from teleop.robot import topics
@@ -126,7 +126,7 @@ def _log(config: ServeConfig, simulation: Simulation, cloud: Cloud) -> ReadingsW
         "map_sha256": cloud.sha256,
         **config_metadata(LocalizerConfig()),
     }
-    radius = P3AT().rolling_radius
+    radius = simulation.world.robot.rolling_radius
     return ReadingsWriter(config.record, simulation.mounts, metadata, wheel_radius=radius)
 
 

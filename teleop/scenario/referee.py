@@ -16,7 +16,7 @@ from localization.replay import config_metadata, to_json
 from localization.trace import TraceRow, write_trace
 from localization.trajectory import Trajectory, write_tum
 from localization.types import SECOND, HintVerdict
-from robot_sim import P3AT, TICK_NS, Simulation, SimulationConfig
+from robot_sim import TICK_NS, Simulation, SimulationConfig
 from teleop.pacing import Stopwatch, wall_seconds
 from teleop.robot.robot import Drive, Snapshot
 from teleop.scenario.mission import Mission
@@ -71,7 +71,7 @@ class Referee:
             folder / "readings.mcap",
             simulation.mounts,
             metadata,
-            wheel_radius=P3AT().rolling_radius,
+            wheel_radius=simulation.world.robot.rolling_radius,
         )
         self._snapshots: list[Snapshot] = []
         self._verdicts: list[HintVerdict] = []
