@@ -38,10 +38,13 @@ LEG_SHARE: Final = 0.55
 """How far a leg swings at the scanner, over how far the foot does: 0.40 m high, hip at 0.90 m."""
 ARM_REACH: Final = 0.45
 """From who pushes a cart to its rear edge [m]; chosen."""
-YIELDING: Final = (0.08, 1.0)
-"""Time constant [s] and damping ratio of contacts with movers. As hard as walls (0.02 s), a mover
-would drive a robot it has cornered through the wall. At 0.08 s a leg that is 6 cm deep in the robot
-pushes with 0.3 kN: more than the 0.2 kN by which its tyres hold it, too little to bend the walls."""
+YIELDING: Final = (0.1, 1.0)
+"""Time constant [s] and damping ratio of contacts with movers. As hard as walls are (0.02 s), a mover
+would drive a robot it has cornered through the wall. At 0.1 s the push is 3 kN per metre of
+overlap: a leg shoves the robot's 30 kg off its tyres (0.2 kN), and a wall does not feel it."""
+_GIVE: Final = (0.1, 0.1, 0.001, 0.5, 2.0)
+"""Impedance of those contacts: low, so that movers which squeeze the robot from two sides push no
+harder than one that pushes from one side."""
 _SCHEDULE: Final = 16
 """Openings of a door before its schedule repeats."""
 _CHUNK: Final = 64
@@ -139,6 +142,7 @@ class MovingBody:
                 # Priority makes the mover's contact parameters hold, whatever it meets.
                 geom.priority = 1
                 geom.solref = YIELDING
+                geom.solimp = _GIVE
 
 
 def moving_bodies(
