@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -17,9 +18,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from localization.types import IntArray
 from robot_sim.arrays import BoolArray, FloatArray
-
-Waypoint = tuple[float, float]
-"""x, y in ``map`` [m]."""
+from robot_sim.plan import Waypoint
 
 COMFORT: Final = 0.9
 """Clearance of the robot's centre beyond which more is worth nothing [m]."""
@@ -102,14 +101,15 @@ class FreeSpace:
     def points(self, nodes: IntArray) -> FloatArray:
         """Return where nodes (N,), numbered row by row, lie: (N, 2) [m]."""
         row, column = np.divmod(nodes, self.clearance.shape[1])
-        return np.stack([column, row], axis=1) * self.spacing + np.array(self.corner)
+        points: FloatArray = np.stack([column, row], axis=1) * self.spacing + np.array(self.corner)
+        return points
 
     def node(self, point: Waypoint) -> int:
         """Return the node nearest to a point."""
         rows, columns = self.clearance.shape
         column = round((point[0] - self.corner[0]) / self.spacing)
         row = round((point[1] - self.corner[1]) / self.spacing)
-        return min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1)
+        return int(min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1))
 
     def at(self, points: FloatArray) -> FloatArray:
         """Return the clearance (...,) at points (..., 2) [m], interpolated between four nodes."""
@@ -141,7 +141,9 @@ class Ways:
         self._least = least
         open_ = space.clearance >= least
         self._cost, self._before = dijkstra(
-            _graph(space, open_, self._penalty), indices=self.start, return_predecessors=True
+            _graph(space, open_, self._penalty(space.clearance)),
+            indices=self.start,
+            return_predecessors=True,
         )
         if not open_.flat[self.start]:
             self._cost[self.start] = np.inf
@@ -151,6 +153,10 @@ class Ways:
         """Which nodes (rows, columns) can be reached."""
         reached: BoolArray = np.isfinite(self._cost).reshape(self.space.clearance.shape)
         return reached
+
+    def cost(self, point: Waypoint) -> float:
+        """Return how far it is to a point [m], narrow stretches counting more; inf if unreachable."""
+        return float(self._cost[self.space.node(point)])
 
     def round_trip(self, stops: Sequence[Waypoint]) -> tuple[Waypoint, ...]:
         """Return way-points from the start past all stops and back.
@@ -162,7 +168,7 @@ class Ways:
         order = self._walk([n for n in nodes if n != self.start])
         trip = [self.start, *order, self.start]
         line = [self.space.points(np.array([self.start]))[0]]
-        for a, b in zip(trip[:-1], trip[1:], strict=True):
+        for a, b in pairwise(trip):
             line.extend(self._straightened(self._between(a, b))[1:])
         return tuple((round(float(x), 3), round(float(y), 3)) for x, y in line)
 
@@ -185,7 +191,7 @@ class Ways:
         deepest: dict[int, float] = {}
         for stop in stops:
             chain = self._chain(stop)
-            for child, parent in zip(chain[:-1], chain[1:], strict=True):
+            for child, parent in pairwise(chain):
                 if child not in (known := children.setdefault(parent, [])):
                     known.append(child)
             for node in chain:
@@ -239,19 +245,18 @@ class Ways:
         share = (np.arange(count) + 0.5) / count
         samples = starts[:, None, :] + share[:, None] * (end - starts)[:, None, :]
         clearance = self.space.at(samples)
-        costs: FloatArray = lengths * self._penalty(clearance).mean(axis=1)
+        costs = np.asarray(lengths * self._penalty(clearance).mean(axis=1), dtype=float)
         costs[clearance.min(axis=1) < self._least - 0.01] = np.inf
         return costs
 
 
-def _graph(space: FreeSpace, open_: BoolArray, penalty: object) -> csr_array:
+def _graph(space: FreeSpace, open_: BoolArray, penalty: FloatArray) -> csr_array:
     """Return the costs of the steps between neighbouring open nodes, eight ways each."""
-    assert callable(penalty)
-    weight = np.where(open_, penalty(space.clearance), 0.0)
+    weight = np.where(open_, penalty, 0.0)
     number = np.arange(open_.size).reshape(open_.shape)
     tails, heads, costs = [], [], []
     whole, ahead, behind = slice(None), slice(1, None), slice(None, -1)
-    for (here, there), length in (
+    for (here, there), step in (
         (((whole, behind), (whole, ahead)), 1.0),
         (((behind, whole), (ahead, whole)), 1.0),
         (((behind, behind), (ahead, ahead)), math.sqrt(2.0)),
@@ -260,8 +265,7 @@ def _graph(space: FreeSpace, open_: BoolArray, penalty: object) -> csr_array:
         both = open_[here] & open_[there]
         tails.append(number[here][both])
         heads.append(number[there][both])
-        cost = 0.5 * length * space.spacing * (weight[here] + weight[there])
-        costs.append(cost[both])
+        costs.append(0.5 * step * space.spacing * (weight[here] + weight[there])[both])
     tail, head, cost = (np.concatenate(parts) for parts in (tails, heads, costs))
     size = open_.size
     return csr_array(

@@ -1,0 +1,253 @@
+"""Floor plans of made-up buildings: corridors cut the floor into blocks, blocks are cut into rooms.
+
+Everything lies on a grid of decimetres and is counted in whole ones, so that "shares an edge" is a
+question with an exact answer, and so that a routing grid of that spacing has nodes in the middle of
+every door.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+ROOM_LEAST: Final = 26
+"""Shortest side of a room [dm]: a robot's way along one wall and furniture along the other."""
+_DEEPEST: Final = 90
+"""Blocks whose shorter side is longer than this [dm] are cut by a corridor."""
+_HALL_DEEPEST: Final = 160
+"""The same for blocks that become one large room."""
+
+
+class Side(Enum):
+    """A side of a rectangle."""
+
+    WEST = "west"
+    EAST = "east"
+    SOUTH = "south"
+    NORTH = "north"
+
+
+@dataclass(frozen=True, slots=True)
+class Rectangle:
+    """An upright rectangle; its edges are wall centre lines."""
+
+    x0: int
+    """[dm], as all."""
+    y0: int
+    x1: int
+    y1: int
+
+    @property
+    def width(self) -> int:
+        """Along x [dm]."""
+        return self.x1 - self.x0
+
+    @property
+    def depth(self) -> int:
+        """Along y [dm]."""
+        return self.y1 - self.y0
+
+    @property
+    def shorter(self) -> int:
+        """The shorter side [dm]."""
+        return min(self.width, self.depth)
+
+    @property
+    def longer(self) -> int:
+        """The longer side [dm]."""
+        return max(self.width, self.depth)
+
+    @property
+    def area(self) -> float:
+        """[m^2]."""
+        return self.width * self.depth / 100.0
+
+    def cut(self, along_x: bool, *at: int) -> tuple[Rectangle, ...]:
+        """Return the parts between cuts; with ``along_x`` they follow each other along x."""
+        marks = (self.x0, *at, self.x1) if along_x else (self.y0, *at, self.y1)
+        pairs = pairwise(marks)
+        if along_x:
+            return tuple(Rectangle(a, self.y0, b, self.y1) for a, b in pairs)
+        return tuple(Rectangle(self.x0, a, self.x1, b) for a, b in pairs)
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A room or a stretch of corridor."""
+
+    rectangle: Rectangle
+    corridor: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """What two cells share, or a cell and the outside: a piece of an upright or level line."""
+
+    cells: tuple[int, ...]
+    """Indices of the one or two cells."""
+    upright: bool
+    """Whether x is constant along it."""
+    at: int
+    """That x, or y [dm]."""
+    low: int
+    """Where it begins along the other axis [dm]."""
+    high: int
+
+    @property
+    def length(self) -> int:
+        """[dm]."""
+        return self.high - self.low
+
+
+@dataclass(frozen=True, slots=True)
+class FloorPlan:
+    """A building's cells, which tile its outline."""
+
+    outline: Rectangle
+    cells: tuple[Cell, ...]
+    edges: tuple[Edge, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "edges", tuple(_edges(self.outline, self.cells)))
+
+
+def draw_floor_plan(rng: np.random.Generator, area: float) -> FloorPlan:
+    """Return a floor plan of about ``area`` [m^2]."""
+    aspect = rng.uniform(1.15, 1.9)
+    # At least a corridor with a room on either side.
+    depth = max(round(10.0 * float(np.sqrt(area / aspect))), 2 * ROOM_LEAST + 24)
+    outline = Rectangle(0, 0, round(100.0 * area / depth), depth)
+    # Rooms grow with the building, for a hall of offices has fewer walls than as many flats.
+    typical = min(20.0 + area / 60.0, 60.0)
+    return FloorPlan(outline, tuple(_Divider(rng, typical).divide(outline)))
+
+
+class _Divider:
+    """Cuts a floor into cells."""
+
+    def __init__(self, rng: np.random.Generator, typical: float) -> None:
+        self._rng = rng
+        self._typical = typical
+
+    def divide(self, outline: Rectangle) -> Iterator[Cell]:
+        """Yield the cells: a spine along the building, at times with a hall at its end."""
+        rest, meets = outline, (outline.y0, outline.y1)
+        if outline.width >= 130 and self._rng.random() < 0.6:
+            widest = min(outline.width * 35 // 100, 110)
+            width = int(self._rng.integers(max(ROOM_LEAST + 10, widest // 2), widest + 1))
+            rest, end = outline.cut(True, outline.x1 - width)
+            hall, *beside = self._hall(end)
+            yield Cell(hall, corridor=False)
+            for strip in beside:
+                side = Side.SOUTH if strip.y0 >= hall.y1 else Side.NORTH
+                yield from self._block(strip, frozenset({side}))
+            meets = (hall.y0 + 2, hall.y1 - 2)
+        width = self._corridor_width()
+        wander = max(0, min(outline.depth // 8, outline.depth // 2 - ROOM_LEAST - width))
+        low = (outline.depth - width) // 2 + int(self._rng.integers(-wander, wander + 1))
+        low = min(max(low, ROOM_LEAST, meets[0]), outline.depth - ROOM_LEAST - width)
+        low = min(low, meets[1] - width)
+        south, spine, north = rest.cut(False, low, low + width)
+        yield Cell(spine, corridor=True)
+        yield from self._block(south, frozenset({Side.NORTH}))
+        yield from self._block(north, frozenset({Side.SOUTH}))
+
+    def _hall(self, end: Rectangle) -> tuple[Rectangle, ...]:
+        """Return a hall within the building's end, and what is left of that beside it."""
+        depth = min(end.depth, int(self._rng.integers(60, 121)))
+        low = int(self._rng.integers(0, end.depth - depth + 1))
+        high = low + depth
+        # What would be too narrow for a room goes to the hall.
+        low = 0 if low < ROOM_LEAST + 4 else low
+        high = end.depth if end.depth - high < ROOM_LEAST + 4 else high
+        strips = end.cut(False, *(m for m in (low, high) if 0 < m < end.depth))
+        hall = strips[0 if low == 0 else 1]
+        return hall, *(s for s in strips if s is not hall)
+
+    def _corridor_width(self) -> int:
+        return int(self._rng.integers(19, 26))
+
+    def _block(self, block: Rectangle, access: frozenset[Side]) -> Iterator[Cell]:
+        """Yield the cells of a block that corridors pass on the sides ``access``."""
+        if block.shorter > _DEEPEST:
+            if block.longer <= _HALL_DEEPEST and self._rng.random() < 0.25:
+                yield Cell(block, corridor=False)
+                return
+            yield from self._cross(block, access)
+        else:
+            yield from self._rooms(block, access)
+
+    def _cross(self, block: Rectangle, access: frozenset[Side]) -> Iterator[Cell]:
+        """Cut a block in two by a corridor that sets out from one it touches."""
+        ends_south_north = bool(access & {Side.SOUTH, Side.NORTH})
+        ends_west_east = bool(access & {Side.WEST, Side.EAST})
+        # A corridor across the longer side leaves the squarer blocks.
+        along_x = ends_south_north and (block.width >= block.depth or not ends_west_east)
+        long = block.width if along_x else block.depth
+        start = block.x0 if along_x else block.y0
+        width = self._corridor_width()
+        share = float(self._rng.uniform(0.4, 0.6))
+        low = start + round(share * (long - width))
+        before, corridor, after = block.cut(along_x, low, low + width)
+        yield Cell(corridor, corridor=True)
+        near, far = (Side.WEST, Side.EAST) if along_x else (Side.SOUTH, Side.NORTH)
+        yield from self._block(before, access | {far})
+        yield from self._block(after, access | {near})
+
+    def _rooms(self, block: Rectangle, access: frozenset[Side]) -> Iterator[Cell]:
+        """Cut a block into rooms of varied sizes, most of them with a side on a corridor."""
+        target = self._typical * float(np.exp(self._rng.normal(0.0, 0.45)))
+        ways = [
+            along_x
+            for along_x in (True, False)
+            if (block.width if along_x else block.depth) >= 2 * ROOM_LEAST
+        ]
+        slim = block.longer / block.shorter
+        if not ways or (block.area <= target and slim < 2.2):
+            yield Cell(block, corridor=False)
+            return
+        along_x = block.width >= block.depth
+        across = {Side.WEST, Side.EAST} if along_x else {Side.SOUTH, Side.NORTH}
+        # Cut so that both parts keep the corridor, unless that makes slivers.
+        if access and access <= across and slim < 1.5 and (not along_x) in ways:
+            along_x = not along_x
+        if along_x not in ways:
+            along_x = not along_x
+        long, start = (block.width, block.x0) if along_x else (block.depth, block.y0)
+        at = round(float(self._rng.uniform(0.36, 0.64)) * long)
+        at = min(max(at, ROOM_LEAST), long - ROOM_LEAST)
+        first, second = block.cut(along_x, start + at)
+        near, far = (Side.WEST, Side.EAST) if along_x else (Side.SOUTH, Side.NORTH)
+        yield from self._rooms(first, access - {far})
+        yield from self._rooms(second, access - {near})
+
+
+def _edges(outline: Rectangle, cells: tuple[Cell, ...]) -> Iterator[Edge]:
+    for i, cell in enumerate(cells):
+        a = cell.rectangle
+        for j in range(i + 1, len(cells)):
+            b = cells[j].rectangle
+            yield from _shared(i, a, j, b)
+        for upright, at, low, high in (
+            (True, a.x0, a.y0, a.y1),
+            (True, a.x1, a.y0, a.y1),
+            (False, a.y0, a.x0, a.x1),
+            (False, a.y1, a.x0, a.x1),
+        ):
+            rim = (outline.x0, outline.x1) if upright else (outline.y0, outline.y1)
+            if at in rim:
+                yield Edge((i,), upright, at, low, high)
+
+
+def _shared(i: int, a: Rectangle, j: int, b: Rectangle) -> Iterator[Edge]:
+    low, high = max(a.y0, b.y0), min(a.y1, b.y1)
+    if low < high and (a.x1 == b.x0 or b.x1 == a.x0):
+        yield Edge((i, j), True, a.x1 if a.x1 == b.x0 else a.x0, low, high)
+    low, high = max(a.x0, b.x0), min(a.x1, b.x1)
+    if low < high and (a.y1 == b.y0 or b.y1 == a.y0):
+        yield Edge((i, j), False, a.y1 if a.y1 == b.y0 else a.y0, low, high)
