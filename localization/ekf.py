@@ -50,6 +50,10 @@ class EkfConfig:
     """Of lateral speed while the wheels slip [m/s/sqrt(Hz)]."""
     gyro_noise: float = np.deg2rad(0.02)
     """[rad/sqrt(s)]."""
+    turn_share: float = 0.0
+    """Of the yaw rate besides, as a fraction of it [1/sqrt(Hz)]; for what stands in for a gyro."""
+    turn_floor: float = 0.0
+    """Of the yaw rate besides, however small it is [rad/sqrt(s)]."""
     gyro_bias_walk: float = np.deg2rad(0.003)
     """[rad/s/sqrt(s)]."""
     gyro_bias: float = np.deg2rad(0.3)
@@ -67,6 +71,8 @@ class EkfConfig:
     tilt: float = np.deg2rad(3.5)
     """Of one tilt measurement at 10 Hz [rad]: an accelerometer's 0.35 degrees of bias, which the next
     hundred measurements share, so that each counts a hundredth."""
+    level: float = np.deg2rad(0.1)
+    """How level a floor is that is known to be [rad], at each ``update_level``."""
     tilt_gate: float = 13.8
     """chi-square, 2 degrees of freedom, 99.9 %."""
     still_speed: float = 0.002
@@ -219,6 +225,7 @@ class SkidSteerEkf:
             speed = np.array([forward, c.side_noise, c.heave_noise])
         q = self._walk * dt
         q[_P, _P] = rotation * (speed**2 * dt) @ rotation.T
+        q[5, 5] += ((c.turn_share * float(omega[2])) ** 2 + c.turn_floor**2) * dt
         return q
 
     def update_wheel_yaw(self, gyro: FloatArray, left: float, right: float) -> bool:
@@ -263,9 +270,7 @@ class SkidSteerEkf:
             force = force - np.array([(speed - self._speed_then) / elapsed, 0.0, 0.0])
         self._speed_then = speed
         roll, pitch, _ = euler_from_rotation(self.pose.rotation)
-        sr, cr, tp = np.sin(roll), np.cos(roll), np.tan(pitch)
-        h = np.zeros((2, STATES))
-        h[:, _T] = [[1.0, sr * tp, cr * tp], [0.0, cr, -sr]]
+        h = _tilt_jacobian(roll, pitch)
         measured = np.array(
             [np.arctan2(force[1], force[2]), np.arctan2(-force[0], np.hypot(force[1], force[2]))]
         )
@@ -274,6 +279,13 @@ class SkidSteerEkf:
         innovation = measured - np.array([roll, pitch])
         if self._nis(innovation, h, r) <= self.config.tilt_gate:
             self._update(innovation, h, r)
+
+    def update_level(self) -> None:
+        """Correct roll and pitch by knowing that the floor is level."""
+        roll, pitch, _ = euler_from_rotation(self.pose.rotation)
+        self._update(
+            -np.array([roll, pitch]), _tilt_jacobian(roll, pitch), np.eye(2) * self.config.level**2
+        )
 
     def match_innovation(self, match: Match) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return innovation (k,), its Jacobian (k, 13) and covariance (k, k) of a match's kept directions."""
@@ -366,6 +378,14 @@ class SkidSteerEkf:
         p[:, _T] = p[:, _T] @ g.T
         self._filter.P = 0.5 * (p + p.T)
         self._filter.x = np.zeros(STATES)
+
+
+def _tilt_jacobian(roll: float, pitch: float) -> FloatArray:
+    """Return how roll and pitch change with the error (2, 13)."""
+    sr, cr, tp = np.sin(roll), np.cos(roll), np.tan(pitch)
+    h = np.zeros((2, STATES))
+    h[:, _T] = [[1.0, sr * tp, cr * tp], [0.0, cr, -sr]]
+    return h
 
 
 def _require_finite(measurement: FloatArray) -> None:

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from localization.types import SECOND, Hint, Inertial, Mounts, Reading, Scan, WheelSpeeds
+from localization.types import (
+    SECOND,
+    Hint,
+    Inertial,
+    Mounts,
+    Odometry,
+    Reading,
+    Scan,
+    WheelSpeeds,
+)
 
 _FASTEST_RIM = 20.0
 """[m/s]; no robot of this class rolls faster, whatever its encoders say."""
@@ -15,6 +24,16 @@ _STRONGEST_FORCE = 500.0
 _LONGEST_JUMP = 60 * SECOND
 """A clock that leaps ahead farther than this between two readings of a kind has been reset."""
 
+_FARTHEST_DRIVE = 1e6
+"""No base adds up so much without a rest [m]."""
+
+_PLURAL: dict[type[Reading], str] = {
+    Scan: "other scans",
+    WheelSpeeds: "wheel speeds",
+    Inertial: "inertial readings",
+    Odometry: "odometry",
+}
+
 _FARTHEST_AHEAD = SECOND
 """A scan may come before the inertial readings that cover it, but not from the future [ns]."""
 
@@ -22,8 +41,10 @@ _FARTHEST_AHEAD = SECOND
 class Intake:
     """Checks readings one by one; remembers the last stamp of each source."""
 
-    def __init__(self, mounts: Mounts) -> None:
+    def __init__(self, mounts: Mounts, leader: type[Reading] = Inertial) -> None:
+        """Build for scanners by frame name, and the kind of reading that moves time on."""
         self._mounts = mounts
+        self._leader = leader
         self._last: dict[str, int] = {}
         self.refused = 0
         """How many readings were turned away."""
@@ -33,8 +54,8 @@ class Intake:
 
         Args:
             reading: what came.
-            now: stamp of the newest inertial reading [ns], which the others must not run far ahead of;
-                0 if there was none yet.
+            now: stamp of the newest reading that moved time on [ns], which the others must not run far
+                ahead of; 0 if there was none yet.
         """
         why = self._order(reading, now) or self._content(reading)
         if why is None:
@@ -46,9 +67,9 @@ class Intake:
     def _order(self, reading: Reading, now: int) -> str | None:
         source = _source(reading)
         ahead = reading.stamp - now
-        if now and ahead > _FARTHEST_AHEAD and not isinstance(reading, Inertial | Hint):
+        if now and ahead > _FARTHEST_AHEAD and not isinstance(reading, (self._leader, Hint)):
             return (
-                f"refused {source} stamped {ahead / SECOND:.1f} s ahead of the inertial readings: "
+                f"refused {source} stamped {ahead / SECOND:.1f} s ahead of the {_PLURAL[self._leader]}: "
                 "all sensors must share one clock"
             )
         last = self._last.get(source)
@@ -91,6 +112,9 @@ class Intake:
                     return "refused an inertial reading: angular velocity must be finite, in rad/s"
                 if not np.abs(reading.specific_force).max() <= _STRONGEST_FORCE:
                     return "refused an inertial reading: specific force must be finite, in m/s^2"
+            case Odometry():
+                if np.abs(reading.odom_from_base.position).max() > _FARTHEST_DRIVE:
+                    return "refused odometry: its position must be in metres"
             case Hint():
                 pass
         return None
@@ -104,5 +128,7 @@ def _source(reading: Reading) -> str:
             return "wheel speeds"
         case Inertial():
             return "inertial reading"
+        case Odometry():
+            return "odometry"
         case Hint():
             return "hint"

@@ -1,6 +1,6 @@
 """Localizer: readings in, estimates out; the whole story in one file.
 
-Wheels and gyro predict. When a sweep is complete it is deskewed, KISS-ICP says how the robot moved since
+Wheels and gyro predict, or whatever stands in for them. When a sweep is complete it is deskewed, KISS-ICP says how the robot moved since
 the last one, the sweep is registered against the cloud with the prediction as prior, and the filter takes
 over what the registration truly saw. Hints and loss open a search that runs beside, a little each tick.
 Time is the readings' time; the same readings give the same bits.
@@ -30,6 +30,7 @@ from localization.kiss import KissConfig, KissOdometry, KissOpinion
 from localization.prepared import PreparedMap
 from localization.registration import RegistrationConfig, register
 from localization.relocalization import FloorPlan, SearchConfig, Window
+from localization.suites import Increment, Motion, MotionSource, Suite
 from localization.types import (
     SECOND,
     Estimate,
@@ -38,6 +39,7 @@ from localization.types import (
     Inertial,
     Match,
     Mounts,
+    Odometry,
     Pose,
     Reading,
     Scan,
@@ -55,10 +57,15 @@ _SLIP_GATE = float(chi2.ppf(0.999, 1))
 """Beyond it KISS-ICP's forward motion contradicts the wheels' (99.9 %)."""
 
 
+_PLACED_FLAT = (0.05, 0.05, 0.002, 0.001, 0.001, 0.02)
+"""``LocalizerConfig.placed`` on a floor whose height and level are known."""
+
+
 @dataclass(frozen=True, slots=True)
 class LocalizerConfig:
     """All settings of the localiser; what is written here is what runs."""
 
+    suite: Suite = field(default_factory=Suite)
     ekf: EkfConfig = field(default_factory=EkfConfig)
     registration: RegistrationConfig = field(default_factory=RegistrationConfig)
     kiss: KissConfig = field(default_factory=KissConfig)
@@ -85,6 +92,12 @@ class LocalizerConfig:
     lost_search_period: int = 2 * SECOND
     """Between searches around a lost estimate [ns]."""
 
+    @classmethod
+    def of(cls, suite: Suite) -> LocalizerConfig:
+        """Return the settings that suit a suite of sensors."""
+        config = cls(suite=suite, ekf=suite.ekf())
+        return replace(config, placed=_PLACED_FLAT) if suite.flat else config
+
 
 class Localizer:
     """Where is the robot? Feed it every reading in the order of arrival."""
@@ -100,7 +113,11 @@ class Localizer:
         """Build on a prepared cloud and the scanners' mounts (``base_from_scanner`` by frame name)."""
         self.config = config
         self._world, self._mounts, self._stage = world, dict(mounts), stage
-        self._intake = Intake(self._mounts)
+        suite = config.suite
+        self._intake = Intake(self._mounts, suite.leader)
+        self._motion = MotionSource(
+            suite, track=config.ekf.effective_track, silence=config.health.silence
+        )
         self._ekf = SkidSteerEkf(config.ekf)
         self._track = OdometryTrack()
         self._odometry = KissOdometry(config.kiss)
@@ -114,13 +131,12 @@ class Localizer:
         self._stamp = 0
         self._odom = Pose.identity()
         self._placed = False
-        self._wheels: WheelSpeeds | None = None
-        self._wheels_fresh = False
         self._pending: dict[str, Scan] = {}
         self._heard: dict[str, int] = {}
         self._slip_until = -1
         self._rolled = 0.0
         self._seen_speed: float | None = None
+        self._seen_turn = 0.0
         self._speed_before = 0.0
         self._pose_then, self._odom_then, self._sweep_stamp = Pose.identity(), Pose.identity(), 0
         self._opinion_due, self._search_due = 0, 0
@@ -140,7 +156,8 @@ class Localizer:
         """Take one reading and return the estimate as it now stands.
 
         A reading that cannot be true changes nothing; the estimate's reasons then say what was refused.
-        Wheel speeds and scans take effect with the inertial reading that covers them.
+        Time moves on with the inertial readings, or with what stands in for them; the others take effect
+        with the one that covers them.
         """
         refusal = self._intake.refusal(reading, self._stamp)
         if refusal is not None:
@@ -153,17 +170,21 @@ class Localizer:
                 self._pending[reading.scanner] = reading
                 self._heard[reading.scanner] = reading.stamp
             case WheelSpeeds():
-                self._wheels, self._wheels_fresh = reading, True
                 self._heard["wheels"] = reading.stamp
-            case Inertial():
-                self._sweep, self._matched, self._nis = None, None, None
-                self._predict(reading)
-                if self._sweep_due():
-                    self._correct()
-                self._search()
-                self._last = self._estimate()
-                return self._last
-        return self._unchanged()
+            case Inertial() | Odometry():
+                pass
+        increment = self._motion.take(reading, (self._seen_speed or 0.0, self._seen_turn))
+        if increment is None:
+            return self._unchanged()
+        self._sweep, self._matched, self._nis = None, None, None
+        # Without any motion sensor, scanners that end together move time on but once.
+        if increment.stamp > self._stamp or not self._stamp:
+            self._predict(increment)
+        if self._sweep_due():
+            self._correct()
+        self._search()
+        self._last = self._estimate()
+        return self._last
 
     def _unchanged(self) -> Estimate:
         """The last estimate without its news, which are told once."""
@@ -174,36 +195,30 @@ class Localizer:
 
     # Prediction
 
-    def _predict(self, reading: Inertial) -> None:
+    def _predict(self, increment: Increment) -> None:
         with self._stage("predict"):
-            dt = (reading.stamp - self._stamp) / SECOND
-            first, self._stamp = self._stamp == 0, reading.stamp
-            wheels = self._wheels
-            fresh = wheels is not None and reading.stamp - wheels.stamp < self.config.health.silence
-            left, right = (
-                (wheels.left, wheels.right) if wheels is not None and fresh else (0.0, 0.0)
-            )
+            dt = (increment.stamp - self._stamp) / SECOND
+            first, self._stamp = self._stamp == 0, increment.stamp
             if not first:
-                if self._wheels_fresh:
-                    gyro = reading.angular_velocity
+                rate, left, right = increment.rate, increment.left, increment.right
+                if increment.witnessed:
                     self._watch_traction(self._ekf.rolling_speed(left, right), dt)
-                    if not self._ekf.update_wheel_yaw(gyro, left, right):
-                        self._slip_until = reading.stamp + self.config.slip_memory
-                    self._ekf.update_standstill(gyro, left, right)
-                    self._wheels_fresh = False
+                    if not self._ekf.update_wheel_yaw(rate, left, right):
+                        self._slip_until = increment.stamp + self.config.slip_memory
+                    self._ekf.update_standstill(rate, left, right)
                 self._rolled += self._ekf.rolling_speed(left, right) * dt
-                distrusted = self._slipping or not fresh
+                distrusted = self._slipping or not increment.rolling
                 motion = self._ekf.predict(
                     dt,
-                    reading.angular_velocity,
-                    reading.specific_force,
+                    rate,
+                    increment.force,
                     left,
                     right,
                     slipping=distrusted,
                     speed=self._seen_speed if distrusted else None,
                 )
                 self._odom = self._odom @ motion
-            self._track.add(reading.stamp, self._odom)
+            self._track.add(increment.stamp, self._odom)
 
     def _watch_traction(self, speed: float, dt: float) -> None:
         """Wheels that gain speed faster than any tyre can pass on are spinning."""
@@ -264,7 +279,10 @@ class Localizer:
             self._watch_wheels(*motion, elapsed)
         self._rolled = 0.0
         with self._stage("ekf"):
-            self._ekf.update_tilt(elapsed)
+            if self.config.suite.flat:
+                self._ekf.update_level()
+            else:
+                self._ekf.update_tilt(elapsed)
         if self._placed:
             self._match(sweep, motion)
         self._ekf.mark()
@@ -309,7 +327,9 @@ class Localizer:
     def _watch_wheels(self, motion: Pose, covariance: FloatArray, elapsed: float) -> None:
         """Compare how far the wheels rolled with how far KISS-ICP saw the robot go."""
         forward = float(motion.position[0])
-        self._seen_speed = forward / elapsed
+        self._seen_speed, self._seen_turn = forward / elapsed, motion.yaw / elapsed
+        if not self.config.suite.wheels and self.config.suite.motion is not Motion.ODOMETRY:
+            return
         noise = self._ekf.rolling_noise(self._rolled / elapsed, motion.yaw / elapsed)
         variance = covariance[0, 0] + noise**2 * elapsed
         if (forward - self._rolled) ** 2 > _SLIP_GATE * variance:
@@ -380,7 +400,7 @@ class Localizer:
         if self._placed:
             silent = [
                 name
-                for name in (*sorted(self._mounts), "wheels")
+                for name in (*sorted(self._mounts), *self.config.suite.expected)
                 if self._stamp - self._heard.get(name, 0) > self.config.health.silence
             ]
             sigma = horizontal_sigma(covariance)

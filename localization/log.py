@@ -22,7 +22,16 @@ from rosbags.serde import SerdeError
 
 from localization import messages
 from localization.messages import MessageError
-from localization.types import Hint, Inertial, InvalidReadingError, Mounts, Pose, Reading, Scan
+from localization.types import (
+    Hint,
+    Inertial,
+    InvalidReadingError,
+    Mounts,
+    Odometry,
+    Pose,
+    Reading,
+    Scan,
+)
 
 TF_STATIC: Final = "/tf_static"
 INITIALPOSE: Final = "/initialpose"
@@ -46,6 +55,8 @@ def topic_of(reading: Reading) -> str:
             return "/scan_vertical" if reading.scanner == "laser_vertical" else "/scan"
         case Inertial():
             return "/imu/data"
+        case Odometry():
+            return "/odom"
         case Hint():
             return INITIALPOSE
         case _:

@@ -13,7 +13,17 @@ import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from localization.geometry import FloatArray
-from localization.types import SECOND, Hint, Inertial, Mounts, Pose, Reading, Scan, WheelSpeeds
+from localization.types import (
+    SECOND,
+    Hint,
+    Inertial,
+    Mounts,
+    Odometry,
+    Pose,
+    Reading,
+    Scan,
+    WheelSpeeds,
+)
 
 Message: TypeAlias = Any
 """An instance of one of ``TYPES.types``; those classes are made at run time."""
@@ -24,6 +34,7 @@ TYPES: Final = get_typestore(Stores.ROS2_JAZZY)
 LASER_SCAN: Final = "sensor_msgs/msg/LaserScan"
 JOINT_STATE: Final = "sensor_msgs/msg/JointState"
 IMU: Final = "sensor_msgs/msg/Imu"
+ODOMETRY: Final = "nav_msgs/msg/Odometry"
 POSE_WITH_COVARIANCE: Final = "geometry_msgs/msg/PoseWithCovarianceStamped"
 TF: Final = "tf2_msgs/msg/TFMessage"
 
@@ -227,19 +238,47 @@ def read_inertial(message: Message) -> Inertial:
     )
 
 
+def odometry_message(odometry: Odometry) -> Message:
+    """Return ``Odometry`` from ``odom`` to ``base_link``, with no twist and unknown covariances."""
+    return _build(
+        ODOMETRY,
+        header=header_message(odometry.stamp, "odom"),
+        child_frame_id="base_link",
+        pose=_pose_with_covariance(odometry.odom_from_base, np.zeros(36)),
+        twist=_build(
+            "geometry_msgs/msg/TwistWithCovariance",
+            twist=_build(
+                "geometry_msgs/msg/Twist", linear=_vector(np.zeros(3)), angular=_vector(np.zeros(3))
+            ),
+            covariance=np.zeros(36),
+        ),
+    )
+
+
+def read_odometry(message: Message) -> Odometry:
+    """Return the pose in an ``Odometry``, taken to be that of ``base_link``."""
+    pose = message.pose.pose
+    return Odometry(read_stamp(message.header.stamp), _read_pose(pose.position, pose.orientation))
+
+
+def _pose_with_covariance(pose: Pose, covariance: FloatArray) -> Message:
+    return _build(
+        "geometry_msgs/msg/PoseWithCovariance",
+        pose=_build(
+            "geometry_msgs/msg/Pose",
+            position=_vector(pose.position, "geometry_msgs/msg/Point"),
+            orientation=_quaternion(pose.quaternion_wxyz),
+        ),
+        covariance=covariance,
+    )
+
+
 def hint_message(hint: Hint) -> Message:
     """Return ``PoseWithCovarianceStamped`` in ``map``."""
-    pose = _build(
-        "geometry_msgs/msg/Pose",
-        position=_vector(hint.map_from_base.position, "geometry_msgs/msg/Point"),
-        orientation=_quaternion(hint.map_from_base.quaternion_wxyz),
-    )
     return _build(
         POSE_WITH_COVARIANCE,
         header=header_message(hint.stamp, "map"),
-        pose=_build(
-            "geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=hint.covariance.ravel()
-        ),
+        pose=_pose_with_covariance(hint.map_from_base, hint.covariance.ravel()),
     )
 
 
@@ -293,6 +332,8 @@ def reading_message(reading: Reading, wheel_radius: float = WHEEL_RADIUS) -> Mes
             return wheels_message(reading, wheel_radius)
         case Inertial():
             return inertial_message(reading)
+        case Odometry():
+            return odometry_message(reading)
         case Hint():
             return hint_message(reading)
 
@@ -303,6 +344,7 @@ def readers(wheel_radius: float = WHEEL_RADIUS) -> dict[str, Callable[[Message],
         LASER_SCAN: read_scan,
         JOINT_STATE: lambda message: read_wheels(message, wheel_radius),
         IMU: read_inertial,
+        ODOMETRY: read_odometry,
         POSE_WITH_COVARIANCE: read_hint,
     }
 

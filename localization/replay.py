@@ -12,7 +12,7 @@ from localization.cloud import load_cloud
 from localization.localizer import Localizer, LocalizerConfig
 from localization.log import Log, LogError, read_log
 from localization.prepared import prepare
-from localization.types import SECOND, Estimate, HintVerdict, Inertial
+from localization.types import SECOND, Estimate, HintVerdict
 
 CONFIG_KEY = "localizer"
 """Metadata of a log under which the localiser's configuration is kept, as JSON."""
@@ -21,10 +21,12 @@ _T = TypeVar("_T")
 
 
 def replay(log: Log, localizer: Localizer) -> Iterator[Estimate]:
-    """Feed a log to a localiser and yield its estimate after each inertial reading."""
+    """Feed a log to a localiser and yield its estimate each time that time has moved on."""
+    stamp = 0
     for reading in log:
         estimate = localizer.add(reading)
-        if isinstance(reading, Inertial):
+        if estimate.stamp > stamp:
+            stamp = estimate.stamp
             yield estimate
 
 
@@ -33,7 +35,7 @@ class Localized:
     """What localising a log came to."""
 
     estimates: tuple[Estimate, ...]
-    """One after each inertial reading."""
+    """One each time that time has moved on."""
     verdicts: tuple[HintVerdict, ...]
     """The answers to the log's hints."""
     notes: tuple[str, ...]

@@ -269,6 +269,14 @@ class Inertial:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Odometry:
+    """Where a base believes it has driven, by adding up what its own wheels did."""
+
+    stamp: int
+    odom_from_base: Pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Hint:
     """Where an operator believes the robot to be: a region to search, never a pose to take over."""
 
@@ -288,7 +296,7 @@ class Hint:
         object.__setattr__(self, "covariance", covariance)
 
 
-Reading: TypeAlias = Scan | WheelSpeeds | Inertial | Hint
+Reading: TypeAlias = Scan | WheelSpeeds | Inertial | Odometry | Hint
 """What ``Localizer.add`` takes, and what a log holds."""
 
 Mounts: TypeAlias = Mapping[str, Pose]
