@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from importlib.resources import files
 from types import MappingProxyType
 from typing import Final
 
@@ -14,7 +13,7 @@ from localization.types import Pose
 from robot_sim.blocks import Block, paint
 from robot_sim.body import add_robot, set_physics
 from robot_sim.drivable import drivable_geoms, mark_drivable
-from robot_sim.errors import SimulationError, UnknownSceneError, WorldError
+from robot_sim.errors import SimulationError, WorldError
 from robot_sim.furniture import footprint, piece_blocks
 from robot_sim.ground import Ground
 from robot_sim.movers import Mover, moving_bodies
@@ -22,6 +21,11 @@ from robot_sim.placing import obstacles_touched as obstacles_touched, place_robo
 from robot_sim.plan import NO_FLOOR, Placement, Plan, Waypoint as Waypoint
 from robot_sim.plan_file import plan_from_toml
 from robot_sim.platforms import P3AT
+from robot_sim.scene_folders import (
+    PLAN_FILE,
+    scene_folder as scene_folder,
+    scene_names as scene_names,
+)
 from robot_sim.skid_steer import SkidSteer
 from robot_sim.surfaces import Patch, surface_named
 from robot_sim.terrain import add_terrain
@@ -77,23 +81,18 @@ class World:
         return (x1 - x0) * (y1 - y0)
 
 
-def scene_names() -> tuple[str, ...]:
-    """Return the names of the scenes that come with the project, sorted."""
-    folders = files("scenes").iterdir()
-    return tuple(sorted(f.name for f in folders if (f / "world.toml").is_file()))
+def load_plan(scene: str) -> Plan:
+    """Read the plan of a scene.
 
-
-def load_plan(name: str) -> Plan:
-    """Read the plan ``scenes/<name>/world.toml``.
+    Args:
+        scene: the name of one that comes with the project, or the path of any other's folder.
 
     Raises:
         UnknownSceneError: there is no such scene; the message lists those there are.
         WorldError: it makes no sense.
     """
-    if name not in scene_names():
-        raise UnknownSceneError(name, scene_names())
-    text = (files("scenes") / name / "world.toml").read_text(encoding="utf-8")
-    return plan_from_toml(text, name=name)
+    folder = scene_folder(scene)
+    return plan_from_toml((folder / PLAN_FILE).read_text(encoding="utf-8"), name=folder.name)
 
 
 def load_world(
@@ -102,10 +101,10 @@ def load_world(
     robot: SkidSteer | None = None,
     options: WorldOptions = WorldOptions(),
 ) -> World:
-    """Build the world of ``scenes/<name>/world.toml``.
+    """Build the world of a scene.
 
     Args:
-        name: Of the scene.
+        name: Of one that comes with the project, or the path of any other's folder.
         robot: Compiled into the world.
         options: What is different about it today.
 

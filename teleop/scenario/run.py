@@ -10,7 +10,14 @@ from localization.cloud import Cloud, CloudError, load_cloud
 from localization.localizer import Localizer, LocalizerConfig
 from localization.prepared import prepare
 from localization.types import SECOND
-from robot_sim import DriveConfig, PhysicsError, Simulation, SimulationConfig, World
+from robot_sim import (
+    DriveConfig,
+    PhysicsError,
+    Simulation,
+    SimulationConfig,
+    World,
+    scene_names,
+)
 from teleop.joystick import Wish
 from teleop.pacing import Stopwatch, wall_seconds
 from teleop.robot.robot import Drive, Message, Robot
@@ -24,12 +31,21 @@ Progress = Callable[[float, str], None]
 
 
 def cloud_path(scene: str) -> Path:
-    """Return where a scene's cloud lies, or would."""
+    """Return where a scene's cloud lies, or would: in its folder, or beside a file that says it all.
+
+    Args:
+        scene: the name of a scene that comes with the project, or the path of a folder or a file.
+    """
+    place = Path(scene)
+    if scene not in scene_names() and place.is_dir():
+        return place / "cloud.ply"
+    if scene not in scene_names() and place.is_file():
+        return place.with_suffix(".ply")
     return Path(str(files("scenes") / scene / "cloud.ply"))
 
 
 def cloud_of(scene: str) -> Cloud:
-    """Load the prebuilt cloud of a scene.
+    """Load the prebuilt cloud of a scene; see ``cloud_path``.
 
     Raises:
         CloudError: if the scene has none; ``farsteer map`` makes one.

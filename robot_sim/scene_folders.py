@@ -1,0 +1,44 @@
+"""Where scenes lie: those that come with the project by name, others by the path of their folder."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+from typing import Final
+
+from robot_sim.errors import UnknownSceneError, WorldError
+
+PLAN_FILE: Final = "world.toml"
+"""Name of the plan in a scene's folder."""
+
+
+def scene_names() -> tuple[str, ...]:
+    """Return the names of the scenes that come with the project, sorted."""
+    return tuple(sorted(f.name for f in _ours().iterdir() if (f / PLAN_FILE).is_file()))
+
+
+def scene_folder(scene: str) -> Path:
+    """Return the folder of a scene, which has a plan in it.
+
+    Args:
+        scene: the name of one that comes with the project, or the path of any other's folder.
+
+    Raises:
+        UnknownSceneError: there is neither; the message lists the names there are.
+        WorldError: it is a folder, but has no plan in it.
+    """
+    if scene in scene_names():
+        return _ours() / scene
+    folder = Path(scene)
+    if (folder / PLAN_FILE).is_file():
+        return folder.resolve()
+    if folder.is_dir():
+        raise WorldError(
+            f"folder {scene!r} is no scene: it has no {PLAN_FILE};"
+            " `farsteer world generate` and `farsteer world from-map` make such folders"
+        )
+    raise UnknownSceneError(scene, scene_names())
+
+
+def _ours() -> Path:
+    return Path(str(files("scenes")))
