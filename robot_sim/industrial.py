@@ -53,6 +53,10 @@ def _rack(width: float, depth: float, height: float, seed: int) -> Iterator[Bloc
 def _goods(
     name: str, x: float, low: float, high: float, size: tuple[float, float]
 ) -> Iterator[Block]:
+    if low == 0.0:
+        # One solid for what the robot can bump into: they cost physics, and there are hundreds.
+        yield box(f"{name}_load", x, 0.0, 0.0, high, size, "cardboard")
+        return
     yield box(f"{name}_deck", x, 0.0, low, low + _PALLET[2], size, "wood")
     load = (0.94 * size[0], 0.96 * size[1])
     yield box(f"{name}_load", x, 0.0, low + _PALLET[2], high, load, "cardboard")

@@ -93,6 +93,11 @@ def _bicycle_stand(width: float, depth: float, height: float, seed: int) -> Iter
         yield box(f"bar_{i}", x, 0.0, height - 0.05, height, (0.05, depth), "metal")
 
 
+def _canopy(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
+    """What is overhead only: a flat roof 0.2 m thick."""
+    yield box("roof", 0.0, 0.0, height - 0.2, height, (width, depth), "concrete")
+
+
 OUTDOOR: Final = {
     "tree": Kind(_tree, (4.0, 4.0, 6.0)),
     "conifer": Kind(_conifer, (2.6, 2.6, 7.0)),
@@ -105,6 +110,8 @@ OUTDOOR: Final = {
     "fountain": Kind(_fountain, (2.6, 2.6, 1.8)),
     "arch": Kind(_arch, (3.0, 0.5, 3.6)),
     "bicycle_stand": Kind(_bicycle_stand, (3.2, 0.8, 0.8)),
+    "canopy": Kind(_canopy, (4.0, 3.0, 3.6)),
+    "facade_pier": Kind(solid("brick"), (0.6, 0.25, 5.0)),
     "stone": Kind(round_solid("concrete"), (0.5, 0.5, 0.4)),
 }
 """By the name a floor plan calls them by."""

@@ -192,8 +192,8 @@ def add_terrain(spec: mujoco.MjSpec, terrain: Terrain, grid: FloatArray) -> mujo
 def grid_heights(terrain: Terrain, grid: FloatArray, points: FloatArray) -> FloatArray:
     """Return the terrain's height (N,) [m] at (N, 2) ``points``; -inf beside it.
 
-    Every cell is two triangles, split along the diagonal from its +x to its +y corner, as MuJoCo
-    does it.
+    Every cell is two triangles, split along the diagonal from its first corner to the opposite one,
+    as MuJoCo's rays see it.
     """
     x0, y0, x1, y1 = terrain.bounds
     rows, columns = grid.shape
@@ -205,9 +205,9 @@ def grid_heights(terrain: Terrain, grid: FloatArray, points: FloatArray) -> Floa
     b, a = u - j, v - i
     h00, h01 = grid[i, j], grid[i, j + 1]
     h10, h11 = grid[i + 1, j], grid[i + 1, j + 1]
-    lower = h00 + b * (h01 - h00) + a * (h10 - h00)
-    upper = h11 + (1.0 - b) * (h10 - h11) + (1.0 - a) * (h01 - h11)
-    result: FloatArray = np.where(inside, np.where(a + b <= 1.0, lower, upper), -np.inf)
+    right = h00 + b * (h01 - h00) + a * (h11 - h01)
+    left = h00 + a * (h10 - h00) + b * (h11 - h10)
+    result: FloatArray = np.where(inside, np.where(b >= a, right, left), -np.inf)
     return result
 
 
