@@ -21,6 +21,7 @@ from robot_sim.placing import obstacles_touched as obstacles_touched, place_robo
 from robot_sim.plan import NO_FLOOR, Placement, Plan, Waypoint as Waypoint
 from robot_sim.plan_file import plan_from_toml
 from robot_sim.platforms import P3AT
+from robot_sim.rearranging import rearranged
 from robot_sim.scene_folders import (
     PLAN_FILE,
     scene_folder as scene_folder,
@@ -142,6 +143,8 @@ def build_world(
     spec = mujoco.MjSpec()
     set_physics(spec, timestep=TIMESTEP_NS * 1e-9)
     try:
+        if options.rearranged is not None:
+            plan = rearranged(plan, options.rearranged)
         ground = Ground(plan)
         _add_ground(spec, plan, ground)
         for block in plan_blocks(plan, ground):
