@@ -1,19 +1,18 @@
-"""The drive: from a commanded twist to wheel rates, and from turning wheels to encoder speeds."""
+"""The drive: from a commanded twist to wheel rates, within limits and by ramps."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from localization.types import Twist, WheelSpeeds
+from localization.types import Twist
 from robot_sim.arrays import FloatArray
+from robot_sim.firmware import FirmwareConfig, Override, quantised
 from robot_sim.skid_steer import SkidSteer
+from robot_sim.stall import StallConfig
 
-_COUNTS_PER_TURN = 500 * 4 * 49.8
-"""Encoder edges per wheel turn: 500 lines, four edges each, gear 49.8:1 (the manual, as
-quoted by others)."""
 _LIMITS = (
     "max_speed",
     "max_turn",
@@ -70,6 +69,10 @@ class DriveConfig:
     """Standard deviation of one reading [m/s]."""
     slips: tuple[WheelSlip, ...] = ()
     """Injected faults."""
+    stall: StallConfig = field(default_factory=StallConfig)
+    """When the motors count as stalled."""
+    firmware: FirmwareConfig | None = None
+    """Commands and wheel speeds go through a controller like the P3-AT's own; None does without."""
 
     def __post_init__(self) -> None:
         for name in _LIMITS:
@@ -92,9 +95,18 @@ class Drive:
     def __init__(self, config: DriveConfig, robot: SkidSteer) -> None:
         self._config = config
         self._robot = robot
+        firmware = config.firmware
+        self._track = robot.effective_track if firmware is None else firmware.effective_track
         self._target = (0.0, 0.0)
         self._speed = 0.0
         self._turn = 0.0
+        self.override = Override.NONE
+        """Any but ``NONE`` stops the wheels at once; afterwards they start from rest again."""
+
+    @property
+    def target(self) -> tuple[float, float]:
+        """Forward speed [m/s] and yaw rate [rad/s] it goes for."""
+        return self._target
 
     def command(self, twist: Twist) -> None:
         """Set the wanted twist; only forward speed and yaw rate matter.
@@ -106,7 +118,9 @@ class Drive:
             raise ValueError(
                 f"command must be finite, got forward {forward} m/s and turn {turn} rad/s"
             )
-        rim = abs(forward) + abs(turn) * 0.5 * self._robot.effective_track
+        if self._config.firmware is not None:
+            forward, turn = quantised(forward, turn, self._config.firmware)
+        rim = abs(forward) + abs(turn) * 0.5 * self._track
         excess = max(
             1.0,
             abs(forward) / self._config.max_speed,
@@ -121,7 +135,7 @@ class Drive:
         forward, turn = self._target
         self._speed = ramp(self._speed, forward, gain=c.acceleration * dt, loss=c.braking * dt)
         self._turn = ramp(self._turn, turn, gain=c.turn_acceleration * dt, loss=c.turn_braking * dt)
-        across = self._turn * 0.5 * self._robot.effective_track
+        across = self._turn * 0.5 * self._track
         radius = self._robot.rolling_radius
         return (self._speed - across) / radius, (self._speed + across) / radius
 
@@ -135,6 +149,9 @@ class Drive:
         Returns:
             (steps, 2) left and right wheel rate at each step [rad/s].
         """
+        if self.override is not Override.NONE:
+            self._speed = self._turn = 0.0
+            return np.zeros((steps, 2))
         rates = np.empty((steps, 2))
         for i in range(steps):
             rates[i] = self.advance(dt)
@@ -143,34 +160,3 @@ class Drive:
                 rates[i + 1 :] = rates[i]
                 break
         return rates
-
-
-class Encoders:
-    """Count the edges of both sides and report their mean rim speeds."""
-
-    def __init__(self, config: DriveConfig, robot: SkidSteer, seed: np.random.SeedSequence) -> None:
-        self._config = config
-        self._metres_per_count = 2.0 * math.pi * robot.rolling_radius / _COUNTS_PER_TURN
-        self._rng = np.random.default_rng(seed)
-        self._scale = 1.0 + config.encoder_scale_sigma * self._rng.standard_normal(2)
-        self._angles: FloatArray = np.zeros(2)
-
-    def read(self, stamp: int, angles: FloatArray, dt: float) -> WheelSpeeds:
-        """Return the speeds over the ``dt`` [s] that end at ``stamp`` [ns].
-
-        Args:
-            stamp: End of the interval [ns].
-            angles: (2,) angle of the left and the right wheels [rad].
-            dt: Length of the interval [s].
-        """
-        to_counts = _COUNTS_PER_TURN / (2.0 * math.pi)
-        counts = np.rint(angles * to_counts) - np.rint(self._angles * to_counts)
-        self._angles = np.array(angles, dtype=float)
-        speeds = self._scale * counts * self._metres_per_count / dt
-        for slip in self._config.slips:
-            if slip.active(stamp):
-                speeds = slip.factor * speeds
-        noise = self._config.encoder_noise * self._rng.standard_normal(2)
-        # Wheels that did not move give no edges, hence no noise.
-        measured = np.where(counts != 0.0, speeds + noise, 0.0).astype(np.float32)
-        return WheelSpeeds(stamp, float(measured[0]), float(measured[1]))

@@ -37,3 +37,7 @@ class PhysicsError(SimulationError):
 
 class SensorError(SimulationError, ValueError):
     """A sensor that cannot be: the message names the parameter and what would work."""
+
+
+class PacketError(SimulationError, ValueError):
+    """Bytes that are not a sound packet of the robot's controller, or numbers that fit in none."""

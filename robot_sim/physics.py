@@ -42,6 +42,8 @@ class Motion:
     """(S,) end of each step [ns]."""
     poses: FloatArray
     """(S, 7) ``map_from_base`` there: position [m], quaternion wxyz."""
+    positions: FloatArray
+    """(S, nq) all joints' positions there, as ``MjData.qpos``."""
     angular_velocities: FloatArray
     """(S, 3) in ``base_link`` [rad/s]: those that moved the robot in the step."""
     sensors: FloatArray
@@ -83,6 +85,7 @@ class Physics:
         q, v = 1 + int(base.qposadr[0]), 1 + self.model.nq + int(base.dofadr[0])
         self._pose_columns = slice(q, q + 7)
         self._turn_columns = slice(v + 3, v + 6)
+        self._position_columns = slice(1, 1 + self.model.nq)
         self._velocity_columns = slice(1 + self.model.nq, 1 + self.model.nq + self.model.nv)
 
     @property
@@ -131,7 +134,11 @@ class Physics:
         stamps = self.step_stamps
         self._ticks += 1
         return Motion(
-            stamps, states[:, self._pose_columns], states[:, self._turn_columns], self._sensors[0]
+            stamps,
+            states[:, self._pose_columns],
+            states[:, self._position_columns],
+            states[:, self._turn_columns],
+            self._sensors[0],
         )
 
     def _check(self) -> None:

@@ -8,13 +8,17 @@ from typing import Final
 
 import numpy as np
 
-from localization.types import Pose, Reading, Scan, Twist
+from localization.types import Pose, Reading, Scan, Twist, WheelSpeeds
 from robot_sim.body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
-from robot_sim.drive import Drive, DriveConfig, Encoders
+from robot_sim.condition import Condition, ConditionMonitor
+from robot_sim.drive import Drive, DriveConfig
+from robot_sim.encoders import Encoders
+from robot_sim.firmware import Firmware, Override
 from robot_sim.inertial import InertialConfig, InertialUnit
 from robot_sim.lidar import MujocoRayCaster, Scanner, ScannerConfig
 from robot_sim.movers import Puppeteer
 from robot_sim.physics import Motion, Physics
+from robot_sim.sip import StandardPacket
 from robot_sim.slip import Slip, slip_of
 from robot_sim.track import Trail
 from robot_sim.tyres import Tyres
@@ -86,6 +90,12 @@ class Simulation:
         seeds = np.random.SeedSequence(seed).spawn(2 + len(mounts))
         self._drive = Drive(self.config.drive, self._robot)
         self._encoders = Encoders(self.config.drive, self._robot, seeds[0])
+        firmware = self.config.drive.firmware
+        self._firmware = None if firmware is None else Firmware(firmware)
+        self._monitor = ConditionMonitor(
+            self._model, self._data, self._robot, tick=TICK_NS, stall=self.config.drive.stall
+        )
+        self._condition = self._monitor.begin(self._data)
         self._inertial = InertialUnit(self.config.inertial, seeds[1])
         caster = MujocoRayCaster(self._model, self._data)
         by_name = dict(zip(mounts, seeds[2:], strict=True))
@@ -119,6 +129,16 @@ class Simulation:
         """Names of the obstacles that the robot's hull touches now."""
         return obstacles_touched(self._model, self._data)
 
+    @property
+    def condition(self) -> Condition:
+        """How the robot fared in the last tick: bumpers, tilt, stalls."""
+        return self._condition
+
+    @property
+    def packet(self) -> StandardPacket | None:
+        """What the controller sent at the end of the last tick, if it has firmware and one was due."""
+        return None if self._firmware is None else self._firmware.packet
+
     def command(self, twist: Twist) -> None:
         """Set the twist the drive goes for, within its limits and ramps, until the next command."""
         self._drive.command(twist)
@@ -133,7 +153,9 @@ class Simulation:
         self._trail.extend(motion.stamps, motion.poses)
         stamp, dt = self.stamp, TICK_NS * 1e-9
         angles = self._wheel_angles.reshape(2, 2).mean(axis=0)
-        wheels = self._encoders.read(stamp, angles, dt)
+        speeds = self._encoders.read(stamp, angles, dt)
+        self._condition = self._monitor.update(self._data, motion)
+        wheels = self._through_firmware(speeds, dt)
         velocity = motion.angular_velocities.mean(axis=0)
         force = motion.sensors[:, self._accelerometer].mean(axis=0)
         inertial = self._inertial.read(stamp, velocity, force)
@@ -145,7 +167,18 @@ class Simulation:
         self._trail.forget(min([s.start for s in self._scanners], default=stamp))
         # Scans end before or with the tick; sorting is stable, so wheels stay before the inertial unit.
         scans.sort(key=lambda scan: scan.end_stamp)
-        return (*scans, wheels, inertial)
+        return (*scans, *wheels, inertial)
+
+    def _through_firmware(self, speeds: WheelSpeeds, dt: float) -> tuple[WheelSpeeds, ...]:
+        """Return the wheel speeds as the rest gets them, and let a controller stop the drive."""
+        if self._firmware is None:
+            return (speeds,)
+        forward, _ = self._drive.target
+        self._drive.override = self._firmware.judge(self._condition, forward)
+        if self._drive.override is Override.RELAX:
+            self._monitor.stall_watch.clear()
+        told = self._firmware.take(speeds, dt)
+        return () if told is None else (told,)
 
     def truth(self) -> Truth:
         """Return where ``base_link`` is, its velocity in ``base_link``, and how its wheels slip."""
@@ -176,7 +209,8 @@ class Simulation:
         tick is enough: in 20 ms a set-point gets 0.15 rad ahead, and the torque is limited anyway.
         """
         settled = self._wheel_angles + (SERVO_DAMPING / SERVO_STIFFNESS) * self._wheel_rates
-        reach = self._robot.wheel_torque / SERVO_STIFFNESS
+        relaxed = self._drive.override is Override.RELAX
+        reach = 0.0 if relaxed else self._robot.wheel_torque / SERVO_STIFFNESS
         targets = self._wheel_targets
         np.maximum(targets, settled - reach, out=targets)
         np.minimum(targets, settled + reach, out=targets)

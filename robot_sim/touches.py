@@ -1,0 +1,127 @@
+"""What the robot touches in one tick, by name and by segment of its bumpers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from robot_sim.arrays import BoolArray, FloatArray
+from robot_sim.body import FLOOR_BIT, WHEELS
+from robot_sim.bumpers import Bumpers, pressed_by
+from robot_sim.feelers import FeelerColumns
+from robot_sim.physics import Motion
+from robot_sim.underbody import NOSE
+
+_UPRIGHT = 0.7
+"""A contact whose normal is as vertical as this presses no bumper."""
+_CLEAR = Bumpers()
+
+
+@dataclass(frozen=True, slots=True)
+class Touches:
+    """What a tick's contacts amount to; one step of the tick is enough."""
+
+    names: tuple[str, ...]
+    """Of the obstacles, and of kerbs that the nose ran into; sorted."""
+    bumpers: Bumpers
+    grounded: bool
+    """Whether the hull sat on the ground."""
+    wheels_down: tuple[bool, bool, bool, bool]
+    """Whether each of ``WHEELS`` was on the ground."""
+
+
+class TouchFinder:
+    """Finds the contacts of every step of a tick in which the feelers felt something."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Look up the robot's parts; ``data`` is at rest where the first tick begins."""
+        self._model = model
+        self._columns = FeelerColumns.of(model, "base_link", WHEELS)
+        self._base = int(model.body("base_link").id)
+        roots = model.body_rootid[model.geom_bodyid]
+        self._is_robot = np.asarray(roots == self._base, dtype=bool)
+        rings = ("chassis", NOSE, *(f"{wheel}_hull" for wheel in WHEELS))
+        self._ring = {int(model.geom(name).id) for name in rings}
+        self._nose = int(model.geom(NOSE).id)
+        self._tyres = {int(model.geom(f"{wheel}_tyre").id) for wheel in WHEELS}
+        self._before: FloatArray = data.qpos.copy()
+
+    def find(self, data: mujoco.MjData, motion: Motion) -> Touches:
+        """Return what was touched in the tick that has just been rolled out into ``data``."""
+        felt = motion.sensors[:, self._columns.hull] > 0.0
+        before, self._before = self._before, motion.positions[-1].copy()
+        states = self._touching_states(data, motion, felt, before) if felt.any() else []
+        return self._touches(motion.sensors, states)
+
+    def begin(self, data: mujoco.MjData) -> Touches:
+        """Return what is touched before the first tick, after ``mj_forward``."""
+        return self._touches(data.sensordata[None, :], [data])
+
+    def _touches(self, sensors: FloatArray, states: list[mujoco.MjData]) -> Touches:
+        down = [bool(count > 0.0) for count in sensors[:, self._columns.tyres].max(axis=0)]
+        wheels_down = (down[0], down[1], down[2], down[3])
+        if not states:
+            return Touches((), _CLEAR, False, wheels_down)
+        names: set[str] = set()
+        patches: list[FloatArray] = []
+        grounded = False
+        for state in states:
+            found, met, sat = self._contacts(state)
+            names |= found
+            patches += met
+            grounded |= sat
+        return Touches(tuple(sorted(names)), pressed_by(patches), grounded, wheels_down)
+
+    def _touching_states(
+        self, data: mujoco.MjData, motion: Motion, felt: BoolArray, before: FloatArray
+    ) -> list[mujoco.MjData]:
+        """States with the contacts of the steps in which other parts were touched than in the last.
+
+        Contacts of a step are those of its start; the last step's are still in ``data``.
+        """
+        states = [data] if felt[-1].any() else []
+        seen = {felt[-1].tobytes()}
+        for step, parts in enumerate(felt[:-1]):
+            if parts.any() and parts.tobytes() not in seen:
+                seen.add(parts.tobytes())
+                positions = motion.positions[step - 1] if step else before
+                states.append(self._replayed(data, positions))
+        return states
+
+    def _replayed(self, data: mujoco.MjData, positions: FloatArray) -> mujoco.MjData:
+        state = mujoco.MjData(self._model)
+        state.qpos[:] = positions
+        state.mocap_pos[:], state.mocap_quat[:] = data.mocap_pos, data.mocap_quat
+        mujoco.mj_kinematics(self._model, state)
+        mujoco.mj_collision(self._model, state)
+        return state
+
+    def _contacts(self, state: mujoco.MjData) -> tuple[set[str], list[FloatArray], bool]:
+        """Return names touched, patches in ``base_link`` that press, and whether the hull sat down."""
+        model = self._model
+        origin, rotation = state.xpos[self._base], state.xmat[self._base].reshape(3, 3)
+        names: set[str] = set()
+        grounded = False
+        patches: dict[tuple[int, int], list[FloatArray]] = {}
+        contacts = state.contact
+        for pair, at, axes in zip(contacts.geom, contacts.pos, contacts.frame, strict=True):
+            first, second = int(pair[0]), int(pair[1])
+            if self._is_robot[first] == self._is_robot[second]:
+                continue
+            part, other = (first, second) if self._is_robot[first] else (second, first)
+            if part in self._tyres:
+                continue
+            flat = abs(float(rotation[:, 2] @ axes[:3])) < _UPRIGHT
+            if model.geom_contype[other] == FLOOR_BIT and not (part == self._nose and flat):
+                grounded = True
+                continue
+            names.add(self._name(other))
+            if flat and part in self._ring:
+                patches.setdefault((part, other), []).append((at - origin) @ rotation)
+        return names, [np.array(points) for points in patches.values()], grounded
+
+    def _name(self, geom: int) -> str:
+        name: str = self._model.geom(geom).name
+        return name or self._model.body(int(self._model.geom_bodyid[geom])).name or f"geom {geom}"
