@@ -54,7 +54,7 @@ class P3AT(SkidSteer):
     """Chosen."""
     friction: float = 0.7
     """Indoor floors."""
-    tyre_deflection: float = 0.00104
+    tyre_deflection: float = 0.00114
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,7 @@ class Husky(SkidSteer):
     """Chosen."""
     friction: float = 0.7
     """As the P3-AT's."""
-    tyre_deflection: float = 0.00104
+    tyre_deflection: float = 0.00118
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ class Jackal(SkidSteer):
     """Chosen."""
     friction: float = 0.7
     """As the P3-AT's."""
-    tyre_deflection: float = 0.00104
+    tyre_deflection: float = 0.00126
 
 
 HUSKY: Final = Husky()

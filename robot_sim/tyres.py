@@ -21,6 +21,7 @@ import numpy as np
 
 from robot_sim.arrays import FloatArray
 from robot_sim.body import SIDES, WHEELS
+from robot_sim.errors import WorldError
 from robot_sim.skid_steer import SkidSteer
 from robot_sim.slip import contact_positions, contact_slip
 from robot_sim.surfaces import Patch, patches_under
@@ -72,6 +73,9 @@ class Tyres:
             robot: The one in the model.
             patches: Other surfaces on the ground; a later one lies on an earlier one.
             compliant: Whether the tyres bend sideways; without it they are Coulomb's.
+
+        Raises:
+            WorldError: a wheel has no contact pair.
         """
         self._model = model
         self._patches = tuple(patches)
@@ -81,15 +85,15 @@ class Tyres:
         self._wheels = np.array([int(model.joint(w).dofadr[0]) for w in WHEELS])
         self._radii = np.array([robot.true_rolling_radius(s) for s in SIDES])
         self._x, self._y = contact_positions(robot)
-        pairs = [_pairs_of(model, w) for w in WHEELS]
-        self._pairs = np.array(pairs, dtype=np.intp)
+        found = [_pairs_of(model, w) for w in WHEELS]
+        self._pairs = np.array([pairs for pairs, _ in found])
         self._friction: FloatArray = model.pair_friction[self._pairs][..., :2].copy()
-        ground = model.geom_type[model.pair_geom2[self._pairs]]
-        self._oriented = ground == mujoco.mjtGeom.mjGEOM_PLANE
+        grounds = np.array([g for _, g in found])
+        self._oriented = model.geom_type[grounds] == mujoco.mjtGeom.mjGEOM_PLANE
         self._stiction = robot.imperfections.stiction
         load = model.body_subtreemass[model.body("base_link").id] * GRAVITY / len(WHEELS)
         self._resisted = load * self._radii
-        self._rolling = np.array([_rolling_resistance(model, p) for p in pairs])
+        self._rolling = np.array([_rolling_resistance(model, g) for _, g in found])
 
     def grip(self, data: mujoco.MjData) -> None:
         """Set the friction of every wheel for the coming tick."""
@@ -139,17 +143,24 @@ def _planar(quaternion: FloatArray, velocity: FloatArray) -> tuple[float, float,
     return forward, left, turn
 
 
-def _pairs_of(model: mujoco.MjModel, wheel: str) -> list[int]:
-    """Return the contact pairs of a wheel, in the order of the surfaces."""
+def _pairs_of(model: mujoco.MjModel, wheel: str) -> tuple[list[int], list[int]]:
+    """Return the contact pairs of a wheel and the geom that it meets in each."""
     tyre = model.geom(f"{wheel}_tyre").id
-    return [int(p) for p in np.flatnonzero(model.pair_geom1 == tyre)]
+    both = np.stack([model.pair_geom1, model.pair_geom2], axis=1)
+    # MuJoCo sorts the geoms of a pair as it likes.
+    pairs = np.flatnonzero((both == tyre).any(axis=1))
+    if not len(pairs):
+        raise WorldError(
+            f"no surface is drivable for {wheel}: the model has no contact pair for it"
+        )
+    return pairs.tolist(), np.where(both[pairs, 0] == tyre, both[pairs, 1], both[pairs, 0]).tolist()
 
 
-def _rolling_resistance(model: mujoco.MjModel, pairs: Sequence[int]) -> float:
+def _rolling_resistance(model: mujoco.MjModel, grounds: Sequence[int]) -> float:
     """Return the largest rolling resistance that a wheel's surfaces declare, 0 if none does.
 
     It is the third value of a drivable geom's ``user`` attribute.
     """
     if model.nuser_geom < 3:
         return 0.0
-    return float(max((model.geom_user[model.pair_geom2[p], 2] for p in pairs), default=0.0))
+    return float(max(model.geom_user[g, 2] for g in grounds))
