@@ -1,5 +1,11 @@
 """A Pioneer 3-AT with two planar scanners, encoders and an inertial unit, somewhere in MuJoCo."""
 
+from robot_sim.casting import (
+    Hits as Hits,
+    MujocoRayCaster as MujocoRayCaster,
+    RayCaster as RayCaster,
+    caster_for as caster_for,
+)
 from robot_sim.drive import DriveConfig as DriveConfig, WheelSlip as WheelSlip
 from robot_sim.errors import (
     PhysicsError as PhysicsError,
@@ -9,11 +15,7 @@ from robot_sim.errors import (
 )
 from robot_sim.imperfections import Imperfections as Imperfections
 from robot_sim.inertial import InertialConfig as InertialConfig
-from robot_sim.lidar import (
-    MujocoRayCaster as MujocoRayCaster,
-    RayCaster as RayCaster,
-    ScannerConfig as ScannerConfig,
-)
+from robot_sim.lidar import ScannerConfig as ScannerConfig
 from robot_sim.p3at import IMU_MOUNT as IMU_MOUNT, MOUNTS as MOUNTS, P3AT as P3AT
 from robot_sim.platforms import HUSKY as HUSKY, JACKAL as JACKAL, PLATFORMS as PLATFORMS
 from robot_sim.simulation import (

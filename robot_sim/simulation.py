@@ -10,12 +10,13 @@ import numpy as np
 
 from localization.types import Pose, Reading, Scan, Twist, WheelSpeeds
 from robot_sim.body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
+from robot_sim.casting import caster_for
 from robot_sim.condition import Condition, ConditionMonitor
 from robot_sim.drive import Drive, DriveConfig
 from robot_sim.encoders import Encoders
 from robot_sim.firmware import Firmware, Override
 from robot_sim.inertial import InertialConfig, InertialUnit
-from robot_sim.lidar import MujocoRayCaster, Scanner, ScannerConfig
+from robot_sim.lidar import Scanner, ScannerConfig
 from robot_sim.movers import Puppeteer
 from robot_sim.physics import Motion, Physics
 from robot_sim.sip import StandardPacket
@@ -97,7 +98,7 @@ class Simulation:
         )
         self._condition = self._monitor.begin(self._data)
         self._inertial = InertialUnit(self.config.inertial, seeds[1])
-        caster = MujocoRayCaster(self._model, self._data)
+        caster = caster_for(self.world, self._data)
         by_name = dict(zip(mounts, seeds[2:], strict=True))
         self._scanners = [
             Scanner(s, mounts[s.name], caster, by_name[s.name]) for s in self.config.scanners

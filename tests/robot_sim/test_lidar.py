@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
-import mujoco
 import numpy as np
 import pytest
 
 from localization.geometry import interpolate_many, rotation_from_quaternion
 from localization.types import Pose, Scan, Twist
-from robot_sim.lidar import MujocoRayCaster, ScannerConfig, Track
+from robot_sim.lidar import ScannerConfig, Track
 from robot_sim.p3at import MOUNTS
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.worlds import World
@@ -32,38 +31,6 @@ def room_ranges(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
 
 def scans_of(simulation: Simulation, ticks: int) -> list[Scan]:
     return [r for _ in range(ticks) for r in simulation.step() if isinstance(r, Scan)]
-
-
-def test_ray_caster_agrees_with_geometry_in_any_direction(room: World) -> None:
-    data = mujoco.MjData(room.model)
-    mujoco.mj_forward(room.model, data)
-    rng = np.random.default_rng(1)
-    origins = rng.uniform((1.0, 1.0, 0.5), (9.0, 7.0, 2.0), (500, 3))
-    directions = rng.standard_normal((500, 3))
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    ranges = MujocoRayCaster(room.model, data).cast(origins, directions, 30.0)
-    np.testing.assert_allclose(ranges, room_ranges(origins, directions), atol=1e-9)
-
-
-def test_hiding_geoms_changes_no_range_in_the_office(office: World) -> None:
-    data = mujoco.MjData(office.model)
-    mujoco.mj_forward(office.model, data)
-    caster = MujocoRayCaster(office.model, data)
-    groups = np.array([1, 1, 1, 0, 1, 1], dtype=np.uint8)
-    geom = np.zeros(1, dtype=np.int32)
-    angles = np.linspace(-2.3, 2.3, 300)
-    fan = np.stack([np.cos(angles), np.sin(angles), np.zeros(300)], axis=1)
-    for x, y, _ in (p.position for p in office.places.values()):
-        for mount in MOUNTS.values():
-            tilted = Pose.from_euler((x, y, 0.0), roll=0.01, pitch=-0.01, yaw=x) @ mount
-            origins = tilted.position + np.linspace(0.0, 0.05, 300)[:, None] * [1.0, 0.3, 0.0]
-            directions = fan @ tilted.rotation.T
-            plain = np.array([
-                mujoco.mj_ray(office.model, data, o, d, groups, True, -1, geom)
-                for o, d in zip(origins, directions, strict=True)
-            ])  # fmt: skip
-            plain[(plain < 0.0) | (plain > 20.0)] = np.inf
-            np.testing.assert_array_equal(caster.cast(origins, directions, 20.0), plain)
 
 
 @pytest.mark.parametrize(("forward", "turn"), [(0.0, 0.0), (0.7, 0.0), (0.0, 2.0), (0.3, -1.0)])
@@ -138,14 +105,6 @@ def test_what_is_too_near_is_invalid(room: World) -> None:
     (scan,) = scans_of(Simulation(room, config=SimulationConfig(scanners=(scanner,))), 5)
     assert np.isnan(scan.ranges[np.abs(scan.angles + math.pi / 2) < 0.1]).all()
     assert np.isfinite(scan.ranges[np.abs(scan.angles) < 0.1]).all()
-
-
-def test_robot_does_not_see_itself(field: World) -> None:
-    data = mujoco.MjData(field.model)
-    mujoco.mj_forward(field.model, data)
-    caster = MujocoRayCaster(field.model, data)
-    ranges = caster.cast(np.array([[0.0, 0.0, 2.0]]), np.array([[0.0, 0.0, -1.0]]), 20.0)
-    np.testing.assert_allclose(ranges, [2.0])
 
 
 def test_scanner_without_a_mount_is_refused() -> None:

@@ -1,0 +1,235 @@
+"""Casting with Embree: it finds the triangle in single precision, we the point in double."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from localization.types import IntArray
+from robot_sim.arrays import FloatArray
+from robot_sim.casting.caster import NO_GEOM, GeomArray, Hits, static_geoms, visible_geoms
+from robot_sim.casting.moving import Moved, MovingGeoms
+from robot_sim.casting.shapes import ROUND, cast_at_shapes, to_frames
+from robot_sim.casting.triangles import triangles_of
+
+_STEP: Final = 2e-5
+"""How far behind a hit a ray begins anew [m]: more than single precision takes away at 100 m."""
+_BULGE: Final = 5e-5
+"""A round surface this near behind its triangle hides nothing in between that would matter [m]."""
+_RETRIES: Final = 64
+"""A ray that grazes so many round things in a row is taken to have met nothing more."""
+
+_FLAT, _ROUND, _ONE_SIDED = np.uint8(0), np.uint8(1), np.uint8(2)
+PrimArray = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Met:
+    """What rays met among the static geometry."""
+
+    distances: FloatArray
+    """(N,) [m], ``inf`` for nothing."""
+    prims: PrimArray
+    """(N,) triangle."""
+    slopes: FloatArray
+    """(N,) cosine of incidence, of either sign."""
+
+    @classmethod
+    def nothing(cls, rays: int) -> _Met:
+        """Return that ``rays`` rays met nothing."""
+        return cls(np.full(rays, np.inf), np.full(rays, -1, dtype=np.int32), np.zeros(rays))
+
+
+class StaticGeometry:
+    """What never moves, as one Embree scene; built once per world and shared by its simulations.
+
+    Of a flat face the distance follows from its plane, and of a round shape from the shape itself.
+    The triangles of round shapes stand just outside of them: a ray that meets the triangle but not
+    the shape, or might meet something else in between, is cast on from there.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        """Triangulate the static geoms of a model; those do not depend on its state."""
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        geoms = np.flatnonzero(visible_geoms(model) & static_geoms(model))
+        triangles = triangles_of(model, data, geoms)
+        self._centre = _centre(triangles.vertices)
+        # Rays that meet nothing index the last row: a plane at infinity of no geom.
+        nowhere = np.array([[0.0, 0.0, 0.0, np.inf]])
+        self._planes = np.concatenate([triangles.planes, nowhere])
+        self._geom_of = np.append(triangles.geoms, NO_GEOM).astype(np.int32)
+        kinds = model.geom_type[triangles.geoms]
+        shapes = np.full(len(self._geom_of), _FLAT)
+        shapes[:-1][np.isin(kinds, list(ROUND))] = _ROUND
+        shapes[:-1][kinds == mujoco.mjtGeom.mjGEOM_PLANE] = _ONE_SIDED
+        self._shapes = shapes
+        self._types = model.geom_type.copy()
+        self._sizes = model.geom_size.copy()
+        self._positions = data.geom_xpos.copy()
+        self._matrices = data.geom_xmat.reshape(-1, 3, 3).copy()
+        self._scene: Any = EmbreeScene(robust=True)
+        if len(triangles.faces):
+            vertices = (triangles.vertices - self._centre).astype(np.float32)
+            TriangleMesh(self._scene, vertices, triangles.faces.astype(np.int32))
+
+    def cast(self, origins: FloatArray, directions: FloatArray, max_range: float) -> _Met:
+        """Return what the rays (N, 3) meet within ``max_range`` [m]."""
+        if len(self._planes) == 1:
+            return _Met.nothing(len(origins))
+        found = self._scene.run(
+            (origins - self._centre).astype(np.float32),
+            directions.astype(np.float32),
+            output=True,
+        )
+        prims: PrimArray = found["primID"]
+        distances, slopes = self._on_planes(prims, origins, directions)
+        met = _Met(distances, prims, slopes)
+        shapes = self._shapes.take(prims)
+        if shapes.any():
+            unsure = (shapes == _ROUND) | ((shapes == _ONE_SIDED) & (slopes > 0.0))
+            rows = np.flatnonzero(unsure)
+            if len(rows):
+                hulls = found["tfar"][rows].astype(float)
+                self._look_closer(met, rows, hulls, origins[rows], directions[rows], max_range)
+        # Not ">": a ray in the very plane of a face has no distance, and meets nothing.
+        distances[~(distances <= max_range)] = np.inf
+        return met
+
+    def geoms(self, met: _Met) -> GeomArray:
+        """Return the geom (N,) of each ray that met something, -1 of the others."""
+        geoms = self._geom_of.take(met.prims)
+        geoms[np.isinf(met.distances)] = NO_GEOM
+        return geoms
+
+    def _on_planes(
+        self, prims: PrimArray, origins: FloatArray, directions: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return distances (N,) to the triangles' planes, and signed cosines (N,) of incidence."""
+        planes = self._planes.take(prims, axis=0)
+        normals = planes[:, :3]
+        slopes = np.einsum("nd,nd->n", normals, directions)
+        heights = planes[:, 3] - np.einsum("nd,nd->n", normals, origins)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # An origin on the very surface may come out behind it by a rounding error.
+            return np.abs(heights / slopes), slopes
+
+    def _look_closer(
+        self,
+        met: _Met,
+        rows: IntArray,
+        hulls: FloatArray,
+        origins: FloatArray,
+        directions: FloatArray,
+        max_range: float,
+    ) -> None:
+        """Find what the rays ``rows`` (K,) of ``met`` really meet, and write it there.
+
+        Args:
+            met: What all rays met so far.
+            rows: (K,) rays that met a round shape's triangle, or a plane from behind.
+            hulls: (K,) where they did [m].
+            origins: (K, 3) of those rays.
+            directions: (K, 3) of those rays.
+            max_range: [m].
+        """
+        prims = met.prims[rows]
+        distances, slopes = met.distances[rows], met.slopes[rows]
+        best = np.full(len(rows), np.inf)
+        best_prims, best_slopes = np.full(len(rows), -1, dtype=np.int32), np.zeros(len(rows))
+        open_ = np.arange(len(rows))
+        for _ in range(_RETRIES):
+            o, d = origins[open_], directions[open_]
+            at, cosines = self._on_shapes(prims, distances, slopes, o, d)
+            nearer = at < best[open_]
+            rows_nearer = open_[nearer]
+            best[rows_nearer] = at[nearer]
+            best_prims[rows_nearer], best_slopes[rows_nearer] = prims[nearer], cosines[nearer]
+            # What is found further on lies behind the hull.
+            unsure = (best[open_] > hulls + _BULGE) & (hulls <= max_range)
+            open_, hulls = open_[unsure], hulls[unsure] + _STEP
+            if not len(open_):
+                break
+            o, d = origins[open_], directions[open_]
+            begin = o + hulls[:, None] * d
+            found = self._scene.run(
+                (begin - self._centre).astype(np.float32), d.astype(np.float32), output=True
+            )
+            prims = found["primID"]
+            hulls += found["tfar"]
+            distances, slopes = self._on_planes(prims, o, d)
+        met.distances[rows], met.prims[rows], met.slopes[rows] = best, best_prims, best_slopes
+
+    def _on_shapes(
+        self,
+        prims: PrimArray,
+        distances: FloatArray,
+        slopes: FloatArray,
+        origins: FloatArray,
+        directions: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return distances (K,) to the surfaces that triangles stand for, and cosines (K,)."""
+        shapes = self._shapes[prims]
+        behind = (shapes == _ONE_SIDED) & (slopes > 0.0)
+        at, cosines = np.where(behind, np.inf, distances), np.abs(slopes)
+        curved = np.flatnonzero(shapes == _ROUND)
+        geoms = self._geom_of[prims[curved]]
+        o, d = to_frames(
+            self._positions[geoms], self._matrices[geoms], origins[curved], directions[curved]
+        )
+        at[curved], cosines[curved] = cast_at_shapes(self._types[geoms], self._sizes[geoms], o, d)
+        return at, cosines
+
+
+class EmbreeRayCaster:
+    """Static geometry from Embree, moving geometry in closed form at each ray's own time."""
+
+    def __init__(
+        self,
+        static: StaticGeometry,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        movers: Sequence[Moved] = (),
+    ) -> None:
+        """Cast at the static geometry of ``model``, and at what moves as ``data`` and movers say."""
+        self._static = static
+        self._moving = MovingGeoms(model, data, movers)
+
+    def distances(
+        self, origins: FloatArray, directions: FloatArray, times: IntArray, max_range: float
+    ) -> FloatArray:
+        """See ``RayCaster.distances``."""
+        distances = self._static.cast(origins, directions, max_range).distances
+        if len(self._moving):
+            limits = np.minimum(distances, max_range)
+            rays, at, _, _ = self._moving.cast(origins, directions, times, limits)
+            distances[rays] = at
+        return distances
+
+    def hits(
+        self, origins: FloatArray, directions: FloatArray, times: IntArray, max_range: float
+    ) -> Hits:
+        """See ``RayCaster.hits``."""
+        met = self._static.cast(origins, directions, max_range)
+        distances, geoms = met.distances, self._static.geoms(met)
+        cosines = np.abs(met.slopes)
+        cosines[geoms == NO_GEOM] = 0.0
+        if len(self._moving):
+            limits = np.minimum(distances, max_range)
+            rays, at, owners, slopes = self._moving.cast(origins, directions, times, limits)
+            distances[rays], geoms[rays], cosines[rays] = at, owners, slopes
+        return Hits(distances, geoms, cosines)
+
+
+def _centre(vertices: FloatArray) -> FloatArray:
+    """Return the middle of the box around vertices (V, 3): coordinates near zero keep more digits."""
+    if not len(vertices):
+        return np.zeros(3)
+    return np.asarray(0.5 * (vertices.min(axis=0) + vertices.max(axis=0)))
