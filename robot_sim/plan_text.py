@@ -32,7 +32,7 @@ def plan_to_toml(
         plan: of walls and furniture; its yaws must be multiples of a millionth of a degree.
         heading: comment lines at the top.
         notes: comment above the furniture of that name.
-        tables: whether each piece of furniture is a table of its own; else one line for each.
+        tables: whether each wall and piece of furniture is a table of its own; else it is a line.
 
     Raises:
         WorldError: the plan has parts that this writer does not know.
@@ -65,20 +65,19 @@ def _lines(
         for i, piece in enumerate(plan.furniture):
             yield f"  {{ {', '.join(_piece(piece, i))} }},"
         yield "]"
+        yield ""
+        yield "wall = ["
+        for i, wall in enumerate(plan.walls):
+            yield f"  {{ {', '.join(_wall(wall, i, plan.height))} }},"
+        yield "]"
     others = list(plan.spawns.items())[1:]
     for title, placements in (("spawns", others), ("places", list(plan.places.items()))):
         if placements:
             yield ""
             yield f"[{title}]"
             yield from (f"{_key(k)} = {_placement(v)}" for k, v in placements)
-    if plan.walls:
-        yield ""
-        yield "# ---- walls"
-    for i, wall in enumerate(plan.walls):
-        yield ""
-        yield "[[wall]]"
-        yield from _wall(wall, i, plan.height)
     if tables:
+        yield from _wall_tables(plan)
         for i, piece in enumerate(plan.furniture):
             if piece.name in notes:
                 yield ""
@@ -86,6 +85,16 @@ def _lines(
             yield ""
             yield "[[furniture]]"
             yield from _piece(piece, i)
+
+
+def _wall_tables(plan: Plan) -> Iterator[str]:
+    if plan.walls:
+        yield ""
+        yield "# ---- walls"
+    for i, wall in enumerate(plan.walls):
+        yield ""
+        yield "[[wall]]"
+        yield from _wall(wall, i, plan.height)
 
 
 def _route(name: str, line: Sequence[Waypoint]) -> Iterator[str]:
@@ -110,13 +119,13 @@ def _wall(wall: Wall, index: int, height: float) -> Iterator[str]:
     if wall.material != "wall":
         yield f"material = {_text(wall.material)}"
     if wall.doors:
-        yield "doors = ["
-        yield from (f"  {{ {', '.join(_door(d))} }}," for d in wall.doors)
-        yield "]"
+        yield _rows("doors", [", ".join(_door(d)) for d in wall.doors])
     if wall.windows:
-        yield "windows = ["
-        yield from (f"  {{ {', '.join(_window(w))} }}," for w in wall.windows)
-        yield "]"
+        yield _rows("windows", [", ".join(_window(w)) for w in wall.windows])
+
+
+def _rows(name: str, rows: Sequence[str]) -> str:
+    return "\n".join([f"{name} = [", *(f"  {{ {row} }}," for row in rows), "]"])
 
 
 def _door(door: Door) -> Iterator[str]:

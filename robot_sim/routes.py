@@ -22,6 +22,8 @@ from robot_sim.plan import Waypoint
 
 COMFORT: Final = 0.9
 """Clearance of the robot's centre beyond which more is worth nothing [m]."""
+TOUR_LIMIT: Final = 300.0
+"""Longest tour [m]: what can be driven in the ten minutes that a mission takes at most."""
 _NARROWNESS: Final = 4.0
 """How many times longer a way counts where it is as narrow as allowed."""
 _BEND: Final = 0.1
@@ -171,6 +173,21 @@ class Ways:
         for a, b in pairwise(trip):
             line.extend(self._straightened(self._between(a, b))[1:])
         return tuple((round(float(x), 3), round(float(y), 3)) for x, y in line)
+
+    def bounded_trip(self, stops: Sequence[Waypoint], limit: float) -> tuple[Waypoint, ...]:
+        """Return a round trip past the nearest stops, as many as its length's limit [m] allows."""
+        near_first = sorted(stops, key=self.cost)
+        trip = self.round_trip(near_first)
+        few, many = min(1, len(stops)), len(stops)
+        if length(trip) <= limit:
+            return trip
+        while many - few > 1:
+            middle = (few + many) // 2
+            if length(self.round_trip(near_first[:middle])) <= limit:
+                few = middle
+            else:
+                many = middle
+        return self.round_trip(near_first[:few])
 
     def _penalty(self, clearance: FloatArray) -> FloatArray:
         """Return how much longer a metre counts, for its clearance [m]."""

@@ -17,14 +17,12 @@ from robot_sim.generate.furnishing import Doorway, Furnisher, hub_and_ways, numb
 from robot_sim.generate.rooms import CORRIDOR, HOME, OFFICE, Use, choose_use
 from robot_sim.p3at import P3AT
 from robot_sim.plan import Piece, Placement, Plan, Waypoint
-from robot_sim.routes import FreeSpace, Ways, length
+from robot_sim.routes import TOUR_LIMIT, FreeSpace, Ways
 
 AREAS: Final = (60.0, 10_000.0)
 """Areas that a building can have [m^2]."""
 MARGIN: Final = 0.08
 """Between the circle the robot turns in and everything else, all along the routes [m]."""
-TOUR_LIMIT: Final = 300.0
-"""Longest tour [m]: what can be driven in the ten minutes that a mission takes at most."""
 _HOMELY: Final = 250.0
 """Buildings up to this area may be houses [m^2]."""
 _ATTEMPTS: Final = 50
@@ -124,7 +122,9 @@ def _attempt(rng: np.random.Generator, seed: int, area: float, name: str) -> Bui
         walls=built,
         furniture=furniture,
         places=places,
-        tour=_tour(reach, [s for d, s in zip(drafts, spots, strict=True) if not d.corridor]),
+        tour=reach.bounded_trip(
+            [s for d, s in zip(drafts, spots, strict=True) if not d.corridor], TOUR_LIMIT
+        ),
         survey=reach.round_trip([*spots, *more]),
     )
     rooms = tuple(
@@ -132,22 +132,6 @@ def _attempt(rng: np.random.Generator, seed: int, area: float, name: str) -> Bui
         for d, own in zip(drafts, named, strict=True)
     )
     return Building(seed, "house" if homely else "office", plan, rooms)
-
-
-def _tour(reach: Ways, stops: Sequence[Waypoint]) -> tuple[Waypoint, ...]:
-    """Return a round trip to the nearest stops, as many as ``TOUR_LIMIT`` allows."""
-    near_first = sorted(stops, key=reach.cost)
-    tour = reach.round_trip(near_first)
-    if length(tour) <= TOUR_LIMIT:
-        return tour
-    few, many = 1, len(near_first)
-    while many - few > 1:
-        middle = (few + many) // 2
-        if length(reach.round_trip(near_first[:middle])) <= TOUR_LIMIT:
-            few = middle
-        else:
-            many = middle
-    return reach.round_trip(near_first[:few])
 
 
 @dataclass(frozen=True, slots=True)
