@@ -97,7 +97,7 @@ class Sensitivity:
     range_at_10_percent: float = 18.0
     """How far a surface of 10 % remission, met square on, is measured reliably [m]; of the data sheet,
     here the LMS111's."""
-    softness: float = 0.15
+    softness: float = 0.10
     """Width of the step from seen to lost, in natural logarithms of power; chosen (speckle)."""
     reliability: float = 0.95
     """Share of beams measured at that range; chosen for the data sheets' "reliably"."""
@@ -223,8 +223,8 @@ def received_power(remissions: FloatArray, distances: FloatArray) -> FloatArray:
 def footprint_depth(beam: Beam, distances: FloatArray, cosines: FloatArray) -> FloatArray:
     """Return over how much range the spot is spread on a plane surface [m]: spot x tan(incidence)."""
     c = np.clip(cosines, 1e-3, 1.0)
-    depth = beam.spot(distances) * np.sqrt(1.0 - c * c) / c
-    return np.where(np.isfinite(distances), depth, 0.0)
+    spots = beam.spot(np.where(np.isfinite(distances), distances, 0.0))
+    return np.where(np.isfinite(distances), spots * np.sqrt(1.0 - c * c) / c, 0.0)
 
 
 def dilution(beam: Beam, depths: FloatArray) -> FloatArray:
@@ -312,13 +312,15 @@ def detection_chances(power: FloatArray, sensitivity: Sensitivity, sun: float) -
         sensitivity: The receiver.
         sun: By how much daylight raises the power needed, as a share.
     """
-    ratio = np.maximum(power, 1e-300) / (sensitivity.threshold * (1.0 + sun))
-    return np.asarray(1.0 / (1.0 + ratio ** (-1.0 / sensitivity.softness)))
+    ratio = np.maximum(power, 1e-12) / (sensitivity.threshold * (1.0 + sun))
+    return np.asarray(
+        1.0 / (1.0 + np.exp(np.minimum(-np.log(ratio) / sensitivity.softness, 500.0)))
+    )
 
 
 def sunlit_sigma(sigma: FloatArray, power: FloatArray, threshold: float, sun: float) -> FloatArray:
     """Return ``sigma`` (N,) [m] as daylight swells it: the more, the weaker the echo."""
-    weakness = np.minimum(threshold / np.maximum(power, 1e-300), 1.0)
+    weakness = np.minimum(threshold / np.maximum(power, 1e-12), 1.0)
     return np.asarray(sigma * (1.0 + sun * weakness))
 
 

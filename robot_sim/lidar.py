@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from localization.types import Pose, Scan
 from robot_sim.arrays import FloatArray
 from robot_sim.casting import RayCaster
+from robot_sim.errors import SensorError
+from robot_sim.optics import Optics
+from robot_sim.receiver import Receiver
 from robot_sim.scanner_config import ScannerConfig as ScannerConfig
 from robot_sim.track import Track as Track
 
@@ -15,22 +20,43 @@ class Scanner:
     """One scanner: knows when its next sweep ends, and casts it then."""
 
     def __init__(
-        self, config: ScannerConfig, mount: Pose, caster: RayCaster, seed: np.random.SeedSequence
+        self,
+        config: ScannerConfig,
+        mount: Pose,
+        caster: RayCaster,
+        seed: np.random.SeedSequence,
+        optics: Optics | None = None,
     ) -> None:
+        """Mount a scanner.
+
+        Args:
+            config: What it is.
+            mount: ``base_from_scanner``.
+            caster: Of the world.
+            seed: Of its noise and effects.
+            optics: Of the world's geoms; needed by effects that depend on what a beam hits.
+
+        Raises:
+            SensorError: Such an effect is on, and there are no optics.
+        """
+        if config.effects.optical and optics is None:
+            raise SensorError(
+                f"effects of scanner {config.name!r} need the world's optics_of(model)"
+            )
         self._config = config
         self._mount = mount
         self._caster = caster
-        self._rng = np.random.default_rng(seed)
+        self._optics = None
+        if config.effects.optical and optics is not None:
+            self._optics = optics.opaque() if config.effects.panes is None else optics
+        self._receiver = Receiver(config.effects, config.beam, config.noise, seed)
         patterns = [
             config.scan(0, np.zeros(config.beams_of(part)), part=part)
             for part in range(config.interlace)
         ]
         self._offsets = [pattern.offsets for pattern in patterns]
-        self._rays_in_base = [
-            np.stack([np.cos(p.angles), np.sin(p.angles), np.zeros(len(p.angles))], axis=1)
-            @ mount.rotation.T
-            for p in patterns
-        ]
+        self._axes_in_base = [mount.rotation @ _axes(pattern.angles) for pattern in patterns]
+        self._rays_in_base = [axes[:, :, 0].copy() for axes in self._axes_in_base]
         self._picture = config.phase_ns
         self._part = 0
 
@@ -50,16 +76,29 @@ class Scanner:
         times = start + self._offsets[part]
         positions, rotations = track.at(times)
         origins = positions + rotations @ self._mount.position
-        directions = np.einsum("nij,nj->ni", rotations, self._rays_in_base[part])
-        ranges = self._caster.distances(origins, directions, times, config.range_max)
-        scan = config.scan(start, self._measured(ranges), part=part)
+        if self._optics is None:
+            directions = np.einsum("nij,nj->ni", rotations, self._rays_in_base[part])
+            distances = self._caster.distances(origins, directions, times, config.range_max)
+            ranges, remissions = self._receiver.measured(distances), _NO_REMISSIONS
+        else:
+            axes = rotations @ self._axes_in_base[part]
+            limits = (config.range_min, config.range_max)
+            ranges, remissions = self._receiver.sensed(
+                self._caster, self._optics, origins, axes, times, limits
+            )
+        ranges[ranges < config.range_min] = np.nan
+        ranges[ranges > config.range_max] = np.inf
+        scan = config.scan(start, ranges, part=part, intensities=remissions)
         self._part = (part + 1) % config.interlace
         self._picture += config.period_ns if self._part == 0 else 0
         return scan
 
-    def _measured(self, ranges: FloatArray) -> FloatArray:
-        c = self._config
-        noisy = ranges + c.noise.at(ranges) * self._rng.standard_normal(len(ranges))
-        noisy[noisy < c.range_min] = np.nan
-        noisy[noisy > c.range_max] = np.inf
-        return noisy
+
+_NO_REMISSIONS: Final = np.zeros(0)
+
+
+def _axes(angles: FloatArray) -> FloatArray:
+    """Return for each beam (N, 3, 3), in columns: its direction, left of it, and up."""
+    c, s, zero, one = np.cos(angles), np.sin(angles), np.zeros_like(angles), np.ones_like(angles)
+    rows = [[c, -s, zero], [s, c, zero], [zero, zero, one]]
+    return np.moveaxis(np.array(rows), 2, 0)

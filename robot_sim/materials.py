@@ -73,17 +73,17 @@ _CATALOGUE: Final = (
     Material("plastic", 0.50, f"grey PVC; {_VENDOR}"),
     Material(
         "glass",
-        0.02,
+        0.001,
         "6 mm float: two Fresnel faces of index 1.52 (8 % mirrored) and some 10 % absorbed by iron;"
-        " 2 % diffuse for dust is chosen",
+        " 0.1 % diffuse, for clean glass, is chosen",
         transmittance=0.82,
         specular=0.08,
         refractive_index=1.52,
     ),
     Material(
         "mirror",
-        0.02,
-        "silvered glass: silver mirrors 97 % at 905 nm, its glass costs some; 2 % diffuse is chosen",
+        0.001,
+        "silvered glass: silver mirrors 97 % at 905 nm, its glass costs some; 0.1 % diffuse is chosen",
         specular=0.85,
     ),
     Material("skin", 0.55, f"near-infrared window of skin; {_SPECTRA}"),

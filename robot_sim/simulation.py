@@ -18,6 +18,7 @@ from robot_sim.firmware import Firmware, Override
 from robot_sim.inertial import InertialConfig, InertialUnit
 from robot_sim.lidar import Scanner, ScannerConfig
 from robot_sim.movers import Puppeteer
+from robot_sim.optics import optics_of
 from robot_sim.physics import Motion, Physics
 from robot_sim.sip import StandardPacket
 from robot_sim.slip import Slip, slip_of
@@ -100,8 +101,11 @@ class Simulation:
         self._inertial = InertialUnit(self.config.inertial, seeds[1])
         caster = caster_for(self.world, self._data)
         by_name = dict(zip(mounts, seeds[2:], strict=True))
+        optical = any(s.effects.optical for s in self.config.scanners)
+        optics = optics_of(self._model, self._data) if optical else None
         self._scanners = [
-            Scanner(s, mounts[s.name], caster, by_name[s.name]) for s in self.config.scanners
+            Scanner(s, mounts[s.name], caster, by_name[s.name], optics)
+            for s in self.config.scanners
         ]
         self._trail = Trail(0, self._data.qpos[self._base])
 
