@@ -69,6 +69,8 @@ class Physics:
         self.model = copy.copy(model)
         self.data = mujoco.MjData(self.model)
         place_robot(self.model, self.data, start)
+        # A view of the counters; to iterate over the warnings themselves takes half a tick's time.
+        self._warnings = self.data.warning.number
         self._ticks = 0
         self._steps_per_tick = steps_per_tick
         self._rollout = Rollout(nthread=0)
@@ -146,14 +148,15 @@ class Physics:
 
         After a warning a rollout repeats the state it has; that must never pass for a motion.
         """
-        warned = [k for k, w in enumerate(self.data.warning) if w.number > 0]
+        warned = self._warnings.any()
         velocities = self._states[0, :, self._velocity_columns]
         # Written so that NaN fails as well.
         tame = np.abs(velocities) < _RUNAWAY
         if not warned and tame.all() and np.isfinite(self._states[0, -1]).all():
             return
         if warned:
-            reason = self._warning(warned[0], int(self.data.warning[warned[0]].lastinfo))
+            kind = int(np.flatnonzero(self._warnings)[0])
+            reason = self._warning(kind, int(self.data.warning[kind].lastinfo))
         elif not tame.all():
             step, dof = (int(i) for i in np.argwhere(~tame)[0])
             value = velocities[step, dof]
