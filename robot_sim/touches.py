@@ -114,7 +114,9 @@ class TouchFinder:
             if part in self._tyres:
                 continue
             flat = abs(float(rotation[:, 2] @ axes[:3])) < _UPRIGHT
-            if model.geom_contype[other] == FLOOR_BIT and not (part == self._nose and flat):
+            # A kerb's face is met by the nose; all other ground is sat upon.
+            face = part == self._nose and flat and abs(float(axes[2])) < _UPRIGHT
+            if model.geom_contype[other] == FLOOR_BIT and not face:
                 grounded = True
                 continue
             names.add(self._name(other))
