@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.resources import files
 
-from teleop.rosbridge.types import Registry
+from teleop.rosbridge.registry import Registry
 
 
 def registry() -> Registry:

@@ -21,7 +21,8 @@ from teleop.rosbridge.codec import Codec, read_cbor, write_json
 from teleop.rosbridge.errors import ClientError, FrameError, RosbridgeError, ServiceCallError
 from teleop.rosbridge.frames import operations
 from teleop.rosbridge.messages import complete
-from teleop.rosbridge.types import Message, Registry
+from teleop.rosbridge.registry import Registry
+from teleop.rosbridge.types import Message
 
 _LOG: Final = logging.getLogger(__name__)
 _WIRE: Final = logging.getLogger(f"{__name__}.wire")

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from teleop.rosbridge.errors import FrameError, MessageError
 from teleop.rosbridge.messages import BLOBS, DTYPES, default_value
+from teleop.rosbridge.registry import Registry
 from teleop.rosbridge.types import (
     DURATION,
     TIME,
     Field,
     Message,
     MessageType,
-    Registry,
     short_name,
 )
 

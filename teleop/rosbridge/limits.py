@@ -24,11 +24,23 @@ class Limits:
     frame: int = 1_000_000
     """Largest frame [bytes]; a larger one closes the connection with 1009."""
 
+    assembly: int = 4_000_000
+    """Bytes of fragments that wait for the rest of their messages."""
+
     subscriptions: int = 64
     """Topics a client may subscribe to, and ids it may do so with on each."""
 
     advertisements: int = 64
     """Topics a client may advertise, and ids it may do so with on each."""
+
+    services: int = 64
+    """Services, and as many actions, that a client may provide."""
+
+    calls: int = 256
+    """Calls and goals of a client that may wait for their answers."""
+
+    call_timeout: float = 5.0
+    """Time a client has to answer a call of a service it provides, unless the caller says [s]."""
 
     clients: int = 32
     """Connections at one time; further ones are refused with 503."""

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from teleop.rosbridge.errors import MessageError
+from teleop.rosbridge.registry import Registry
 from teleop.rosbridge.types import (
     DURATION,
     HEADER,
@@ -22,7 +23,6 @@ from teleop.rosbridge.types import (
     Field,
     Message,
     MessageType,
-    Registry,
     short_name,
 )
 

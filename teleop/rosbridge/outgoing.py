@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
+
+from teleop.rosbridge.fragments import cut
 
 
 class Kind(Enum):
@@ -34,10 +36,23 @@ class Outgoing:
     lossless: bool = False
     """Whether it keeps its place among all other frames of the client, and is never dropped."""
 
+    fragment: int = 0
+    """Largest piece its client wants [bytes]; 0 for the whole in one."""
+
+    fragment_id: str = ""
+    """Set if it is larger than that: the id of its fragments."""
+
     @property
     def text(self) -> str:
         """The JSON in a text frame."""
         return self.payload.decode("ascii")
+
+    @property
+    def frames(self) -> Iterable[bytes]:
+        """What is sent: the payload, or its fragments, cut as they are asked for."""
+        if self.fragment_id:
+            return cut(self.payload, self.fragment, self.fragment_id)
+        return (self.payload,)
 
 
 @dataclass(frozen=True, slots=True)

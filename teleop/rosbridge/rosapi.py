@@ -7,10 +7,11 @@ from typing import Final
 
 from teleop.rosbridge.errors import ServiceError, TypeNameError
 from teleop.rosbridge.messages import default_value, stamp
+from teleop.rosbridge.names import canonical
 from teleop.rosbridge.protocol import Protocol
+from teleop.rosbridge.registry import Registry
 from teleop.rosbridge.services import Handler
-from teleop.rosbridge.topics import canonical
-from teleop.rosbridge.types import Field, Message, MessageType, Registry, short_name
+from teleop.rosbridge.types import Field, Message, MessageType, short_name
 
 _TYPES: Final = {
     "rosapi_msgs/TypeDef": (

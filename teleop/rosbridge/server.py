@@ -255,9 +255,8 @@ class Server:
     async def _attend(self, socket: ServerConnection) -> None:
         _tune(socket)
         connection = _Connection(socket, self._bounds)
-        client = self.protocol.connect(self.now)
-        name = f"client {client} ({_address(socket)})"
-        self.protocol.rename(client, name)
+        client = self.protocol.connect(self.now, _address(socket))
+        name = self.protocol.clients[client]
         self._connections[client] = connection
         for callback in self._came:
             callback(client, name)
@@ -290,7 +289,8 @@ class Server:
             while (frame := outbox.pop()) is not None:
                 try:
                     async with asyncio.timeout(self._pulse.write_timeout):
-                        await socket.send(frame.payload, text=not frame.binary)
+                        for piece in frame.frames:
+                            await socket.send(piece, text=not frame.binary)
                 except TimeoutError:
                     _LOG.info("%s takes nothing off its socket: cut off", _address(socket))
                     socket.transport.abort()

@@ -7,47 +7,65 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal, TypeAlias
 
-from teleop.rosbridge.codec import Codec, write_cbor
+from teleop.rosbridge.codec import write_cbor
+from teleop.rosbridge.encoders import Encoders
 from teleop.rosbridge.outgoing import Kind, Outgoing
+from teleop.rosbridge.png import packed
+from teleop.rosbridge.raw import Flavour
 from teleop.rosbridge.types import Message, MessageType
 
-Encoding: TypeAlias = Literal["none", "cbor"]
-"""How a subscriber gets its messages: JSON, or CBOR."""
+Encoding: TypeAlias = Literal["none", "png", "cbor", "cbor-raw"]
+"""How a subscriber gets its messages: JSON, JSON in a picture, CBOR, or ROS's own bytes in CBOR."""
+
+ENCODINGS: Final[tuple[Encoding, ...]] = ("none", "png", "cbor", "cbor-raw")
+"""By rank: of several that a client asks for, the last counts."""
 
 Listener: TypeAlias = Callable[[int, Message, int], None]
 """Takes a client's id, its message and the time it came [ns]."""
 
-HOST: Final = -1
-"""Who publishes when it is not a client: the program that runs the server."""
+Tap: TypeAlias = Callable[[Message, int], None]
+"""Takes a message, whoever published it, and the time [ns]."""
 
 _MILLISECOND: Final = 1_000_000
+_SECOND: Final = 1_000_000_000
 
 
 class Publication:
     """A published message, encoded when the first subscriber needs it and once for all of them."""
 
-    def __init__(self, kind: MessageType, message: Message, codec: Codec) -> None:
+    def __init__(self, kind: MessageType, message: Message, encoders: Encoders, now: int) -> None:
+        self.message = message
         self._kind = kind
-        self._message = message
-        self._codec = codec
+        self._encoders = encoders
+        self._now = now
         self._json: str | None = None
         self._cbor: Message | None = None
-        self._frames: dict[tuple[str, Encoding], bytes] = {}
+        self._raw: dict[Flavour, bytes] = {}
+        self._frames: dict[tuple[str, Encoding, Flavour], bytes] = {}
 
-    def frame(self, topic: str, encoding: Encoding) -> bytes:
+    def frame(self, topic: str, encoding: Encoding, flavour: Flavour) -> bytes:
         """Return the frame's payload, under the topic's name as its subscriber writes it."""
-        key = topic, encoding
+        key = topic, encoding, flavour
         if key not in self._frames:
-            self._frames[key] = self._encode(topic, encoding)
+            self._frames[key] = self._encode(topic, encoding, flavour)
         return self._frames[key]
 
-    def _encode(self, topic: str, encoding: Encoding) -> bytes:
+    def _encode(self, topic: str, encoding: Encoding, flavour: Flavour) -> bytes:
+        codec = self._encoders.codec
+        if encoding == "png":
+            return packed(self.frame(topic, "none", flavour))
+        if encoding == "cbor-raw":
+            if flavour not in self._raw:
+                self._raw[flavour] = self._encoders.raw(flavour).bytes(self._kind, self.message)
+            secs, nsecs = divmod(self._now, _SECOND)
+            content = {"secs": secs, "nsecs": nsecs, "bytes": self._raw[flavour]}
+            return write_cbor({"op": "publish", "topic": topic, "msg": content})
         if encoding == "cbor":
             if self._cbor is None:
-                self._cbor = self._codec.cbor(self._kind, self._message)
+                self._cbor = codec.cbor(self._kind, self.message)
             return write_cbor({"op": "publish", "topic": topic, "msg": self._cbor})
         if self._json is None:
-            self._json = self._codec.json(self._kind, self._message)
+            self._json = codec.json(self._kind, self.message)
         return f'{{"op":"publish","topic":{json.dumps(topic)},"msg":{self._json}}}'.encode("ascii")
 
 
@@ -63,6 +81,12 @@ class Request:
 
     encoding: Encoding = "none"
 
+    fragment: int = 0
+    """Largest piece of a message [bytes]; 0 for whole ones."""
+
+    flavour: Flavour = "ros2"
+    """Whose bytes ``cbor-raw`` brings."""
+
 
 @dataclass(slots=True)
 class Subscription:
@@ -74,25 +98,27 @@ class Subscription:
     requests: dict[object, Request] = field(default_factory=dict)
     """By the ids of the ``subscribe`` operations."""
 
-    _throttle: int = 0
-    _depth: int = 0
-    _encoding: Encoding = "none"
+    _merged: Request = field(default_factory=Request)
     _sent: int | None = None
     _waiting: Publication | None = None
 
     def merge(self) -> None:
-        """Take the requests together: the fastest, the shortest queue, CBOR if anybody reads it."""
-        self._throttle = min(r.throttle for r in self.requests.values()) * _MILLISECOND
-        self._depth = min(r.depth for r in self.requests.values())
-        cbor = any(request.encoding == "cbor" for request in self.requests.values())
-        self._encoding = "cbor" if cbor else "none"
+        """Take the requests together: the fastest, the shortest queue and pieces, the densest coding."""
+        requests = self.requests.values()
+        self._merged = Request(
+            min(r.throttle for r in requests) * _MILLISECOND,
+            min(r.depth for r in requests),
+            max((r.encoding for r in requests), key=ENCODINGS.index),
+            min((r.fragment for r in requests if r.fragment), default=0),
+            next(reversed(requests)).flavour,
+        )
 
     @property
     def due(self) -> int | None:
         """When a message that was held back may leave [ns]."""
         if self._waiting is None or self._sent is None:
             return None
-        return self._sent + self._throttle
+        return self._sent + self._merged.throttle
 
     def offer(self, publication: Publication, now: int) -> Outgoing | None:
         """Return the frame to send now, or keep the message for when its time has come.
@@ -100,7 +126,7 @@ class Subscription:
         The last message of a burst is thus always seen, if late: whoever throttles a stick's
         positions must not miss its return to zero.
         """
-        if self._sent is not None and now < self._sent + self._throttle:
+        if self._sent is not None and now < self._sent + self._merged.throttle:
             self._waiting = publication
             return None
         return self._send(publication, now)
@@ -112,16 +138,24 @@ class Subscription:
         return self._send(self._waiting, now)
 
     def _send(self, publication: Publication, now: int) -> Outgoing:
-        payload = publication.frame(self.topic, self._encoding)
+        merged = self._merged
+        payload = publication.frame(self.topic, merged.encoding, merged.flavour)
         self._sent = now
         self._waiting = None
-        binary = self._encoding == "cbor"
-        return Outgoing(Kind.DATA, payload, binary, topic=self.topic, depth=self._depth)
+        binary = merged.encoding in ("cbor", "cbor-raw")
+        return Outgoing(
+            Kind.DATA,
+            payload,
+            binary,
+            topic=self.topic,
+            depth=merged.depth,
+            fragment=0 if binary else merged.fragment,
+        )
 
 
 @dataclass(slots=True)
 class Topic:
-    """One topic, for as long as anybody has to do with it."""
+    """One topic, for as long as anybody has to do with it, and a little longer."""
 
     name: str
     kind: MessageType
@@ -134,6 +168,9 @@ class Topic:
     listener: Listener | None = None
     """The host's, if it subscribes."""
 
+    taps: list[Tap] = field(default_factory=list)
+    """The host's, too: they hear all, also what the host itself publishes."""
+
     subscriptions: dict[int, Subscription] = field(default_factory=dict)
     """By client."""
 
@@ -143,12 +180,17 @@ class Topic:
     latched: dict[int, Publication] = field(default_factory=dict)
     """Last messages, by who published them."""
 
+    idle_since: int | None = None
+    """When the last who had to do with it left [ns]."""
+
     @property
     def idle(self) -> bool:
         """Whether nobody has to do with it any more."""
-        return not (self.owned or self.listener or self.subscriptions or self.advertisers)
+        return not (
+            self.owned or self.listener or self.taps or self.subscriptions or self.advertisers
+        )
 
-
-def canonical(name: str) -> str:
-    """Return the name that ``chatter``, ``/chatter`` and ``/chatter/`` share."""
-    return "/" + name.strip("/")
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody would get a message."""
+        return bool(self.subscriptions or self.taps)

@@ -13,7 +13,8 @@ from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.messages import BLOBS, DTYPES, complete
 from teleop.rosbridge.outgoing import Close, Outgoing
 from teleop.rosbridge.protocol import Protocol
-from teleop.rosbridge.types import Field, MessageType, Registry
+from teleop.rosbridge.registry import Registry
+from teleop.rosbridge.types import Field, MessageType
 
 ROOT = Path(__file__).resolve().parents[3]
 REGISTRY = Registry([ROOT / "assets" / "farsteer_msgs"])

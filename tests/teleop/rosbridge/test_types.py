@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from teleop.rosbridge.errors import TypeNameError
-from teleop.rosbridge.types import Registry, short_name
+from teleop.rosbridge.registry import Registry
+from teleop.rosbridge.types import short_name
 from tests.teleop.rosbridge.support import REGISTRY
 
 
@@ -54,7 +55,7 @@ def test_an_empty_message_has_no_field() -> None:
 
 
 def test_a_folder_without_definitions_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(TypeNameError, match=r"no \.msg or \.srv files"):
+    with pytest.raises(TypeNameError, match=r"no .msg, .srv or .action files"):
         Registry([tmp_path])
 
 

@@ -1,0 +1,272 @@
+"""What clients ask for: reads each operation and has it done by who is in charge of it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Final
+
+from teleop.rosbridge.actions import Actions
+from teleop.rosbridge.broker import Broker
+from teleop.rosbridge.codec import Codec, write_json
+from teleop.rosbridge.connections import LEVELS, Connection, Connections, Wrapping
+from teleop.rosbridge.errors import FrameError, OperationError, RosbridgeError, ServiceError
+from teleop.rosbridge.fragments import TIMEOUT_NS
+from teleop.rosbridge.frames import operations
+from teleop.rosbridge.operations import (
+    Operation,
+    count,
+    fragment_size,
+    identity,
+    name,
+    quality,
+    seconds,
+    text,
+)
+from teleop.rosbridge.raw import Flavour
+from teleop.rosbridge.services import Later, Service, Services
+from teleop.rosbridge.timers import Timers
+from teleop.rosbridge.topics import ENCODINGS, Request
+from teleop.rosbridge.types import Message
+
+_LOG: Final = logging.getLogger(__name__)
+
+
+class Dispatch:
+    """The operations that clients may send, by name."""
+
+    def __init__(
+        self,
+        connections: Connections,
+        broker: Broker,
+        services: Services,
+        actions: Actions,
+        timers: Timers,
+        codec: Codec,
+        flavour: Flavour,
+    ) -> None:
+        self._connections = connections
+        self._broker = broker
+        self._services = services
+        self._actions = actions
+        self._timers = timers
+        self._codec = codec
+        self._flavour: Flavour = flavour
+        self._operations: Final[dict[str, Callable[[Connection, Operation, int], None]]] = {
+            "advertise": self._advertise,
+            "unadvertise": self._unadvertise,
+            "publish": self._publish,
+            "subscribe": self._subscribe,
+            "unsubscribe": self._unsubscribe,
+            "call_service": self._call_service,
+            "advertise_service": self._advertise_service,
+            "unadvertise_service": self._unadvertise_service,
+            "service_response": self._service_response,
+            "advertise_action": self._advertise_action,
+            "unadvertise_action": self._unadvertise_action,
+            "send_action_goal": self._send_action_goal,
+            "cancel_action_goal": self._cancel_action_goal,
+            "action_feedback": self._action_feedback,
+            "action_result": self._action_result,
+            "fragment": self._fragment,
+            "auth": self._auth,
+            "set_level": self._set_level,
+            "status": self._status,
+        }
+
+    def frame(
+        self, client: Connection, frame: str | bytes, now: int, *, joined: bool = False
+    ) -> None:
+        """Do the operations in a frame, or in fragments that have been joined."""
+        try:
+            for operation in operations(frame):
+                if joined and operation.get("op") == "fragment":
+                    raise FrameError("a fragment holds no fragments")
+                if not joined and not self._connections.admit(client, now):
+                    return
+                self._operate(client, operation, now)
+        except FrameError as error:
+            if joined or self._connections.admit(client, now):
+                self._connections.tell(client, "error", str(error))
+
+    def _operate(self, client: Connection, operation: Operation, now: int) -> None:
+        op, key = operation.get("op"), None
+        act = self._operations.get(op) if isinstance(op, str) else None
+        try:
+            key = identity(operation)
+            if act is None:
+                raise OperationError(_unknown(op, self._operations))
+            act(client, operation, now)
+        except RosbridgeError as error:
+            what = str(error) if act is None else f"{op}: {error}"
+            self._connections.tell(client, "error", what, key)
+        except Exception:
+            # A mistake of the host's must not become the client's, nor end the connection.
+            _LOG.exception("%s of %s failed", op, client.name)
+            self._connections.tell(client, "error", f"{op}: internal error", key)
+
+    def _advertise(self, client: Connection, operation: Operation, now: int) -> None:
+        topic, kind = name(operation, "topic"), text(operation, "type")
+        latch = operation.get("latch") is True or quality(operation).transient
+        self._broker.advertise(client.id, topic, kind, operation.get("id"), latch, now)
+
+    def _unadvertise(self, client: Connection, operation: Operation, now: int) -> None:
+        self._broker.unadvertise(client.id, name(operation, "topic"), operation.get("id"), now)
+
+    def _publish(self, client: Connection, operation: Operation, now: int) -> None:
+        latch = operation.get("latch") is True or quality(operation).transient
+        message = operation.get("msg", {})
+        self._broker.relay(client.id, name(operation, "topic"), message, latch, now)
+
+    def _subscribe(self, client: Connection, operation: Operation, now: int) -> None:
+        topic = name(operation, "topic")
+        kind = None if operation.get("type") is None else text(operation, "type")
+        wished, compression = quality(operation), operation.get("compression")
+        request = Request(
+            count(operation, "throttle_rate"),
+            count(operation, "queue_length") if wished.depth is None else wished.depth,
+            next((known for known in ENCODINGS if known == compression), "none"),
+            fragment_size(operation),
+            "ros2" if kind is not None and kind.count("/") == 2 else self._flavour,
+        )
+        self._broker.subscribe(
+            client.id, topic, kind, operation.get("id"), request, now, past=not wished.volatile
+        )
+
+    def _unsubscribe(self, client: Connection, operation: Operation, now: int) -> None:
+        self._broker.unsubscribe(client.id, name(operation, "topic"), operation.get("id"), now)
+
+    def _call_service(self, client: Connection, operation: Operation, now: int) -> None:
+        called = operation.get("service")
+        if not isinstance(called, str):
+            raise OperationError("it needs a service, which is a string")
+        # rosbridge 1 had a call's id behind the service's name.
+        path, _, key = called.partition("#")
+        if key and operation.get("id") is None:
+            operation = {**operation, "id": key}
+        service = self._services.find(path)
+        reply = partial(self._reply, client.id, operation, service)
+        if service is None:
+            reply(ServiceError(f"Service {path} does not exist"))
+            return
+        try:
+            wait = seconds(operation, "timeout")
+            arguments = operation.get("args")
+            answer = self._services.call(client.id, service, arguments, wait, now)
+        except RosbridgeError as error:
+            reply(ServiceError(str(error)))
+        except Exception:
+            _LOG.exception("service %s failed", path)
+            reply(ServiceError(f"Service {path} failed: internal error"))
+        else:
+            if isinstance(answer, Later):
+                answer.when_settled(reply)
+            else:
+                reply(answer)
+
+    def _reply(
+        self,
+        client: int,
+        call: Operation,
+        service: Service | None,
+        result: Message | ServiceError,
+    ) -> None:
+        good = "false"
+        if service is None or isinstance(result, ServiceError):
+            values = write_json(str(result))
+        else:
+            try:
+                values, good = self._codec.json(service.kind.response, result), "true"
+            except RosbridgeError as error:
+                _LOG.exception("service %s gave no good response", service.name)
+                values = write_json(str(error))
+        # An answer has an id only if the call had one.
+        end = f',"id":{write_json(call["id"])}' if call.get("id") is not None else ""
+        self._connections.say(
+            client,
+            f'{{"op":"service_response","service":{write_json(call["service"])},'
+            f'"values":{values},"result":{good}{end}}}',
+            _wrapping(call),
+        )
+
+    def _advertise_service(self, client: Connection, operation: Operation, now: int) -> None:
+        kind = text(operation, "type")
+        self._services.advertise(client.id, name(operation, "service"), kind)
+
+    def _unadvertise_service(self, client: Connection, operation: Operation, now: int) -> None:
+        self._services.unadvertise(client.id, name(operation, "service"))
+
+    def _service_response(self, client: Connection, operation: Operation, now: int) -> None:
+        if not self._services.respond(client.id, operation):
+            self._late(client, operation)
+
+    def _advertise_action(self, client: Connection, operation: Operation, now: int) -> None:
+        kind = text(operation, "type")
+        self._actions.advertise(client.id, name(operation, "action"), kind)
+
+    def _unadvertise_action(self, client: Connection, operation: Operation, now: int) -> None:
+        self._actions.unadvertise(client.id, name(operation, "action"))
+
+    def _send_action_goal(self, client: Connection, operation: Operation, now: int) -> None:
+        self._actions.send(client.id, operation, _wrapping(operation), now)
+
+    def _cancel_action_goal(self, client: Connection, operation: Operation, now: int) -> None:
+        self._actions.cancel(client.id, operation.get("id"))
+
+    def _action_feedback(self, client: Connection, operation: Operation, now: int) -> None:
+        if not self._actions.feedback(client.id, operation):
+            self._late(client, operation)
+
+    def _action_result(self, client: Connection, operation: Operation, now: int) -> None:
+        if not self._actions.result(client.id, operation):
+            self._late(client, operation)
+
+    def _fragment(self, client: Connection, operation: Operation, now: int) -> None:
+        key, assembly = identity(operation), client.assembly
+        if key is None:
+            raise OperationError("it needs an id")
+        begun = key in assembly
+        joined = assembly.add(
+            key, operation.get("num"), operation.get("total"), operation.get("data"), now
+        )
+        if joined is not None:
+            self.frame(client, joined, now, joined=True)
+        elif not begun:
+            self._timers.at(now + TIMEOUT_NS, partial(self._expire, client))
+
+    def _expire(self, client: Connection, now: int) -> None:
+        for key in client.assembly.expire(now):
+            wait = TIMEOUT_NS // 10**9
+            what = f"fragment: the other pieces did not come within {wait} s"
+            self._connections.tell(client, "error", what, key)
+
+    def _auth(self, client: Connection, operation: Operation, now: int) -> None:
+        """Tell who would prove its identity that nobody asks for it; it may go on."""
+        what = "auth: authentication is not enabled here"
+        self._connections.tell(client, "warning", what, operation.get("id"))
+
+    def _set_level(self, client: Connection, operation: Operation, now: int) -> None:
+        level = operation.get("level")
+        if not isinstance(level, str) or level not in LEVELS:
+            raise OperationError(f"a level is one of {', '.join(LEVELS)}")
+        client.level = LEVELS[level]
+
+    def _status(self, client: Connection, operation: Operation, now: int) -> None:
+        """Hear what a client has to say, and say nothing: statuses must not answer each other."""
+
+    def _late(self, client: Connection, operation: Operation) -> None:
+        """Answer an answer that nobody waits for: it timed out, or whoever asked has left."""
+        what = f"{operation['op']}: nobody waits for {str(operation.get('id'))[:80]}"
+        self._connections.tell(client, "warning", what, operation.get("id"))
+
+
+def _wrapping(operation: Operation) -> Wrapping:
+    return Wrapping(operation.get("compression") == "png", fragment_size(operation))
+
+
+def _unknown(op: object, allowed: dict[str, Any]) -> str:
+    names = ", ".join(sorted(allowed))
+    if op is None:
+        return f"Received a message without an op; it is one of {names}"
+    return f"Unknown operation: {str(op)[:80]}. Allowed operations: {names}"
