@@ -57,9 +57,9 @@ class StallWatch:
         loads = np.where(np.abs(rates) < self._slow, np.abs(torques), 0.0).tolist()
         front_left, front_right, rear_left, rear_right = loads
         self._loads.append((0.5 * (front_left + rear_left), 0.5 * (front_right + rear_right)))
-        enough = self._share * self._limit * (self._loads.maxlen or 1)
-        left, right = (sum(side) for side in zip(*self._loads, strict=True))
-        return left >= enough, right >= enough
+        most = self._limit * (self._loads.maxlen or 1)
+        left, right = (sum(side) / most for side in zip(*self._loads, strict=True))
+        return left >= self._share, right >= self._share
 
     def clear(self) -> None:
         """Forget the loads, as when power was taken away."""
