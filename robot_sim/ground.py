@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -45,34 +45,42 @@ class Ground:
         return low if np.isfinite(low) else 0.0
 
     def stand(self, placement: Placement, wheelbase: float, track: float) -> Pose:
-        """Return ``map_from_base`` of a robot that stands there on its four wheels.
+        """Return ``map_from_base`` of a robot that stands there; see ``stand_on``."""
+        return stand_on(self.heights, placement, wheelbase, track)
 
-        Its floor plane is fitted to the ground under the wheels and raised until none sinks in.
 
-        Args:
-            placement: Where.
-            wheelbase: Distance of the front from the rear wheels [m].
-            track: Distance of the left from the right wheels [m].
+def stand_on(
+    heights: Callable[[FloatArray], FloatArray],
+    placement: Placement,
+    wheelbase: float,
+    track: float,
+) -> Pose:
+    """Return ``map_from_base`` of a robot that stands somewhere on its four wheels.
 
-        Raises:
-            WorldError: there is no ground under a wheel.
-        """
-        here = Pose.planar(placement.x, placement.y, placement.yaw)
-        wheels = 0.5 * np.array(
-            [[sx * wheelbase, sy * track, 0.0] for sx in (1, -1) for sy in (1, -1)]
-        )
-        under = here.apply(wheels)[:, :2]
-        height = self.heights(under)
-        if not np.isfinite(height).all():
-            raise WorldError(f"at x {placement.x:.2f}, y {placement.y:.2f} there is no ground")
-        if not height.any():
-            return here
-        plane = np.column_stack([wheels[:, :2], np.ones(4)])
-        (along, across, middle), *_ = np.linalg.lstsq(plane, height, rcond=None)
-        middle += (height - plane @ (along, across, middle)).max()
-        return Pose.from_euler(
-            (placement.x, placement.y, middle),
-            roll=float(np.arctan(across * np.cos(np.arctan(along)))),
-            pitch=-float(np.arctan(along)),
-            yaw=placement.yaw,
-        )
+    Its floor plane is fitted to the ground under the wheels and raised until none sinks in.
+
+    Args:
+        heights: Gives the height (N,) [m] of the ground at (N, 2) points [m]; -inf where there is none.
+        placement: Where.
+        wheelbase: Distance of the front from the rear wheels [m].
+        track: Distance of the left from the right wheels [m].
+
+    Raises:
+        WorldError: there is no ground under a wheel.
+    """
+    here = Pose.planar(placement.x, placement.y, placement.yaw)
+    wheels = 0.5 * np.array([[sx * wheelbase, sy * track, 0.0] for sx in (1, -1) for sy in (1, -1)])
+    height = heights(here.apply(wheels)[:, :2])
+    if not np.isfinite(height).all():
+        raise WorldError(f"at x {placement.x:.2f}, y {placement.y:.2f} there is no ground")
+    if not height.any():
+        return here
+    plane = np.column_stack([wheels[:, :2], np.ones(4)])
+    (along, across, middle), *_ = np.linalg.lstsq(plane, height, rcond=None)
+    middle += (height - plane @ (along, across, middle)).max()
+    return Pose.from_euler(
+        (placement.x, placement.y, middle),
+        roll=float(np.arctan(across * np.cos(np.arctan(along)))),
+        pitch=-float(np.arctan(along)),
+        yaw=placement.yaw,
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
@@ -74,6 +75,8 @@ class World:
     """Where the ground grips otherwise than what it belongs to."""
     movers: tuple[Mover, ...] = ()
     """What moves on its own; none unless the world is alive."""
+    notes: tuple[str, ...] = ()
+    """What in a user's file is not done as it says, one line each."""
 
     @property
     def area(self) -> float:
@@ -105,7 +108,8 @@ def load_world(
     """Build the world of a scene.
 
     Args:
-        name: Of one that comes with the project, or the path of any other's folder.
+        name: Of one that comes with the project, the path of any other's folder, or that of a
+            floor plan (``.toml``) or of an MJCF file (``.xml``).
         robot: Compiled into the world.
         options: What is different about it today.
 
@@ -113,6 +117,22 @@ def load_world(
         UnknownSceneError: there is no such scene; the message lists those there are.
         WorldError: its floor plan cannot be built.
     """
+    path = Path(name)
+    if path.suffix == ".xml":
+        if options != WorldOptions():
+            raise WorldError(
+                f"{path.name}: an MJCF has no options; it moves what its joints let move"
+            )
+        # Imported here, for it builds on this module.
+        from robot_sim.mjcf_world import load_mjcf
+
+        return load_mjcf(path, robot=robot)
+    if path.suffix == ".toml":
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise WorldError(f"cannot read the floor plan {name!r}: {error}") from None
+        return parse_world(text, name=path.stem, robot=robot, options=options)
     return build_world(load_plan(name), robot=robot, options=options)
 
 
@@ -174,7 +194,7 @@ def build_world(
             patches=plan.patches,
             movers=tuple(body.mover for body in bodies),
         )
-        _check_places(world)
+        check_places(world)
     except (ValueError, SimulationError) as error:
         raise WorldError(f"world {plan.name!r}: {' '.join(str(error).split())}") from None
     return world
@@ -228,7 +248,7 @@ def _poses(
     )
 
 
-def _check_places(world: World) -> None:
+def check_places(world: World) -> None:
     """Raise a WorldError if the robot cannot stand at one of the named poses."""
     data = mujoco.MjData(world.model)
     x0, y0, x1, y1 = world.bounds
