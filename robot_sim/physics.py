@@ -16,6 +16,7 @@ from mujoco.rollout import Rollout
 
 from localization.types import IntArray, Pose
 from robot_sim.arrays import FloatArray
+from robot_sim.body import WHEELS
 from robot_sim.errors import PhysicsError
 from robot_sim.placing import place_robot
 from robot_sim.worlds import TIMESTEP_NS
@@ -82,6 +83,7 @@ class Physics:
         self._inputs = np.empty((1, steps_per_tick, len(self._input)))
         self._states = np.empty((1, steps_per_tick, self._before.shape[1]))
         self._sensors = np.empty((1, steps_per_tick, self.model.nsensordata))
+        self._motors = [self.model.actuator(wheel).id for wheel in WHEELS]
         # The state is time, positions, velocities, activations; the robot's joint is found by name.
         base = self.model.joint("base_link")
         q, v = 1 + int(base.qposadr[0]), 1 + self.model.nq + int(base.dofadr[0])
@@ -108,7 +110,8 @@ class Physics:
         through the tick.
 
         Args:
-            controls: (S, nu) motor commands of each step.
+            controls: (S, 4) commands of the wheels' motors in each step; any other motor keeps
+                the command that ``data`` has.
 
         Raises:
             PhysicsError: the physics became unstable; the message names what, when and where.
@@ -117,8 +120,8 @@ class Physics:
         mujoco.mj_getState(model, data, self._before[0], _STATE)
         mujoco.mj_getState(model, data, self._input, _INPUTS)
         self._inputs[0] = self._input
-        # Motors come first in this part of the state.
-        self._inputs[0, :, : model.nu] = controls
+        # The commands come first in this part of the state.
+        self._inputs[0][:, self._motors] = controls
         self._warmstart[0] = data.qacc_warmstart
         self._rollout.rollout(
             self._models,

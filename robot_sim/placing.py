@@ -17,8 +17,10 @@ def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose)
         WorldError: it would stand inside an obstacle; the message names that.
     """
     mujoco.mj_resetData(model, data)
-    data.qpos[:3] = map_from_base.position
-    data.qpos[3:7] = map_from_base.quaternion_wxyz
+    # In a user's world other joints may come first.
+    base = model.joint("base_link").qposadr[0]
+    data.qpos[base : base + 3] = map_from_base.position
+    data.qpos[base + 3 : base + 7] = map_from_base.quaternion_wxyz
     mujoco.mj_forward(model, data)
     # Whoever walks by at that time is no reason: a moment later there is room.
     touched = obstacles_touched(model, data, movers=False)
@@ -41,6 +43,8 @@ def obstacles_touched(
     for pair in pairs:
         is_floor = model.geom_contype[pair] == FLOOR_BIT
         is_robot = model.geom_group[pair] == ROBOT_GROUP
+        if not is_robot.any():
+            continue
         is_mover = model.body_mocapid[model.geom_bodyid[pair]] >= 0
         counts = ~is_floor & ~is_robot & (movers | ~is_mover)
         names.update(model.geom(g).name for g in pair[counts])
