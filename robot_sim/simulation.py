@@ -26,9 +26,9 @@ from robot_sim.track import Trail
 from robot_sim.tyres import Tyres
 from robot_sim.worlds import TIMESTEP_NS, World, load_world, obstacles_touched
 
-STEPS_PER_TICK: Final = 10
-TICK_NS: Final = STEPS_PER_TICK * TIMESTEP_NS
+TICK_NS: Final = 20_000_000
 """One tick [ns]: the period of wheel and inertial readings, and of commands."""
+STEPS_PER_TICK: Final = TICK_NS // TIMESTEP_NS
 
 _DT: Final = TIMESTEP_NS * 1e-9
 

@@ -27,8 +27,8 @@ class Track:
     def at(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return positions (N, 3) [m] and rotations (N, 3, 3) of ``base_link`` at ``times`` (N,) [ns].
 
-        Quaternions are blended linearly: between steps of 2 ms the robot turns by 5 mrad at most,
-        for which that is exact to 1e-8 rad.
+        Quaternions are blended linearly: between steps of 4 ms the robot turns by 10 mrad at most,
+        for which that is exact to 1e-7 rad.
         """
         last = np.clip(np.searchsorted(self.stamps, times, "right"), 1, len(self.stamps) - 1)
         before = last - 1

@@ -15,7 +15,7 @@ from robot_sim.errors import PhysicsError, SimulationError, UnknownSceneError, W
 from robot_sim.lidar import ScannerConfig
 from robot_sim.p3at import FLOOR_BIT, add_robot, set_physics
 from robot_sim.physics import Physics
-from robot_sim.simulation import TICK_NS, Simulation, SimulationConfig
+from robot_sim.simulation import STEPS_PER_TICK, TICK_NS, Simulation, SimulationConfig
 from robot_sim.worlds import TIMESTEP_NS, World, parse_world, place_robot
 
 BARE = "bounds = [-9, -9, 9, 9]\nspawn = [0, 0, 0]\nceiling = false"
@@ -123,14 +123,14 @@ def test_spinning_robot_has_the_twist_that_its_poses_show(field: World) -> None:
 
 
 def test_a_tick_is_bit_for_bit_what_single_steps_give(office: World) -> None:
-    physics = Physics(office.model, office.spawn, steps_per_tick=10)
+    physics = Physics(office.model, office.spawn, steps_per_tick=STEPS_PER_TICK)
     model, data = physics.model, mujoco.MjData(physics.model)
     place_robot(model, data, office.spawn)
     rng = np.random.default_rng(4)
     for _ in range(40):
-        controls = rng.uniform(-6.0, 6.0, (10, 4))
+        controls = rng.uniform(-6.0, 6.0, (STEPS_PER_TICK, 4))
         motion = physics.advance(controls)
-        for step in range(10):
+        for step in range(STEPS_PER_TICK):
             data.ctrl[:] = controls[step]
             mujoco.mj_step(model, data)
             np.testing.assert_array_equal(motion.poses[step], data.qpos[:7])
@@ -154,11 +154,11 @@ def test_forces_and_moved_bodies_hold_through_a_tick() -> None:
     cart = spec.worldbody.add_body(name="cart", mocap=True, pos=(5.0, 5.0, 1.0))
     cart.add_geom(size=(0.1, 0.0, 0.0))
     add_robot(spec, surfaces=("floor",))
-    physics = Physics(spec.compile(), Pose.identity(), steps_per_tick=10)
+    physics = Physics(spec.compile(), Pose.identity(), steps_per_tick=STEPS_PER_TICK)
     physics.data.mocap_pos[0] = (1.0, 2.0, 3.0)
     physics.data.body("base_link").xfrc_applied[2] = 1000.0
     for _ in range(3):
-        motion = physics.advance(np.zeros((10, 4)))
+        motion = physics.advance(np.zeros((STEPS_PER_TICK, 4)))
     np.testing.assert_array_equal(physics.data.body("cart").xpos, (1.0, 2.0, 3.0))
     # 1000 N lift 27 kg by (1000 / 27 - 9.8) t^2 / 2.
     assert motion.poses[-1, 2] == pytest.approx(0.5 * 27.2 * 0.06**2, rel=0.1)
@@ -173,7 +173,7 @@ def test_simulations_share_a_world_and_nothing_that_changes(field: World) -> Non
 
 
 def springs(stiffness: float) -> World:
-    """A field with a light arm on a spring that explicit steps of 2 ms cannot follow."""
+    """A field with a light arm on a spring that explicit steps of milliseconds cannot follow."""
     spec = with_a_floor()
     add_robot(spec, surfaces=("floor",))
     arm = spec.worldbody.add_body(name="barrier", pos=(0.0, 3.0, 1.0))
@@ -216,4 +216,4 @@ def test_a_model_of_another_time_step_is_refused(field: World) -> None:
     model = copy.copy(field.model)
     model.opt.timestep = 0.01
     with pytest.raises(PhysicsError, match=r"time step is 0\.01 s"):
-        Physics(model, field.spawn, steps_per_tick=10)
+        Physics(model, field.spawn, steps_per_tick=STEPS_PER_TICK)
