@@ -241,7 +241,7 @@ class Echoes:
     remissions: FloatArray
     """Against a white surface met square on; 0 where there is none."""
     cosines: FloatArray
-    """|cos| of the incidence; 1 where there is none."""
+    """|cos| of the incidence; of no meaning where there is no echo."""
 
 
 def mixed(
@@ -261,44 +261,66 @@ def mixed(
         blend_draws: (N,) random numbers in [0, 1).
         pick_draws: (N,) random numbers in [0, 1).
     """
-    order = np.argsort(echoes.distances, axis=1, kind="stable")
-    distances = np.take_along_axis(echoes.distances, order, axis=1)
-    remissions = np.take_along_axis(echoes.remissions, order, axis=1)
-    cosines = np.take_along_axis(echoes.cosines, order, axis=1)
-    seen = np.isfinite(distances)
-    finite = np.where(seen, distances, 0.0)
-    powers = np.where(seen, received_power(remissions, finite), 0.0)
-
-    # The widest gap between neighbours splits the sub-rays, if no slanted plane would explain it.
-    gaps = np.where(seen[:, 1:], np.diff(finite, axis=1), 0.0)
-    split = gaps.argmax(axis=1)
-    gap = np.take_along_axis(gaps, split[:, None], axis=1)[:, 0]
-    slant = footprint_depth(beam, finite, cosines).max(axis=1)
-    edge = gap > _EDGE + slant
-    near = np.arange(distances.shape[1])[None, :] <= split[:, None]
-
-    near_power = (powers * near).sum(axis=1)
-    total_power = powers.sum(axis=1)
-    share = np.divide(near_power, total_power, out=np.ones_like(gap), where=total_power > 0.0)
-    blends = ~edge | ((gap < beam.pulse_length) & (blend_draws < mixing.blend))
-    picks_near = pick_draws < share
-    taken = seen & (blends[:, None] | (near == picks_near[:, None]))
-
-    weights = np.where(taken, powers, 0.0)
-    weight = weights.sum(axis=1)
+    seen = np.isfinite(echoes.distances)
+    finite = np.where(seen, echoes.distances, 0.0)
+    powers = received_power(echoes.remissions, finite) * seen
     # Sub-rays of no power (an absorber) still tell a distance; it will be lost for want of power.
-    dark = (weight <= 0.0) & taken.any(axis=1)
-    weights[dark] = taken[dark]
+    powers += _LEAST * seen
+    taken = seen.copy()
+
+    # Only where sub-rays are farther apart than a slanted plane explains is there an edge.
+    extent = finite.max(axis=1) - np.where(seen, finite, np.inf).min(axis=1)
+    doubtful = np.flatnonzero(extent > _EDGE)
+    if len(doubtful):
+        taken[doubtful] &= _kept(
+            beam,
+            mixing,
+            echoes.distances[doubtful],
+            echoes.cosines[doubtful],
+            powers[doubtful],
+            blend_draws[doubtful],
+            pick_draws[doubtful],
+        )
+    weights = powers * taken
     weight = weights.sum(axis=1)
     found = weight > 0.0
     scale = np.where(found, weight, 1.0)
     return Echoes(
         np.where(found, (weights * finite).sum(axis=1) / scale, np.inf),
         # Every sub-ray carries its share of the beam's light, whether it comes back or not.
-        np.where(taken, remissions, 0.0).mean(axis=1),
-        np.where(found, (weights * cosines).sum(axis=1) / scale, 1.0),
+        (echoes.remissions * taken).mean(axis=1),
+        np.where(found, (weights * echoes.cosines).sum(axis=1) / scale, 1.0),
     )
 
+
+def _kept(
+    beam: Beam,
+    mixing: Mixing,
+    distances: FloatArray,
+    cosines: FloatArray,
+    powers: FloatArray,
+    blend_draws: FloatArray,
+    pick_draws: FloatArray,
+) -> BoolArray:
+    """Return which sub-rays (N, K) the receiver's range is made of; see ``mixed``."""
+    order = np.argsort(distances, axis=1, kind="stable")
+    sorted_ = np.take_along_axis(distances, order, axis=1)
+    # The widest gap between neighbours splits the sub-rays.
+    with np.errstate(invalid="ignore"):
+        gaps = np.diff(sorted_, axis=1)
+    gaps = np.where(np.isfinite(gaps), gaps, 0.0)
+    split = gaps.argmax(axis=1)[:, None]
+    gap = np.take_along_axis(gaps, split, axis=1)[:, 0]
+    near = distances <= np.take_along_axis(sorted_, split, axis=1)
+    slant = footprint_depth(beam, distances, cosines).max(axis=1)
+    edge = gap > _EDGE + slant
+    picks_near = pick_draws < (powers * near).sum(axis=1) / powers.sum(axis=1)
+    blends = ~edge | ((gap < beam.pulse_length) & (blend_draws < mixing.blend))
+    return np.asarray(blends[:, None] | (near == picks_near[:, None]))
+
+
+_LEAST: Final = 1e-15
+"""A power that counts for nothing, but in a division."""
 
 _EDGE: Final = 0.05
 """Sub-rays farther apart than this, and than a slanted plane explains, lie on two surfaces [m]."""

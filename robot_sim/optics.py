@@ -7,6 +7,7 @@ come back along one ray the strongest is the ray's.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -186,32 +187,50 @@ def look(
         np.ones(n),
         np.full(n, -1, dtype=np.int32),
     )
-    found: list[tuple[npt.NDArray[np.intp], FloatArray, FloatArray, FloatArray]] = []
+    first: Echoes | None = None
+    later: list[_Found] = []
     # A pane is met twice, going in and coming out.
     for _ in range(1 if panes is None else 1 + 2 * panes.depth):
         hits = caster.hits(light.origins, light.directions, light.times, max_range)
-        ways = light.travelled + hits.distances
-        leaving = (hits.geoms == light.inside) & (hits.geoms >= 0)
-        meets = (ways <= max_range) & ~leaving
         remissions = optics.remissions(hits.geoms, hits.cosines)
-        clear = optics.clear[hits.geoms] & (ways <= max_range)
+        clear = optics.clear[hits.geoms]
+        ways = light.travelled + hits.distances
+        beyond = ways > max_range
+        leaving = (hits.geoms == light.inside) & clear
         if panes is not None and clear.any():
-            slope = np.sqrt(np.maximum(1.0 - hits.cosines**2, 0.0))
-            straight_back = np.exp(-((slope / panes.lobe) ** 2))
-            mirrored = optics.mirrored(hits.geoms, hits.cosines)
-            remissions = remissions + np.where(clear, panes.glint * mirrored * straight_back, 0.0)
-        found.append((
-            light.ray[meets],
-            ways[meets],
-            (light.share**2 * remissions)[meets],
-            hits.cosines[meets],
-        ))  # fmt: skip
+            remissions += np.where(clear, _glints(optics, panes, hits), 0.0)
+        remissions *= light.share**2
+        unseen = beyond | leaving
+        ways[unseen], remissions[unseen] = np.inf, 0.0
+        if first is None:
+            first = Echoes(ways, remissions, hits.cosines)
+        else:
+            later.append(_Found(light.ray, ways, remissions, hits.cosines))
+        clear &= ~beyond
         if panes is None or not clear.any():
             break
         light = _beyond(light, optics, hits, clear, leaving)
         if not len(light.ray):
             break
-    return _strongest(n, found)
+    assert first is not None
+    return _strongest(first, later) if later else first
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """Echoes of light that has passed something clear; arrays of one length."""
+
+    ray: npt.NDArray[np.intp]
+    ways: FloatArray
+    remissions: FloatArray
+    cosines: FloatArray
+
+
+def _glints(optics: Optics, panes: Panes, hits: Hits) -> FloatArray:
+    """Return what panes and mirrors send straight back, near normal incidence."""
+    slope2 = np.maximum(1.0 - hits.cosines**2, 0.0)
+    mirrored = optics.mirrored(hits.geoms, hits.cosines)
+    return np.asarray(panes.glint * mirrored * np.exp(-slope2 / panes.lobe**2))
 
 
 def _beyond(
@@ -240,17 +259,17 @@ def _beyond(
     )
 
 
-def _strongest(
-    n: int, found: list[tuple[npt.NDArray[np.intp], FloatArray, FloatArray, FloatArray]]
-) -> Echoes:
-    rays, ways, remissions, cosines = (
-        np.concatenate(column) for column in zip(*found, strict=True)
-    )
+def _strongest(first: Echoes, later: Sequence[_Found]) -> Echoes:
+    """Return for each ray the echo of most power: the first surface's, or one from beyond it."""
+    rays = np.concatenate([found.ray for found in later])
+    again = np.unique(rays)
+    rays = np.concatenate([again, rays])
+    ways = np.concatenate([first.distances[again], *(found.ways for found in later)])
+    remissions = np.concatenate([first.remissions[again], *(found.remissions for found in later)])
+    cosines = np.concatenate([first.cosines[again], *(found.cosines for found in later)])
     order = np.lexsort((received_power(remissions, ways), rays))
-    rays, ways, remissions, cosines = (a[order] for a in (rays, ways, remissions, cosines))
-    last = np.flatnonzero(np.diff(rays, append=n)) if len(rays) else np.zeros(0, np.intp)
-    distances, strengths, slants = np.full(n, np.inf), np.zeros(n), np.ones(n)
-    distances[rays[last]] = ways[last]
-    strengths[rays[last]] = remissions[last]
-    slants[rays[last]] = cosines[last]
-    return Echoes(distances, strengths, slants)
+    best = order[np.flatnonzero(np.diff(rays[order], append=-1))]
+    first.distances[again] = ways[best]
+    first.remissions[again] = remissions[best]
+    first.cosines[again] = cosines[best]
+    return first

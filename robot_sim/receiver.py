@@ -123,10 +123,12 @@ class Receiver:
         if effects.mixing is None:
             return look(caster, optics, effects.panes, origins, axes[:, :, 0], times, max_range)
         places = sub_beam_places(self._streams["footprint"].random((n, SUB_BEAMS - 1, 2)))
-        across = np.einsum("nij,nkj->nki", axes[:, :, 1:], places)
+        left, up = axes[:, None, :, 1], axes[:, None, :, 2]
+        across = places[:, :, :1] * left + places[:, :, 1:] * up
         starts = origins[:, None, :] + 0.5 * beam.aperture * across
-        directions = axes[:, None, :, 0] + 0.5 * beam.divergence * across
-        directions /= np.linalg.norm(directions, axis=2, keepdims=True)
+        half = 0.5 * beam.divergence
+        directions = axes[:, None, :, 0] + half * across
+        directions /= np.sqrt(1.0 + half**2 * (places**2).sum(axis=2, keepdims=True))
         rays = look(
             caster,
             optics,

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from localization.types import Pose, Scan
-from robot_sim.casting import MujocoRayCaster
+from robot_sim.casting import MujocoRayCaster, RayCaster
+from robot_sim.casting.moving import Moved
 from robot_sim.effects import Echoes, Effects, Panes
 from robot_sim.lidar import Scanner
 from robot_sim.materials import MATERIALS
@@ -21,14 +23,20 @@ from robot_sim.track import Track
 class Bench:
     """Geoms around a scanner that stands at the origin and looks along x."""
 
-    def __init__(self, geoms: str) -> None:
+    def __init__(self, geoms: str, movers: Sequence[Moved] = ()) -> None:
+        """Set up geoms and mocap bodies, and compile them.
+
+        Args:
+            geoms: MJCF below ``worldbody``.
+            movers: Of its mocap bodies.
+        """
         materials = "".join(f'<material name="{name}"/>' for name in MATERIALS)
         self.model = mujoco.MjModel.from_xml_string(
             f"<mujoco><asset>{materials}</asset><worldbody>{geoms}</worldbody></mujoco>"
         )
         self.data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
-        self.caster = MujocoRayCaster(self.model, self.data)
+        self.caster: RayCaster = MujocoRayCaster(self.model, self.data, movers)
 
     def echoes(self, directions: np.ndarray, far: float = 30.0) -> Echoes:
         """Cast rays from the origin along ``directions`` (N, 3), through panes and off mirrors."""

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from localization.types import IntArray
+from robot_sim.arrays import FloatArray
 from robot_sim.effects import (
     SUB_BEAMS,
     Beam,
@@ -280,6 +282,22 @@ def test_glass_is_looked_through_but_for_its_own_glint() -> None:
     assert echoes.remissions[2] == pytest.approx(expected, rel=0.01)
 
 
+def test_both_casters_look_through_the_same_glass() -> None:
+    pytest.importorskip("embreex")
+    from robot_sim.casting.embree import EmbreeRayCaster, StaticGeometry
+
+    bench = Bench(
+        pane(2.0) + pane(3.0, yaw=0.4) + wall(5.0) + box(0.0, 3.0, (4.0, 0.1, 2.0), "mirror")
+    )
+    rays = along(*np.linspace(-40.0, 80.0, 121))
+    slow = bench.echoes(rays)
+    bench.caster = EmbreeRayCaster(StaticGeometry(bench.model), bench.model, bench.data)
+    fast = bench.echoes(rays)
+    np.testing.assert_allclose(fast.distances, slow.distances, atol=1e-4)
+    np.testing.assert_allclose(fast.remissions, slow.remissions, rtol=1e-4, atol=1e-6)
+    assert np.isfinite(slow.distances).sum() > 80
+
+
 def test_glint_fades_with_the_angle_of_incidence_as_configured() -> None:
     bench = Bench(pane(2.0))
     degrees = np.array([0.0, 0.5, 1.0, 1.5])
@@ -379,6 +397,58 @@ def test_sun_blurs_weak_echoes_and_leaves_strong_ones() -> None:
     assert sigma["wall"] == pytest.approx(0.012, rel=0.03)
     weakness = Sensitivity().threshold / (0.1 / 17.0**2)
     assert sigma["dark_fabric"] == pytest.approx(0.012 * (1.0 + weakness), rel=0.06)
+
+
+# Moving things
+
+
+@dataclass(frozen=True)
+class Walker:
+    """A plate 0.5 m wide that goes straight ahead at a steady pace."""
+
+    velocity: tuple[float, float]
+    name: str = "walker"
+
+    def pose_at(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
+        x, y = (v * 1e-9 * times for v in self.velocity)
+        return np.stack([2.0 + x, y, 0.0 * x], axis=1), np.zeros(len(times))
+
+
+PLATE = """<body name="walker" mocap="true" pos="2 0 0">
+<geom type="box" size="0.05 0.25 0.9" pos="0.05 0 0"/></body>"""
+
+
+def test_walker_who_comes_nearer_is_slanted_by_the_time_of_the_sweep() -> None:
+    walker = Walker((-1.4, 0.0))
+    (scan,) = Bench(PLATE, [walker]).sweeps(1)
+    seen = np.isfinite(scan.ranges)
+    x = scan.ranges[seen] * np.cos(scan.angles[seen])
+    np.testing.assert_allclose(x, 2.0 - 1.4 * 1e-9 * scan.offsets[seen], atol=1e-5)
+    # From one shoulder to the other the mirror takes 4 ms of its 100: 5.6 mm.
+    width = np.ptp(scan.angles[seen]) / (2.0 * math.pi) * 0.1
+    assert np.ptp(x) == pytest.approx(1.4 * width, rel=0.01)
+    assert 0.004 < np.ptp(x) < 0.007
+
+
+@pytest.mark.parametrize("speed", [-1.4, 0.0, 1.4])
+def test_walker_who_goes_along_with_the_sweep_looks_wider(speed: float) -> None:
+    (scan,) = Bench(PLATE, [Walker((0.0, speed))]).sweeps(
+        1, resolution=math.radians(0.01), field_of_view=math.radians(90.0)
+    )
+    seen = scan.angles[np.isfinite(scan.ranges)]
+
+    def edge(side: float) -> float:
+        """Return the angle where the mirror catches up with a shoulder."""
+        angle = 0.0
+        for _ in range(50):
+            time = (angle + math.radians(45.0)) / (2.0 * math.pi) * 0.1
+            angle = math.atan2(side + speed * time, 2.0)
+        return angle
+
+    assert seen[0] == pytest.approx(edge(-0.25), abs=math.radians(0.011))
+    assert seen[-1] == pytest.approx(edge(0.25), abs=math.radians(0.011))
+    gain = 2.0 * (math.tan(seen[-1]) - math.tan(seen[0])) - 0.5
+    assert math.copysign(1.0, gain) == math.copysign(1.0, speed) or abs(gain) < 1e-3
 
 
 # Bias and steps

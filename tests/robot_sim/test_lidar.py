@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from localization.types import Pose, Scan, Twist
 from robot_sim.lidar import ScannerConfig, Track
 from robot_sim.p3at import MOUNTS
 from robot_sim.simulation import Simulation, SimulationConfig
+from robot_sim.suites import sensor_suite
 from robot_sim.worlds import World
 
 EXACT = (
@@ -33,10 +35,19 @@ def scans_of(simulation: Simulation, ticks: int) -> list[Scan]:
     return [r for _ in range(ticks) for r in simulation.step() if isinstance(r, Scan)]
 
 
+INTERLACED = replace(
+    ScannerConfig.of("laser_horizontal", "sick_lms200"), sigma=0.0, range_max=20.0, range_min=0.0
+)
+"""An LMS-200 at 0.5 deg: odd beams come a turn of the mirror after the even ones."""
+
+
+@pytest.mark.parametrize(("scanners", "count"), [(EXACT, 52), ((INTERLACED,), 195)])
 @pytest.mark.parametrize(("forward", "turn"), [(0.0, 0.0), (0.7, 0.0), (0.0, 2.0), (0.3, -1.0)])
-def test_every_beam_is_cast_at_its_own_time(room: World, forward: float, turn: float) -> None:
+def test_every_beam_is_cast_at_its_own_time(
+    room: World, forward: float, turn: float, scanners: tuple[ScannerConfig, ...], count: int
+) -> None:
     simulation = Simulation(
-        room, config=SimulationConfig(scanners=EXACT), start=Pose.planar(3.0, 4.0, 0.3)
+        room, config=SimulationConfig(scanners=scanners), start=Pose.planar(3.0, 4.0, 0.3)
     )
     simulation.command(Twist.planar(forward, turn))
     truths, scans = [simulation.truth()], []
@@ -46,7 +57,7 @@ def test_every_beam_is_cast_at_its_own_time(room: World, forward: float, turn: f
     stamps = np.array([t.stamp for t in truths])
     positions = np.array([t.map_from_base.position for t in truths])
     rotations = np.array([t.map_from_base.rotation for t in truths])
-    assert len(scans) == 52
+    assert len(scans) == count
     # Late sweeps, at a steady speed: poses of the ticks may then be interpolated.
     for scan in scans[-4:]:
         mount = MOUNTS[scan.scanner]
@@ -125,3 +136,39 @@ def test_track_blends_neighbouring_poses() -> None:
     np.testing.assert_allclose(position, [[0.0005, 0.0, 0.0]])
     expected = rotation_from_quaternion(Pose.planar(0.0, 0.0, 0.101).quaternion_wxyz)
     np.testing.assert_allclose(rotation[0], expected, atol=1e-9)
+
+
+def test_realistic_scanners_repeat_bit_by_bit_and_tell_remissions(office: World) -> None:
+    suite = sensor_suite("sick_lms111", realistic=True, sun=0.5)
+
+    def drive(seed: int) -> list[Scan]:
+        config = SimulationConfig(scanners=suite.scanners)
+        simulation = Simulation(office, seed=seed, config=config)
+        simulation.command(Twist.planar(0.5, 0.5))
+        return scans_of(simulation, 12)
+
+    first, again, other = drive(3), drive(3), drive(4)
+    assert len(first) == 12
+    for a, b in zip(first, again, strict=True):
+        np.testing.assert_array_equal(a.ranges, b.ranges)
+        np.testing.assert_array_equal(a.intensities, b.intensities)
+    assert not np.array_equal(first[0].ranges, other[0].ranges, equal_nan=True)
+    for scan in first:
+        assert len(scan.intensities) == len(scan.ranges) == 541
+        assert (scan.intensities >= 0.0).all()
+        lit = scan.intensities[np.isfinite(scan.ranges)]
+        assert np.median(lit) > 0.1
+
+
+def test_effects_off_and_on_see_the_same_office(office: World) -> None:
+    """Realistic ranges differ from exact ones by what the sheet allows, but for edges and dropouts."""
+    exact = tuple(replace(s, sigma=0.0) for s in sensor_suite("sick_lms111").scanners)
+    real = sensor_suite("sick_lms111", realistic=True).scanners
+    plain, rich = (
+        scans_of(Simulation(office, config=SimulationConfig(scanners=s)), 3) for s in (exact, real)
+    )
+    for a, b in zip(plain, rich, strict=True):
+        both = np.isfinite(a.ranges) & np.isfinite(b.ranges)
+        assert both.sum() > 0.9 * np.isfinite(a.ranges).sum()
+        errors = (b.ranges - a.ranges)[both]
+        assert np.percentile(np.abs(errors), 85) < 0.03 + 3.0 * 0.012
