@@ -17,7 +17,7 @@ import mujoco
 from robot_sim.feelers import add_feelers
 from robot_sim.platforms import P3AT
 from robot_sim.skid_steer import SkidSteer
-from robot_sim.underbody import add_underbody
+from robot_sim.underbody import HULL_FRICTION, add_underbody
 
 WHEELS: Final = ("front_left", "front_right", "rear_left", "rear_right")
 """Wheel joints and actuators, in the order in which rates are commanded."""
@@ -44,6 +44,8 @@ SERVO_LAG: Final = 0.01
 TYRE_HALF_LENGTH: Final = 0.005
 """Half the straight part of the capsule that touches the floor [m]: a narrow contact."""
 
+_SLIDING = {"group": ROBOT_GROUP, "priority": 1, "friction": HULL_FRICTION}
+"""The hull's own friction counts, not the greater one of it and what it touches."""
 _FRONT = {"front": 1.0, "rear": -1.0}
 _SIDE = {"left": 1.0, "right": -1.0}
 
@@ -100,10 +102,10 @@ def _battery_position(robot: SkidSteer) -> tuple[float, float, float]:
 def _add_hull(base: mujoco.MjsBody, robot: SkidSteer) -> None:
     """Chassis, batteries, plate and scanners: what has mass, and what bumps into furniture."""
     box, cylinder = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
-    hull = {"group": ROBOT_GROUP, "contype": OBSTACLE_BIT, "conaffinity": OBSTACLE_BIT}
+    hull = {**_SLIDING, "contype": OBSTACLE_BIT, "conaffinity": OBSTACLE_BIT}
     # Under the chassis it is the underbody that touches the ground.
     both = OBSTACLE_BIT | FLOOR_BIT
-    deck = {"group": ROBOT_GROUP, "contype": both, "conaffinity": both}
+    deck = {**_SLIDING, "contype": both, "conaffinity": both}
     inside = {"group": ROBOT_GROUP, "contype": 0, "conaffinity": 0}
     half_width, half_height = robot.inner_half_width, 0.5 * (robot.height - robot.clearance)
     long, wide, tall = robot.length_scale, half_width / 0.1575, half_height / 0.1085
@@ -183,9 +185,9 @@ def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, wheel: str, robot: Ski
         quat=across,
         mass=robot.wheel_mass,
         rgba=(0.15, 0.15, 0.15, 1.0),
-        group=ROBOT_GROUP,
         contype=OBSTACLE_BIT,
         conaffinity=OBSTACLE_BIT,
+        **_SLIDING,
     )
     _add_servo(spec, wheel, robot)
 

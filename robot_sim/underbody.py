@@ -14,8 +14,10 @@ import mujoco
 
 from robot_sim.skid_steer import SkidSteer
 
-GROUND_FRICTION: Final = 0.4
-"""Of bare metal on stone or concrete; chosen from handbooks' 0.3 to 0.6."""
+HULL_FRICTION: Final = (0.4, 0.002, 0.0001)
+"""Of metal and of the tyres' sides on walls, furniture and ground: sliding; spinning and rolling [m].
+Chosen from handbooks' 0.3 to 0.6 for metal on stone; with 0.5 and more a wheel that meets a wall at 45
+degrees climbs it until the robot falls over."""
 _BELLY_REACH: Final = 0.5
 """How far the belly reaches beyond each axle, in wheel radii: the wheels meet a step before it does.
 Chosen by photographs."""
@@ -46,6 +48,6 @@ def add_underbody(base: mujoco.MjsBody, robot: SkidSteer, *, group: int, floor_b
             conaffinity=floor_bit,
             # Its friction holds, not the greater one of surface and hull.
             priority=1,
-            friction=(GROUND_FRICTION, 0.002, 0.0001),
+            friction=HULL_FRICTION,
             rgba=(0.0, 0.0, 0.0, 0.0),
         )
