@@ -18,6 +18,20 @@ def _refuse(constant: str) -> None:
 _DECODER: Final = json.JSONDecoder(parse_constant=_refuse)
 
 
+def read_json(text: str) -> Any:
+    """Return what a JSON text says.
+
+    Raises:
+        FrameError: If it is not JSON; it is a ValueError.
+    """
+    try:
+        return _DECODER.decode(text)
+    except RecursionError:
+        raise FrameError("the JSON is nested too deeply") from None
+    except ValueError as error:
+        raise FrameError(f"not JSON: {error}") from None
+
+
 def operations(frame: str | bytes) -> Iterator[dict[str, Any]]:
     """Yield the objects in a frame: one, as a rule, but some clients send several.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from struct import error
 from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
@@ -42,8 +43,8 @@ class RawCodec:
             if self._flavour == "ros1":
                 return bytes(store.serialize_ros1(made, kind.name))
             return bytes(store.serialize_cdr(made, kind.name, little_endian=True))
-        except (TypeError, ValueError, OverflowError, KeyError, AttributeError) as error:
-            raise MessageError(f"cannot serialise a {kind.name}: {error}") from error
+        except (TypeError, ValueError, OverflowError, KeyError, AttributeError, error) as why:
+            raise MessageError(f"cannot serialise a {kind.name}: {why}") from why
 
     def definition(self, kind: MessageType) -> str:
         """Return the definition of a type and of all it is made of, as rosbags and bag files do."""
@@ -98,6 +99,8 @@ class RawCodec:
             if field.repeated:
                 return [self._made(store, kind, part) for part in value]
             return self._made(store, kind, value)
+        if field.kind == "byte" and not field.repeated:
+            return (value + 128) % 256 - 128  # the store's is signed, in the same bits
         if not field.repeated or field.kind == "string":
             return value
         if field.kind in BLOBS and isinstance(value, bytes | bytearray | memoryview):

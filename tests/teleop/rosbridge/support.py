@@ -26,8 +26,8 @@ MILLISECOND = 1_000_000
 class Wire:
     """A protocol at whose clients one looks from outside."""
 
-    def __init__(self, clients: int = 1, limits: Limits | None = None) -> None:
-        self.protocol = Protocol(REGISTRY, limits=limits)
+    def __init__(self, clients: int = 1, limits: Limits | None = None, **options: Any) -> None:
+        self.protocol = Protocol(REGISTRY, limits=limits, **options)
         self.now = SECOND
         self.clients = [self.protocol.connect(self.now) for _ in range(clients)]
         self._heard: dict[int, list[Any]] = {}

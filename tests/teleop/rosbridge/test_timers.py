@@ -1,8 +1,14 @@
 from __future__ import annotations
 
+from functools import partial
+
 from hypothesis import given, strategies as st
 
 from teleop.rosbridge.timers import Timers
+
+
+def _note(rung: list[tuple[int, int]], number: int, now: int) -> None:
+    rung.append((now, number))
 
 
 @given(st.lists(st.integers(0, 20), max_size=30), st.lists(st.integers(0, 20), max_size=10))
@@ -12,7 +18,7 @@ def test_alarms_ring_in_order_once_and_not_before_their_time(
     timers = Timers()
     rung: list[tuple[int, int]] = []
     for number, when in enumerate(times):
-        timers.at(when, lambda now, n=number: rung.append((now, n)))
+        timers.at(when, partial(_note, rung, number))
     for now in sorted(ticks):
         due = timers.due
         before = len(rung)
