@@ -8,11 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 from robot_sim.errors import WorldError
 
 Stop = tuple[float, ...]
 """x, y in ``map`` [m], and for how long one stops there [s] if there is a third."""
+
+FASTEST: Final = 2.5
+"""Nobody walks faster [m/s]; a leg that swings forward is nearly twice as fast."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +112,8 @@ def _check_walk(kind: str, walker: Person | Cart) -> None:
         value = getattr(walker, key)
         if value is not None:
             _check_positive(what, **{key: value})
+    if walker.speed is not None and walker.speed > FASTEST:
+        raise WorldError(f"{what}: speed must be at most {FASTEST:g} m/s, got {walker.speed:g}")
     if walker.start is not None and not (math.isfinite(walker.start) and walker.start >= 0.0):
         raise WorldError(f"{what}: start must be >= 0 s, got {walker.start}")
 

@@ -17,11 +17,12 @@ from typing import Final
 import numpy as np
 
 from robot_sim.blocks import Block
-from robot_sim.furniture import piece_blocks, size_of
+from robot_sim.furniture import footprint, piece_blocks, size_of
 from robot_sim.glazing import Glazing
 from robot_sim.inhabitants import Cart, Inhabitant, Leaf
 from robot_sim.movers import ARM_REACH
 from robot_sim.plan import Piece, Plan, Wall, Waypoint
+from robot_sim.slabs import Slab
 from robot_sim.walls import wall_blocks
 
 ROBOT_CLEARANCE: Final = 0.7
@@ -124,6 +125,7 @@ def rearranged(plan: Plan, seed: int) -> Plan:
             and not others.meet(*_spot(piece))
             and not fixed.meet(*_spot(piece))
             and not kept_free.meet(*_spot(piece))
+            and all(_on_or_off(piece, slab) for slab in plan.slabs)
             # It is shoved across the room, not through a wall.
             and not fixed.meet(*_line(origin, (piece.x, piece.y), 0.0))
         )
@@ -192,6 +194,14 @@ def _within(piece: Piece, plan: Plan) -> bool:
     return x0 + reach < x < x1 - reach and y0 + reach < y < y1 - reach
 
 
+def _on_or_off(piece: Piece, slab: Slab) -> bool:
+    """Return whether a piece stands on a level slab with all of itself, or beside the slab."""
+    half = (0.5 * slab.length, 0.5 * slab.width)
+    beside = not Rectangles([(slab.x, slab.y, *half, slab.yaw)]).meet(*_spot(piece))
+    on_top = slab.level and bool(np.isfinite(slab.heights(np.array(footprint(piece)))).all())
+    return beside or on_top
+
+
 def _fixed(plan: Plan) -> Iterator[tuple[float, float, float, float, float]]:
     """Yield what stands fast and could be run into by a person."""
     for block in _fixed_blocks(plan):
@@ -205,8 +215,6 @@ def _fixed_blocks(plan: Plan) -> Iterator[Block]:
         yield from wall_blocks(wall)
     for glazing in plan.glazings:
         yield from glazing.blocks()
-    for slab in plan.slabs:
-        yield slab.block()
     for piece in plan.furniture:
         if piece.kind not in HABITS:
             yield from piece_blocks(piece)
