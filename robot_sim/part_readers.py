@@ -5,6 +5,7 @@ from __future__ import annotations
 from robot_sim import toml_table as toml
 from robot_sim.glazing import Glazing, Roof
 from robot_sim.parts import Door, Piece, Wall, Window
+from robot_sim.plan import CloudSpec
 from robot_sim.slabs import Slab
 from robot_sim.surfaces import Patch, surface_named
 from robot_sim.terrain import Hill, Level, Rut, Terrain
@@ -154,6 +155,16 @@ def _level(table: toml.Table) -> Level:
     level = Level(x, y, table.take("radius", toml.number), table.take("height", toml.number))
     table.close()
     return level
+
+
+def cloud(table: toml.Table) -> CloudSpec:
+    """Read ``[cloud]``."""
+    result = CloudSpec(
+        spacing=table.take("spacing", toml.number, 0.08),
+        highest=table.take("highest", toml.number, None),
+    )
+    table.close()
+    return result
 
 
 def patch(table: toml.Table) -> Patch:

@@ -34,6 +34,21 @@ NO_FLOOR: Final = "none"
 
 
 @dataclass(frozen=True, slots=True)
+class CloudSpec:
+    """How fine and how high the world's cloud is to be, so that a large one stays a file one can send."""
+
+    spacing: float = 0.08
+    """Between its points [m]."""
+    highest: float | None = None
+    """Nothing above this is kept [m]; None keeps everything."""
+
+    def __post_init__(self) -> None:
+        check_positive("the cloud", spacing=self.spacing)
+        if self.highest is not None:
+            check_positive("the cloud", highest=self.highest)
+
+
+@dataclass(frozen=True, slots=True)
 class Plan:
     """Everything there is to say about a world, but for the robot in it."""
 
@@ -59,6 +74,7 @@ class Plan:
     """A drive through most of the world, ending near where it began."""
     survey: tuple[Waypoint, ...] = ()
     """A longer drive that sees every corner, for building a map."""
+    cloud: CloudSpec = field(default_factory=CloudSpec)
     inhabitants: tuple[Inhabitant, ...] = ()
     """Who and what moves when the world is alive."""
 

@@ -55,6 +55,7 @@ def _plan(table: toml.Table, name: str) -> Plan:
         places=table.take("places", toml.placements, {}),
         tour=tour,
         survey=table.take("survey", toml.waypoints, tour),
+        cloud=read.cloud(table.table("cloud")),
         inhabitants=(
             *(_person(t, i) for i, t in enumerate(table.tables("person"))),
             *(_cart(t, i) for i, t in enumerate(table.tables("cart"))),

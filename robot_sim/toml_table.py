@@ -41,10 +41,14 @@ class Table:
         except (TypeError, ValueError) as error:
             raise WorldError(self._say(f"{key} {error}")) from None
 
+    def table(self, key: str) -> Table:
+        """Return the entry ``key``, a table, as such; an empty one if it is missing."""
+        return Table(self.take(key, row, {}), key)
+
     def tables(self, key: str) -> list[Table]:
         """Return the entry ``key``, an array of tables, as such; none if it is missing."""
         entries = self.take(key, rows, [])
-        return [Table(row, f"{key} {row.get('name', i)!r}") for i, row in enumerate(entries)]
+        return [Table(each, f"{key} {each.get('name', i)!r}") for i, each in enumerate(entries)]
 
     def close(self) -> None:
         """Raise a WorldError if an entry was never asked for."""
@@ -162,6 +166,13 @@ def placements(value: Any) -> dict[str, Placement]:
         except (TypeError, ValueError) as error:
             raise ValueError(f"{key} {error}") from None
     return read
+
+
+def row(value: Any) -> dict[str, Any]:
+    """Read a table."""
+    if not isinstance(value, dict):
+        raise TypeError(f"must be a table, got {value!r}")
+    return value
 
 
 def rows(value: Any) -> list[dict[str, Any]]:
