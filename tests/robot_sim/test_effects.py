@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from localization.types import IntArray
+from localization.types import IntArray, Scan
 from robot_sim.arrays import FloatArray
 from robot_sim.effects import (
     SUB_BEAMS,
@@ -35,10 +36,19 @@ from robot_sim.errors import SensorError, SimulationError
 from robot_sim.lidar import Scanner
 from robot_sim.lidar_models import LIDARS, lidar_model
 from robot_sim.materials import MATERIALS
+from robot_sim.optical_bench import OpticalBench, bench_scanner, box, pane, wall
 from robot_sim.optics import pane_reflectance
 from robot_sim.p3at import MOUNTS
 from robot_sim.scanner_config import ScannerConfig
-from tests.robot_sim.optical_bench import Bench, box, pane, wall
+
+
+class Bench(OpticalBench):
+    """The bench, with the scanner's parameters spelled out where it is used."""
+
+    def sweeps(self, count: int, *, seed: int = 0, **parameters: Any) -> list[Scan]:  # type: ignore[override]
+        """Return sweeps of an exact scanner, but for ``parameters``."""
+        return super().sweeps(count, bench_scanner(**parameters), seed=seed)
+
 
 AHEAD = 270
 """Index of the beam along x, of 541."""

@@ -1,0 +1,112 @@
+"""An optical bench: a scanner that stands still among a few things, to see what an effect does.
+
+Everything is the simulation's own: casters, materials, effects. Only the robot is missing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from localization.types import Pose, Scan
+from robot_sim.arrays import FloatArray
+from robot_sim.casting import MujocoRayCaster, RayCaster
+from robot_sim.casting.moving import Moved
+from robot_sim.effects import Echoes, Panes
+from robot_sim.lidar import Scanner
+from robot_sim.materials import MATERIALS
+from robot_sim.optics import look, optics_of
+from robot_sim.scanner_config import ScannerConfig
+from robot_sim.track import Track
+
+
+class OpticalBench:
+    """Things around a scanner at the origin that looks along x."""
+
+    def __init__(self, things: str, movers: Sequence[Moved] = ()) -> None:
+        """Set things up.
+
+        Args:
+            things: MJCF below ``worldbody``, such as ``box`` and ``wall`` return; materials of the
+                catalogue can be named.
+            movers: Of its mocap bodies.
+        """
+        materials = "".join(f'<material name="{name}"/>' for name in MATERIALS)
+        self.model = mujoco.MjModel.from_xml_string(
+            f"<mujoco><asset>{materials}</asset><worldbody>{things}</worldbody></mujoco>"
+        )
+        self.data = mujoco.MjData(self.model)
+        mujoco.mj_forward(self.model, self.data)
+        self.caster: RayCaster = MujocoRayCaster(self.model, self.data, movers)
+
+    def echoes(self, directions: FloatArray, far: float = 30.0) -> Echoes:
+        """Cast rays from the origin, through panes and off mirrors.
+
+        Args:
+            directions: (N, 3), of any length.
+            far: Greatest range [m].
+        """
+        n = len(directions)
+        return look(
+            self.caster,
+            optics_of(self.model, self.data),
+            Panes(),
+            np.zeros((n, 3)),
+            directions / np.linalg.norm(directions, axis=1, keepdims=True),
+            np.zeros(n, dtype=np.int64),
+            far,
+        )
+
+    def sweeps(self, count: int, config: ScannerConfig, *, seed: int = 0) -> list[Scan]:
+        """Return the first ``count`` sweeps of a scanner whose plane is level."""
+        optics = optics_of(self.model, self.data)
+        scanner = Scanner(
+            config, Pose.identity(), self.caster, np.random.SeedSequence(seed), optics
+        )
+        end = config.phase_ns + (count + 1) * config.period_ns
+        unturned = np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))
+        still = Track(np.array([0, end], dtype=np.int64), np.zeros((2, 3)), unturned)
+        return [scanner.sweep(still) for _ in range(count)]
+
+
+def bench_scanner(**parameters: Any) -> ScannerConfig:
+    """Return a scanner without noise and effects, but for ``parameters`` of ``ScannerConfig``."""
+    return ScannerConfig("laser_horizontal", **({"sigma": 0.0} | parameters))
+
+
+def box(
+    x: float,
+    y: float,
+    half: tuple[float, float, float],
+    material: str,
+    yaw: float = 0.0,
+) -> str:
+    """Return a box about (x, y, 0).
+
+    Args:
+        x: [m].
+        y: [m].
+        half: Half its size along its own axes [m].
+        material: Of the catalogue.
+        yaw: [rad].
+    """
+    size = " ".join(f"{h!r}" for h in half)
+    turn = math.degrees(yaw)
+    return (
+        f'<geom type="box" pos="{x!r} {y!r} 0" size="{size}" material="{material}"'
+        f' euler="0 0 {turn!r}"/>'
+    )
+
+
+def wall(x: float, material: str = "wall") -> str:
+    """Return a broad wall whose face is the plane at ``x`` [m]."""
+    return box(x + 0.1, 0.0, (0.1, 20.0, 5.0), material)
+
+
+def pane(x: float, yaw: float = 0.0, material: str = "glass") -> str:
+    """Return a pane 6 mm thick and 8 m wide whose middle is at ``x`` [m], turned by ``yaw`` [rad]."""
+    return box(x, 0.0, (0.003, 4.0, 2.0), material, yaw)
