@@ -9,11 +9,11 @@ from dataclasses import fields
 from typing import Final
 
 from robot_sim.errors import WorldError
-from robot_sim.plan import Door, Piece, Placement, Plan, Wall, Waypoint, Window
+from robot_sim.plan import CloudSpec, Door, Piece, Placement, Plan, Wall, Waypoint, Window
 
 _WRITTEN: Final = {
     "name", "bounds", "spawns", "height", "ceiling", "floor", "walls", "furniture", "places",
-    "tour", "survey",
+    "tour", "survey", "cloud",
 }  # fmt: skip
 _THICKNESS: Final = 0.14
 _POINTS_A_LINE: Final = 6
@@ -76,6 +76,12 @@ def _lines(
             yield ""
             yield f"[{title}]"
             yield from (f"{_key(k)} = {_placement(v)}" for k, v in placements)
+    if plan.cloud != CloudSpec():
+        yield ""
+        yield "[cloud]"
+        yield f"spacing = {_number(plan.cloud.spacing)}"
+        if plan.cloud.highest is not None:
+            yield f"highest = {_number(plan.cloud.highest)}"
     if tables:
         yield from _wall_tables(plan)
         for i, piece in enumerate(plan.furniture):
