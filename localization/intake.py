@@ -10,6 +10,7 @@ from localization.types import (
     Inertial,
     Mounts,
     Odometry,
+    PointScan,
     Reading,
     Scan,
     WheelSpeeds,
@@ -41,7 +42,7 @@ _FARTHEST_AHEAD = SECOND
 class Intake:
     """Checks readings one by one; remembers the last stamp of each source."""
 
-    def __init__(self, mounts: Mounts, leader: type[Reading] = Inertial) -> None:
+    def __init__(self, mounts: Mounts, leader: tuple[type[Reading], ...] = (Inertial,)) -> None:
         """Build for scanners by frame name, and the kind of reading that moves time on."""
         self._mounts = mounts
         self._leader = leader
@@ -67,9 +68,9 @@ class Intake:
     def _order(self, reading: Reading, now: int) -> str | None:
         source = _source(reading)
         ahead = reading.stamp - now
-        if now and ahead > _FARTHEST_AHEAD and not isinstance(reading, (self._leader, Hint)):
+        if now and ahead > _FARTHEST_AHEAD and not isinstance(reading, (*self._leader, Hint)):
             return (
-                f"refused {source} stamped {ahead / SECOND:.1f} s ahead of the {_PLURAL[self._leader]}: "
+                f"refused {source} stamped {ahead / SECOND:.1f} s ahead of the {_PLURAL[self._leader[0]]}: "
                 "all sensors must share one clock"
             )
         last = self._last.get(source)
@@ -91,12 +92,16 @@ class Intake:
         match reading:
             case Scan():
                 if reading.scanner not in self._mounts:
-                    known = ", ".join(sorted(self._mounts)) or "none"
-                    return f"refused a scan of unknown scanner {reading.scanner!r}; known: {known}"
+                    return self._stranger(reading.scanner)
                 if len(reading.ranges) == 0:
                     return f"refused an empty scan of {reading.scanner}"
                 if not np.isfinite(reading.angles).all():
                     return f"refused a scan of {reading.scanner}: angles must be finite"
+            case PointScan():
+                if reading.scanner not in self._mounts:
+                    return self._stranger(reading.scanner)
+                if len(reading.points) == 0:
+                    return f"refused an empty scan of {reading.scanner}"
             case WheelSpeeds():
                 fastest = max(abs(reading.left), abs(reading.right))
                 if (
@@ -119,10 +124,14 @@ class Intake:
                 pass
         return None
 
+    def _stranger(self, scanner: str) -> str:
+        known = ", ".join(sorted(self._mounts)) or "none"
+        return f"refused a scan of unknown scanner {scanner!r}; known: {known}"
+
 
 def _source(reading: Reading) -> str:
     match reading:
-        case Scan():
+        case Scan() | PointScan():
             return f"scan of {reading.scanner}"
         case WheelSpeeds():
             return "wheel speeds"

@@ -40,6 +40,7 @@ from localization.types import (
     Match,
     Mounts,
     Odometry,
+    PointScan,
     Pose,
     Reading,
     Scan,
@@ -131,7 +132,7 @@ class Localizer:
         self._stamp = 0
         self._odom = Pose.identity()
         self._placed = False
-        self._pending: dict[str, Scan] = {}
+        self._pending: dict[str, Scan | PointScan] = {}
         self._heard: dict[str, int] = {}
         self._slip_until = -1
         self._rolled = 0.0
@@ -166,7 +167,7 @@ class Localizer:
         match reading:
             case Hint():
                 self._desk.receive(reading, self._stamp, self._odom_at(reading.stamp))
-            case Scan():
+            case Scan() | PointScan():
                 self._pending[reading.scanner] = reading
                 self._heard[reading.scanner] = reading.stamp
             case WheelSpeeds():

@@ -22,12 +22,14 @@ from rosbags.serde import SerdeError
 
 from localization import messages
 from localization.messages import MessageError
+from localization.suites import Suite
 from localization.types import (
     Hint,
     Inertial,
     InvalidReadingError,
     Mounts,
     Odometry,
+    PointScan,
     Pose,
     Reading,
     Scan,
@@ -55,6 +57,8 @@ def topic_of(reading: Reading) -> str:
             return "/scan_vertical" if reading.scanner == "laser_vertical" else "/scan"
         case Inertial():
             return "/imu/data"
+        case PointScan():
+            return "/points"
         case Odometry():
             return "/odom"
         case Hint():
@@ -215,6 +219,11 @@ class Log:
         return float(self.metadata.get("wheel_radius", messages.WHEEL_RADIUS))
 
     @property
+    def suite(self) -> Suite:
+        """What our own logs have; the configuration they may hold says if it was used otherwise."""
+        return Suite()
+
+    @property
     def warning(self) -> str | None:
         """One line if there is something to know before trusting the end of the log."""
         if self.complete:
@@ -291,6 +300,24 @@ class _Cdr:
     """Such as ``sensor_msgs/msg/Imu``; something else if it is not CDR."""
     log_time: int
     data: bytes
+
+
+def is_ours(path: Path | str) -> bool:
+    """Return whether a file is an MCAP log that ``ReadingsWriter`` wrote, be it cut short.
+
+    Raises:
+        LogError: If it cannot be read.
+    """
+    path = Path(path)
+    with path.open("rb") as file:
+        if file.read(len(_MAGIC)) != _MAGIC:
+            return False
+    for record in _raw_records(path, complete=False):
+        if isinstance(record, Metadata):
+            return bool(record.name == METADATA_NAME)
+        if isinstance(record, Message):
+            return False
+    return False
 
 
 def read_log(path: Path | str) -> Log:

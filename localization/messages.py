@@ -19,6 +19,7 @@ from localization.types import (
     Inertial,
     Mounts,
     Odometry,
+    PointScan,
     Pose,
     Reading,
     Scan,
@@ -34,6 +35,7 @@ TYPES: Final = get_typestore(Stores.ROS2_JAZZY)
 LASER_SCAN: Final = "sensor_msgs/msg/LaserScan"
 JOINT_STATE: Final = "sensor_msgs/msg/JointState"
 IMU: Final = "sensor_msgs/msg/Imu"
+POINT_CLOUD: Final = "sensor_msgs/msg/PointCloud2"
 ODOMETRY: Final = "nav_msgs/msg/Odometry"
 POSE_WITH_COVARIANCE: Final = "geometry_msgs/msg/PoseWithCovarianceStamped"
 TF: Final = "tf2_msgs/msg/TFMessage"
@@ -43,6 +45,8 @@ WHEEL_JOINTS: Final = ("left_wheels", "right_wheels")
 
 WHEEL_RADIUS: Final = 0.111
 """Radius [m] of a Pioneer 3-AT's wheel: 222 mm across (MobileRobots, Pioneer 3-AT data sheet)."""
+
+_POINT: Final = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("t", "<u4")])
 
 _LAST_STAMP: Final = 2**31 * SECOND
 """First stamp [ns] that ``builtin_interfaces/Time`` cannot hold."""
@@ -176,6 +180,40 @@ def read_scan(message: Message) -> Scan:
         intensities=message.intensities,
         range_min=message.range_min,
         range_max=message.range_max,
+    )
+
+
+def points_message(scan: PointScan) -> Message:
+    """Return ``PointCloud2`` with x, y, z [m] and the times ``t`` after its stamp [ns].
+
+    Raises:
+        MessageError: If float32 and uint32 do not hold the numbers exactly.
+    """
+    table = np.zeros(len(scan.points), dtype=_POINT)
+    for i, name in enumerate("xyz"):
+        table[name] = scan.points[:, i]
+    table["t"] = scan.offsets
+    exact = all((table[name] == scan.points[:, i]).all() for i, name in enumerate("xyz"))
+    if not exact or (table["t"] != scan.offsets).any():
+        raise MessageError(
+            f"points of {scan.scanner} at {scan.stamp} ns must be of float32 resolution, and their"
+            " times within 4 s"
+        )
+    fields = [
+        _build("sensor_msgs/msg/PointField", name=name, offset=4 * i, datatype=kind, count=1)
+        for i, (name, kind) in enumerate(zip("xyzt", (7, 7, 7, 6), strict=True))
+    ]
+    return _build(
+        POINT_CLOUD,
+        header=header_message(scan.stamp, scan.scanner),
+        height=1,
+        width=len(table),
+        fields=fields,
+        is_bigendian=False,
+        point_step=_POINT.itemsize,
+        row_step=_POINT.itemsize * len(table),
+        data=np.frombuffer(table.tobytes(), dtype=np.uint8),
+        is_dense=True,
     )
 
 
@@ -328,6 +366,8 @@ def reading_message(reading: Reading, wheel_radius: float = WHEEL_RADIUS) -> Mes
     match reading:
         case Scan():
             return scan_message(reading)
+        case PointScan():
+            return points_message(reading)
         case WheelSpeeds():
             return wheels_message(reading, wheel_radius)
         case Inertial():

@@ -8,11 +8,16 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar, cast, get_type_hints
 
+import numpy as np
+
 from localization.cloud import load_cloud
 from localization.localizer import Localizer, LocalizerConfig
-from localization.log import Log, LogError, read_log
+from localization.log import LogError
+from localization.logs import ReadingsLog, open_log
 from localization.prepared import prepare
-from localization.types import SECOND, Estimate, HintVerdict
+from localization.ros_readings import Layout
+from localization.suites import Suite
+from localization.types import SECOND, Estimate, Hint, HintVerdict, PointScan, Pose, Scan
 
 CONFIG_KEY = "localizer"
 """Metadata of a log under which the localiser's configuration is kept, as JSON."""
@@ -20,11 +25,29 @@ CONFIG_KEY = "localizer"
 _T = TypeVar("_T")
 
 
-def replay(log: Log, localizer: Localizer) -> Iterator[Estimate]:
-    """Feed a log to a localiser and yield its estimate each time that time has moved on."""
-    stamp = 0
+def replay(
+    log: ReadingsLog, localizer: Localizer, *, start: Pose | None = None
+) -> Iterator[Estimate]:
+    """Feed a log to a localiser and yield its estimate each time that time has moved on.
+
+    Args:
+        log: readings in the order of arrival.
+        localizer: takes them.
+        start: ``map_from_base`` about where the log begins: given as a hint, and again from wherever
+            odometry leads, until one is accepted.
+    """
+    stamp, asked, begun = 0, False, Pose.identity()
     for reading in log:
         estimate = localizer.add(reading)
+        if estimate.verdict is not None:
+            asked = False
+        if start is not None and not asked and isinstance(reading, Scan | PointScan):
+            if not stamp:
+                begun = estimate.odom_from_base
+            if estimate.map_from_base is None:
+                here = start @ (begun.inverse() @ estimate.odom_from_base)
+                estimate = localizer.add(Hint(reading.stamp, here, np.zeros((6, 6))))
+                asked = True
         if estimate.stamp > stamp:
             stamp = estimate.stamp
             yield estimate
@@ -46,14 +69,20 @@ def localize(
     log_path: Path | str,
     map_path: Path | str,
     *,
+    suite: Suite | None = None,
+    start: Pose | None = None,
+    layout: Layout | None = None,
     cache: Path | None = None,
     progress: Callable[[float, str], None] = lambda share, text: None,
 ) -> Localized:
     """Localise a whole log in a map, configured as the log says it was recorded.
 
     Args:
-        log_path: an MCAP log with scans, wheel speeds, inertial readings and at least one hint.
+        log_path: a log of ours, a ROS bag or a CARMEN text, with a hint unless ``start`` is given.
         map_path: the cloud, as PLY.
+        suite: which sensors to use; what the log has unless given.
+        start: ``map_from_base`` about where the log begins, for logs without a hint.
+        layout: how the robot is built, as far as a bag does not say.
         cache: folder for the prepared map; None prepares it anew.
         progress: told the share done, as far as it is known, and a line of text.
 
@@ -61,16 +90,18 @@ def localize(
         LogError: if the log cannot be read.
         CloudError: if the cloud cannot serve as a map.
     """
-    log = read_log(log_path)
+    log = open_log(log_path, layout)
     cloud = load_cloud(map_path)
-    config = config_of(log)
+    config = config_of(log) if suite is None else LocalizerConfig.of(suite)
     localizer = Localizer(prepare(cloud, cache=cache), log.mounts, config)
-    estimates, refusals = [], {}
-    for estimate in replay(log, localizer):
+    estimates, refusals, told = [], {}, 0
+    for estimate in replay(log, localizer, start=start):
         estimates.append(estimate)
         refusals.update(dict.fromkeys(r for r in estimate.reasons if r.startswith("refused")))
-        if estimate.stamp % (10 * SECOND) == 0:
-            progress(0.0, f"{estimate.stamp // SECOND} s, {estimate.health}")
+        if estimate.stamp >= told + 10 * SECOND:
+            told = estimate.stamp
+            since = (told - estimates[0].stamp) // SECOND
+            progress(0.0, f"{since} s, {estimate.health}")
     notes = [log.warning] if log.warning else []
     recorded = log.metadata.get("map_sha256", cloud.sha256)
     if recorded != cloud.sha256:
@@ -84,15 +115,15 @@ def localize(
     return Localized(tuple(estimates), verdicts, tuple(notes))
 
 
-def config_of(log: Log) -> LocalizerConfig:
-    """Return the configuration a log was recorded with, or the default if it has none.
+def config_of(log: ReadingsLog) -> LocalizerConfig:
+    """Return the configuration a log was recorded with, or what suits its sensors if it has none.
 
     Raises:
         LogError: if the log holds one that this version does not understand.
     """
     text = log.metadata.get(CONFIG_KEY)
     if text is None:
-        return LocalizerConfig()
+        return LocalizerConfig.of(log.suite)
     try:
         return from_json(LocalizerConfig, json.loads(text))
     except (TypeError, ValueError) as error:

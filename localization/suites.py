@@ -14,13 +14,22 @@ import numpy as np
 
 from localization.ekf import GRAVITY, EkfConfig
 from localization.geometry import FloatArray
-from localization.types import SECOND, Inertial, Odometry, Pose, Reading, Scan, WheelSpeeds
+from localization.types import (
+    SECOND,
+    Inertial,
+    Odometry,
+    PointScan,
+    Pose,
+    Reading,
+    Scan,
+    WheelSpeeds,
+)
 
 
 class Motion(StrEnum):
     """What tells how the robot moves between sweeps."""
 
-    WHEELS_AND_GYRO = "wheels and gyro"
+    WHEELS_AND_GYRO = "wheels-and-gyro"
     WHEELS = "wheels"
     """Rim speeds alone; turning is read from their difference."""
     GYRO = "gyro"
@@ -56,8 +65,8 @@ class Suite:
         return self.motion in (Motion.WHEELS_AND_GYRO, Motion.WHEELS)
 
     @property
-    def leader(self) -> type[Reading]:
-        """The kind of reading that moves time on."""
+    def leader(self) -> tuple[type[Reading], ...]:
+        """The kinds of readings that move time on."""
         return _LEADERS[self.motion]
 
     @property
@@ -86,12 +95,12 @@ class Suite:
         return config
 
 
-_LEADERS: dict[Motion, type[Reading]] = {
-    Motion.WHEELS_AND_GYRO: Inertial,
-    Motion.WHEELS: WheelSpeeds,
-    Motion.GYRO: Inertial,
-    Motion.ODOMETRY: Odometry,
-    Motion.SCANNER: Scan,
+_LEADERS: dict[Motion, tuple[type[Reading], ...]] = {
+    Motion.WHEELS_AND_GYRO: (Inertial,),
+    Motion.WHEELS: (WheelSpeeds,),
+    Motion.GYRO: (Inertial,),
+    Motion.ODOMETRY: (Odometry,),
+    Motion.SCANNER: (Scan, PointScan),
 }
 _LEVEL = math.radians(0.1)
 """How level a flat ground is believed to be, at each sweep [rad]."""
@@ -165,7 +174,7 @@ class MotionSource:
                 return self._measured(reading)
             case Odometry() if motion is Motion.ODOMETRY:
                 return self._added_up(reading)
-            case Scan() if motion is Motion.SCANNER:
+            case Scan() | PointScan() if motion is Motion.SCANNER:
                 across = 0.5 * self._track * seen[1]
                 return self._rolled(
                     reading.end_stamp, seen[0] - across, seen[0] + across, rolling=False

@@ -241,6 +241,39 @@ class Scan:
         return self.stamp + (int(self.offsets[-1]) if len(self.offsets) else 0)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PointScan:
+    """What a scanner of several planes saw in one turn, point by point, as measured."""
+
+    stamp: int
+    """Time of the first point [ns]."""
+    scanner: str
+    """Frame of the scanner."""
+    points: FloatArray
+    """(N, 3) in that frame [m]."""
+    offsets: IntArray
+    """(N,) time of each point after ``stamp`` [ns]."""
+
+    def __post_init__(self) -> None:
+        n = len(self.points)
+        if self.stamp < 0:
+            raise InvalidReadingError(f"points.stamp must be >= 0 ns, got {self.stamp}")
+        points = _read_only(self.points, (n, 3), "points.points")
+        if not np.isfinite(points).all():
+            raise InvalidReadingError("points.points must be finite; leave out what is not")
+        offsets = np.array(self.offsets, dtype=np.int64)
+        if offsets.shape != (n,) or (offsets < 0).any():
+            raise InvalidReadingError(f"points.offsets must be {n} times >= 0, got {offsets.shape}")
+        offsets.flags.writeable = False
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "offsets", offsets)
+
+    @property
+    def end_stamp(self) -> int:
+        """Time of the last point [ns]."""
+        return self.stamp + int(self.offsets.max(initial=0))
+
+
 @dataclass(frozen=True, slots=True)
 class WheelSpeeds:
     """Mean rim speed of each side over the interval that ends at the stamp."""
@@ -296,7 +329,7 @@ class Hint:
         object.__setattr__(self, "covariance", covariance)
 
 
-Reading: TypeAlias = Scan | WheelSpeeds | Inertial | Odometry | Hint
+Reading: TypeAlias = Scan | PointScan | WheelSpeeds | Inertial | Odometry | Hint
 """What ``Localizer.add`` takes, and what a log holds."""
 
 Mounts: TypeAlias = Mapping[str, Pose]
