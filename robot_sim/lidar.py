@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -10,6 +11,7 @@ from localization.types import Pose, Scan
 from robot_sim.arrays import FloatArray
 from robot_sim.casting import RayCaster
 from robot_sim.errors import SensorError
+from robot_sim.fan import Fan
 from robot_sim.optics import Optics
 from robot_sim.receiver import Receiver
 from robot_sim.scanner_config import ScannerConfig as ScannerConfig
@@ -55,8 +57,9 @@ class Scanner:
             for part in range(config.interlace)
         ]
         self._offsets = [pattern.offsets for pattern in patterns]
+        self._patterns = patterns
+        self._fans = [Fan(mount, pattern.angles, pattern.offsets) for pattern in patterns]
         self._axes_in_base = [mount.rotation @ _axes(pattern.angles) for pattern in patterns]
-        self._rays_in_base = [axes[:, :, 0].copy() for axes in self._axes_in_base]
         self._picture = config.phase_ns
         self._part = 0
 
@@ -74,13 +77,13 @@ class Scanner:
         """Cast the sweep that has just ended; ``track`` must reach from ``start`` to ``end``."""
         config, part, start = self._config, self._part, self.start
         times = start + self._offsets[part]
-        positions, rotations = track.at(times)
-        origins = positions + rotations @ self._mount.position
         if self._optics is None:
-            directions = np.einsum("nij,nj->ni", rotations, self._rays_in_base[part])
+            origins, directions = self._fans[part].rays(track, start)
             distances = self._caster.distances(origins, directions, times, config.range_max)
             ranges, remissions = self._receiver.measured(distances), _NO_REMISSIONS
         else:
+            positions, rotations = track.at(times)
+            origins = positions + rotations @ self._mount.position
             axes = rotations @ self._axes_in_base[part]
             limits = (config.range_min, config.range_max)
             ranges, remissions = self._receiver.sensed(
@@ -88,7 +91,13 @@ class Scanner:
             )
         ranges[ranges < config.range_min] = np.nan
         ranges[ranges > config.range_max] = np.inf
-        scan = config.scan(start, ranges, part=part, intensities=remissions)
+        # A scan has the resolution of its message, which is that of float32.
+        scan = replace(
+            self._patterns[part],
+            stamp=start,
+            ranges=ranges.astype(np.float32).astype(float),
+            intensities=remissions.astype(np.float32).astype(float),
+        )
         self._part = (part + 1) % config.interlace
         self._picture += config.period_ns if self._part == 0 else 0
         return scan

@@ -1,0 +1,85 @@
+"""The beams of one sweep, each from where the scanner was at that beam's own time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from localization.types import IntArray, Pose
+from robot_sim.arrays import FloatArray
+from robot_sim.track import Track
+
+
+class Fan:
+    """Beams in the scanner's x-y plane at fixed angles and fixed times after the sweep's start.
+
+    Origin and plane of the scanner are worked out at each physics step and blended in between: a
+    matrix product and a few sums over all beams, where a rotation for each beam would cost three
+    times as much. At the top turning rate, 10 mrad a step, directions are exact to 5e-6 rad.
+    """
+
+    def __init__(self, mount: Pose, angles: FloatArray, offsets: IntArray) -> None:
+        """Lay out the beams.
+
+        Args:
+            mount: ``base_from_scanner``.
+            angles: (N,) from the scanner's x axis [rad].
+            offsets: (N,) times after the first beam [ns], not decreasing.
+        """
+        x, y = mount.rotation[:, 0], mount.rotation[:, 1]
+        turned = [np.einsum("abij,j->abi", _ROTATION, v) for v in (mount.position, x, y)]
+        # Where a quaternion takes the mount's origin and axes: linear in the products of its parts.
+        self._frame_of = np.ascontiguousarray(np.concatenate(turned, axis=2).reshape(16, 9).T)
+        self._cosines = np.cos(angles)
+        self._sines = np.sin(angles)
+        self._offsets = offsets
+        self._phase = -1
+        self._steps: IntArray = np.zeros(0, dtype=np.int64)
+        self._shares: FloatArray = np.zeros(0)
+
+    def rays(self, track: Track, start: int) -> tuple[FloatArray, FloatArray]:
+        """Return origins (N, 3) [m] and unit directions (N, 3), in ``map``.
+
+        Args:
+            track: From ``start`` or earlier to the last beam or later.
+            start: Time of the first beam [ns].
+        """
+        stamps = track.stamps
+        step = int(stamps[1] - stamps[0])
+        first, phase = divmod(start - int(stamps[0]), step)
+        if phase != self._phase:
+            self._steps, left = np.divmod(phase + self._offsets, step)
+            self._shares = left / step
+            self._phase = phase
+        rows = slice(first, first + int(self._steps[-1]) + 2)
+        q = track.quaternions_wxyz[rows]
+        frames = self._frame_of @ (q[:, :, None] * q[:, None, :]).reshape(-1, 16).T
+        frames[:3] += track.positions[rows].T
+        changes = np.empty_like(frames)
+        np.subtract(frames[:, 1:], frames[:, :-1], out=changes[:, :-1])
+        # The last beam may fall on the last step, from where there is nowhere to go.
+        changes[:, -1] = 0.0
+        # Long rows for the sums: components first, beams second.
+        at = changes.take(self._steps, axis=1)
+        at *= self._shares
+        at += frames.take(self._steps, axis=1)
+        directions = self._cosines * at[3:6]
+        directions += self._sines * at[6:]
+        # Blended axes are short by 1e-5 at most, for which this is one step of Newton to length 1.
+        directions *= 1.5 - 0.5 * np.einsum("dn,dn->n", directions, directions)
+        return np.ascontiguousarray(at[:3].T), np.ascontiguousarray(directions.T)
+
+
+def _rotation_tensor() -> FloatArray:
+    """Return T (4, 4, 3, 3) such that ``sum_ab T[a, b] q_a q_b`` is the rotation matrix of q, wxyz."""
+    tensor = np.zeros((4, 4, 3, 3))
+    w, x, y, z = range(4)
+    for a, signs in ((w, (1, 1, 1)), (x, (1, -1, -1)), (y, (-1, 1, -1)), (z, (-1, -1, 1))):
+        tensor[a, a] = np.diag(signs)
+    for a, b, row, column in ((x, y, 0, 1), (x, z, 0, 2), (y, z, 1, 2)):
+        tensor[a, b, row, column] = tensor[a, b, column, row] = 2.0
+    for a, row, column in ((x, 2, 1), (y, 0, 2), (z, 1, 0)):
+        tensor[w, a, row, column], tensor[w, a, column, row] = 2.0, -2.0
+    return tensor
+
+
+_ROTATION = _rotation_tensor()
