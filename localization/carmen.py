@@ -110,7 +110,10 @@ class CarmenLog:
             if len(mounts) == 100:
                 break
         if not mounts:
-            raise LogError(f"{self.path}: holds no scan: no line FLASER or ROBOTLASER1 is whole")
+            raise LogError(
+                f"{self.path}: holds no scan: logs are MCAP files, ROS bags or CARMEN texts with whole"
+                " lines FLASER or ROBOTLASER1"
+            )
         first = mounts[0]
         same = all(
             np.abs(m.position - first.position).max() < 1e-3

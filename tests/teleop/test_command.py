@@ -81,7 +81,9 @@ def test_missing_and_foreign_logs_are_refused_in_one_line(
     assert "No such file" in error_line(["localize", missing, "--map", "x.ply"], capsys)
     foreign = tmp_path / "foreign.mcap"
     foreign.write_text("hello, this is not a log")
-    assert "not an MCAP" in error_line(["localize", str(foreign), "--map", "x.ply"], capsys)
+    assert "logs are MCAP files, ROS bags or CARMEN texts" in error_line(
+        ["localize", str(foreign), "--map", "x.ply"], capsys
+    )
 
 
 def test_impossible_settings_are_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
