@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import mujoco
@@ -46,24 +47,23 @@ class TouchFinder:
         self._ring = {int(model.geom(name).id) for name in rings}
         self._nose = int(model.geom(NOSE).id)
         self._tyres = {int(model.geom(f"{wheel}_tyre").id) for wheel in WHEELS}
+        self._scratch = mujoco.MjData(model)
         self._before: FloatArray = data.qpos.copy()
 
     def find(self, data: mujoco.MjData, motion: Motion) -> Touches:
         """Return what was touched in the tick that has just been rolled out into ``data``."""
         felt = motion.sensors[:, self._columns.hull] > 0.0
         before, self._before = self._before, motion.positions[-1].copy()
-        states = self._touching_states(data, motion, felt, before) if felt.any() else []
+        states = self._touching_states(data, motion, felt, before) if felt.any() else ()
         return self._touches(motion.sensors, states)
 
     def begin(self, data: mujoco.MjData) -> Touches:
         """Return what is touched before the first tick, after ``mj_forward``."""
         return self._touches(data.sensordata[None, :], [data])
 
-    def _touches(self, sensors: FloatArray, states: list[mujoco.MjData]) -> Touches:
+    def _touches(self, sensors: FloatArray, states: Iterable[mujoco.MjData]) -> Touches:
         down = [bool(count > 0.0) for count in sensors[:, self._columns.tyres].max(axis=0)]
         wheels_down = (down[0], down[1], down[2], down[3])
-        if not states:
-            return Touches((), _CLEAR, False, wheels_down)
         names: set[str] = set()
         patches: list[FloatArray] = []
         grounded = False
@@ -72,26 +72,29 @@ class TouchFinder:
             names |= found
             patches += met
             grounded |= sat
-        return Touches(tuple(sorted(names)), pressed_by(patches), grounded, wheels_down)
+        bumpers = pressed_by(patches) if patches else _CLEAR
+        return Touches(tuple(sorted(names)), bumpers, grounded, wheels_down)
 
     def _touching_states(
         self, data: mujoco.MjData, motion: Motion, felt: BoolArray, before: FloatArray
-    ) -> list[mujoco.MjData]:
-        """States with the contacts of the steps in which other parts were touched than in the last.
+    ) -> Iterator[mujoco.MjData]:
+        """Yield states with the contacts of the steps in which other parts were touched than in the last.
 
-        Contacts of a step are those of its start; the last step's are still in ``data``.
+        Contacts of a step are those of its start; the last step's are still in ``data``. Each state
+        holds until the next is asked for.
         """
-        states = [data] if felt[-1].any() else []
-        seen = {felt[-1].tobytes()}
+        seen = set()
+        if felt[-1].any():
+            seen.add(felt[-1].tobytes())
+            yield data
         for step, parts in enumerate(felt[:-1]):
             if parts.any() and parts.tobytes() not in seen:
                 seen.add(parts.tobytes())
-                positions = motion.positions[step - 1] if step else before
-                states.append(self._replayed(data, positions))
-        return states
+                yield self._replayed(data, motion.positions[step - 1] if step else before)
 
     def _replayed(self, data: mujoco.MjData, positions: FloatArray) -> mujoco.MjData:
-        state = mujoco.MjData(self._model)
+        """Find the contacts of a step again."""
+        state = self._scratch
         state.qpos[:] = positions
         state.mocap_pos[:], state.mocap_quat[:] = data.mocap_pos, data.mocap_quat
         mujoco.mj_kinematics(self._model, state)
