@@ -50,6 +50,9 @@ class Bench(OpticalBench):
         return super().sweeps(count, bench_scanner(**parameters), seed=seed)
 
 
+NARROW: dict[str, Any] = {"field_of_view": 1e-5, "resolution": 1e-7}
+"""A hundred beams straight ahead."""
+
 AHEAD = 270
 """Index of the beam along x, of 541."""
 
@@ -89,7 +92,7 @@ def test_share_of_the_light_on_the_near_surface_is_that_of_the_disc(offset: floa
     edge = 0.05 * offset
     bench = Bench(box(2.1, 1.0 + edge, (0.1, 1.0, 1.0), "wall") + wall(3.0))
     effects = Effects(mixing=Mixing(blend=1.0))
-    scans = bench.sweeps(1500, effects=effects, beam=beam, field_of_view=1e-5, resolution=1e-6)
+    scans = bench.sweeps(90, effects=effects, beam=beam, field_of_view=1e-5, resolution=5e-8)
     ranges = np.array([scan.ranges for scan in scans]).ravel()
     # Ranges blend by power: of a share s on the near one, s / 4 and (1 - s) / 9 of it come back.
     weight = (3.0 - ranges) / (3.0 - 2.0)
@@ -196,7 +199,7 @@ def test_grazed_surface_drops_out_where_the_stretched_echo_is_too_weak() -> None
     for incidence in (0.0, 50.0, 60.0, 65.0, 80.0):
         slope = math.radians(incidence)
         bench = Bench(box(10.0, 0.0, (0.001, 6.0, 2.0), "asphalt", yaw=slope))
-        scans = bench.sweeps(800, effects=effects, field_of_view=1e-5, resolution=1e-5)
+        scans = bench.sweeps(16, effects=effects, **NARROW)
         share = float(np.isfinite([scan.ranges for scan in scans]).mean())
         cosine = np.array([math.cos(slope)])
         depth = footprint_depth(beam, np.array([10.0]), cosine)
@@ -232,10 +235,7 @@ def test_range_of_a_data_sheet_holds_at_ten_percent() -> None:
 def test_dark_surfaces_are_lost_as_the_lidar_equation_says(material: str, distance: float) -> None:
     sensitivity = Sensitivity(range_at_10_percent=18.0)
     bench = Bench(wall(distance, material))
-    scans = bench.sweeps(
-        1500, effects=Effects(sensitivity=sensitivity), range_max=30.0,
-        field_of_view=1e-5, resolution=1e-5,
-    )  # fmt: skip
+    scans = bench.sweeps(30, effects=Effects(sensitivity=sensitivity), range_max=30.0, **NARROW)
     share = float(np.isfinite([scan.ranges for scan in scans]).mean())
     rho = MATERIALS[material].reflectivity
     # The same as the logistic of log power, by hand: 19 to 1 for 10 % at 18 m.
@@ -370,7 +370,7 @@ def test_sun_shortens_the_range_by_the_power_it_costs() -> None:
     for level in (0.0, 1.0):
         effects = Effects(sensitivity=Sensitivity(), sunlight=Sunlight(level, false_echoes=0.0))
         bench = Bench(wall(14.0, "dark_fabric"))
-        scans = bench.sweeps(1500, effects=effects, field_of_view=1e-5, resolution=1e-5)
+        scans = bench.sweeps(30, effects=effects, **NARROW)
         share[level] = float(np.isfinite([scan.ranges for scan in scans]).mean())
     odds = 19.0 * (18.0 / 14.0) ** (2.0 / 0.10)
     assert share[0.0] == pytest.approx(odds / (1.0 + odds), abs=0.02)
@@ -399,9 +399,7 @@ def test_sun_blurs_weak_echoes_and_leaves_strong_ones() -> None:
     for material, distance in (("wall", 3.0), ("dark_fabric", 17.0)):
         bench = Bench(wall(distance, material))
         effects = Effects(sensitivity=Sensitivity(), sunlight=sunlight)
-        scans = bench.sweeps(
-            3000, effects=effects, sigma=0.012, field_of_view=1e-5, resolution=1e-5
-        )
+        scans = bench.sweeps(60, effects=effects, sigma=0.012, **NARROW)
         ranges = np.array([scan.ranges for scan in scans])
         sigma[material] = float(ranges[np.isfinite(ranges)].std())
     assert sigma["wall"] == pytest.approx(0.012, rel=0.03)
