@@ -41,6 +41,14 @@ SERVO_DAMPING: Final = 20.0
 SERVO_LAG: Final = 0.01
 """Of a servo that does not integrate [s]."""
 
+NORMAL_IMPEDANCE: Final = 0.08
+"""Of the contacts' soft normal: at 0.1 a speed step at 4 ms overshoots, at 0.05 nothing is gained."""
+FRICTION_TO_NORMAL: Final = 200.0
+"""Impedance ratio of friction for a P3-AT: holds it on slopes with less than 1 mm/s of creep."""
+FRICTION_TIME: Final = 0.67
+"""Friction's time constant over the fastest slip [s per m/s]. A contact that slides opens at a speed
+in proportion to slip over this time; from 0.6 down on a Husky spins itself off the ground."""
+
 TYRE_HALF_LENGTH: Final = 0.005
 """Half the straight part of the capsule that touches the floor [m]: a narrow contact."""
 
@@ -57,9 +65,18 @@ def set_physics(spec: mujoco.MjSpec, *, timestep: float) -> None:
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    option.impratio = 200.0
+    option.impratio = FRICTION_TO_NORMAL
     # A robot that silently jumps back to its start is worse than one that stops with an error.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+
+
+def friction_time(robot: SkidSteer) -> float:
+    """Return the time constant of friction damping that keeps the robot's tyres down [s].
+
+    It is in proportion to how fast they slip when it spins in place as fast as its motors turn;
+    0.3 s for a P3-AT.
+    """
+    return FRICTION_TIME * robot.fastest_slip
 
 
 def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer | None = None) -> None:
@@ -74,6 +91,8 @@ def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer | N
     _add_hull(base, robot)
     add_underbody(base, robot, group=ROBOT_GROUP, floor_bit=FLOOR_BIT)
     surfaces = tuple(surfaces)
+    # Slower friction creeps more on slopes, stiffer friction less: the two cancel.
+    spec.option.impratio = FRICTION_TO_NORMAL * friction_time(robot) / 0.3
     for wheel in WHEELS:
         _add_wheel(spec, base, wheel, robot)
         for surface in surfaces:
@@ -165,6 +184,8 @@ def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, wheel: str, robot: Ski
         axis=(0.0, 1.0, 0.0),
         armature=robot.rotor_inertia,
         frictionloss=robot.imperfections.stiction,
+        # Nearly hard, or a wheel that should stick would creep.
+        solimp_friction=(0.999, 0.999, 0.001, 0.5, 2.0),
     )
     across = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
     # A narrow capsule touches the floor; its caps bulge, so a cylinder meets the furniture.
@@ -224,9 +245,9 @@ def _add_tyre_contact(spec: mujoco.MjSpec, wheel: str, surface: str, robot: Skid
     pair.condim = 3
     # A capsule's contact frame has its first tangent along the capsule, which is across the wheel.
     pair.friction = (mu_lat, mu_long, 0.002, 0.0001, 0.0001)
-    pair.solref = (0.02, 1.0)
-    pair.solimp = (0.1, 0.1, 0.001, 0.5, 2.0)
-    pair.solreffriction = (0.3, 1.0)
+    pair.solref = (0.019, 1.0)
+    pair.solimp = (NORMAL_IMPEDANCE, NORMAL_IMPEDANCE, 0.001, 0.5, 2.0)
+    pair.solreffriction = (friction_time(robot), 1.0)
 
 
 def _friction_of(ground: mujoco.MjsGeom, robot: SkidSteer) -> tuple[float, float]:

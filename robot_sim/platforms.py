@@ -54,7 +54,7 @@ class P3AT(SkidSteer):
     """Chosen."""
     friction: float = 0.7
     """Indoor floors."""
-    tyre_deflection: float = 0.00114
+    tyre_deflection: float = 0.00105
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,7 @@ class Husky(SkidSteer):
     """Chosen."""
     friction: float = 0.7
     """As the P3-AT's."""
-    tyre_deflection: float = 0.00118
+    tyre_deflection: float = 0.00109
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ class Jackal(SkidSteer):
     """Chosen."""
     friction: float = 0.7
     """As the P3-AT's."""
-    tyre_deflection: float = 0.00126
+    tyre_deflection: float = 0.00117
 
 
 HUSKY: Final = Husky()

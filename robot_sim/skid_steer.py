@@ -92,6 +92,12 @@ class SkidSteer:
         return self.chi * self.track
 
     @property
+    def fastest_slip(self) -> float:
+        """Speed of the contacts over the ground, spinning in place at full wheel rate [m/s]."""
+        along, across = 1.0 - 1.0 / self.chi, self.wheelbase / self.track / self.chi
+        return math.hypot(along, across) * self.wheel_rate * self.rolling_radius
+
+    @property
     def rolling_radius(self) -> float:
         """Metres rolled per radian as the firmware has it: contacts act amid their penetration [m]."""
         return self.wheel_radius - 0.5 * self.tyre_deflection
