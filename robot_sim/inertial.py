@@ -79,6 +79,23 @@ class Drift:
         return np.asarray(np.sqrt(self.noise**2 / times + markov + self.walk**2 * times / 3.0))
 
 
+def allan_deviation(values: FloatArray, dt: float, times: FloatArray) -> FloatArray:
+    """Return the overlapping Allan deviation (T, A) of readings that follow each other.
+
+    Args:
+        values: (N, A) readings of A axes, each the mean over ``dt``.
+        dt: [s].
+        times: (T,) averaging times [s], each at most half of N ``dt``; rounded to whole readings.
+    """
+    angles = np.vstack([np.zeros(values.shape[1]), np.cumsum(values, axis=0) * dt])
+    deviations = []
+    for time in times:
+        m = max(round(float(time) / dt), 1)
+        ends = angles[2 * m :] - 2.0 * angles[m:-m] + angles[: -2 * m]
+        deviations.append(np.sqrt((ends**2).mean(axis=0) / 2.0) / (m * dt))
+    return np.array(deviations)
+
+
 @dataclass(frozen=True, slots=True)
 class InertialConfig:
     """Errors of an inertial unit; the defaults are a small MEMS unit's, with constant biases."""
