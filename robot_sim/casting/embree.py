@@ -16,7 +16,7 @@ from localization.types import IntArray
 from robot_sim.arrays import FloatArray
 from robot_sim.casting.caster import NO_GEOM, GeomArray, Hits, static_geoms, visible_geoms
 from robot_sim.casting.moving import Moved, MovingGeoms
-from robot_sim.casting.shapes import ROUND, cast_at_shapes, to_frames
+from robot_sim.casting.shapes import ROUND, shape_cosines, shape_distances, to_frames
 from robot_sim.casting.triangles import triangles_of
 
 _STEP: Final = 2e-5
@@ -39,7 +39,7 @@ class _Met:
     prims: PrimArray
     """(N,) triangle."""
     slopes: FloatArray
-    """(N,) cosine of incidence, of either sign."""
+    """(N,) cosine of incidence on the triangle, of either sign."""
 
     @classmethod
     def nothing(cls, rays: int) -> _Met:
@@ -121,6 +121,18 @@ class StaticGeometry:
             # An origin on the very surface may come out behind it by a rounding error.
             return np.abs(heights / slopes), slopes
 
+    def cosines(self, met: _Met, origins: FloatArray, directions: FloatArray) -> FloatArray:
+        """Return absolute cosines of incidence (N,) where something was met, 0 elsewhere."""
+        cosines = np.abs(met.slopes)
+        cosines[np.isinf(met.distances)] = 0.0
+        rows = np.flatnonzero((self._shapes[met.prims] == _ROUND) & np.isfinite(met.distances))
+        if len(rows):
+            geoms = self._geom_of[met.prims[rows]]
+            o, d = self._in_frames(geoms, origins[rows], directions[rows])
+            points = o + met.distances[rows, None] * d
+            cosines[rows] = shape_cosines(self._types[geoms], self._sizes[geoms], points, d)
+        return cosines
+
     def _look_closer(
         self,
         met: _Met,
@@ -140,32 +152,29 @@ class StaticGeometry:
             directions: (K, 3) of those rays.
             max_range: [m].
         """
-        prims = met.prims[rows]
-        distances, slopes = met.distances[rows], met.slopes[rows]
-        best = np.full(len(rows), np.inf)
-        best_prims, best_slopes = np.full(len(rows), -1, dtype=np.int32), np.zeros(len(rows))
-        open_ = np.arange(len(rows))
+        prims, distances, slopes = met.prims[rows], met.distances[rows], met.slopes[rows]
+        best = self._on_shapes(prims, distances, slopes, origins, directions)
+        met.distances[rows] = best
         for _ in range(_RETRIES):
-            o, d = origins[open_], directions[open_]
-            at, cosines = self._on_shapes(prims, distances, slopes, o, d)
-            nearer = at < best[open_]
-            rows_nearer = open_[nearer]
-            best[rows_nearer] = at[nearer]
-            best_prims[rows_nearer], best_slopes[rows_nearer] = prims[nearer], cosines[nearer]
-            # What is found further on lies behind the hull.
-            unsure = (best[open_] > hulls + _BULGE) & (hulls <= max_range)
-            open_, hulls = open_[unsure], hulls[unsure] + _STEP
-            if not len(open_):
-                break
-            o, d = origins[open_], directions[open_]
-            begin = o + hulls[:, None] * d
+            # Whatever has not been found yet lies behind the hull.
+            unsure = (best > hulls + _BULGE) & (hulls <= max_range)
+            if not unsure.any():
+                return
+            rows, hulls = rows[unsure], hulls[unsure] + _STEP
+            origins, directions = origins[unsure], directions[unsure]
+            begin = origins + hulls[:, None] * directions - self._centre
             found = self._scene.run(
-                (begin - self._centre).astype(np.float32), d.astype(np.float32), output=True
+                begin.astype(np.float32), directions.astype(np.float32), output=True
             )
             prims = found["primID"]
             hulls += found["tfar"]
-            distances, slopes = self._on_planes(prims, o, d)
-        met.distances[rows], met.prims[rows], met.slopes[rows] = best, best_prims, best_slopes
+            distances, slopes = self._on_planes(prims, origins, directions)
+            at = self._on_shapes(prims, distances, slopes, origins, directions)
+            nearer = at < met.distances[rows]
+            won = rows[nearer]
+            met.distances[won], met.prims[won] = at[nearer], prims[nearer]
+            met.slopes[won] = slopes[nearer]
+            best = met.distances[rows]
 
     def _on_shapes(
         self,
@@ -174,18 +183,35 @@ class StaticGeometry:
         slopes: FloatArray,
         origins: FloatArray,
         directions: FloatArray,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return distances (K,) to the surfaces that triangles stand for, and cosines (K,)."""
+    ) -> FloatArray:
+        """Return distances (K,) to the surfaces that triangles stand for, ``inf`` for a miss.
+
+        Args:
+            prims: (K,) triangles met.
+            distances: (K,) to their planes [m].
+            slopes: (K,) signed cosines of incidence there.
+            origins: (K, 3).
+            directions: (K, 3).
+        """
         shapes = self._shapes[prims]
-        behind = (shapes == _ONE_SIDED) & (slopes > 0.0)
-        at, cosines = np.where(behind, np.inf, distances), np.abs(slopes)
+        at = np.where((shapes == _ONE_SIDED) & (slopes > 0.0), np.inf, distances)
         curved = np.flatnonzero(shapes == _ROUND)
-        geoms = self._geom_of[prims[curved]]
-        o, d = to_frames(
-            self._positions[geoms], self._matrices[geoms], origins[curved], directions[curved]
+        if len(curved):
+            geoms = self._geom_of[prims[curved]]
+            o, d = self._in_frames(geoms, origins[curved], directions[curved])
+            at[curved] = shape_distances(self._types[geoms], self._sizes[geoms], o, d)
+        return at
+
+    def _in_frames(
+        self, geoms: GeomArray, origins: FloatArray, directions: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return rays (K, 3) in the frames of one geom (K,) each."""
+        return to_frames(
+            self._positions.take(geoms, axis=0),
+            self._matrices.take(geoms, axis=0),
+            origins,
+            directions,
         )
-        at[curved], cosines[curved] = cast_at_shapes(self._types[geoms], self._sizes[geoms], o, d)
-        return at, cosines
 
 
 class EmbreeRayCaster:
@@ -219,8 +245,7 @@ class EmbreeRayCaster:
         """See ``RayCaster.hits``."""
         met = self._static.cast(origins, directions, max_range)
         distances, geoms = met.distances, self._static.geoms(met)
-        cosines = np.abs(met.slopes)
-        cosines[geoms == NO_GEOM] = 0.0
+        cosines = self._static.cosines(met, origins, directions)
         if len(self._moving):
             limits = np.minimum(distances, max_range)
             rays, at, owners, slopes = self._moving.cast(origins, directions, times, limits)

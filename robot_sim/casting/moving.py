@@ -11,7 +11,7 @@ import numpy as np
 from localization.types import IntArray
 from robot_sim.arrays import FloatArray
 from robot_sim.casting.caster import GeomArray, static_geoms, visible_geoms
-from robot_sim.casting.shapes import CONVEX, cast_at_shapes, to_frames
+from robot_sim.casting.shapes import CONVEX, shape_cosines, shape_distances, to_frames
 
 SWIFTEST: Final = 5.0
 """No mover is faster than this [m/s]: four times a walk. Sets how wide to look for them."""
@@ -92,9 +92,11 @@ class MovingGeoms:
         kinds, sizes = self._model.geom_type[geoms], self._model.geom_size[geoms]
         known = np.isin(kinds, list(CONVEX))
         distances, cosines = np.full(len(rays), np.inf), np.zeros(len(rays))
-        distances[known], cosines[known] = cast_at_shapes(
-            kinds[known], sizes[known], o[known], d[known]
-        )
+        at = shape_distances(kinds[known], sizes[known], o[known], d[known])
+        distances[known] = at
+        met = np.flatnonzero(known)[np.isfinite(at)]
+        points = o[met] + distances[met, None] * d[met]
+        cosines[met] = shape_cosines(kinds[met], sizes[met], points, d[met])
         for i in np.flatnonzero(~known):
             distances[i], cosines[i] = self._cast_natively(
                 int(geoms[i]), positions[i], matrices[i], origins[rays[i]], directions[rays[i]]

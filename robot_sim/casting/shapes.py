@@ -7,7 +7,7 @@ beginning or, if it started inside, its end.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from types import MappingProxyType
 from typing import Final
 
@@ -15,65 +15,61 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from localization.types import IntArray
 from robot_sim.arrays import FloatArray
 
 Interval = tuple[FloatArray, FloatArray]
-"""(N,) where lines enter and leave a shape [m]; a line that misses leaves before it enters."""
+"""(N,) where lines enter and leave a shape [m]: ``NaN``, or the wrong way round, for a miss."""
 
 _TINY: Final = 1e-200
 """Stands for zero in a division: what comes out is huge, and finite."""
 
 
 def _slab(origins: FloatArray, directions: FloatArray, half: FloatArray) -> Interval:
-    """Return where lines are within ``half`` of zero, along one axis each."""
-    slopes = np.where(np.abs(directions) < _TINY, _TINY, directions)
-    first, second = (-half - origins) / slopes, (half - origins) / slopes
+    """Return where lines are within ``half`` of zero, along one axis."""
+    slopes = 1.0 / np.where(np.abs(directions) < _TINY, _TINY, directions)
+    first, second = (-half - origins) * slopes, (half - origins) * slopes
     return np.minimum(first, second), np.maximum(first, second)
 
 
-def _ball(origins: FloatArray, directions: FloatArray, radius: FloatArray) -> Interval:
-    """Return where lines (N, D) are within ``radius`` (N,) of the origin, in any dimension D."""
-    a = np.maximum(np.einsum("nd,nd->n", directions, directions), _TINY)
-    b = np.einsum("nd,nd->n", origins, directions)
-    middle = -b / a
-    # From the nearest point, not from the origin: that keeps digits for small and distant shapes.
-    nearest = origins + middle[:, None] * directions
-    rest = (radius * radius - np.einsum("nd,nd->n", nearest, nearest)) / a
-    half = np.sqrt(np.maximum(rest, 0.0))
-    return (
-        np.where(rest < 0.0, np.inf, middle - half),
-        np.where(rest < 0.0, -np.inf, middle + half),
-    )
-
-
-def _sphere(origins: FloatArray, directions: FloatArray, sizes: FloatArray) -> Interval:
-    return _ball(origins, directions, sizes[:, 0])
+def _roots(a: FloatArray, b: FloatArray, c: FloatArray) -> Interval:
+    """Return the roots of ``a t^2 + 2 b t + c``; a line along the axis of a cylinder has a = 0."""
+    a = np.maximum(a, _TINY)
+    root = np.sqrt(b * b - a * c)
+    return (-b - root) / a, (root - b) / a
 
 
 def _ellipsoid(origins: FloatArray, directions: FloatArray, sizes: FloatArray) -> Interval:
-    return _ball(origins / sizes, directions / sizes, np.ones(len(sizes)))
+    o, d = origins / sizes, directions / sizes
+    return _roots((d * d).sum(axis=0), (o * d).sum(axis=0), (o * o).sum(axis=0) - 1.0)
+
+
+def _sphere(origins: FloatArray, directions: FloatArray, sizes: FloatArray) -> Interval:
+    return _ellipsoid(origins, directions, sizes[0])
 
 
 def _box(origins: FloatArray, directions: FloatArray, sizes: FloatArray) -> Interval:
     enter, leave = _slab(origins, directions, sizes)
-    return enter.max(axis=1), leave.min(axis=1)
+    return enter.max(axis=0), leave.min(axis=0)
 
 
 def _cylinder(origins: FloatArray, directions: FloatArray, sizes: FloatArray) -> Interval:
-    enter, leave = _ball(origins[:, :2], directions[:, :2], sizes[:, 0])
-    bottom, top = _slab(origins[:, 2], directions[:, 2], sizes[:, 1])
+    (x, y, z), (u, v, w), (radius, half, _) = origins, directions, sizes
+    enter, leave = _roots(u * u + v * v, x * u + y * v, x * x + y * y - radius * radius)
+    bottom, top = _slab(z, w, half)
     return np.maximum(enter, bottom), np.minimum(leave, top)
 
 
 def _capsule(origins: FloatArray, directions: FloatArray, sizes: FloatArray) -> Interval:
     enter, leave = _cylinder(origins, directions, sizes)
-    missed = leave < enter
-    enter, leave = np.where(missed, np.inf, enter), np.where(missed, -np.inf, leave)
+    missed = ~(leave >= enter)
+    enter[missed], leave[missed] = np.nan, np.nan
     for end in (-1.0, 1.0):
         centred = origins.copy()
-        centred[:, 2] -= end * sizes[:, 1]
-        first, last = _ball(centred, directions, sizes[:, 0])
-        enter, leave = np.minimum(enter, first), np.maximum(leave, last)
+        centred[2] -= end * sizes[1]
+        first, last = _sphere(centred, directions, sizes)
+        # What is missed is ``NaN``, which these leave out.
+        enter, leave = np.fmin(enter, first), np.fmax(leave, last)
     return enter, leave
 
 
@@ -122,43 +118,60 @@ _SHAPES: Final = MappingProxyType[int, tuple[_Lines, _Normals]](
     }
 )
 CONVEX: Final = frozenset(_SHAPES)
-"""Geom types that ``cast_at_shapes`` knows."""
+"""Geom types that these functions know."""
 ROUND: Final = CONVEX - {int(_GEOM.mjGEOM_BOX)}
 """Those that triangles only come near."""
 
+TypeArray = npt.NDArray[np.int32]
 
-def cast_at_shapes(
-    types: npt.NDArray[np.int32], sizes: FloatArray, origins: FloatArray, directions: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Cast each ray at a shape of its own.
+
+def shape_distances(
+    types: TypeArray, sizes: FloatArray, origins: FloatArray, directions: FloatArray
+) -> FloatArray:
+    """Cast each ray at a shape of its own, and return the distances (N,) [m], ``inf`` for a miss.
 
     Args:
         types: (N,) geom types, all in ``CONVEX``.
         sizes: (N, 3) as in ``model.geom_size`` [m].
         origins: (N, 3) in the shapes' frames [m].
         directions: (N, 3) unit vectors there.
-
-    Returns:
-        Distances (N,) [m], ``inf`` for a miss, and absolute cosines of incidence (N,).
     """
-    distances, cosines = np.full(len(types), np.inf), np.zeros(len(types))
-    for kind in np.unique(types):
-        lines, normals = _SHAPES[int(kind)]
-        rows = np.flatnonzero(types == kind)
-        o, d, size = origins[rows], directions[rows], sizes[rows]
-        enter, leave = lines(o, d, size)
-        at = np.where(enter >= 0.0, enter, leave)
-        met = (leave >= enter) & (at >= 0.0)
-        rows, at, o, d, size = rows[met], at[met], o[met], d[met], size[met]
-        distances[rows] = at
-        points = o + at[:, None] * d
-        cosines[rows] = np.abs(np.einsum("nd,nd->n", normals(points, size), d))
-    return distances, cosines
+    distances = np.empty(len(types))
+    # A missed quadric has no roots.
+    with np.errstate(invalid="ignore"):
+        for kind, rows in _by_kind(types):
+            lines, _ = _SHAPES[kind]
+            enter, leave = lines(origins[rows].T, directions[rows].T, sizes[rows].T)
+            at = np.where(enter >= 0.0, enter, leave)
+            at[~((leave >= enter) & (at >= 0.0))] = np.inf
+            distances[rows] = at
+    return distances
+
+
+def shape_cosines(
+    types: TypeArray, sizes: FloatArray, points: FloatArray, directions: FloatArray
+) -> FloatArray:
+    """Return the absolute cosines of incidence (N,) of rays that meet shapes at ``points`` (N, 3)."""
+    cosines = np.empty(len(types))
+    for kind, rows in _by_kind(types):
+        _, normals = _SHAPES[kind]
+        slopes = np.einsum("nd,nd->n", normals(points[rows], sizes[rows]), directions[rows])
+        cosines[rows] = np.abs(slopes)
+    return cosines
+
+
+def _by_kind(types: TypeArray) -> Iterator[tuple[int, slice | IntArray]]:
+    kinds = set(types.tolist())
+    if len(kinds) == 1:
+        yield kinds.pop(), slice(None)
+        return
+    for kind in sorted(kinds):
+        yield kind, np.flatnonzero(types == kind)
 
 
 def to_frames(
     positions: FloatArray, matrices: FloatArray, origins: FloatArray, directions: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return rays (N, 3) in frames of their own: (N, 3) positions and (N, 3, 3) matrices in ``map``."""
-    local = np.einsum("nji,nj->ni", matrices, origins - positions)
-    return local, np.einsum("nji,nj->ni", matrices, directions)
+    lines = np.stack([origins - positions, directions], axis=1) @ matrices
+    return lines[:, 0], lines[:, 1]

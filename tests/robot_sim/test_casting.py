@@ -22,7 +22,7 @@ from robot_sim.casting import (
 )
 from robot_sim.casting.embree import EmbreeRayCaster, StaticGeometry
 from robot_sim.casting.moving import Moved
-from robot_sim.casting.shapes import CONVEX, cast_at_shapes
+from robot_sim.casting.shapes import CONVEX, shape_cosines, shape_distances
 from robot_sim.p3at import MOUNTS, ROBOT_GROUP
 from robot_sim.worlds import World
 
@@ -232,13 +232,14 @@ def test_single_shapes_agree_with_mujoco_for_any_ray(
         return math.inf if found < 0.0 else float(found)
 
     expected = native(o)
-    (distance,), (cosine,) = cast_at_shapes(
-        np.array([kind], dtype=np.int32), sizes[None], o[None], d[None]
-    )
+    kinds = np.array([kind], dtype=np.int32)
+    (distance,) = shape_distances(kinds, sizes[None], o[None], d[None])
     assert not math.isnan(distance)
     if distance == pytest.approx(expected, abs=1e-6):
         if math.isfinite(expected) and expected > 1e-6:
             slope = abs(float(normal @ d))
+            point = (o + distance * d)[None]
+            (cosine,) = shape_cosines(kinds, sizes[None], point, d[None])
             assert cosine == pytest.approx(slope, abs=1e-3) or on_an_edge(
                 lambda at, _: (native(at), 0, 0.0), o, d
             )
