@@ -41,3 +41,7 @@ class SensorError(SimulationError, ValueError):
 
 class PacketError(SimulationError, ValueError):
     """Bytes that are not a sound packet of the robot's controller, or numbers that fit in none."""
+
+
+class ReportError(SimulationError):
+    """A page has no place for what shall be written into it."""

@@ -35,6 +35,7 @@ examples:
   farsteer localize office.bag --map office.ply --start 3 2 90
                                             a ROS bag, begun near x 3 m, y 2 m, facing 90 degrees
   farsteer map office                       drive the survey and build the scene's cloud anew
+  farsteer validate                         the robot's physics against published figures
   farsteer serve --port 9090                a robot for any rosbridge client, in real time
   farsteer operate ws://127.0.0.1:9090      look at it in rerun, drive it from the keyboard
 
@@ -321,6 +322,32 @@ class Operate:
         return 0
 
 
+@dataclass(frozen=True)
+class Validate:
+    """Measure how the robot turns, rolls, holds and answers, against published figures and theory.
+
+    Prints each quantity with its target, its tolerance and the target's source. No scene, no seed:
+    the same figures each time.
+    """
+
+    write: Path | None = None
+    """Renew the tables of this page, which is docs/robot.md."""
+
+    def __call__(self) -> int:
+        """Run it."""
+        from robot_sim.validation import validate
+        from robot_sim.validation.report import plain, verdict, write_report
+
+        bar = _Progress()
+        rows = validate(bar)
+        bar.end()
+        _say(plain(rows), "", verdict(rows))
+        if self.write is not None:
+            write_report(self.write, rows)
+            _say(f"tables written to {self.write}")
+        return int(not all(row.passed for row in rows))
+
+
 Command: TypeAlias = (
     Annotated[Sim, tyro.conf.subcommand("sim")]
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
@@ -328,6 +355,7 @@ Command: TypeAlias = (
     | Annotated[Map, tyro.conf.subcommand("map")]
     | Annotated[Serve, tyro.conf.subcommand("serve")]
     | Annotated[Operate, tyro.conf.subcommand("operate")]
+    | Annotated[Validate, tyro.conf.subcommand("validate")]
 )
 
 

@@ -1,0 +1,102 @@
+"""The validation as text: for a terminal, and between two comments of a Markdown page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Final
+
+from robot_sim.errors import ReportError
+from robot_sim.surfaces import SURFACES
+from robot_sim.validation.row import Row
+
+HEADINGS: Final = ("what", "target", "tolerance", "value", "result", "source of the target")
+
+
+def plain(rows: Iterable[Row]) -> str:
+    """Return the rows as lines of text under their headings."""
+    lines: list[str] = []
+    for group, members in groupby(rows, key=lambda row: row.group):
+        lines += ["", group]
+        lines += [f"  {row}" for row in members]
+    return "\n".join(lines).lstrip("\n")
+
+
+def verdict(rows: Sequence[Row]) -> str:
+    """Return one line on how many rows are met."""
+    missed = [row.name for row in rows if not row.passed]
+    if not missed:
+        return f"all {len(rows)} rows met"
+    return f"{len(missed)} of {len(rows)} rows missed: {'; '.join(missed)}"
+
+
+def table(rows: Iterable[Row]) -> str:
+    """Return the rows as a Markdown table for each group."""
+    lines: list[str] = []
+    for group, members in groupby(rows, key=lambda row: row.group):
+        lines += [f"### {group}", "", *_grid(HEADINGS, (row.cells for row in members)), ""]
+    return "\n".join(lines)
+
+
+def surfaces() -> str:
+    """Return the table of surfaces as Markdown."""
+    headings = ("surface", "mu along", "mu across", "rolling resistance", "source")
+    cells = (
+        (s.name, f"{s.mu_long:.2f}", f"{s.mu_lat:.2f}", f"{s.rolling_resistance:.3f}", s.source)
+        for s in SURFACES.values()
+    )
+    return "\n".join((*_grid(headings, cells), ""))
+
+
+def _grid(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    yield f"| {' | '.join(headings)} |"
+    yield "|" + "---|" * len(headings)
+    for row in rows:
+        yield f"| {' | '.join(row)} |"
+
+
+def written(page: str, rows: Sequence[Row]) -> str:
+    """Return a page's text with both tables in it renewed.
+
+    Raises:
+        ReportError: a pair of marker comments is not there.
+    """
+    return _replaced(_replaced(page, "validation", table(rows)), "surfaces", surfaces())
+
+
+def between(page: str, name: str) -> str:
+    """Return what stands between ``<!-- name begin -->`` and ``<!-- name end -->``.
+
+    Raises:
+        ReportError: they are not there, each once and in that order.
+    """
+    start, end = _marks(page, name)
+    return page[start:end].strip("\n") + "\n"
+
+
+def write_report(path: Path, rows: Sequence[Row]) -> None:
+    """Renew both tables of a page in its file.
+
+    Raises:
+        ReportError: a pair of marker comments is not there.
+        OSError: the file cannot be read or written.
+    """
+    try:
+        page = path.read_text(encoding="utf-8")
+        path.write_text(written(page, rows), encoding="utf-8")
+    except ReportError as error:
+        raise ReportError(f"{path}: {error}") from None
+
+
+def _replaced(page: str, name: str, text: str) -> str:
+    start, end = _marks(page, name)
+    return f"{page[:start]}\n\n{text.strip()}\n\n{page[end:]}"
+
+
+def _marks(page: str, name: str) -> tuple[int, int]:
+    """Return where the text between the markers begins and ends."""
+    begin, finish = f"<!-- {name} begin -->", f"<!-- {name} end -->"
+    if page.count(begin) != 1 or page.count(finish) != 1 or page.index(finish) < page.index(begin):
+        raise ReportError(f"the page needs one {begin} and after it one {finish}")
+    return page.index(begin) + len(begin), page.index(finish)
