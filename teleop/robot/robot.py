@@ -9,7 +9,9 @@ from typing import TypeAlias
 
 from localization.localizer import Localizer
 from localization.types import Estimate, Hint, Inertial, Reading, Twist
+from robot_sim.condition import Condition
 from robot_sim.simulation import Simulation, Truth
+from robot_sim.sip import StandardPacket
 from teleop.joystick import Wish
 from teleop.robot.safety import ControlState, Safety
 
@@ -74,6 +76,10 @@ class Snapshot:
     refusals: tuple[tuple[str, str], ...]
     """Clients whose wish was not followed, and why."""
     truth: Truth
+    condition: Condition
+    """Bumpers, tilt and stalls; what was touched by name is truth as well."""
+    packet: StandardPacket | None
+    """What a controller with firmware sent, if one was due."""
 
     @property
     def estimate(self) -> Estimate:
@@ -123,6 +129,8 @@ class Robot:
             control=self.safety.state(now),
             refusals=refusals,
             truth=self.simulation.truth(),
+            condition=self.simulation.condition,
+            packet=self.simulation.packet,
         )
 
     def _drain(

@@ -18,6 +18,7 @@ from localization.geometry import FloatArray
 from localization.health import horizontal_sigma
 from localization.types import Estimate, Health, Inertial, Mounts, Pose, Scan, Twist, WheelSpeeds
 from robot_sim import P3AT
+from robot_sim.condition import Condition
 from teleop.robot.robot import Snapshot
 
 Message: TypeAlias = dict[str, Any]
@@ -125,6 +126,53 @@ def _odom(s: Snapshot) -> Message:
 
 def _ground_truth(s: Snapshot) -> Message:
     return _odometry(s.stamp, "map", s.truth.map_from_base, s.truth.twist)
+
+
+def _true_slip(s: Snapshot) -> Message:
+    slip = s.truth.slip
+    centres = np.array([slip.icr_x, slip.icr_left, slip.icr_right])
+    turning = bool(np.isfinite(centres).all())
+    # JSON has no NaN.
+    icr_x, icr_left, icr_right = centres.tolist() if turning else (0.0, 0.0, 0.0)
+    return {
+        "header": _header(s.stamp, "base_link"),
+        "longitudinal": slip.longitudinal.tolist(),
+        "lateral": slip.lateral.tolist(),
+        "turning": turning,
+        "icr_x": icr_x,
+        "icr_left": icr_left,
+        "icr_right": icr_right,
+    }
+
+
+def _true_condition(s: Snapshot) -> Message:
+    c = s.condition
+    return {
+        "header": _header(s.stamp, "base_link"),
+        "touching": list(c.touching),
+        "wheels_down": list(c.wheels_down),
+        "grounded": c.grounded,
+        "roll": c.roll,
+        "pitch": c.pitch,
+        "left_stalled": c.left_stalled,
+        "right_stalled": c.right_stalled,
+        "fallen": c.fallen,
+    }
+
+
+def _bumpers(s: Snapshot) -> Message:
+    bumpers = s.condition.bumpers
+    return {
+        "header": _header(s.stamp, "base_link"),
+        "front_bumpers": list(bumpers.front),
+        "rear_bumpers": list(bumpers.rear),
+    }
+
+
+def _packet(s: Snapshot) -> Message | None:
+    if s.packet is None:
+        return None
+    return {"layout": {"dim": [], "data_offset": 0}, "data": s.packet.to_bytes()}
 
 
 def _amcl_pose(s: Snapshot) -> Message | None:
@@ -251,7 +299,27 @@ def _diagnostics(s: Snapshot) -> Message:
         "hardware_id": "p3at",
         "values": [{"key": k, "value": v} for k, v in values.items()],
     }
-    return {"header": _header(s.stamp, ""), "status": [status]}
+    return {"header": _header(s.stamp, ""), "status": [status, _drive_status(s.condition)]}
+
+
+def _drive_status(c: Condition) -> Message:
+    """What the robot's own sensors can tell of bumps, stalls and tilt."""
+    rings = {"front bumpers": c.bumpers.front, "rear bumpers": c.bumpers.rear}
+    values = {
+        # Plus zero, for there is no minus zero degrees.
+        "roll [deg]": f"{round(np.rad2deg(c.roll), 1) + 0.0:.1f}",
+        "pitch [deg]": f"{round(np.rad2deg(c.pitch), 1) + 0.0:.1f}",
+        **{name: "".join("-#"[pressed] for pressed in ring) for name, ring in rings.items()},
+        "left motors": "stalled" if c.left_stalled else "ok",
+        "right motors": "stalled" if c.right_stalled else "ok",
+    }
+    return {
+        "level": 2 if c.fallen else int(bool(c.troubles)),
+        "name": "drive",
+        "message": "; ".join(c.troubles) or "ok",
+        "hardware_id": "p3at",
+        "values": [{"key": k, "value": v} for k, v in values.items()],
+    }
 
 
 OUTPUTS: tuple[Topic, ...] = (
@@ -311,7 +379,25 @@ OUTPUTS: tuple[Topic, ...] = (
         "who drives, and the command in force",
     ),
     Topic(
-        "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 50, _diagnostics, "for dashboards"
+        "/bumper_state",
+        "farsteer_msgs/msg/BumperState",
+        1,
+        _bumpers,
+        "front and rear bumper segments, each ring from the robot's left; as ROSARIA has it",
+    ),
+    Topic(
+        "/firmware/packet",
+        "std_msgs/msg/UInt8MultiArray",
+        0,
+        _packet,
+        "with the firmware option, 10 Hz: the controller's standard packet, byte by byte",
+    ),
+    Topic(
+        "/diagnostics",
+        "diagnostic_msgs/msg/DiagnosticArray",
+        50,
+        _diagnostics,
+        "for dashboards: localisation; bumpers, tilt, stalls, a fall",
     ),
     Topic(
         "/ground_truth/odom",
@@ -319,6 +405,20 @@ OUTPUTS: tuple[Topic, ...] = (
         2,
         _ground_truth,
         "where the robot really is; simulation only",
+    ),
+    Topic(
+        "/ground_truth/slip",
+        "farsteer_msgs/msg/Slip",
+        2,
+        _true_slip,
+        "how the wheels really slip, and the centres of rotation; simulation only",
+    ),
+    Topic(
+        "/ground_truth/condition",
+        "farsteer_msgs/msg/Condition",
+        1,
+        _true_condition,
+        "what is touched, by name; wheels on the ground, tilt, stalls, a fall; simulation only",
     ),
 )
 """What the robot publishes, tick by tick."""

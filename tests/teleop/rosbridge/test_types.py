@@ -39,9 +39,12 @@ def test_what_is_no_name_is_refused_in_one_short_line(name: str) -> None:
 def test_our_own_types_are_read_from_their_folder() -> None:
     ours = [name for name in REGISTRY if name.startswith("farsteer_msgs/")]
     assert sorted(map(short_name, ours)) == [
+        "farsteer_msgs/BumperState",
+        "farsteer_msgs/Condition",
         "farsteer_msgs/HintVerdict",
         "farsteer_msgs/LocalizationStatus",
         "farsteer_msgs/MapInfo",
+        "farsteer_msgs/Slip",
         "farsteer_msgs/TeleopState",
     ]
     step = REGISTRY.service("farsteer_msgs/Step")
