@@ -12,6 +12,7 @@ from robot_sim.arrays import BoolArray, FloatArray
 from robot_sim.body import FLOOR_BIT, WHEELS
 from robot_sim.bumpers import Bumpers, pressed_by
 from robot_sim.feelers import FeelerColumns
+from robot_sim.movers import FENDER
 from robot_sim.physics import Motion
 from robot_sim.underbody import NOSE
 
@@ -43,8 +44,10 @@ class TouchFinder:
         self._base = int(model.body("base_link").id)
         roots = model.body_rootid[model.geom_bodyid]
         self._is_robot = np.asarray(roots == self._base, dtype=bool)
-        rings = ("chassis", NOSE, *(f"{wheel}_hull" for wheel in WHEELS))
-        self._ring = {int(model.geom(name).id) for name in rings}
+        rings = ("chassis", NOSE, FENDER, *(f"{wheel}_hull" for wheel in WHEELS))
+        # Only where something moves on its own is there a fender.
+        ids = (mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in rings)
+        self._ring = {geom for geom in ids if geom >= 0}
         self._nose = int(model.geom(NOSE).id)
         self._tyres = {int(model.geom(f"{wheel}_tyre").id) for wheel in WHEELS}
         self._scratch = mujoco.MjData(model)
