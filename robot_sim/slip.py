@@ -85,6 +85,6 @@ def slip_of(robot: SkidSteer, vx: float, vy: float, turn: float, wheel_rates: Fl
     x, y = contact_positions(robot)
     longitudinal, lateral = contact_slip(vx, vy, turn, rims, x, y)
     left_rim, right_rim = 0.5 * float(rims[0] + rims[2]), 0.5 * float(rims[1] + rims[3])
-    centres = centres_of_rotation(vx, vy, turn, left_rim, right_rim)
+    centres = centres_of_rotation(float(vx), float(vy), float(turn), left_rim, right_rim)
     longitudinal.flags.writeable = lateral.flags.writeable = False
     return Slip(longitudinal, lateral, *centres)

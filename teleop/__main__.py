@@ -332,6 +332,8 @@ class Validate:
 
     write: Path | None = None
     """Renew the tables of this page, which is docs/robot.md."""
+    picture: Path | None = None
+    """Draw how it turns in curves into this file (PNG)."""
 
     def __call__(self) -> int:
         """Run it."""
@@ -345,6 +347,11 @@ class Validate:
         if self.write is not None:
             write_report(self.write, rows)
             _say(f"tables written to {self.write}")
+        if self.picture is not None:
+            from teleop.scenario.turning_picture import draw_turning
+
+            draw_turning(self.picture)
+            _say(f"picture written to {self.picture}")
         return int(not all(row.passed for row in rows))
 
 

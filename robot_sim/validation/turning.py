@@ -109,6 +109,13 @@ def curves() -> Iterator[Row]:
         yield within("Curves", name, target, 0.03, _farthest(values, target), source=_WANG)
 
 
+def chi_in_curve(curve: float, *, compliant: bool = True) -> float:
+    """Return chi of the P3-AT in a left curve of that lambda, with tyres that bend or do not."""
+    robot = P3AT()
+    run = Bench(robot, compliant=compliant).run(ramped(*_rates(curve), 3.0)).after(1.0)
+    return chi(robot, run)
+
+
 def _rates(curve: float) -> tuple[float, float]:
     """Return left and right wheel rates [rad/s] with that ratio of sum to difference."""
     if curve == 0.0:
