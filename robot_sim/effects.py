@@ -266,13 +266,13 @@ def mixed(
     powers = received_power(echoes.remissions, finite) * seen
     # Sub-rays of no power (an absorber) still tell a distance; it will be lost for want of power.
     powers += _LEAST * seen
-    taken = seen.copy()
+    lights = seen.astype(float)
 
     # Only where sub-rays are farther apart than a slanted plane explains is there an edge.
     extent = finite.max(axis=1) - np.where(seen, finite, np.inf).min(axis=1)
     doubtful = np.flatnonzero(extent > _EDGE)
     if len(doubtful):
-        taken[doubtful] &= _kept(
+        lights[doubtful] *= _lights_kept(
             beam,
             mixing,
             echoes.distances[doubtful],
@@ -281,19 +281,19 @@ def mixed(
             blend_draws[doubtful],
             pick_draws[doubtful],
         )
-    weights = powers * taken
+    weights = powers * lights
     weight = weights.sum(axis=1)
     found = weight > 0.0
     scale = np.where(found, weight, 1.0)
     return Echoes(
         np.where(found, (weights * finite).sum(axis=1) / scale, np.inf),
         # Every sub-ray carries its share of the beam's light, whether it comes back or not.
-        (echoes.remissions * taken).mean(axis=1),
+        (echoes.remissions * lights).mean(axis=1),
         np.where(found, (weights * echoes.cosines).sum(axis=1) / scale, 1.0),
     )
 
 
-def _kept(
+def _lights_kept(
     beam: Beam,
     mixing: Mixing,
     distances: FloatArray,
@@ -301,8 +301,8 @@ def _kept(
     powers: FloatArray,
     blend_draws: FloatArray,
     pick_draws: FloatArray,
-) -> BoolArray:
-    """Return which sub-rays (N, K) the receiver's range is made of; see ``mixed``."""
+) -> FloatArray:
+    """Return how much each sub-ray (N, K) counts in what the receiver makes of them; see ``mixed``."""
     order = np.argsort(distances, axis=1, kind="stable")
     sorted_ = np.take_along_axis(distances, order, axis=1)
     # The widest gap between neighbours splits the sub-rays.
@@ -315,8 +315,18 @@ def _kept(
     slant = footprint_depth(beam, distances, cosines).max(axis=1)
     edge = gap > _EDGE + slant
     picks_near = pick_draws < (powers * near).sum(axis=1) / powers.sum(axis=1)
-    blends = ~edge | ((gap < beam.pulse_length) & (blend_draws < mixing.blend))
-    return np.asarray(blends[:, None] | (near == picks_near[:, None]))
+    blends = edge & (gap < beam.pulse_length) & (blend_draws < mixing.blend)
+    kept = np.where(edge[:, None] & ~blends[:, None], near == picks_near[:, None], 1.0)
+
+    # Sub-rays tell the near surface's share of the light to half a ray's; it may be anything between,
+    # and what is left of the draw that let them blend says what.
+    rays = distances.shape[1]
+    lit, all_lit = near.sum(axis=1), np.isfinite(distances).sum(axis=1)
+    even = np.where(blends, blend_draws / max(mixing.blend, 1e-12) - 0.5, 0.0)
+    even[all_lit < rays] = 0.0
+    shift_near = 1.0 + even / np.maximum(lit, 1)
+    shift_far = 1.0 - even / np.maximum(rays - lit, 1)
+    return np.asarray(kept * np.where(near, shift_near[:, None], shift_far[:, None]))
 
 
 _LEAST: Final = 1e-15

@@ -94,10 +94,10 @@ def box(
         material: Of the catalogue.
         yaw: [rad].
     """
-    size = " ".join(f"{h!r}" for h in half)
-    turn = math.degrees(yaw)
+    size = " ".join(f"{float(h)!r}" for h in half)
+    turn = math.degrees(float(yaw))
     return (
-        f'<geom type="box" pos="{x!r} {y!r} 0" size="{size}" material="{material}"'
+        f'<geom type="box" pos="{float(x)!r} {float(y)!r} 0" size="{size}" material="{material}"'
         f' euler="0 0 {turn!r}"/>'
     )
 

@@ -102,7 +102,9 @@ def test_share_of_the_light_on_the_near_surface_is_that_of_the_disc(offset: floa
     lit_by_rays = 0.2 * float(offset < 0.0) + 0.8 * _ring_share(offset)
     assert share.mean() == pytest.approx(lit_by_rays, abs=0.02)
     assert share.mean() == pytest.approx(lit, abs=0.11)
-    assert set(np.unique(np.rint(share * SUB_BEAMS))) <= set(range(SUB_BEAMS + 1))
+    # Shares are not just fifths: sub-rays leave open what lies between.
+    fifths = share[(share > 0.01) & (share < 0.99)] * SUB_BEAMS
+    assert np.mean(np.abs(fifths - np.rint(fifths)) > 0.25) == pytest.approx(0.5, abs=0.05)
 
 
 def _ring_share(offset: float) -> float:
