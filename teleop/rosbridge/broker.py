@@ -75,7 +75,7 @@ class Broker:
         topic.taps.append(tap)
         self._mark(topic, now)
         for publication in list(topic.latched.values()):
-            tap(publication.message, now)
+            tap(self._whole(topic, publication), now)
 
     def untap(self, name: str, tap: Tap, now: int) -> None:
         """Hear no more."""
@@ -237,8 +237,14 @@ class Broker:
         for client, subscription in topic.subscriptions.items():
             if outgoing := subscription.offer(publication, now):
                 self._send(client, outgoing)
-        for tap in list(topic.taps):
-            tap(publication.message, now)
+        if topic.taps:
+            message = self._whole(topic, publication)
+            for tap in list(topic.taps):
+                tap(message, now)
+
+    def _whole(self, topic: Topic, publication: Publication) -> Message:
+        """Return a message with all fields; the host's may have only some."""
+        return complete(self._registry, topic.kind, publication.message, finite=False)
 
     def _establish(self, name: str, kind: str) -> Topic:
         wanted: MessageType = self._registry[kind]

@@ -99,5 +99,5 @@ class Goal:
             self._sink.done(status, values, text)
 
 
-GoalHandler: TypeAlias = Callable[[Goal], None]
+GoalHandler: TypeAlias = Callable[[Goal], object]
 """Begins to carry out a goal, and keeps it; a ServiceError refuses it."""

@@ -63,6 +63,9 @@ class Protocol:
         say = self._connections.say
         self._services = Services(registry, codec, self.limits, self._timers, say)
         self._actions = Actions(registry, codec, self.limits, say)
+        self.now = 0
+        """The last time that was told [ns]."""
+
         self._came: list[Callable[[int, int], None]] = []
         self._left: list[Callable[[int, int], None]] = []
         self._dispatch = Dispatch(
@@ -88,6 +91,7 @@ class Protocol:
 
     def connect(self, now: int, address: str = "") -> int:
         """Return the id of a new client; its address is for people."""
+        self.now = now
         client = self._connections.add(now, address).id
         for callback in self._came:
             callback(client, now)
@@ -97,6 +101,7 @@ class Protocol:
         """Forget a client and all it asked for and provides."""
         if self._connections.remove(client) is None:
             return
+        self.now = now
         self._broker.leave(client, now)
         self._services.leave(client)
         self._actions.leave(client)
@@ -105,6 +110,7 @@ class Protocol:
 
     def receive(self, client: int, frame: str | bytes, now: int) -> None:
         """Do what a frame says; binary frames hold JSON too."""
+        self.now = now
         state = self._connections.get(client)
         if state is None or state.closing:
             return
@@ -120,6 +126,7 @@ class Protocol:
 
     def tick(self, now: int) -> None:
         """Do what was to be done by now: what a ``throttle_rate`` held back, time-outs, alarms."""
+        self.now = now
         self._timers.tick(now)
         self._broker.tick(now)
 
@@ -189,6 +196,7 @@ class Protocol:
         Raises:
             MessageError: If the message does not fit its type, or holds NaN and goes out as JSON.
         """
+        self.now = now
         self._broker.publish(topic, message, now)
 
     def wanted(self, topic: str) -> bool:

@@ -17,11 +17,15 @@ from typing import Final, Self, TypeAlias
 from websockets.asyncio.server import Server as WebSocketServer, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
+from websockets.protocol import State
 
 from teleop.rosbridge.errors import ServerError, ServiceError
+from teleop.rosbridge.goals import GoalHandler
+from teleop.rosbridge.opening import DOWNLOAD_TIMEOUT, Opening, upgrades
 from teleop.rosbridge.origins import Origins
 from teleop.rosbridge.outbox import Bounds, Outbox
 from teleop.rosbridge.outgoing import Close, Output
+from teleop.rosbridge.pages import Pages
 from teleop.rosbridge.protocol import Protocol
 from teleop.rosbridge.services import Handler, Later
 from teleop.rosbridge.topics import Listener
@@ -115,6 +119,10 @@ class Server:
         self._tasks: set[asyncio.Future[None]] = set()
         self._timer: asyncio.TimerHandle | None = None
         self._server: WebSocketServer | None = None
+        self._pages = Pages(lambda: len(self._connections))
+        self._takers: set[ServerConnection] = set()
+        """Connections that are given pages."""
+
         protocol.sink = self._push
 
     # Life
@@ -134,8 +142,9 @@ class Server:
                 max_size=self.protocol.limits.frame,
                 ping_interval=self._pulse.ping_interval,
                 ping_timeout=self._pulse.ping_timeout,
-                open_timeout=5,
+                open_timeout=DOWNLOAD_TIMEOUT,  # for the request, Opening has its own
                 close_timeout=2,
+                create_connection=Opening,
                 process_request=self._screen,
                 logger=_WIRE,
             )
@@ -218,6 +227,14 @@ class Server:
     def serve(self, service: str, type: str, handler: Handler | AsyncHandler) -> None:
         """Offer a service; see ``Protocol.serve``. The handler may be a coroutine function."""
         self.protocol.serve(service, type, self._sync(handler))
+
+    def serve_action(self, action: str, type: str, handler: GoalHandler) -> None:
+        """Offer an action; see ``Protocol.serve_action``."""
+        self.protocol.serve_action(action, type, handler)
+
+    def offer(self, path: str, body: bytes, kind: str = "application/octet-stream") -> str:
+        """Offer a file over HTTP on the same port; return its SHA-256, which is its ETag too."""
+        return self._pages.offer(path, body, kind)
 
     def tick(self, now: int) -> None:
         """Send throttled messages that are due; only a host in lockstep needs to call this."""
@@ -360,9 +377,31 @@ class Server:
         origin, host = request.headers.get("Origin"), request.headers.get("Host", "")
         if origin is not None and not self._origins.allow(origin, host):
             return socket.respond(HTTPStatus.FORBIDDEN, f"pages of {origin} may not connect here\n")
+        if not upgrades(request):
+            return self._page(socket, request, origin)
         if len(self._connections) >= self.protocol.limits.clients:
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many clients\n")
         return None
+
+    def _page(
+        self, socket: ServerConnection, request: Request, origin: str | None
+    ) -> Response | None:
+        """Answer plain HTTP."""
+        page = self._pages.answer(request.method, request.path, request.headers)
+        if page is None:
+            if request.path.partition("?")[0] == "/":
+                return None  # the library says that a WebSocket is expected here
+            return socket.respond(HTTPStatus.NOT_FOUND, "there is no such page\n")
+        self._takers = {taker for taker in self._takers if taker.state is not State.CLOSED}
+        if len(self._takers) >= self.protocol.limits.clients:
+            return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many downloads\n")
+        assert isinstance(socket, Opening)
+        self._takers.add(socket)
+        more = {"Vary": "Origin"}
+        if origin is not None:
+            more["Access-Control-Allow-Origin"] = origin
+            more["Access-Control-Expose-Headers"] = "ETag"
+        return socket.page(page, more)
 
 
 async def _hang_up(socket: ServerConnection, close: Close) -> None:

@@ -1,0 +1,64 @@
+"""``python -m teleop.rosbridge``: a rosbridge server without a robot, for clients among themselves."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import signal
+import sys
+from pathlib import Path
+
+from teleop.rosbridge.conformance import serve_fixtures
+from teleop.rosbridge.errors import RosbridgeError
+from teleop.rosbridge.protocol import Protocol
+from teleop.rosbridge.registry import Registry
+from teleop.rosbridge.server import Server
+from teleop.rosbridge.standard import serve_standard
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Serve until told to stop; return the exit status."""
+    parser = argparse.ArgumentParser(prog="python -m teleop.rosbridge", description=__doc__)
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen at")
+    parser.add_argument("--port", type=int, default=9090, help="port to listen at; 0 takes any")
+    parser.add_argument(
+        "--messages",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FOLDER",
+        help="add the .msg, .srv and .action files of a package's folder; may be given again",
+    )
+    parser.add_argument("--ros1", action="store_true", help="claim to be ROS 1")
+    parser.add_argument(
+        "--conformance", action="store_true", help="offer what clients' test suites look for"
+    )
+    options = parser.parse_args(arguments)
+    try:
+        asyncio.run(_serve(options))
+    except RosbridgeError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    return 0
+
+
+async def _serve(options: argparse.Namespace) -> None:
+    protocol = Protocol(Registry(options.messages), flavour="ros1" if options.ros1 else "ros2")
+    server = Server(protocol, options.host, options.port)
+    serve_standard(protocol)
+    if options.conformance:
+        serve_fixtures(protocol)
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(NotImplementedError):
+            loop.add_signal_handler(number, stop.set)
+    async with server:
+        sys.stdout.write(f"rosbridge at {server.url}; Ctrl-C ends\n")
+        sys.stdout.flush()
+        await stop.wait()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
