@@ -16,6 +16,9 @@ from robot_sim.errors import SensorError
 READING_SECONDS: Final = 0.02
 """One reading is the mean over one tick [s]."""
 
+ZEROING_SECONDS: Final = 5.0
+"""How long drivers average gyros at rest [s]; chosen."""
+
 GRAVITY: Final = 9.80665
 """What data sheets call 1 g [m/s^2]; BIPM, SI brochure."""
 
@@ -116,11 +119,14 @@ class InertialConfig:
     """Name of the model this was made from."""
 
     @classmethod
-    def of(cls, model: str) -> InertialConfig:
+    def of(cls, model: str, *, zeroed: bool = True) -> InertialConfig:
         """Build from a model's data sheet.
 
         Args:
             model: A key of ``INERTIAL_UNITS``.
+            zeroed: Whether the driver has averaged the gyros over ``ZEROING_SECONDS`` at rest and takes
+                that off, as drivers of bare sensors do; what is left of the bias at switch-on is
+                that average's noise. Accelerometers cannot be zeroed so: they feel the floor's tilt.
 
         Raises:
             SensorError: There is no such model; the message lists those there are.
@@ -130,9 +136,10 @@ class InertialConfig:
             raise SensorError(f"no inertial unit named {model!r}; there are: {known}")
         sheet = INERTIAL_UNITS[model]
         per_reading = 1.0 / math.sqrt(READING_SECONDS)
+        rest = sheet.gyro.noise / math.sqrt(ZEROING_SECONDS)
         return cls(
             gyro_noise=sheet.gyro.noise * per_reading,
-            gyro_bias_sigma=sheet.gyro.bias_sigma,
+            gyro_bias_sigma=min(rest, sheet.gyro.bias_sigma) if zeroed else sheet.gyro.bias_sigma,
             force_noise=sheet.force.noise * per_reading,
             force_bias_sigma=sheet.force.bias_sigma,
             gyro_drift=sheet.gyro,

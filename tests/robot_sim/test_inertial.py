@@ -142,6 +142,14 @@ def test_readings_end_at_full_scale_and_come_in_steps() -> None:
     np.testing.assert_array_equal(reading.specific_force, [0.3, 9.0, 100.0])
 
 
+def test_zeroing_leaves_of_the_gyros_bias_the_noise_of_its_average() -> None:
+    raw = InertialConfig.of("bosch_bmi088", zeroed=False)
+    zeroed = InertialConfig.of("bosch_bmi088")
+    assert raw.gyro_bias_sigma == pytest.approx(math.radians(1.0))
+    assert zeroed.gyro_bias_sigma == pytest.approx(math.radians(0.014) / math.sqrt(5.0))
+    assert zeroed.force_bias_sigma == raw.force_bias_sigma
+
+
 def test_units_name_the_source_of_every_figure() -> None:
     figures = {f.name for f in fields(Drift)}
     for model in INERTIAL_UNITS.values():
