@@ -7,15 +7,18 @@ from robot_sim.casting import (
     caster_for as caster_for,
 )
 from robot_sim.drive import DriveConfig as DriveConfig, WheelSlip as WheelSlip
+from robot_sim.effects import Effects as Effects
 from robot_sim.errors import (
     PhysicsError as PhysicsError,
+    SensorError as SensorError,
     SimulationError as SimulationError,
     UnknownSceneError as UnknownSceneError,
     WorldError as WorldError,
 )
 from robot_sim.imperfections import Imperfections as Imperfections
-from robot_sim.inertial import InertialConfig as InertialConfig
+from robot_sim.inertial import INERTIAL_UNITS as INERTIAL_UNITS, InertialConfig as InertialConfig
 from robot_sim.lidar import ScannerConfig as ScannerConfig
+from robot_sim.lidar_models import LIDARS as LIDARS
 from robot_sim.p3at import IMU_MOUNT as IMU_MOUNT, MOUNTS as MOUNTS, P3AT as P3AT
 from robot_sim.platforms import HUSKY as HUSKY, JACKAL as JACKAL, PLATFORMS as PLATFORMS
 from robot_sim.simulation import (
@@ -26,6 +29,7 @@ from robot_sim.simulation import (
 )
 from robot_sim.skid_steer import SkidSteer as SkidSteer
 from robot_sim.slip import Slip as Slip
+from robot_sim.suites import SensorSuite as SensorSuite, sensor_suite as sensor_suite
 from robot_sim.surfaces import SURFACES as SURFACES, Patch as Patch, Surface as Surface
 from robot_sim.worlds import (
     World as World,
