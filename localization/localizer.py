@@ -203,10 +203,11 @@ class Localizer:
             if not first:
                 rate, left, right = increment.rate, increment.left, increment.right
                 if increment.witnessed:
-                    self._watch_traction(self._ekf.rolling_speed(left, right), dt)
-                    if not self._ekf.update_wheel_yaw(rate, left, right):
+                    witness = increment.witness
+                    self._watch_traction(self._ekf.rolling_speed(left, right), increment.covered)
+                    if not self._ekf.update_wheel_yaw(witness, left, right):
                         self._slip_until = increment.stamp + self.config.slip_memory
-                    self._ekf.update_standstill(rate, left, right)
+                    self._ekf.update_standstill(witness, left, right)
                 self._rolled += self._ekf.rolling_speed(left, right) * dt
                 distrusted = self._slipping or not increment.rolling
                 motion = self._ekf.predict(

@@ -138,6 +138,11 @@ class Increment:
     """Whether the rim speeds were measured, and lately."""
     witnessed: bool
     """Whether gyro and wheels are both new, so that they can be compared."""
+    witness: FloatArray
+    """(3,) mean angular velocity over the time that the rim speeds cover [rad/s]; wheels may be read
+    less often than the gyro."""
+    covered: float
+    """How long that time is [s]."""
 
 
 class MotionSource:
@@ -155,6 +160,9 @@ class MotionSource:
         self._track, self._silence = track, silence
         self._wheels: WheelSpeeds | None = None
         self._fresh = False
+        self._turned = np.zeros(3)
+        self._turns = 0
+        self._since = 0
         self._before: Odometry | None = None
 
     def take(self, reading: Reading, seen: tuple[float, float]) -> Increment | None:
@@ -188,7 +196,13 @@ class MotionSource:
         left, right = (wheels.left, wheels.right) if wheels is not None and rolling else (0.0, 0.0)
         force = _level_force() if self.suite.flat else reading.specific_force
         rate = reading.angular_velocity
-        return Increment(reading.stamp, rate, force, left, right, rolling, witnessed)
+        self._turned, self._turns = self._turned + rate, self._turns + 1
+        witness, covered = self._turned / self._turns, (reading.stamp - self._since) / SECOND
+        if witnessed:
+            self._turned, self._turns, self._since = np.zeros(3), 0, reading.stamp
+        return Increment(
+            reading.stamp, rate, force, left, right, rolling, witnessed, witness, covered
+        )
 
     def _added_up(self, reading: Odometry) -> Increment:
         before, self._before = self._before, reading
@@ -205,7 +219,9 @@ class MotionSource:
 
     def _rolled(self, stamp: int, left: float, right: float, *, rolling: bool = True) -> Increment:
         rate = np.array([0.0, 0.0, (right - left) / self._track])
-        return Increment(stamp, rate, _level_force(), left, right, rolling, witnessed=False)
+        return Increment(
+            stamp, rate, _level_force(), left, right, rolling, False, witness=rate, covered=0.0
+        )
 
 
 def _level_force() -> FloatArray:

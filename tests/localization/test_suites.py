@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from localization.ekf import EkfConfig, SkidSteerEkf
 from localization.localizer import Localizer, LocalizerConfig
 from localization.prepared import PreparedMap
 from localization.suites import Motion, MotionSource, Suite
@@ -157,3 +158,32 @@ def test_odometry_after_a_long_pause_says_nothing_of_the_pause() -> None:
     after = source.take(Odometry(9 * SECOND, Pose.planar(7.0, 0.0, 0.0)), (0.0, 0.0))
     assert after is not None
     assert (after.left, after.right, after.rolling) == (0.0, 0.0, False)
+
+
+def beginning_to_turn(wheels_every: int, *, ticks: int = 60) -> Iterator[Reading]:
+    """A robot that begins to turn at 5.2 rad/s^2, its rim speeds told as means over so many ticks."""
+    rates = [min(1.5, 5.2 * TICK / SECOND * max(0, i - 20)) for i in range(ticks)]
+    for i, rate in enumerate(rates, start=1):
+        if i % wheels_every == 0:
+            across = 0.5 * TRACK * float(np.mean(rates[i - wheels_every : i]))
+            yield WheelSpeeds(i * TICK, -across, across)
+        yield Inertial(i * TICK, np.array([0.0, 0.0, rate]), np.array([0.0, 0.0, 9.81]))
+
+
+@pytest.mark.parametrize("wheels_every", [1, 5])
+def test_wheels_are_compared_with_the_gyro_over_the_time_they_cover(wheels_every: int) -> None:
+    source = MotionSource(Suite(), track=TRACK, silence=SECOND // 2)
+    ekf = SkidSteerEkf(EkfConfig(effective_track=TRACK))
+    compared, at_once = [], []
+    for reading in beginning_to_turn(wheels_every):
+        increment = source.take(reading, (0.0, 0.0))
+        if increment is not None and increment.witnessed:
+            rims = increment.left, increment.right
+            assert increment.witness[2] == pytest.approx((rims[1] - rims[0]) / TRACK, abs=1e-12)
+            assert increment.covered == pytest.approx(wheels_every * TICK / SECOND)
+            compared.append(ekf.update_wheel_yaw(increment.witness, *rims))
+            at_once.append(SkidSteerEkf(ekf.config).update_wheel_yaw(increment.rate, *rims))
+    assert len(compared) == 60 // wheels_every
+    # The newest gyro reading alone is ahead of wheels that come five times less often.
+    assert all(compared)
+    assert all(at_once) is (wheels_every == 1)
