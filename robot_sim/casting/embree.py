@@ -27,6 +27,7 @@ _RETRIES: Final = 64
 """A ray that grazes so many round things in a row is taken to have met nothing more."""
 
 _FLAT, _ROUND, _ONE_SIDED = np.uint8(0), np.uint8(1), np.uint8(2)
+_OFFSET, _TRUST = 3, 4
 PrimArray = npt.NDArray[np.int32]
 
 
@@ -62,15 +63,18 @@ class StaticGeometry:
         geoms = np.flatnonzero(visible_geoms(model) & static_geoms(model))
         triangles = triangles_of(model, data, geoms)
         self._centre = _centre(triangles.vertices)
-        # Rays that meet nothing index the last row: a plane at infinity of no geom.
-        nowhere = np.array([[0.0, 0.0, 0.0, np.inf]])
-        self._planes = np.concatenate([triangles.planes, nowhere])
+        # Of each triangle: its plane's normal and offset, and the signed cosine of incidence up to
+        # which the plane is all there is to know. Rays that meet nothing index the last row.
+        self._planes = np.zeros((len(triangles.faces) + 1, 5))
+        self._planes[:-1, :4] = triangles.planes
+        self._planes[-1, _OFFSET] = np.inf
         self._geom_of = np.append(triangles.geoms, NO_GEOM).astype(np.int32)
         kinds = model.geom_type[triangles.geoms]
         shapes = np.full(len(self._geom_of), _FLAT)
         shapes[:-1][np.isin(kinds, list(ROUND))] = _ROUND
         shapes[:-1][kinds == mujoco.mjtGeom.mjGEOM_PLANE] = _ONE_SIDED
         self._shapes = shapes
+        self._planes[:, _TRUST] = np.array([2.0, -2.0, 0.0])[shapes]
         self._types = model.geom_type.copy()
         self._sizes = model.geom_size.copy()
         self._positions = data.geom_xpos.copy()
@@ -84,21 +88,17 @@ class StaticGeometry:
         """Return what the rays (N, 3) meet within ``max_range`` [m]."""
         if len(self._planes) == 1:
             return _Met.nothing(len(origins))
-        found = self._scene.run(
+        prims: PrimArray = self._scene.run(
             (origins - self._centre).astype(np.float32),
             directions.astype(np.float32),
-            output=True,
+            dists=_just_beyond(max_range),
         )
-        prims: PrimArray = found["primID"]
-        distances, slopes = self._on_planes(prims, origins, directions)
+        planes = self._planes.take(prims, axis=0)
+        distances, slopes = _on_planes(planes, origins, directions)
         met = _Met(distances, prims, slopes)
-        shapes = self._shapes.take(prims)
-        if shapes.any():
-            unsure = (shapes == _ROUND) | ((shapes == _ONE_SIDED) & (slopes > 0.0))
-            rows = np.flatnonzero(unsure)
-            if len(rows):
-                hulls = found["tfar"][rows].astype(float)
-                self._look_closer(met, rows, hulls, origins[rows], directions[rows], max_range)
+        rows = np.flatnonzero(slopes > planes[:, _TRUST])
+        if len(rows):
+            self._look_closer(met, rows, origins[rows], directions[rows], max_range)
         # Not ">": a ray in the very plane of a face has no distance, and meets nothing.
         distances[~(distances <= max_range)] = np.inf
         return met
@@ -108,18 +108,6 @@ class StaticGeometry:
         geoms = self._geom_of.take(met.prims)
         geoms[np.isinf(met.distances)] = NO_GEOM
         return geoms
-
-    def _on_planes(
-        self, prims: PrimArray, origins: FloatArray, directions: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return distances (N,) to the triangles' planes, and signed cosines (N,) of incidence."""
-        planes = self._planes.take(prims, axis=0)
-        normals = planes[:, :3]
-        slopes = np.einsum("nd,nd->n", normals, directions)
-        heights = planes[:, 3] - np.einsum("nd,nd->n", normals, origins)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # An origin on the very surface may come out behind it by a rounding error.
-            return np.abs(heights / slopes), slopes
 
     def cosines(self, met: _Met, origins: FloatArray, directions: FloatArray) -> FloatArray:
         """Return absolute cosines of incidence (N,) where something was met, 0 elsewhere."""
@@ -137,7 +125,6 @@ class StaticGeometry:
         self,
         met: _Met,
         rows: IntArray,
-        hulls: FloatArray,
         origins: FloatArray,
         directions: FloatArray,
         max_range: float,
@@ -147,12 +134,12 @@ class StaticGeometry:
         Args:
             met: What all rays met so far.
             rows: (K,) rays that met a round shape's triangle, or a plane from behind.
-            hulls: (K,) where they did [m].
             origins: (K, 3) of those rays.
             directions: (K, 3) of those rays.
             max_range: [m].
         """
         prims, distances, slopes = met.prims[rows], met.distances[rows], met.slopes[rows]
+        hulls = distances
         best = self._on_shapes(prims, distances, slopes, origins, directions)
         met.distances[rows] = best
         for _ in range(_RETRIES):
@@ -164,11 +151,15 @@ class StaticGeometry:
             origins, directions = origins[unsure], directions[unsure]
             begin = origins + hulls[:, None] * directions - self._centre
             found = self._scene.run(
-                begin.astype(np.float32), directions.astype(np.float32), output=True
+                begin.astype(np.float32),
+                directions.astype(np.float32),
+                dists=_just_beyond(max_range),
+                output=True,
             )
             prims = found["primID"]
             hulls += found["tfar"]
-            distances, slopes = self._on_planes(prims, origins, directions)
+            planes = self._planes.take(prims, axis=0)
+            distances, slopes = _on_planes(planes, origins, directions)
             at = self._on_shapes(prims, distances, slopes, origins, directions)
             nearer = at < met.distances[rows]
             won = rows[nearer]
@@ -194,12 +185,20 @@ class StaticGeometry:
             directions: (K, 3).
         """
         shapes = self._shapes[prims]
+        is_round = shapes == _ROUND
+        if is_round.all():
+            geoms = self._geom_of[prims]
+            o, d = self._in_frames(geoms, origins, directions)
+            return shape_distances(self._types[geoms], self._sizes[geoms], o, d)
         at = np.where((shapes == _ONE_SIDED) & (slopes > 0.0), np.inf, distances)
-        curved = np.flatnonzero(shapes == _ROUND)
-        if len(curved):
-            geoms = self._geom_of[prims[curved]]
-            o, d = self._in_frames(geoms, origins[curved], directions[curved])
-            at[curved] = shape_distances(self._types[geoms], self._sizes[geoms], o, d)
+        if is_round.any():
+            at[is_round] = self._on_shapes(
+                prims[is_round],
+                distances[is_round],
+                slopes[is_round],
+                origins[is_round],
+                directions[is_round],
+            )
         return at
 
     def _in_frames(
@@ -251,6 +250,23 @@ class EmbreeRayCaster:
             rays, at, owners, slopes = self._moving.cast(origins, directions, times, limits)
             distances[rays], geoms[rays], cosines[rays] = at, owners, slopes
         return Hits(distances, geoms, cosines)
+
+
+def _on_planes(
+    planes: FloatArray, origins: FloatArray, directions: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return distances (N,) to planes (N, 4 or more), and signed cosines (N,) of incidence."""
+    normals = planes[:, :3]
+    slopes = np.einsum("nd,nd->n", normals, directions)
+    heights = planes[:, _OFFSET] - np.einsum("nd,nd->n", normals, origins)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # An origin on the very surface may come out behind it by a rounding error.
+        return np.abs(heights / slopes), slopes
+
+
+def _just_beyond(max_range: float) -> float:
+    """Return a range that single precision does not round to less than ``max_range`` [m]."""
+    return max_range * (1.0 + 1e-6)
 
 
 def _centre(vertices: FloatArray) -> FloatArray:

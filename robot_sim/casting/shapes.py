@@ -27,7 +27,8 @@ _TINY: Final = 1e-200
 
 def _slab(origins: FloatArray, directions: FloatArray, half: FloatArray) -> Interval:
     """Return where lines are within ``half`` of zero, along one axis."""
-    slopes = 1.0 / np.where(np.abs(directions) < _TINY, _TINY, directions)
+    # Along the slab this divides by zero: both infinite, on different sides if inside.
+    slopes = 1.0 / directions
     first, second = (-half - origins) * slopes, (half - origins) * slopes
     return np.minimum(first, second), np.maximum(first, second)
 
@@ -138,7 +139,7 @@ def shape_distances(
     """
     distances = np.empty(len(types))
     # A missed quadric has no roots.
-    with np.errstate(invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         for kind, rows in _by_kind(types):
             lines, _ = _SHAPES[kind]
             enter, leave = lines(origins[rows].T, directions[rows].T, sizes[rows].T)

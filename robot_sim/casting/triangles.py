@@ -22,7 +22,7 @@ _BULGE: Final = 2e-5
 """How far the sides of round shapes stand out at most, where that takes less than the limits below
 [m]. Rays that meet a bulge are cast again, so this costs time only."""
 _SIDES: Final = (12, 192)
-_SUBDIVISIONS: Final = 4
+_SUBDIVISIONS: Final = 3
 
 _BOX_CORNERS: Final = np.array(
     [[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)]
