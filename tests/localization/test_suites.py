@@ -161,8 +161,8 @@ def test_odometry_after_a_long_pause_says_nothing_of_the_pause() -> None:
 
 
 def beginning_to_turn(wheels_every: int, *, ticks: int = 60) -> Iterator[Reading]:
-    """A robot that begins to turn at 5.2 rad/s^2, its rim speeds told as means over so many ticks."""
-    rates = [min(1.5, 5.2 * TICK / SECOND * max(0, i - 20)) for i in range(ticks)]
+    """A robot that begins to turn abruptly, its rim speeds told as means over so many ticks."""
+    rates = [min(1.5, 8.0 * TICK / SECOND * max(0, i - 20)) for i in range(ticks)]
     for i, rate in enumerate(rates, start=1):
         if i % wheels_every == 0:
             across = 0.5 * TRACK * float(np.mean(rates[i - wheels_every : i]))
