@@ -68,6 +68,9 @@ class Physics:
             )
         # Friction under the wheels, for one, is rewritten as the robot drives.
         self.model = copy.copy(model)
+        # Bodies at rest then cost nothing, and neither do walls, which MuJoCo would place anew in each
+        # step. What has motors, the robot, never sleeps.
+        self.model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
         self.data = mujoco.MjData(self.model)
         place_robot(self.model, self.data, start)
         # A view of the counters; to iterate over the warnings themselves takes half a tick's time.
@@ -155,7 +158,7 @@ class Physics:
         velocities = self._states[0, :, self._velocity_columns]
         # Written so that NaN fails as well.
         tame = np.abs(velocities) < _RUNAWAY
-        if not warned and tame.all() and np.isfinite(self._states[0, -1]).all():
+        if tame.all() and not warned and np.isfinite(self._states[0, -1]).all():
             return
         if warned:
             kind = int(np.flatnonzero(self._warnings)[0])

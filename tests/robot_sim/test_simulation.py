@@ -13,7 +13,7 @@ import pytest
 from localization.types import Inertial, Pose, Reading, Scan, Twist, WheelSpeeds
 from robot_sim.errors import PhysicsError, SimulationError, UnknownSceneError, WorldError
 from robot_sim.lidar import ScannerConfig
-from robot_sim.p3at import FLOOR_BIT, add_robot, set_physics
+from robot_sim.p3at import FLOOR_BIT, OBSTACLE_BIT, add_robot, set_physics
 from robot_sim.physics import Physics
 from robot_sim.simulation import STEPS_PER_TICK, TICK_NS, Simulation, SimulationConfig
 from robot_sim.worlds import TIMESTEP_NS, World, parse_world, place_robot
@@ -217,3 +217,22 @@ def test_a_model_of_another_time_step_is_refused(field: World) -> None:
     model.opt.timestep = 0.01
     with pytest.raises(PhysicsError, match=r"time step is 0\.01 s"):
         Physics(model, field.spawn, steps_per_tick=STEPS_PER_TICK)
+
+
+def test_a_crate_sleeps_until_the_robot_pushes_it() -> None:
+    spec = with_a_floor()
+    crate = spec.worldbody.add_body(name="crate", pos=(1.0, 0.0, 0.2))
+    crate.add_freejoint()
+    box, bits = mujoco.mjtGeom.mjGEOM_BOX, FLOOR_BIT | OBSTACLE_BIT
+    crate.add_geom(type=box, size=(0.2, 0.2, 0.2), mass=3.0, contype=bits, conaffinity=bits)
+    add_robot(spec, surfaces=("floor",))
+    physics = Physics(spec.compile(), Pose.identity(), steps_per_tick=STEPS_PER_TICK)
+    for _ in range(100):
+        physics.advance(np.zeros((STEPS_PER_TICK, 4)))
+    awake = physics.data.nbody_awake
+    for _ in range(200):
+        motion = physics.advance(np.full((STEPS_PER_TICK, 4), 4.0))
+    assert physics.data.nbody_awake == awake + 1
+    gap = physics.data.body("crate").xpos[0] - motion.poses[-1, 0]
+    assert physics.data.body("crate").xpos[0] > 1.3
+    assert gap == pytest.approx(0.45, abs=0.05)
