@@ -14,13 +14,13 @@ import pytest
 from localization.cloud import Cloud
 from localization.localizer import Localizer
 from localization.prepared import prepare
-from localization.types import Inertial, Pose, Twist, WheelSpeeds
+from localization.types import Health, Hint, Inertial, Pose, Twist, WheelSpeeds
 from robot_sim import DriveConfig, Simulation, SimulationConfig, World
 from robot_sim.firmware import FirmwareConfig
 from robot_sim.sip import StandardPacket
 from teleop.interfaces import registry
 from teleop.joystick import Wish
-from teleop.robot.robot import Drive, Robot, Snapshot
+from teleop.robot.robot import Drive, Message, Robot, Snapshot
 from teleop.robot.topics import OUTPUTS
 from teleop.rosbridge.codec import Codec
 
@@ -150,3 +150,29 @@ def test_a_fall_is_an_error(office: World, snapshots: list[Snapshot]) -> None:
     assert status["level"] == 2
     assert status["message"].startswith("fallen")
     assert said(fallen, "/ground_truth/condition")["fallen"] is True
+
+
+def test_localiser_follows_wheels_that_come_ten_times_a_second(
+    office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    config = SimulationConfig(drive=DriveConfig(firmware=FirmwareConfig()))
+    simulation = Simulation(office, config=config, seed=4)
+    localizer = Localizer(prepare(office_cloud, cache=cache), simulation.mounts)
+    robot = Robot(simulation, localizer)
+    start = simulation.truth().map_from_base
+    inbox: list[Message] = [Hint(0, start, np.zeros((6, 6)))]
+    errors, healths = [], set()
+    for tick in range(350):
+        snapshot = robot.tick(simulation.stamp, inbox)
+        # Stop and go, to the left and to the right.
+        forward, turn = (0.5, 0.0) if tick % 100 < 50 else (0.1, 0.9 if tick < 200 else -0.9)
+        inbox = [Drive("operator", Wish(Twist.planar(forward, turn), enabled=True))]
+        estimate = snapshot.estimate
+        if tick > 100:
+            healths.add(estimate.health)
+            assert estimate.map_from_base is not None
+            off = estimate.map_from_base.position - snapshot.truth.map_from_base.position
+            errors.append(float(np.hypot(off[0], off[1])))
+    assert healths == {Health.TRACKING}
+    assert max(errors) < 0.04
+    assert float(np.sqrt(np.mean(np.square(errors)))) < 0.015
