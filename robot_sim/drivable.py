@@ -44,3 +44,10 @@ def drivable_geoms(spec: mujoco.MjSpec) -> Iterator[DrivableGeom]:
         user = list(geom.userdata)
         if user and user[0] > 0.0:
             yield DrivableGeom(geom.name, user[0], user[1] if len(user) > 1 else user[0])
+
+
+def drivable_names(model: mujoco.MjModel) -> tuple[str, ...]:
+    """Return the names of a compiled model's drivable geoms."""
+    if not model.nuser_geom:
+        return ()
+    return tuple(model.geom(i).name for i in range(model.ngeom) if model.geom_user[i, 0] > 0.0)

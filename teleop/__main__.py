@@ -17,6 +17,9 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import tyro
 
+from teleop.terminal import Progress as _Progress, say as _say
+from teleop.worlds_cli import Worlds
+
 if TYPE_CHECKING:
     from localization.ros_readings import Layout
     from localization.suites import Suite
@@ -35,6 +38,7 @@ examples:
   farsteer localize office.bag --map office.ply --start 3 2 90
                                             a ROS bag, begun near x 3 m, y 2 m, facing 90 degrees
   farsteer map office                       drive the survey and build the scene's cloud anew
+  farsteer world generate --seed 7          make up a furnished building, to drive in and localise in
   farsteer validate                         the robot's physics against published figures
   farsteer serve --port 9090                a robot for any rosbridge client, in real time
   farsteer operate ws://127.0.0.1:9090      look at it in rerun, drive it from the keyboard
@@ -200,9 +204,11 @@ class Map:
     """
 
     scene: Annotated[str, tyro.conf.Positional] = "office"
-    """Which scene to map."""
+    """Which scene to map: its name, or the path of its folder or file."""
     seed: int = 0
     """Of the sensor noise."""
+    quick: bool = False
+    """Look all round from stops along the route instead of driving it."""
     out: Path | None = None
     """File to write; the scene's own cloud.ply unless given."""
 
@@ -211,11 +217,12 @@ class Map:
         from localization.cloud import save_cloud
         from robot_sim import load_world
         from teleop.scenario.run import cloud_path
-        from teleop.scenario.survey import survey
+        from teleop.scenario.survey import survey, survey_from_stations
 
         world = load_world(self.scene)
         bar = _Progress()
-        cloud = survey(world, seed=self.seed, progress=bar)
+        survey_it = survey_from_stations if self.quick else survey
+        cloud = survey_it(world, seed=self.seed, progress=bar)
         bar.end()
         path = self.out or cloud_path(self.scene)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -360,6 +367,7 @@ Command: TypeAlias = (
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
     | Annotated[Localize, tyro.conf.subcommand("localize")]
     | Annotated[Map, tyro.conf.subcommand("map")]
+    | Annotated[Worlds, tyro.conf.subcommand("world")]
     | Annotated[Serve, tyro.conf.subcommand("serve")]
     | Annotated[Operate, tyro.conf.subcommand("operate")]
     | Annotated[Validate, tyro.conf.subcommand("validate")]
@@ -424,32 +432,6 @@ def _cache() -> Path:
     from localization.prepared import default_cache
 
     return default_cache()
-
-
-def _say(*lines: str) -> None:
-    sys.stdout.write("".join(f"{line}\n" for line in lines))
-    sys.stdout.flush()
-
-
-@dataclass
-class _Progress:
-    """One line that is overwritten on a terminal, and a line for each tenth elsewhere."""
-
-    _tenth: int = field(default=-1)
-
-    def __call__(self, share: float, text: str) -> None:
-        line = f"{share:4.0%}  {text}"
-        if sys.stderr.isatty():
-            sys.stderr.write(f"\r{line:<70}")
-        elif int(share * 10) > self._tenth:
-            self._tenth = int(share * 10)
-            sys.stderr.write(line + "\n")
-        sys.stderr.flush()
-
-    def end(self) -> None:
-        """Clear the line."""
-        if sys.stderr.isatty():
-            sys.stderr.write(f"\r{'':<70}\r")
 
 
 if __name__ == "__main__":
