@@ -19,6 +19,7 @@ from robot_sim.imperfections import Imperfections as Imperfections
 from robot_sim.inertial import INERTIAL_UNITS as INERTIAL_UNITS, InertialConfig as InertialConfig
 from robot_sim.lidar import ScannerConfig as ScannerConfig
 from robot_sim.lidar_models import LIDARS as LIDARS
+from robot_sim.mjcf_world import load_mjcf as load_mjcf
 from robot_sim.p3at import IMU_MOUNT as IMU_MOUNT, MOUNTS as MOUNTS, P3AT as P3AT
 from robot_sim.platforms import HUSKY as HUSKY, JACKAL as JACKAL, PLATFORMS as PLATFORMS
 from robot_sim.simulation import (
@@ -33,6 +34,7 @@ from robot_sim.suites import SensorSuite as SensorSuite, sensor_suite as sensor_
 from robot_sim.surfaces import SURFACES as SURFACES, Patch as Patch, Surface as Surface
 from robot_sim.worlds import (
     World as World,
+    WorldOptions as WorldOptions,
     load_world as load_world,
     parse_world as parse_world,
     scene_names as scene_names,
