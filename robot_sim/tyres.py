@@ -23,7 +23,7 @@ from robot_sim.arrays import FloatArray
 from robot_sim.body import SIDES, WHEELS
 from robot_sim.errors import WorldError
 from robot_sim.skid_steer import SkidSteer
-from robot_sim.slip import contact_positions, contact_slip
+from robot_sim.slip import contact_positions
 from robot_sim.surfaces import Patch, patches_under
 
 FULL_SLIDE: Final = 0.56
@@ -85,53 +85,82 @@ class Tyres:
         self._wheels = np.array([int(model.joint(w).dofadr[0]) for w in WHEELS])
         self._radii = np.array([robot.true_rolling_radius(s) for s in SIDES])
         self._x, self._y = contact_positions(robot)
+        self._contacts = tuple(
+            zip(self._x.tolist(), self._y.tolist(), self._radii.tolist(), strict=True)
+        )
         found = [_pairs_of(model, w) for w in WHEELS]
         self._pairs = np.array([pairs for pairs, _ in found])
         self._friction: FloatArray = model.pair_friction[self._pairs][..., :2].copy()
         grounds = np.array([g for _, g in found])
-        self._oriented = model.geom_type[grounds] == mujoco.mjtGeom.mjGEOM_PLANE
+        self._oriented: FloatArray = 1.0 * (model.geom_type[grounds] == mujoco.mjtGeom.mjGEOM_PLANE)
         self._stiction = robot.imperfections.stiction
         load = model.body_subtreemass[model.body("base_link").id] * GRAVITY / len(WHEELS)
         self._resisted = load * self._radii
-        self._rolling = np.array([_rolling_resistance(model, g) for _, g in found])
+        self._resistances = _rolling_resistances(model)
+        here = {float(self._resistances[g]) for _, gs in found for g in gs}
+        self._rolling = np.full(len(WHEELS), min(here))
+        self._mixed = len(here) > 1
+        self._tyres = np.array([model.geom(f"{w}_tyre").id for w in WHEELS])
+        self._resist(self._rolling)
 
     def grip(self, data: mujoco.MjData) -> None:
         """Set the friction of every wheel for the coming tick."""
-        friction, rolling = self._ground(data) if self._patches else (self._friction, self._rolling)
+        friction = self._friction
+        if self._patches or self._mixed:
+            friction, rolling = self._ground(data)
+            self._model.pair_friction[self._pairs, 1] = friction[..., 1]
+            self._resist(rolling)
+        across = friction[..., 0]
         if self._compliant:
-            friction = friction.copy()
             # Capsules on planes: the first tangent runs across the wheel.
-            friction[..., 0] *= np.where(self._oriented, self._lateral(data)[:, None], 1.0)
-        self._model.pair_friction[self._pairs, :2] = friction
-        if self._patches or rolling.any():
-            self._model.dof_frictionloss[self._wheels] = self._stiction + rolling * self._resisted
+            across = across * (1.0 - self._oriented * (1.0 - self._lateral(data)))
+        self._model.pair_friction[self._pairs, 0] = across
+
+    def _resist(self, rolling: FloatArray) -> None:
+        """Set the dry friction of the wheels' joints for (4,) rolling resistances."""
+        self._model.dof_frictionloss[self._wheels] = self._stiction + rolling * self._resisted
 
     def _lateral(self, data: mujoco.MjData) -> FloatArray:
-        """Return the (4,) share of its lateral friction that each wheel has."""
+        """Return the (4, 1) share of its lateral friction that each wheel has."""
         v = self._v
         forward, left, turn = _planar(data.qpos[self._q + 3 : self._q + 7], data.qvel[v : v + 6])
-        rims = self._radii * data.qvel[self._wheels]
-        along, across = contact_slip(forward, left, turn, rims, self._x, self._y)
-        slips = np.hypot(along, across).tolist()
-        return np.array([lateral_grip(s, r) for s, r in zip(slips, rims.tolist(), strict=True)])
+        grips = []
+        # Four wheels are too few for numpy: plain numbers are four times as quick.
+        for (x, y, radius), rate in zip(
+            self._contacts, data.qvel[self._wheels].tolist(), strict=True
+        ):
+            rim = radius * rate
+            slip = math.hypot(forward - turn * y - rim, left + turn * x)
+            grips.append((lateral_grip(slip, rim),))
+        return np.array(grips)
 
     def _ground(self, data: mujoco.MjData) -> tuple[FloatArray, FloatArray]:
-        """Return friction (4, P, 2), across and along, and rolling resistance (4,) by patch."""
+        """Return friction (4, P, 2), across and along, and rolling resistance (4,), under the wheels."""
         rotation = np.empty(9)
         mujoco.mju_quat2Mat(rotation, data.qpos[self._q + 3 : self._q + 7])
         contacts = np.stack([self._x, self._y, np.zeros(4)], axis=1) @ rotation.reshape(3, 3).T
         under = patches_under(self._patches, contacts + data.qpos[self._q : self._q + 3])
         friction, rolling = self._friction.copy(), self._rolling.copy()
+        if self._mixed:
+            rolling = self._resistance_touched(data)
         for wheel, patch in enumerate(under):
             if patch is None:
                 continue
             surface = patch.surface
             even = 0.5 * (surface.mu_lat + surface.mu_long)
-            aligned = self._oriented[wheel]
+            aligned = self._oriented[wheel] > 0.0
             friction[wheel, :, 0] = np.where(aligned, surface.mu_lat, even)
             friction[wheel, :, 1] = np.where(aligned, surface.mu_long, even)
             rolling[wheel] = surface.rolling_resistance
         return friction, rolling
+
+    def _resistance_touched(self, data: mujoco.MjData) -> FloatArray:
+        """Return the largest rolling resistance (4,) of what each tyre touches; in the air none."""
+        touching = np.asarray(data.contact.geom).reshape(-1, 2)
+        wheel, contact, side = np.nonzero(touching == self._tyres[:, None, None])
+        rolling = np.zeros(len(WHEELS))
+        np.maximum.at(rolling, wheel, self._resistances[touching[contact, 1 - side]])
+        return rolling
 
 
 def _planar(quaternion: FloatArray, velocity: FloatArray) -> tuple[float, float, float]:
@@ -156,11 +185,12 @@ def _pairs_of(model: mujoco.MjModel, wheel: str) -> tuple[list[int], list[int]]:
     return pairs.tolist(), np.where(both[pairs, 0] == tyre, both[pairs, 1], both[pairs, 0]).tolist()
 
 
-def _rolling_resistance(model: mujoco.MjModel, grounds: Sequence[int]) -> float:
-    """Return the largest rolling resistance that a wheel's surfaces declare, 0 if none does.
+def _rolling_resistances(model: mujoco.MjModel) -> FloatArray:
+    """Return the (ngeom,) rolling resistance that each geom declares, 0 if it does not.
 
     It is the third value of a drivable geom's ``user`` attribute.
     """
     if model.nuser_geom < 3:
-        return 0.0
-    return float(max(model.geom_user[g, 2] for g in grounds))
+        return np.zeros(model.ngeom)
+    declared: FloatArray = model.geom_user[:, 2].copy()
+    return declared

@@ -158,6 +158,31 @@ def test_off_planes_grip_is_the_mean_in_all_directions(kind: str) -> None:
     assert promised / yaw == pytest.approx(robot.chi, rel=0.03)
 
 
+def test_each_wheel_rolls_with_the_resistance_of_the_geom_that_it_touches() -> None:
+    spec = mujoco.MjSpec()
+    set_physics(spec, timestep=STEP)
+    plane, box = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_BOX
+    floor = spec.worldbody.add_geom(name="floor", type=plane, size=(20, 20, 0.1))
+    mark_drivable(floor, 0.7, 0.7, 0.01)
+    # A slab under the left wheels, a centimetre high.
+    slab = spec.worldbody.add_geom(name="slab", type=box, pos=(0, 1.0, 0), size=(5, 0.9, 0.01))
+    mark_drivable(slab, 0.5, 0.5, 0.05)
+    robot = P3AT()
+    add_robot(spec, surfaces=("floor", "slab"), robot=robot)
+    model = spec.compile()
+    data, tyres = mujoco.MjData(model), Tyres(model, robot)
+    data.qpos[2] = 0.011
+    mujoco.mj_step(model, data, nstep=250)
+    tyres.grip(data)
+    load = robot.mass * 9.81 / 4.0 * robot.rolling_radius
+    losses = [model.joint(w).frictionloss[0] / load for w in WHEELS]
+    assert losses == pytest.approx([0.05, 0.01, 0.05, 0.01])
+    data.qpos[2] += 0.1
+    mujoco.mj_forward(model, data)
+    tyres.grip(data)
+    assert [model.joint(w).frictionloss[0] for w in WHEELS] == [0.0] * 4
+
+
 def test_model_without_a_pair_for_a_wheel_is_refused() -> None:
     spec = mujoco.MjSpec()
     add_robot(spec, surfaces=(), robot=P3AT())
