@@ -31,6 +31,8 @@ class MappingConfig:
     """A point with fewer neighbours than this within the radius is dropped as noise."""
     most_curved: float = 0.10
     """Smallest over summed eigenvalues of a neighbourhood; beyond it there is no plane."""
+    highest: float = float("inf")
+    """Points above this are dropped as they come [m]."""
 
 
 class CloudBuilder:
@@ -51,6 +53,8 @@ class CloudBuilder:
         """Take a sweep seen from a known pose."""
         points = map_from_base.apply(sweep.points)
         view = map_from_base.apply(sweep.origins) - points
+        low = points[:, 2] <= self.config.highest
+        points, view = points[low], view[low]
         self._points.append(points)
         self._views.append(view / np.linalg.norm(view, axis=1, keepdims=True))
 
