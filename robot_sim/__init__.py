@@ -1,11 +1,13 @@
 """A Pioneer 3-AT with two planar scanners, encoders and an inertial unit, somewhere in MuJoCo."""
 
+from robot_sim.bumpers import Bumpers as Bumpers
 from robot_sim.casting import (
     Hits as Hits,
     MujocoRayCaster as MujocoRayCaster,
     RayCaster as RayCaster,
     caster_for as caster_for,
 )
+from robot_sim.condition import Condition as Condition
 from robot_sim.drive import DriveConfig as DriveConfig, WheelSlip as WheelSlip
 from robot_sim.effects import Effects as Effects
 from robot_sim.errors import (
@@ -15,6 +17,7 @@ from robot_sim.errors import (
     UnknownSceneError as UnknownSceneError,
     WorldError as WorldError,
 )
+from robot_sim.firmware import FirmwareConfig as FirmwareConfig, MotionCommand as MotionCommand
 from robot_sim.imperfections import Imperfections as Imperfections
 from robot_sim.inertial import INERTIAL_UNITS as INERTIAL_UNITS, InertialConfig as InertialConfig
 from robot_sim.lidar import ScannerConfig as ScannerConfig
@@ -28,6 +31,7 @@ from robot_sim.simulation import (
     SimulationConfig as SimulationConfig,
     Truth as Truth,
 )
+from robot_sim.sip import StandardPacket as StandardPacket
 from robot_sim.skid_steer import SkidSteer as SkidSteer
 from robot_sim.slip import Slip as Slip
 from robot_sim.suites import SensorSuite as SensorSuite, sensor_suite as sensor_suite
