@@ -11,7 +11,7 @@ from typing import Final
 
 import mujoco
 
-from robot_sim.p3at import HEADROOM, OBSTACLE_BIT
+from robot_sim.body import HEADROOM, OBSTACLE_BIT
 
 Color = tuple[float, float, float]
 

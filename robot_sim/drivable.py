@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import mujoco
 
-from robot_sim.p3at import FLOOR_BIT
+from robot_sim.body import FLOOR_BIT
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,17 +6,6 @@ from collections.abc import Mapping
 from typing import Final
 
 from localization.types import Pose
-from robot_sim.body import (
-    FLOOR_BIT as FLOOR_BIT,
-    HEADROOM as HEADROOM,
-    OBSTACLE_BIT as OBSTACLE_BIT,
-    ROBOT_GROUP as ROBOT_GROUP,
-    SERVO_DAMPING as SERVO_DAMPING,
-    SERVO_STIFFNESS as SERVO_STIFFNESS,
-    WHEELS as WHEELS,
-    add_robot as add_robot,
-    set_physics as set_physics,
-)
 from robot_sim.platforms import P3AT as P3AT
 
 MOUNTS: Final[Mapping[str, Pose]] = P3AT().mounts

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.types import Pose
+from robot_sim.body import ROBOT_GROUP
 from robot_sim.casting import (
     MujocoRayCaster,
     RayCaster,
@@ -23,7 +24,7 @@ from robot_sim.casting import (
 from robot_sim.casting.embree import EmbreeRayCaster, StaticGeometry
 from robot_sim.casting.moving import Moved
 from robot_sim.casting.shapes import CONVEX, shape_cosines, shape_distances
-from robot_sim.p3at import MOUNTS, ROBOT_GROUP
+from robot_sim.p3at import MOUNTS
 from robot_sim.worlds import World
 
 TOLERANCE = 1e-4

@@ -9,11 +9,12 @@ import mujoco
 import numpy as np
 import pytest
 
+from robot_sim.body import HEADROOM
 from robot_sim.errors import WorldError
 from robot_sim.footprints import footprints
 from robot_sim.furniture import piece_blocks
 from robot_sim.generate import AREAS, MARGIN, Building, generate
-from robot_sim.p3at import HEADROOM, P3AT
+from robot_sim.p3at import P3AT
 from robot_sim.plan_file import plan_from_toml
 from robot_sim.plan_text import plan_to_toml
 from robot_sim.routes import Footprint, length

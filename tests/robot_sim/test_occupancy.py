@@ -14,10 +14,10 @@ from hypothesis.extra import numpy as hnp
 from PIL import Image
 
 from robot_sim.arrays import BoolArray
+from robot_sim.body import ROBOT_GROUP
 from robot_sim.errors import WorldError
 from robot_sim.extrude import plan_from_map, rectangles
 from robot_sim.occupancy import OccupancyMap, read_occupancy_map
-from robot_sim.p3at import ROBOT_GROUP
 from robot_sim.plan import Placement, Plan
 from robot_sim.plan_file import plan_from_toml
 from robot_sim.plan_text import plan_to_toml

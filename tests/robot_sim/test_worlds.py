@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from robot_sim.body import ROBOT_GROUP
 from robot_sim.errors import UnknownSceneError, WorldError
-from robot_sim.p3at import P3AT, ROBOT_GROUP
+from robot_sim.p3at import P3AT
 from robot_sim.worlds import Waypoint, World, load_world, parse_world, place_robot, scene_names
 
 
