@@ -19,6 +19,7 @@ from localization.geometry import FloatArray
 from localization.mapping import CloudBuilder, MappingConfig
 from localization.types import SECOND, Health, IntArray, Pose, Scan, Sweep
 from robot_sim import Simulation, World
+from robot_sim.plan import CloudSpec
 from robot_sim.total_station import TotalStation
 from teleop.scenario.driver import DriverConfig, TourDriver
 
@@ -40,7 +41,7 @@ def survey(
     world: World,
     *,
     seed: int = 0,
-    config: MappingConfig = MappingConfig(),  # noqa: B008  (frozen)
+    config: MappingConfig | None = None,
     progress: Progress = lambda share, text: None,
 ) -> Cloud:
     """Drive the world's survey route and return its cloud.
@@ -48,7 +49,7 @@ def survey(
     Args:
         world: a scene with a survey route.
         seed: of the sensor noise.
-        config: how points become a map.
+        config: how points become a map; None for what the world asks for.
         progress: called with the share done and a line of text.
 
     Raises:
@@ -56,7 +57,7 @@ def survey(
     """
     simulation = Simulation(world, seed=seed)
     driver = TourDriver(world.survey, DriverConfig(speed=_SPEED))
-    builder = CloudBuilder(config)
+    builder = CloudBuilder(config or mapping_config(world))
     track = OdometryTrack()
     truth = simulation.truth()
     track.add(truth.stamp, truth.map_from_base)
@@ -78,6 +79,17 @@ def survey(
             raise SurveyError(f"the survey got stuck near {at}, {driver.progress:.0%} done")
     progress(1.0, f"thinning {builder.count / 1e6:.1f} M points")
     return builder.build(world.name)
+
+
+def mapping_config(world: World) -> MappingConfig:
+    """Return how points become the map that a world asks for, in neighbourhoods to match."""
+    spec = world.plan.cloud if world.plan is not None else CloudSpec()
+    return MappingConfig(
+        spacing=spec.spacing,
+        raw_spacing=0.25 * spec.spacing,
+        plane_radius=min(max(0.09, spec.spacing), 0.15),
+        highest=float("inf") if spec.highest is None else spec.highest,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +128,7 @@ def survey_from_stations(
     *,
     seed: int = 0,
     station: StationConfig = StationConfig(),
-    config: MappingConfig = MappingConfig(),  # noqa: B008  (frozen)
+    config: MappingConfig | None = None,
     progress: Progress = lambda share, text: None,
 ) -> Cloud:
     """Look all round from stops along the world's survey route and return the cloud.
@@ -127,11 +139,11 @@ def survey_from_stations(
         world: any world; without routes the stops are its places and spawns.
         seed: of the noise and of which rays are left out.
         station: the scanner and its stops.
-        config: how points become a map.
+        config: how points become a map; None for what the world asks for.
         progress: called with the share done and a line of text.
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
-    builder = CloudBuilder(config)
+    builder = CloudBuilder(config or mapping_config(world))
     instrument = TotalStation(world)
     fan = _fan(station)
     stops = _stops(world, instrument, station)
@@ -162,18 +174,29 @@ def _fan(station: StationConfig) -> FloatArray:
 
 
 def _stops(world: World, instrument: TotalStation, station: StationConfig) -> FloatArray:
-    """Return where the scanner is set up, (N, 3) [m]: along the route, no two stops too near."""
+    """Return where the scanner is set up, (N, 3) [m]: at the places, and where they leave gaps.
+
+    Along the route another stop is made wherever none of those so far is both near and in sight.
+    """
     poses = [world.spawn, *world.spawns.values(), *world.places.values()]
-    candidates = [pose.position + (0.0, 0.0, station.height) for pose in poses]
-    route = world.survey or world.tour
-    if len(route) > 1:
-        line = _densified(np.array(route), 0.25)
-        ground = instrument.ground(line, float(world.spawn.position[2]))
-        along = np.column_stack([line, ground + station.height])
-        candidates = [*along, *candidates]
+    stands = [pose.position + (0.0, 0.0, station.height) for pose in poses]
     chosen: list[FloatArray] = []
-    for candidate in candidates:
-        if not chosen or np.hypot(*(np.array(chosen) - candidate)[:, :2].T).min() >= station.apart:
+    for stand in stands:
+        if all(np.linalg.norm(stand - other) >= 0.5 * station.apart for other in chosen):
+            chosen.append(stand)
+    route = world.survey or world.tour
+    if len(route) < 2:
+        return np.array(chosen)
+    line = _densified(np.array(route), 0.25)
+    ground = instrument.ground(line, float(world.spawn.position[2]))
+    for candidate in np.column_stack([line, ground + station.height]):
+        way = np.array(chosen) - candidate
+        far = np.linalg.norm(way, axis=1)
+        near = far < station.apart
+        eyes = np.repeat(candidate[None], int(near.sum()), axis=0)
+        toward = way[near] / np.maximum(far[near, None], 1e-9)
+        seen = instrument.look(eyes, toward, station.apart).distances
+        if not (seen >= far[near]).any():
             chosen.append(candidate)
     return np.array(chosen)
 
