@@ -11,7 +11,7 @@ import math
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import count, islice, pairwise
 from typing import Final
 
 import numpy as np
@@ -118,11 +118,13 @@ def rearranged(plan: Plan, seed: int) -> Plan:
     pieces = {p.name: p for p in plan.furniture}
     movable = [p for p in plan.furniture if p.kind in HABITS]
 
-    def fits(piece: Piece, origin: Waypoint) -> bool:
-        others = Rectangles(_row(p, GAP) for p in pieces.values() if p.name != piece.name)
+    def others(name: str) -> Rectangles:
+        return Rectangles(_row(p, GAP) for p in pieces.values() if p.name != name)
+
+    def fits(piece: Piece, origin: Waypoint, rest: Rectangles) -> bool:
         return (
             _within(piece, plan)
-            and not others.meet(*_spot(piece))
+            and not rest.meet(*_spot(piece))
             and not fixed.meet(*_spot(piece))
             and not kept_free.meet(*_spot(piece))
             and all(_on_or_off(piece, slab) for slab in plan.slabs)
@@ -137,22 +139,27 @@ def rearranged(plan: Plan, seed: int) -> Plan:
         if rng.random() < habit.gone:
             del pieces[piece.name]
             continue
+        rest = others(piece.name)
         for attempt in range(_TRIES):
             # Where it is tight, a smaller shove may do.
             share = 1.0 if 2 * attempt < _TRIES else 0.3
             candidate = _shoved(piece, habit, rng, share)
-            if fits(candidate, (piece.x, piece.y)):
+            if fits(candidate, (piece.x, piece.y), rest):
                 pieces[piece.name] = candidate
                 break
     anchors = [(p.x, p.y) for p in movable] + list(plan.tour)
     rng = np.random.default_rng([seed, len(pieces)])
-    for i in range(max(1, round(NEW_BOXES * len(movable))) if anchors else 0):
+    taken = {p.name for p in plan.furniture}
+    names = (name for i in count() if (name := f"left_box_{i}") not in taken)
+    wanted = max(1, round(NEW_BOXES * len(movable))) if anchors else 0
+    for name in islice(names, wanted):
+        rest = others("")
         size = tuple(float(v) for v in rng.uniform((0.3, 0.3, 0.3), (0.8, 0.6, 0.9)))
         for _ in range(_TRIES):
             x, y = anchors[rng.integers(len(anchors))]
-            anchor = Piece(f"left_box_{i}", "box", x, y, size=(size[0], size[1], size[2]))
+            anchor = Piece(name, "box", x, y, size=(size[0], size[1], size[2]))
             candidate = _shoved(anchor, Habit(0.5, 3.0, math.pi), rng)
-            if fits(candidate, (x, y)):
+            if fits(candidate, (x, y), rest):
                 pieces[candidate.name] = candidate
                 break
     return replace(plan, furniture=tuple(pieces.values()))

@@ -48,6 +48,12 @@ class WorldOptions:
     timing: int = 0
     """Seed of when those who live there are where, as far as the plan leaves it open."""
 
+    def __post_init__(self) -> None:
+        for key in ("rearranged", "timing"):
+            seed = getattr(self, key)
+            if seed is not None and seed < 0:
+                raise WorldError(f"{key} is a seed and must be >= 0, got {seed}")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class World:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from robot_sim import Simulation, World, load_world, scene_names
+from robot_sim import Simulation, World, WorldError, load_world, scene_names
 from robot_sim.casting import caster_for
 from robot_sim.furniture import size_of
 from robot_sim.inhabitants import Person
@@ -78,6 +78,19 @@ def test_same_seed_moves_the_same_way_and_another_seed_another() -> None:
     assert rearranged(plan, 3).furniture != rearranged(plan, 4).furniture
     before, after = plan, rearranged(plan, 3)
     assert replace(after, furniture=before.furniture) == before
+
+
+def test_what_was_rearranged_can_be_rearranged_again() -> None:
+    once = rearranged(load_plan("office"), 3)
+    names = [p.name for p in rearranged(once, 4).furniture]
+    assert len(names) == len(set(names))
+    boxes = {p.name for p in once.furniture if p.name.startswith("left_box")}
+    assert len({n for n in names if n.startswith("left_box")} - boxes) >= 3
+
+
+def test_seed_below_zero_is_refused() -> None:
+    with pytest.raises(WorldError, match="rearranged is a seed and must be >= 0, got -1"):
+        WorldOptions(rearranged=-1)
 
 
 def test_without_a_seed_everything_stands_where_it_was_mapped(office: World) -> None:
