@@ -4,24 +4,9 @@ One call on a log is ``localize``; reading by reading it is ``Localizer.add``; a
 prepared map to the filter, can be used alone from its own module.
 """
 
-from localization.cloud import (
-    Cloud as Cloud,
-    CloudError as CloudError,
-    load_cloud as load_cloud,
-    save_cloud as save_cloud,
-)
-from localization.localizer import Localizer as Localizer, LocalizerConfig as LocalizerConfig
-from localization.log import (
-    LogError as LogError,
-    ReadingsWriter as ReadingsWriter,
-    read_log as read_log,
-)
-from localization.prepared import PreparedMap as PreparedMap, prepare as prepare
-from localization.replay import (
-    Localized as Localized,
-    localize as localize,
-    replay as replay,
-)
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from localization.types import (
     Estimate as Estimate,
     Health as Health,
@@ -38,3 +23,38 @@ from localization.types import (
     Verdict as Verdict,
     WheelSpeeds as WheelSpeeds,
 )
+
+if TYPE_CHECKING:
+    from localization.cloud import (
+        Cloud as Cloud,
+        CloudError as CloudError,
+        load_cloud as load_cloud,
+        save_cloud as save_cloud,
+    )
+    from localization.localizer import Localizer as Localizer, LocalizerConfig as LocalizerConfig
+    from localization.log import (
+        LogError as LogError,
+        ReadingsWriter as ReadingsWriter,
+        read_log as read_log,
+    )
+    from localization.prepared import PreparedMap as PreparedMap, prepare as prepare
+    from localization.replay import Localized as Localized, localize as localize
+
+_HOMES = {
+    "cloud": ("Cloud", "CloudError", "load_cloud", "save_cloud"),
+    "localizer": ("Localizer", "LocalizerConfig"),
+    "log": ("LogError", "ReadingsWriter", "read_log"),
+    "prepared": ("PreparedMap", "prepare"),
+    "replay": ("Localized", "localize"),
+}
+"""Which module each of the heavier names is in. They are imported when first asked for: whoever wants
+the vocabulary alone, as the simulation does, need not wait a second for statistics and logs."""
+
+
+def __getattr__(name: str) -> Any:
+    for home, names in _HOMES.items():
+        if name in names:
+            value = getattr(importlib.import_module(f"localization.{home}"), name)
+            globals()[name] = value
+            return value
+    raise AttributeError(f"module 'localization' has no attribute {name!r}")

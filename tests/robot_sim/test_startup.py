@@ -1,0 +1,35 @@
+"""What a program that wants the simulation alone has to load."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = {"scipy", "kiss_icp", "filterpy", "rosbags", "pydantic", "open3d", "matplotlib", "rerun"}
+"""Each of these takes as long to import as the office takes to build."""
+
+
+def test_a_simulation_starts_without_the_localisers_libraries() -> None:
+    program = (
+        "import sys; from robot_sim import Simulation; Simulation('office').step();"
+        "print(*{name.partition('.')[0] for name in sys.modules})"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert not HEAVY & set(done.stdout.split())
+    assert done.stderr == ""
+
+
+def test_the_localisers_names_are_there_when_asked_for() -> None:
+    import localization
+
+    homes = localization._HOMES
+    assert localization.Localizer.__module__ == "localization.localizer"
+    for home, names in homes.items():
+        for name in names:
+            assert getattr(localization, name).__module__.startswith("localization."), (home, name)
+    with pytest.raises(AttributeError, match="Localiser"):
+        localization.Localiser  # noqa: B018
