@@ -269,6 +269,15 @@ def test_the_controller_takes_the_power_away_from_stalled_motors() -> None:
     assert late.min() < 1.0
 
 
+def test_a_platform_of_20_cm_meets_the_chassis_and_presses_the_bumpers() -> None:
+    simulation = Simulation(world_of(kerb(0.20)), config=BLIND)
+    conditions = drive(simulation, 0.3, 5.0)
+    assert pressed(conditions) == ({1, 2, 3}, set())
+    assert conditions[-1].touching == ("kerb",)
+    assert not conditions[-1].grounded
+    assert steepest(conditions) < 2.0
+
+
 # Ramps
 
 

@@ -165,7 +165,7 @@ def test_localiser_follows_wheels_that_come_ten_times_a_second(
     for tick in range(350):
         snapshot = robot.tick(simulation.stamp, inbox)
         # Stop and go, to the left and to the right.
-        forward, turn = (0.5, 0.0) if tick % 100 < 50 else (0.1, 0.9 if tick < 200 else -0.9)
+        forward, turn = (0.5, 0.0) if tick % 100 < 50 else (0.1, 2.0 if tick < 200 else -2.0)
         inbox = [Drive("operator", Wish(Twist.planar(forward, turn), enabled=True))]
         estimate = snapshot.estimate
         if tick > 100:
