@@ -253,6 +253,8 @@ class Serve:
     """Write all sensor readings to this file (MCAP)."""
     lockstep: bool = False
     """Let time stand still until a client advances it by the service /sim/step."""
+    messages: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FOLDER ...")] = ()
+    """Folders with your own .msg, .srv and .action files, each named like its package."""
 
     def __call__(self) -> int:
         """Run it."""
@@ -270,6 +272,7 @@ class Serve:
             placed=not self.lost,
             record=self.record,
             lockstep=self.lockstep,
+            messages=self.messages,
         )
         path = cloud_path(self.scene)
         factor = asyncio.run(
@@ -278,6 +281,7 @@ class Serve:
                 cloud,
                 config,
                 cache=_cache(),
+                map_file=path,
                 ready=lambda server: _say(greeting(server, world, cloud, path)),
             )
         )

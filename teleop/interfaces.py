@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 
 from teleop.rosbridge.registry import Registry
 
 
-def registry() -> Registry:
-    """Return a registry of the standard types and those of ``assets/farsteer_msgs``."""
-    return Registry([files("assets") / "farsteer_msgs"])
+def registry(folders: Iterable[Traversable] = ()) -> Registry:
+    """Return a registry of the standard types, those of ``assets/farsteer_msgs``, and a user's."""
+    return Registry([files("assets") / "farsteer_msgs", *folders])

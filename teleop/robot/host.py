@@ -16,8 +16,8 @@ from teleop.joystick import JoystickError, Layout, Wish, read_joy
 from teleop.robot import topics
 from teleop.robot.robot import Drive, Gone, Message, Reset, Robot, Snapshot, Stop, TakeOver
 from teleop.rosbridge.errors import MessageError, ServiceError
-from teleop.rosbridge.rosapi import serve_rosapi
 from teleop.rosbridge.server import Server
+from teleop.rosbridge.standard import serve_standard
 
 Sink = Callable[[Snapshot], None]
 """Gets each snapshot, as a recorder or a referee does."""
@@ -58,7 +58,7 @@ class Host:
             ("/teleop/take_over", TakeOver, "yours; show a neutral stick to drive"),
         ):
             server.serve(name, "std_srvs/srv/Trigger", partial(self._order, kind, done))
-        serve_rosapi(server.protocol)
+        serve_standard(server.protocol)
         server.on_disconnect(self._gone)
 
     def tick(self, now: int) -> Snapshot:

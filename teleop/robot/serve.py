@@ -44,6 +44,8 @@ class ServeConfig:
     """Where to write the log of readings (MCAP)."""
     lockstep: bool = False
     """Whether time stands still until a client steps it (``/sim/step``)."""
+    messages: tuple[Path, ...] = ()
+    """Folders of further ``.msg``, ``.srv`` and ``.action`` files, for topics among clients."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.port <= 65535:
@@ -58,6 +60,7 @@ async def serve(
     config: ServeConfig,
     *,
     cache: Path | None = None,
+    map_file: Path | None = None,
     ready: Callable[[Server], None] = lambda server: None,
     stop: asyncio.Event | None = None,
 ) -> float:
@@ -68,6 +71,7 @@ async def serve(
         cloud: its prebuilt cloud.
         config: where to listen, and the rest.
         cache: folder for derived files.
+        map_file: what is offered as ``/map.ply`` over HTTP, on the same port.
         ready: called once clients can connect.
         stop: ends serving.
 
@@ -80,13 +84,14 @@ async def serve(
     simulation = Simulation(world, seed=config.seed)
     localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
     robot = Robot(simulation, localizer)
+    types = registry(config.messages)
     if config.lockstep:
-        protocol = Protocol(registry(), limits=Limits.unhurried())
+        protocol = Protocol(types, limits=Limits.unhurried())
         server = Server(
             protocol, config.host, config.port, clock=lambda: simulation.stamp, lockstep=True
         )
     else:
-        server = Server(Protocol(registry()), config.host, config.port, clock=pacing.monotonic)
+        server = Server(Protocol(types), config.host, config.port, clock=pacing.monotonic)
     log = _log(config, simulation, cloud)
 
     def record(snapshot: Snapshot) -> None:
@@ -94,6 +99,8 @@ async def serve(
             for reading in snapshot.readings:
                 log.write(reading, snapshot.stamp)
 
+    if map_file is not None:
+        _offer(server, map_file)
     host = Host(robot, server, cloud, sinks=(record,))
     if config.placed:
         # On its mark, as a robot is that was put where it always starts.
@@ -115,6 +122,10 @@ async def serve(
         await server.close()
         if log is not None:
             log.close()
+
+
+def _offer(server: Server, map_file: Path) -> None:
+    server.offer("/map.ply", map_file.read_bytes())
 
 
 def _log(config: ServeConfig, simulation: Simulation, cloud: Cloud) -> ReadingsWriter | None:

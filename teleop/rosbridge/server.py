@@ -23,7 +23,7 @@ from teleop.rosbridge.errors import ServerError, ServiceError
 from teleop.rosbridge.goals import GoalHandler
 from teleop.rosbridge.opening import DOWNLOAD_TIMEOUT, Opening, upgrades
 from teleop.rosbridge.origins import Origins
-from teleop.rosbridge.outbox import Bounds, Outbox
+from teleop.rosbridge.outbox import BULK, Bounds, Outbox
 from teleop.rosbridge.outgoing import Close, Output
 from teleop.rosbridge.pages import Pages
 from teleop.rosbridge.protocol import Protocol
@@ -39,6 +39,9 @@ _WIRE.setLevel(logging.CRITICAL)
 
 _OVERFLOW: Final = 1013
 """Code of the close frame for a client that reads too slowly ("try again later")."""
+
+_MOST_DOWNLOADS: Final = 4
+"""Large files that go out at one time; each waits in memory until it has been taken."""
 
 _PATIENCE: Final = 3.0
 """Time to say goodbye in [s]; who does not is cut off."""
@@ -121,7 +124,7 @@ class Server:
         self._server: WebSocketServer | None = None
         self._pages = Pages(lambda: len(self._connections))
         self._takers: set[ServerConnection] = set()
-        """Connections that are given pages."""
+        """Connections that are given large files."""
 
         protocol.sink = self._push
 
@@ -392,11 +395,12 @@ class Server:
             if request.path.partition("?")[0] == "/":
                 return None  # the library says that a WebSocket is expected here
             return socket.respond(HTTPStatus.NOT_FOUND, "there is no such page\n")
-        self._takers = {taker for taker in self._takers if taker.state is not State.CLOSED}
-        if len(self._takers) >= self.protocol.limits.clients:
-            return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many downloads\n")
         assert isinstance(socket, Opening)
-        self._takers.add(socket)
+        if len(page.body) > BULK:
+            self._takers = {taker for taker in self._takers if taker.state is not State.CLOSED}
+            if len(self._takers) >= _MOST_DOWNLOADS:
+                return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many downloads\n")
+            self._takers.add(socket)
         more = {"Vary": "Origin"}
         if origin is not None:
             more["Access-Control-Allow-Origin"] = origin
