@@ -15,6 +15,7 @@ PARTS: Final[Mapping[str, Callable[[], Iterator[Row]]]] = MappingProxyType(
         "curves": turning.curves,
         "anisotropic friction": turning.anisotropy,
         "centre of mass": turning.offsets,
+        "tyre width": turning.width,
         "effort": turning.effort,
         "steadiness": turning.steadiness,
         "driving straight": driving.straight,
