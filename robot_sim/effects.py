@@ -16,8 +16,8 @@ import numpy as np
 from robot_sim.arrays import BoolArray, FloatArray
 from robot_sim.errors import SensorError
 
-SUB_BEAMS: Final = 5
-"""Rays that stand for one beam with a footprint: its centre, and one in each quarter around it."""
+SUB_BEAMS: Final = 3
+"""Rays that stand for one beam with a footprint: its centre, and two opposite each other around it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ class Panes:
     """Glass lets light through and mirrors it; mirrors mirror it."""
 
     depth: int = 3
-    """Panes and mirrors that a ray is followed through."""
+    """How often a ray is cast on, beyond what it has hit first."""
     lobe: float = math.radians(1.0)
     """Half-width of incidence within which the mirrored beam comes straight back [rad]; chosen: a beam's
     divergence plus a pane's flatness. Papers on finding glass see it within one to a few degrees."""
@@ -128,7 +128,7 @@ class Panes:
 
     def __post_init__(self) -> None:
         if self.depth < 1:
-            raise SensorError(f"depth must be at least 1 pane, got {self.depth}")
+            raise SensorError(f"depth must be at least 1, got {self.depth}")
         _positive(self, "lobe")
         _not_negative(self)
 
@@ -197,21 +197,20 @@ NO_EFFECTS: Final = Effects()
 
 
 def sub_beam_places(uniforms: FloatArray) -> FloatArray:
-    """Return where each beam's sub-rays cross a unit disc (B, SUB_BEAMS, 2): even over its area.
+    """Return where each beam's sub-rays cross a unit disc (SUB_BEAMS, 2, B): even over its area.
 
-    The first goes through the centre; each of the others falls somewhere in its own quarter of the
-    ring that holds four fifths of the area.
+    The first goes through the centre and stands for the inner third of the area; the other two fall
+    anywhere in the ring around that, opposite each other, so that a slanted plane's mean is its centre.
 
     Args:
-        uniforms: (B, 4, 2) random numbers in [0, 1).
+        uniforms: (2, B) random numbers in [0, 1).
     """
     inner = 1.0 / SUB_BEAMS
-    radius = np.sqrt(inner + (1.0 - inner) * uniforms[:, :, 0])
-    angle = 0.5 * np.pi * (np.arange(4) + uniforms[:, :, 1])
-    places = np.zeros((len(uniforms), SUB_BEAMS, 2))
-    places[:, 1:, 0] = radius * np.cos(angle)
-    places[:, 1:, 1] = radius * np.sin(angle)
-    return places
+    radius = np.sqrt(inner + (1.0 - inner) * uniforms[0])
+    angle = 2.0 * np.pi * uniforms[1]
+    x, y = radius * np.cos(angle), radius * np.sin(angle)
+    zero = np.zeros_like(x)
+    return np.array([[zero, zero], [x, y], [-x, -y]])
 
 
 def received_power(remissions: FloatArray, distances: FloatArray) -> FloatArray:
@@ -234,7 +233,7 @@ def dilution(beam: Beam, depths: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Echoes:
-    """One echo of each of N beams, or of each sub-ray (N, K) of them."""
+    """One echo of each of N beams, or of each sub-ray (K, N) of them."""
 
     distances: FloatArray
     """[m]; ``inf`` where there is none."""
@@ -257,7 +256,7 @@ def mixed(
     Args:
         beam: Its spot and pulse.
         mixing: How often ranges blend.
-        echoes: (N, K) of the sub-rays.
+        echoes: (K, N) of the sub-rays.
         blend_draws: (N,) random numbers in [0, 1).
         pick_draws: (N,) random numbers in [0, 1).
     """
@@ -269,27 +268,27 @@ def mixed(
     lights = seen.astype(float)
 
     # Only where sub-rays are farther apart than a slanted plane explains is there an edge.
-    extent = finite.max(axis=1) - np.where(seen, finite, np.inf).min(axis=1)
+    extent = finite.max(axis=0) - np.where(seen, finite, np.inf).min(axis=0)
     doubtful = np.flatnonzero(extent > _EDGE)
     if len(doubtful):
-        lights[doubtful] *= _lights_kept(
+        lights[:, doubtful] *= _lights_kept(
             beam,
             mixing,
-            echoes.distances[doubtful],
-            echoes.cosines[doubtful],
-            powers[doubtful],
+            echoes.distances[:, doubtful],
+            echoes.cosines[:, doubtful],
+            powers[:, doubtful],
             blend_draws[doubtful],
             pick_draws[doubtful],
         )
     weights = powers * lights
-    weight = weights.sum(axis=1)
+    weight = weights.sum(axis=0)
     found = weight > 0.0
     scale = np.where(found, weight, 1.0)
     return Echoes(
-        np.where(found, (weights * finite).sum(axis=1) / scale, np.inf),
+        np.where(found, (weights * finite).sum(axis=0) / scale, np.inf),
         # Every sub-ray carries its share of the beam's light, whether it comes back or not.
-        (echoes.remissions * lights).mean(axis=1),
-        np.where(found, (weights * echoes.cosines).sum(axis=1) / scale, 1.0),
+        (echoes.remissions * lights).sum(axis=0) / len(lights),
+        np.where(found, (weights * echoes.cosines).sum(axis=0) / scale, 1.0),
     )
 
 
@@ -302,31 +301,30 @@ def _lights_kept(
     blend_draws: FloatArray,
     pick_draws: FloatArray,
 ) -> FloatArray:
-    """Return how much each sub-ray (N, K) counts in what the receiver makes of them; see ``mixed``."""
-    order = np.argsort(distances, axis=1, kind="stable")
-    sorted_ = np.take_along_axis(distances, order, axis=1)
+    """Return how much each sub-ray (K, N) counts in what the receiver makes of them; see ``mixed``."""
+    ordered = np.sort(distances, axis=0)
     # The widest gap between neighbours splits the sub-rays.
     with np.errstate(invalid="ignore"):
-        gaps = np.diff(sorted_, axis=1)
+        gaps = np.diff(ordered, axis=0)
     gaps = np.where(np.isfinite(gaps), gaps, 0.0)
-    split = gaps.argmax(axis=1)[:, None]
-    gap = np.take_along_axis(gaps, split, axis=1)[:, 0]
-    near = distances <= np.take_along_axis(sorted_, split, axis=1)
-    slant = footprint_depth(beam, distances, cosines).max(axis=1)
+    split, beams = gaps.argmax(axis=0), np.arange(gaps.shape[1])
+    gap, last = gaps[split, beams], ordered[split, beams]
+    near = distances <= last
+    slant = footprint_depth(beam, distances, cosines).max(axis=0)
     edge = gap > _EDGE + slant
-    picks_near = pick_draws < (powers * near).sum(axis=1) / powers.sum(axis=1)
+    picks_near = pick_draws < (powers * near).sum(axis=0) / powers.sum(axis=0)
     blends = edge & (gap < beam.pulse_length) & (blend_draws < mixing.blend)
-    kept = np.where(edge[:, None] & ~blends[:, None], near == picks_near[:, None], 1.0)
+    kept = np.where(edge & ~blends, near == picks_near, 1.0)
 
     # Sub-rays tell the near surface's share of the light to half a ray's; it may be anything between,
     # and what is left of the draw that let them blend says what.
-    rays = distances.shape[1]
-    lit, all_lit = near.sum(axis=1), np.isfinite(distances).sum(axis=1)
+    rays = len(distances)
+    lit, all_lit = near.sum(axis=0), np.isfinite(distances).sum(axis=0)
     even = np.where(blends, blend_draws / max(mixing.blend, 1e-12) - 0.5, 0.0)
     even[all_lit < rays] = 0.0
     shift_near = 1.0 + even / np.maximum(lit, 1)
     shift_far = 1.0 - even / np.maximum(rays - lit, 1)
-    return np.asarray(kept * np.where(near, shift_near[:, None], shift_far[:, None]))
+    return np.asarray(kept * np.where(near, shift_near, shift_far))
 
 
 _LEAST: Final = 1e-15

@@ -19,8 +19,9 @@ from robot_sim.casting.moving import Moved
 from robot_sim.effects import Echoes, Panes
 from robot_sim.lidar import Scanner
 from robot_sim.materials import MATERIALS
-from robot_sim.optics import look, optics_of
+from robot_sim.optics import optics_of
 from robot_sim.scanner_config import ScannerConfig
+from robot_sim.sight import Light, Sight
 from robot_sim.track import Track
 
 
@@ -51,15 +52,9 @@ class OpticalBench:
             far: Greatest range [m].
         """
         n = len(directions)
-        return look(
-            self.caster,
-            optics_of(self.model, self.data),
-            Panes(),
-            np.zeros((n, 3)),
-            directions / np.linalg.norm(directions, axis=1, keepdims=True),
-            np.zeros(n, dtype=np.int64),
-            far,
-        )
+        unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        light = Light.sent(np.zeros((n, 3)), unit, np.zeros(n, dtype=np.int64))
+        return Sight(self.caster, optics_of(self.model, self.data), Panes(), far).look(light)
 
     def sweeps(self, count: int, config: ScannerConfig, *, seed: int = 0) -> list[Scan]:
         """Return the first ``count`` sweeps of a scanner whose plane is level."""

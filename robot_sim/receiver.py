@@ -25,10 +25,13 @@ from robot_sim.effects import (
     sub_beam_places,
     sunlit_sigma,
 )
-from robot_sim.optics import Optics, look
+from robot_sim.optics import Optics
+from robot_sim.sight import Light, Sight
 
 _STREAMS: Final = ("footprint", "blend", "detection", "sunlight", "bias")
 """Whose random numbers are whose: children of the scanner's seed, in this order for good."""
+_NOTICED: Final = 0.2
+"""Of the threshold: echoes weaker than this are seen once in ten million times."""
 
 
 class Receiver:
@@ -120,33 +123,47 @@ class Receiver:
     ) -> Echoes:
         """Return one echo of each beam: of its centre, or of what its sub-rays add up to."""
         effects, beam, n = self._effects, self._beam, len(origins)
+        least = 0.0 if effects.sensitivity is None else _NOTICED * effects.sensitivity.threshold
+        sight = Sight(caster, optics, effects.panes, max_range, least)
         if effects.mixing is None:
-            return look(caster, optics, effects.panes, origins, axes[:, :, 0], times, max_range)
-        places = sub_beam_places(self._streams["footprint"].random((n, SUB_BEAMS - 1, 2)))
-        left, up = axes[:, None, :, 1], axes[:, None, :, 2]
-        across = places[:, :, :1] * left + places[:, :, 1:] * up
-        starts = origins[:, None, :] + 0.5 * beam.aperture * across
+            return sight.look(Light.sent(origins, axes[:, :, 0], times))
+        places = sub_beam_places(self._streams["footprint"].random((2, n)))
+        across = places[:, 0, :, None] * axes[:, :, 1] + places[:, 1, :, None] * axes[:, :, 2]
         half = 0.5 * beam.divergence
-        directions = axes[:, None, :, 0] + half * across
-        directions /= np.sqrt(1.0 + half**2 * (places**2).sum(axis=2, keepdims=True))
-        rays = look(
-            caster,
-            optics,
-            effects.panes,
-            starts.reshape(-1, 3),
-            directions.reshape(-1, 3),
-            np.repeat(times, SUB_BEAMS),
-            max_range,
+        directions = axes[:, :, 0] + half * across
+        directions /= np.sqrt(1.0 + half**2 * (places**2).sum(axis=1))[:, :, None]
+        starts = origins + 0.5 * beam.aperture * across
+        light = Light.sent(
+            starts.reshape(-1, 3), directions.reshape(-1, 3), np.tile(times, SUB_BEAMS)
         )
-        grid = Echoes(
-            rays.distances.reshape(n, SUB_BEAMS),
-            rays.remissions.reshape(n, SUB_BEAMS),
-            rays.cosines.reshape(n, SUB_BEAMS),
-        )
-        draws = self._streams["blend"].random((n, 2))
-        return mixed(beam, effects.mixing, grid, draws[:, 0], draws[:, 1])
+        grid = _seen_by_all(sight, light, n)
+        draws = self._streams["blend"].random((2, n))
+        return mixed(beam, effects.mixing, grid, draws[0], draws[1])
 
     def _told(self, ranges: FloatArray) -> FloatArray:
         quantisation = self._effects.quantisation
         ranges = ranges + self.bias
         return ranges if quantisation is None else quantised(ranges, quantisation.step)
+
+
+def _seen_by_all(sight: Sight, light: Light, beams: int) -> Echoes:
+    """Return the echoes of all sub-rays (SUB_BEAMS, beams).
+
+    Beyond clear things a beam is as thin as its centre: where that and another sub-ray have both hit
+    something clear, they see the same.
+    """
+    echoes, hits = sight.first(light)
+    shape = (SUB_BEAMS, beams)
+    grid = Echoes(
+        echoes.distances.reshape(shape),
+        echoes.remissions.reshape(shape),
+        echoes.cosines.reshape(shape),
+    )
+    clear = sight.optics.clear[hits.geoms].reshape(shape)
+    same = clear & clear[0]
+    same[0] = False
+    sight.follow(light, echoes, hits, (clear & ~same).ravel())
+    if same.any():
+        for values in (grid.distances, grid.remissions, grid.cosines):
+            values[same] = np.broadcast_to(values[0], shape)[same]
+    return grid

@@ -1,0 +1,234 @@
+"""Where the light of a ray goes: to walls, through panes, off mirrors, and back.
+
+A pane passes part of the light and mirrors part of it. Both are followed, the mirrored light one turn later:
+only where it may still bring back more than what passed has brought. Of all the echoes that come
+back along one ray the strongest is the ray's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from localization.types import IntArray
+from robot_sim.arrays import BoolArray, FloatArray
+from robot_sim.casting.caster import NO_GEOM, GeomArray, Hits, RayCaster
+from robot_sim.effects import Echoes, Panes, received_power
+from robot_sim.optics import Optics
+
+_STEP: Final = 1e-5
+"""A ray goes on this far behind the surface it has passed [m]."""
+_FAINT: Final = 0.03
+"""Light that has less than this share left one way, a thousandth both ways, is followed no more."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Light:
+    """Rays on their way; arrays of one length."""
+
+    ray: npt.NDArray[np.intp]
+    """Which of the rays that were sent out each one is a part of."""
+    origins: FloatArray
+    """(N, 3) [m]."""
+    directions: FloatArray
+    """(N, 3)."""
+    times: IntArray
+    """[ns]."""
+    travelled: FloatArray
+    """[m]."""
+    share: FloatArray
+    """Of the light, one way."""
+    inside: GeomArray
+    """The clear geom each one is in, unless that is a box: those are left as they are entered."""
+
+    @classmethod
+    def sent(cls, origins: FloatArray, directions: FloatArray, times: IntArray) -> Light:
+        """Return all the light of rays that leave the scanner."""
+        n = len(origins)
+        inside = np.full(n, NO_GEOM, dtype=np.int32)
+        return cls(np.arange(n), origins, directions, times, np.zeros(n), np.ones(n), inside)
+
+    def __len__(self) -> int:
+        return len(self.ray)
+
+    def only(self, rows: BoolArray | slice) -> Light:
+        """Return the rays that ``rows`` (N,) chooses."""
+        return Light(
+            self.ray[rows],
+            self.origins[rows],
+            self.directions[rows],
+            self.times[rows],
+            self.travelled[rows],
+            self.share[rows],
+            self.inside[rows],
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Met:
+    """Light that has come upon something clear; arrays of one length."""
+
+    light: Light
+    distances: FloatArray
+    """[m]."""
+    geoms: GeomArray
+    mirrored: FloatArray
+    """Share of it that this mirrors."""
+    leaving: BoolArray
+    """Whether it comes upon it from inside."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sight:
+    """Sends out light in a world, and tells what comes back."""
+
+    caster: RayCaster
+    optics: Optics
+    panes: Panes | None
+    """How far light is followed; None takes what a ray meets first."""
+    max_range: float
+    """[m], along the whole way."""
+    least: float = 0.0
+    """Power that no receiver takes notice of: light that cannot bring it back is given up."""
+
+    def look(self, light: Light) -> Echoes:
+        """Return the strongest echo of each ray, through panes and off mirrors."""
+        echoes, hits = self.first(light)
+        self.follow(light, echoes, hits, self.optics.clear[hits.geoms])
+        return echoes
+
+    def first(self, light: Light) -> tuple[Echoes, Hits]:
+        """Return the echo of the first surface of each ray, and what was hit; glints come later."""
+        hits = self.caster.hits(light.origins, light.directions, light.times, self.max_range)
+        remissions = self.optics.remissions(hits.geoms, hits.cosines)
+        return Echoes(hits.distances.copy(), remissions, hits.cosines.copy()), hits
+
+    def follow(self, light: Light, echoes: Echoes, hits: Hits, rows: BoolArray) -> None:
+        """Follow rays beyond the clear surfaces they have hit, and write what is stronger to ``echoes``.
+
+        Args:
+            light: What was sent out.
+            echoes: Of the first surface of each ray.
+            hits: What each ray has hit first.
+            rows: Which rays to follow; they have all hit something clear.
+        """
+        if self.panes is None or not rows.any():
+            return
+        met = self._met(light, hits, echoes.remissions, rows)
+        found = _Strongest(echoes, float(self.optics.reflectivity.max()), self.least)
+        waiting = met.light.only(slice(0))
+        for _ in range(self.panes.depth):
+            passing = found.promising(_passing(met, self.optics))
+            off = _mirrored(met, self.optics)
+            # Mirrored light lets what passes go first, and then has its echo to outdo.
+            going = [passing, waiting] if len(passing) else [waiting, off]
+            waiting = off if len(passing) else waiting.only(slice(0))
+            met = self._on(found.promising(_joined(going)), found)
+            if not len(met.light) and not len(waiting):
+                break
+
+    def _on(self, light: Light, found: _Strongest) -> _Met:
+        """Cast light on, note its echoes, and return what has come upon something clear."""
+        if not len(light):
+            nothing = np.zeros(0)
+            return _Met(light, nothing, np.zeros(0, np.int32), nothing, np.zeros(0, np.bool_))
+        hits = self.caster.hits(light.origins, light.directions, light.times, self.max_range)
+        ways = light.travelled + hits.distances
+        clear = self.optics.clear[hits.geoms] & (ways <= self.max_range)
+        remissions = self.optics.remissions(hits.geoms, hits.cosines)
+        met = self._met(light, hits, remissions, clear)
+        remissions *= light.share**2
+        remissions[ways > self.max_range] = 0.0
+        found.add(light, ways, remissions, hits.cosines)
+        return met
+
+    def _met(self, light: Light, hits: Hits, remissions: FloatArray, clear: BoolArray) -> _Met:
+        """Return the light that has come upon something ``clear``; add the glints to ``remissions``.
+
+        Near normal incidence a pane or mirror sends its share straight back. A surface that is met
+        from inside sends nothing: both faces of a pane were counted as it was entered.
+        """
+        assert self.panes is not None
+        light, geoms, cosines = light.only(clear), hits.geoms[clear], hits.cosines[clear]
+        leaving = geoms == light.inside
+        mirrored = self.optics.mirrored(geoms, cosines)
+        straight_back = np.exp((cosines * cosines - 1.0) / self.panes.lobe**2)
+        glints = self.panes.glint * mirrored * straight_back
+        remissions[clear] = np.where(leaving, 0.0, remissions[clear] + glints)
+        return _Met(light, hits.distances[clear], geoms, mirrored, leaving)
+
+
+class _Strongest:
+    """The strongest echo of each ray so far."""
+
+    def __init__(self, echoes: Echoes, brightest: float, least: float) -> None:
+        self.echoes = echoes
+        self._brightest, self._least = brightest, least
+        self._powers = received_power(echoes.remissions, echoes.distances)
+
+    def add(
+        self, light: Light, ways: FloatArray, remissions: FloatArray, cosines: FloatArray
+    ) -> None:
+        """Take echoes (N,) of ``light`` into account."""
+        powers = received_power(remissions, ways)
+        better = np.flatnonzero(powers > self._powers[light.ray])
+        # Several may be of one ray; of those the last that is written stays, the strongest.
+        better = better[np.argsort(powers[better], kind="stable")]
+        rays = light.ray[better]
+        self._powers[rays] = powers[better]
+        self.echoes.distances[rays] = ways[better]
+        self.echoes.remissions[rays] = remissions[better]
+        self.echoes.cosines[rays] = cosines[better]
+
+    def promising(self, light: Light) -> Light:
+        """Return the light that may yet bring back more than was found, from the brightest wall."""
+        best = received_power(light.share**2 * self._brightest, light.travelled)
+        return light.only(best > np.maximum(self._powers[light.ray], self._least))
+
+
+def _passing(met: _Met, optics: Optics) -> Light:
+    """Return the light that goes on through what it has come upon."""
+    share = np.where(met.leaving, 1.0, optics.transmitted(met.geoms, met.mirrored))
+    share *= met.light.share
+    on = share > _FAINT
+    light, geoms, distances = met.light.only(on), met.geoms[on], met.distances[on]
+    points = light.origins + distances[:, None] * light.directions
+    steps = optics.faces.depths(geoms, points, light.directions) + _STEP
+    done = optics.faces.is_box[geoms] | met.leaving[on]
+    return Light(
+        light.ray,
+        points + steps[:, None] * light.directions,
+        light.directions,
+        light.times,
+        light.travelled + distances + steps,
+        share[on],
+        np.where(done, NO_GEOM, geoms).astype(np.int32),
+    )
+
+
+def _mirrored(met: _Met, optics: Optics) -> Light:
+    """Return the light that is thrown back by what it has come upon."""
+    share = np.where(met.leaving, 0.0, met.mirrored) * met.light.share
+    back = share > _FAINT
+    light, distances = met.light.only(back), met.distances[back]
+    d = light.directions
+    points = light.origins + distances[:, None] * d
+    n = optics.faces.normals(met.geoms[back], points)
+    d = d - 2.0 * np.einsum("ni,ni->n", d, n)[:, None] * n
+    return Light(
+        light.ray,
+        points + _STEP * d,
+        d,
+        light.times,
+        light.travelled + distances + _STEP,
+        share[back],
+        np.full(len(d), NO_GEOM, dtype=np.int32),
+    )
+
+
+def _joined(parts: list[Light]) -> Light:
+    columns = ([getattr(part, f.name) for part in parts] for f in fields(Light))
+    return Light(*(np.concatenate(column) for column in columns))
