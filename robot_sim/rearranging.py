@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, islice, pairwise
 from typing import Final
@@ -22,6 +22,7 @@ from robot_sim.glazing import Glazing
 from robot_sim.inhabitants import Cart, Inhabitant, Leaf
 from robot_sim.movers import ARM_REACH
 from robot_sim.plan import Piece, Plan, Wall, Waypoint
+from robot_sim.rectangles import Rectangles, line_between
 from robot_sim.slabs import Slab
 from robot_sim.walls import wall_blocks
 
@@ -76,36 +77,6 @@ HABITS: Final = {
 racks, machines, tanks, trees."""
 
 
-class Rectangles:
-    """Many rectangles on the floor, and whether another one meets any of them."""
-
-    def __init__(self, rows: Iterable[tuple[float, float, float, float, float]]) -> None:
-        """Take rows of centre x, y, half extents along and across, yaw [m, rad]."""
-        table = np.array(list(rows), dtype=float).reshape(-1, 5)
-        self._centres, self._halves = table[:, :2], table[:, 2:4]
-        c, s = np.cos(table[:, 4]), np.sin(table[:, 4])
-        self._axes = np.stack([np.stack([c, s], axis=1), np.stack([-s, c], axis=1)], axis=1)
-        self._radii = np.hypot(*self._halves.T)
-
-    def meet(self, x: float, y: float, half: tuple[float, float], yaw: float) -> bool:
-        """Return whether a rectangle overlaps any, by the separating axes of each pair."""
-        offset = self._centres - (x, y)
-        near = np.hypot(*offset.T) < self._radii + math.hypot(*half)
-        if not near.any():
-            return False
-        offset, theirs, halves = offset[near], self._axes[near], self._halves[near]
-        c, s = math.cos(yaw), math.sin(yaw)
-        ours = np.array([[c, s], [-s, c]])
-        # (N, 2, 2): the cosine of each of our axes with each of theirs.
-        cosines = np.abs(np.einsum("ai,nbi->nab", ours, theirs))
-        between_ours = np.abs(offset @ ours.T)
-        between_theirs = np.abs(np.einsum("nbi,ni->nb", theirs, offset))
-        apart_on_ours = between_ours > np.array(half) + np.einsum("nab,nb->na", cosines, halves)
-        apart_on_theirs = between_theirs > halves + np.einsum("nab,a->nb", cosines, np.array(half))
-        apart = apart_on_ours.any(axis=1) | apart_on_theirs.any(axis=1)
-        return not bool(apart.all())
-
-
 def rearranged(plan: Plan, seed: int) -> Plan:
     """Return the plan with its furniture moved.
 
@@ -129,7 +100,7 @@ def rearranged(plan: Plan, seed: int) -> Plan:
             and not kept_free.meet(*_spot(piece))
             and all(_on_or_off(piece, slab) for slab in plan.slabs)
             # It is shoved across the room, not through a wall.
-            and not fixed.meet(*_line(origin, (piece.x, piece.y), 0.0))
+            and not fixed.meet(*line_between(origin, (piece.x, piece.y), 0.0))
         )
 
     # Small ones first: a desk has room once its chair is out of the way.
@@ -184,14 +155,6 @@ def _spot(piece: Piece) -> tuple[float, float, tuple[float, float], float]:
 def _row(piece: Piece, margin: float) -> tuple[float, float, float, float, float]:
     x, y, (along, across), yaw = _spot(piece)
     return x, y, along + margin, across + margin, yaw
-
-
-def _line(
-    a: Sequence[float], b: Sequence[float], margin: float
-) -> tuple[float, float, tuple[float, float], float]:
-    half = 0.5 * math.hypot(b[0] - a[0], b[1] - a[1])
-    middle = (0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]))
-    return *middle, (half + margin, margin), math.atan2(b[1] - a[1], b[0] - a[0])
 
 
 def _within(piece: Piece, plan: Plan) -> bool:
@@ -262,5 +225,5 @@ def _lines(
     corners: Sequence[Sequence[float]], margin: float
 ) -> Iterator[tuple[float, float, float, float, float]]:
     for a, b in pairwise(corners):
-        x, y, half, yaw = _line(a, b, margin)
+        x, y, half, yaw = line_between(a, b, margin)
         yield x, y, *half, yaw

@@ -31,6 +31,7 @@ from robot_sim.scene_folders import (
 from robot_sim.skid_steer import SkidSteer
 from robot_sim.surfaces import Patch, surface_named
 from robot_sim.terrain import add_terrain
+from robot_sim.trespass import check_paths
 from robot_sim.walls import wall_blocks
 
 TIMESTEP_NS: Final = 4_000_000
@@ -173,7 +174,10 @@ def build_world(
             plan = rearranged(plan, options.rearranged)
         ground = Ground(plan)
         _add_ground(spec, plan, ground)
-        for block in plan_blocks(plan, ground):
+        blocks = list(plan_blocks(plan, ground))
+        if options.alive:
+            check_paths(plan, blocks)
+        for block in blocks:
             block.add_to(spec)
         bodies = tuple(
             moving_bodies(plan.inhabitants, seed=options.timing) if options.alive else ()

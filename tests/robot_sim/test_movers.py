@@ -228,6 +228,8 @@ def test_who_has_a_start_stands_until_then() -> None:
         ('[[person]]\nname = "a"\npath = [[1, 1], [2, 2]]\nhat = true', "unknown entry 'hat'"),
         ('[[person]]\nname = "a"\npath = [[1, 1], [2, 2]]\n'
          '[[cart]]\nname = "a"\npath = [[1, 1], [2, 2]]', "there are two of that name"),
+        ('[[person]]\nname = "a"\npath = [[8, 4], [12, 4], [12, 6]]',
+         "person 'a' walks through east_0 between [8, 4] and [12, 4]"),
         ('[[cart]]\nname = "c"\npath = [[1, 1], [2, 2]]\nsize = [1, 1, 0.1]',
          "cart 'c': height must be > 0.35 m"),
         ('[[leaf]]\nname = "d"\nhinge = [1, 1]\nclosed = 0\nswing = 90\nmoving_time = 0',
@@ -414,6 +416,12 @@ def test_nobody_walks_through_anything_in_our_scenes(scene: str) -> None:
     for name, (gap, what) in clearances(world, step=0.8 if scene == "warehouse" else 0.25).items():
         least = 0.005 if name.endswith("_leaf") else 0.03
         assert gap >= least, f"{name} comes within {gap:.3f} m of {what}"
+
+
+def test_nobody_walks_through_moved_furniture() -> None:
+    world = load_world("office", options=WorldOptions(alive=True, rearranged=1))
+    for name, (gap, what) in clearances(world, step=0.4).items():
+        assert gap >= 0.005, f"{name} comes within {gap:.3f} m of {what}"
 
 
 @pytest.mark.parametrize("scene", scene_names())

@@ -20,9 +20,9 @@ from robot_sim.rearranging import (
     DOOR_CLEARANCE,
     HABITS,
     ROBOT_CLEARANCE,
-    Rectangles,
     rearranged,
 )
+from robot_sim.rectangles import Rectangles
 from robot_sim.worlds import WorldOptions, load_plan
 
 
