@@ -147,12 +147,27 @@ def _import_open3d() -> ModuleType:
 def _smooth(points: FloatArray, normals: FloatArray, c: MappingConfig) -> FloatArray:
     """Move each point along its normal to the mean plane of its neighbours that face the same way."""
     tree = cKDTree(points)
-    distance, index = tree.query(points, k=c.plane_points, distance_upper_bound=c.plane_radius)
+    parts = [
+        _smoothed(tree, points, normals, slice(start, start + _CHUNK), c)
+        for start in range(0, len(points), _CHUNK)
+    ]
+    return np.concatenate(parts)
+
+
+_CHUNK = 50_000
+"""Points smoothed at once: their neighbours' normals take a kilobyte each."""
+
+
+def _smoothed(
+    tree: cKDTree, points: FloatArray, normals: FloatArray, part: slice, c: MappingConfig
+) -> FloatArray:
+    here, facing = points[part], normals[part]
+    distance, index = tree.query(here, k=c.plane_points, distance_upper_bound=c.plane_radius)
     absent = ~np.isfinite(distance)
     index[absent] = 0
-    alike = np.einsum("nki,ni->nk", normals[index], normals) > 0.8
+    alike = np.einsum("nki,ni->nk", normals[index], facing) > 0.8
     alike &= ~absent
-    height = np.einsum("nki,ni->nk", points[index] - points[:, None, :], normals)
+    height = np.einsum("nki,ni->nk", points[index] - here[:, None, :], facing)
     mean = (height * alike).sum(axis=1) / np.maximum(alike.sum(axis=1), 1)
-    smoothed: FloatArray = points + mean[:, None] * normals
+    smoothed: FloatArray = here + mean[:, None] * facing
     return smoothed
