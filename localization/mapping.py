@@ -144,6 +144,10 @@ def _import_open3d() -> ModuleType:
     return module
 
 
+_CHUNK = 50_000
+"""Points smoothed at once: their neighbours' normals take a kilobyte each."""
+
+
 def _smooth(points: FloatArray, normals: FloatArray, c: MappingConfig) -> FloatArray:
     """Move each point along its normal to the mean plane of its neighbours that face the same way."""
     tree = cKDTree(points)
@@ -152,10 +156,6 @@ def _smooth(points: FloatArray, normals: FloatArray, c: MappingConfig) -> FloatA
         for start in range(0, len(points), _CHUNK)
     ]
     return np.concatenate(parts)
-
-
-_CHUNK = 50_000
-"""Points smoothed at once: their neighbours' normals take a kilobyte each."""
 
 
 def _smoothed(
