@@ -11,9 +11,9 @@ import numpy as np
 
 from robot_sim.errors import WorldError
 from robot_sim.footprints import footprints
-from robot_sim.generate.doors import INSIDE, Opening, openings, walls, windows
+from robot_sim.generate.doors import INSIDE, OUTSIDE, Opening, openings, walls, windows
 from robot_sim.generate.floorplan import FloorPlan, Rectangle, draw_floor_plan
-from robot_sim.generate.furnishing import Doorway, Furnisher, hub_and_ways, numbered
+from robot_sim.generate.furnishing import Box, Doorway, Furnisher, hub_and_ways, numbered
 from robot_sim.generate.rooms import CORRIDOR, HOME, OFFICE, Use, choose_use
 from robot_sim.p3at import P3AT
 from robot_sim.plan import Piece, Placement, Plan, Waypoint
@@ -151,10 +151,7 @@ def _furnished(
     taken: list[str] = []
     for i, cell in enumerate(floor.cells):
         r = cell.rectangle
-        inner = (
-            r.x0 / 10 + 0.5 * INSIDE, r.y0 / 10 + 0.5 * INSIDE,
-            r.x1 / 10 - 0.5 * INSIDE, r.y1 / 10 - 0.5 * INSIDE,
-        )  # fmt: skip
+        inner = _inner(r, floor.outline)
         kind = "corridor" if cell.corridor else choose_use(rng, uses, r.area, taken)
         taken.append(kind)
         doors = [_doorway(o, r) for o in ways if i in o.edge.cells]
@@ -163,6 +160,21 @@ def _furnished(
         furnisher.furnish(CORRIDOR if cell.corridor else uses[kind])
         name = f"{kind}_{taken.count(kind)}"
         yield _Draft(name, r, cell.corridor, hub, tuple(furnisher.pieces))
+
+
+def _inner(room: Rectangle, outline: Rectangle) -> Box:
+    """Return the floor between a room's walls' faces [m]."""
+    half = [
+        0.5 * (OUTSIDE if at == rim else INSIDE)
+        for at, rim in (
+            (room.x0, outline.x0),
+            (room.y0, outline.y0),
+            (room.x1, outline.x1),
+            (room.y1, outline.y1),
+        )
+    ]
+    x0, y0, x1, y1 = (v / 10 for v in (room.x0, room.y0, room.x1, room.y1))
+    return x0 + half[0], y0 + half[1], x1 - half[2], y1 - half[3]
 
 
 def _doorway(opening: Opening, room: Rectangle) -> Doorway:

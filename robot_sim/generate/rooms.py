@@ -209,5 +209,5 @@ def choose_use(
         small = area < min(use.areas[0] for use in uses.values())
         pick = min if small else max
         return pick(uses, key=lambda n: uses[n].areas[0 if small else 1])
-    weights = np.array([uses[n].weight / (1.0 + 0.4 * taken.count(n)) for n in names])
+    weights = np.array([uses[n].weight / (1.0 + 0.7 * taken.count(n)) for n in names])
     return names[int(rng.choice(len(names), p=weights / weights.sum()))]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -143,7 +143,8 @@ def survey_from_stations(
         progress: called with the share done and a line of text.
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
-    builder = CloudBuilder(config or mapping_config(world))
+    # The sieve leaves few points in a neighbourhood: to look for more of them takes time only.
+    builder = CloudBuilder(config or replace(mapping_config(world), plane_points=20))
     instrument = TotalStation(world)
     fan = _fan(station)
     stops = _stops(world, instrument, station)

@@ -12,7 +12,7 @@ import pytest
 from robot_sim.body import HEADROOM
 from robot_sim.errors import WorldError
 from robot_sim.footprints import footprints
-from robot_sim.furniture import piece_blocks
+from robot_sim.furniture import piece_blocks, size_of
 from robot_sim.generate import AREAS, MARGIN, Building, generate
 from robot_sim.p3at import P3AT
 from robot_sim.plan_file import plan_from_toml
@@ -20,7 +20,7 @@ from robot_sim.plan_text import plan_to_toml
 from robot_sim.routes import Footprint, length
 from robot_sim.worlds import build_world, place_robot
 
-SEEDS = range(40)
+SEEDS = range(32)
 LEAST = P3AT().swing_radius + MARGIN
 
 
@@ -107,6 +107,12 @@ def test_furniture_stays_within_its_room_and_out_of_other_furniture(building: Bu
                 if block.z - block.half[2] < HEADROOM:
                     assert r.x0 / 10 < block.x < r.x1 / 10
                     assert r.y0 / 10 < block.y < r.y1 / 10
+    walls = list(footprints(building.plan))[: -len(pieces)]
+    for piece in pieces.values():
+        if piece.kind != "box":  # its corners may be turned to a wall
+            middle = np.array([piece.x, piece.y])
+            depth = 0.5 * min(size_of(piece)[:2])
+            assert clearance(walls, middle) >= depth - 1e-6, piece
     for a, b in combinations(pieces.values(), 2):
         if {a.kind, b.kind} <= {"chair", "desk", "table", "round_table"}:
             continue  # a chair belongs under its table
@@ -119,7 +125,7 @@ def test_text_reads_back_as_the_same_plan(building: Building) -> None:
     assert plan_from_toml(text, name=building.plan.name) == building.plan
 
 
-@pytest.mark.parametrize("seed", range(0, 40, 8))
+@pytest.mark.parametrize("seed", range(0, 32, 8))
 def test_building_compiles_and_the_robot_fits_at_every_place(seed: int) -> None:
     building = made(seed)
     world = build_world(building.plan)
@@ -153,11 +159,11 @@ def test_most_rooms_are_furnished_and_the_tour_sees_most_of_them() -> None:
 
 
 def test_large_building_has_halls_cross_corridors_and_a_tour_of_bounded_length() -> None:
-    building = generate(3, 3000.0)
-    assert len(building.rooms) > 40
-    assert sum(room.name.startswith("corridor") for room in building.rooms) >= 4
+    building = generate(3, 2000.0)
+    assert len(building.rooms) > 30
+    assert sum(room.name.startswith("corridor") for room in building.rooms) >= 3
     assert length(building.plan.tour) <= 300.0
-    assert length(building.plan.survey) > 1000.0
+    assert length(building.plan.survey) > 600.0
 
 
 @pytest.mark.parametrize("area", [0.0, -5.0, 59.9, 1e5, float("nan"), float("inf")])

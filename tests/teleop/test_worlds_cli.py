@@ -1,0 +1,106 @@
+"""``farsteer world``: the folders it writes load again, and bad requests are answered in a line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from localization.cloud import CloudError, load_cloud
+from robot_sim import load_world
+from teleop.__main__ import main
+from teleop.scenario.run import cloud_of, cloud_path
+
+
+def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    assert main(words) == 2
+    text = capsys.readouterr().err
+    assert "Traceback" not in text
+    (line,) = [part for part in text.splitlines() if part.startswith("farsteer: ")]
+    return line
+
+
+def write_map(folder: Path) -> Path:
+    """Write a room of 4 by 3 m as an occupancy map."""
+    rows = [b"\x00" * 84] * 2 + [b"\x00\x00" + b"\xfe" * 80 + b"\x00\x00"] * 60 + [b"\x00" * 84] * 2
+    (folder / "room.pgm").write_bytes(b"P5\n84 64\n255\n" + b"".join(rows))
+    path = folder / "room.yaml"
+    path.write_text(
+        "image: room.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    return path
+
+
+def test_generated_building_is_a_scene_that_loads_with_its_cloud(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["world", "generate", "--seed", "4", "--area", "60"]) == 0
+    said = capsys.readouterr().out
+    assert "farsteer serve --scene worlds/building-4" in said
+    folder = tmp_path / "worlds" / "building-4"
+    assert {p.name for p in folder.iterdir()} == {
+        "world.toml",
+        "cloud.ply",
+        "picture.png",
+        "README.md",
+    }
+    world = load_world("worlds/building-4")
+    assert world.name == "building-4"
+    assert len(world.tour) > 4
+    assert cloud_of("worlds/building-4").sha256 == load_cloud(folder / "cloud.ply").sha256
+    assert f"{world.area:.0f} m²" in (folder / "README.md").read_text(encoding="utf-8")
+    assert main(["world", "list"]) == 0
+    listed = capsys.readouterr().out
+    assert "worlds/building-4" in listed
+    assert "office" in listed
+    assert main(["world", "show", "worlds/building-4"]) == 0
+    shown = capsys.readouterr().out
+    assert "drivable  floor" in shown
+    assert "corridor_1" in shown
+
+
+def test_extruded_map_is_a_scene_that_loads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = write_map(tmp_path)
+    words = ["world", "from-map", str(path), "--spawn", "1.5", "1.0", "90", "--no-cloud"]
+    assert main(words) == 0
+    assert "farsteer map worlds/room --quick" in capsys.readouterr().out
+    world = load_world("worlds/room")
+    assert world.spawn.position[:2] == pytest.approx([1.5, 1.0])
+    assert world.bounds == pytest.approx((0.0, 0.0, 4.2, 3.2))
+    assert cloud_path("worlds/room") == Path("worlds/room/cloud.ply")
+    with pytest.raises(CloudError, match="run `farsteer map worlds/room`"):
+        cloud_of("worlds/room")
+    assert "farsteer map worlds/room" in refused(["sim", "--scene", "worlds/room"], capsys)
+
+
+def test_impossible_buildings_are_refused_with_what_would_do(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = ["world", "generate", "--area"]
+    assert "area must be 60 to 10000 m^2, got 5" in refused([*words, "5"], capsys)
+    assert "area must be 60 to 10000 m^2, got nan" in refused([*words, "nan"], capsys)
+    assert "seed must be" in refused(["world", "generate", "--seed", "-1"], capsys)
+
+
+def test_unreadable_map_is_refused_by_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = str(tmp_path / "none.yaml")
+    line = refused(["world", "from-map", missing], capsys)
+    assert missing in line
+    assert "No such file" in line
+    path = write_map(tmp_path)
+    path.write_text(path.read_text().replace("resolution: 0.05\n", ""))
+    assert "lacks the entry 'resolution'" in refused(["world", "from-map", str(path)], capsys)
+
+
+def test_folder_that_is_no_scene_and_unknown_scene_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "has no world.toml" in refused(["world", "show", str(tmp_path)], capsys)
+    assert "office" in refused(["world", "show", "atlantis"], capsys)
