@@ -20,6 +20,7 @@ from localization.relocalization import (
     window_of,
 )
 from localization.types import Candidate, Hint, HintVerdict, Pose, Sweep, Verdict
+from localization.whole_map import MapSearchConfig, Pyramid, search_map
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +29,8 @@ class Search:
 
     hint: Hint | None
     """None when the localiser searches for itself, being lost."""
-    window: Window
+    window: Window | None
+    """None for the whole map."""
     sweep: Sweep
     odom_from_base: Pose
     """At the sweep's stamp."""
@@ -44,6 +46,8 @@ class Found:
     hint: Hint | None
     candidates: tuple[Candidate, ...]
     """Brought forward to now by odometry, best first."""
+    everywhere: bool = False
+    """Whether the whole map was searched."""
 
 
 class HintDesk:
@@ -54,9 +58,12 @@ class HintDesk:
         world: PreparedMap,
         plan: FloorPlan,
         config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
+        map_config: MapSearchConfig = MapSearchConfig(),  # noqa: B008  (frozen)
     ) -> None:
         self.config = config
         self._world, self._plan = world, plan
+        self._map_config = map_config
+        self._pyramid: Pyramid | None = None
         self._waiting: tuple[Hint, Pose] | None = None
         self._search: Search | None = None
         self._answers: deque[HintVerdict] = deque()
@@ -112,6 +119,15 @@ class HintDesk:
         if not self.busy:
             self._start(None, window, sweep, odom_from_base, level)
 
+    def search_everywhere(self, sweep: Sweep, odom_from_base: Pose, level: Pose) -> None:
+        """Search the whole map, unless a search is under way."""
+        if self.busy:
+            return
+        if self._pyramid is None:
+            self._pyramid = Pyramid(self._plan, self._map_config)
+        work = search_map(sweep, self._world, self._pyramid, level, self.config)
+        self._search = Search(None, None, sweep, odom_from_base, work)
+
     def _start(
         self, hint: Hint | None, window: Window, sweep: Sweep, odom_from_base: Pose, level: Pose
     ) -> None:
@@ -137,7 +153,7 @@ class HintDesk:
         moved = task.odom_from_base.inverse() @ odom_from_base
         verdict, reason = self._judge(task, candidates, current, moved)
         brought = tuple(Candidate(c.map_from_base @ moved, c.score) for c in candidates)
-        return Found(verdict, reason, task.hint, brought)
+        return Found(verdict, reason, task.hint, brought, everywhere=task.window is None)
 
     def _judge(
         self, task: Search, candidates: tuple[Candidate, ...], current: Pose | None, moved: Pose
@@ -145,9 +161,12 @@ class HintDesk:
         c, window = self.config, task.window
         if not candidates or candidates[0].score < c.least_fit:
             reached = f"{candidates[0].score:.0%}" if candidates else "nothing"
+            where = "in the whole map"
+            if window is not None:
+                turn = np.rad2deg(window.half_yaw)
+                where = f"within {window.half_width:.1f} m and {turn:.0f} degrees"
             return Verdict.REJECTED, (
-                f"no pose within {window.half_width:.1f} m and {np.rad2deg(window.half_yaw):.0f} degrees "
-                f"explains the sweep (best: {reached}, needed: {c.least_fit:.0%})"
+                f"no pose {where} explains the sweep (best: {reached}, needed: {c.least_fit:.0%})"
             )
         best = candidates[0]
         if current is not None:

@@ -25,14 +25,16 @@ from localization.health import (
     opinion_offset,
 )
 from localization.hints import Found, HintDesk
+from localization.hypotheses import Hypotheses, HypothesesConfig
 from localization.intake import Intake
 from localization.kiss import KissConfig, KissOdometry, KissOpinion
 from localization.prepared import PreparedMap
 from localization.registration import RegistrationConfig, register
-from localization.relocalization import FloorPlan, SearchConfig, Window
+from localization.relocalization import FloorPlan, SearchConfig, Window, same_place
 from localization.suites import Increment, Motion, MotionSource, Suite
 from localization.types import (
     SECOND,
+    Candidate,
     Estimate,
     Health,
     Hint,
@@ -48,6 +50,7 @@ from localization.types import (
     Verdict,
     WheelSpeeds,
 )
+from localization.whole_map import MapSearchConfig
 
 Stage = Callable[[str], AbstractContextManager[object]]
 """Called with a stage's name around its work; whoever owns a clock can time it."""
@@ -58,6 +61,8 @@ _SLIP_GATE = float(chi2.ppf(0.999, 1))
 """Beyond it KISS-ICP's forward motion contradicts the wheels' (99.9 %)."""
 
 
+_SURE = (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)
+"""States of an estimate that is believed."""
 _PLACED_FLAT = (0.05, 0.05, 0.002, 0.001, 0.001, 0.02)
 """``LocalizerConfig.placed`` on a floor whose height and level are known."""
 
@@ -72,6 +77,8 @@ class LocalizerConfig:
     kiss: KissConfig = field(default_factory=KissConfig)
     health: HealthConfig = field(default_factory=HealthConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
+    map_search: MapSearchConfig = field(default_factory=MapSearchConfig)
+    hypotheses: HypothesesConfig = field(default_factory=HypothesesConfig)
     least_fit: float = 0.3
     """A sweep that the map explains less is refused even if it agrees with the prediction."""
     blame_fit: float = 0.6
@@ -127,7 +134,9 @@ class Localizer:
         search = config.search
         heights = [p.position[2] for p in mounts.values() if p.rotation[2, 2] > 0.9] or [0.3]
         plan = FloorPlan(world, float(heights[0]), cell=search.cell, sigma=search.field_sigma)
-        self._desk = HintDesk(world, plan, search)
+        self._desk = HintDesk(world, plan, search, config.map_search)
+        self._hypotheses = Hypotheses(world, search, config.hypotheses)
+        self._search_everywhere = self._asked = False
 
         self._stamp = 0
         self._odom = Pose.identity()
@@ -152,6 +161,14 @@ class Localizer:
     def refused(self) -> int:
         """How many readings were turned away as impossible."""
         return self._intake.refused
+
+    def relocalize(self) -> None:
+        """Begin a search of the whole map with the next sweep, as for a robot that was carried away.
+
+        What it finds is told apart by driving on; until that is settled, the estimate stays as it is.
+        """
+        self._search_everywhere = self._asked = True
+        self._hypotheses.drop()
 
     def add(self, reading: Reading) -> Estimate:
         """Take one reading and return the estimate as it now stands.
@@ -289,6 +306,7 @@ class Localizer:
             self._match(sweep, motion)
         self._ekf.mark()
         self._pose_then = self._ekf.pose
+        self._tell_apart(sweep)
         self._open_search(sweep)
 
     def _match(self, sweep: Sweep, motion: tuple[Pose, FloatArray] | None) -> None:
@@ -365,6 +383,11 @@ class Localizer:
     def _open_search(self, sweep: Sweep) -> None:
         level = self._ekf.pose
         self._desk.begin(sweep, self._odom, level)
+        if self._search_everywhere and not self._desk.busy and not self._hypotheses.open:
+            self._search_everywhere = False
+            self._desk.search_everywhere(sweep, self._odom, level)
+        if self._hypotheses.open:
+            return
         if self._placed and self._health.lost and self._stamp >= self._search_due:
             self._search_due = self._stamp + self.config.lost_search_period
             p, covariance = self._ekf.pose, self._ekf.covariance
@@ -381,17 +404,48 @@ class Localizer:
             self._settle(found)
 
     def _settle(self, found: Found) -> None:
-        if found.verdict is Verdict.ACCEPTED:
-            sigma = np.array(self.config.placed)
-            self._ekf.reset_pose(found.candidates[0].map_from_base, np.diag(sigma**2))
-            self._pose_then, self._placed = self._ekf.pose, True
-            self._health.reset()
-            self._opinion_due = 0
-            self._doing = (f"placed anew: {found.reason}",)
+        unsure = not self._placed or self._health.lost
+        if found.verdict is Verdict.ACCEPTED and not found.everywhere:
+            self._place(found.candidates[0], found.reason)
+            # What explains the sweep near where the robot was lost may not be the only place that does.
+            self._search_everywhere = self._asked = found.hint is None
+        elif found.everywhere or (found.verdict is Verdict.AMBIGUOUS and unsure):
+            self._hypotheses.begin(found.candidates, self._odom)
+        elif found.hint is None:
+            # Not around here: it must be somewhere.
+            self._search_everywhere = True
         if found.hint is not None:
             self._desk.answer(
                 found.hint, self._stamp, found.verdict, found.reason, found.candidates
             )
+
+    def _tell_apart(self, sweep: Sweep) -> None:
+        """Judge the places that might be by the newest sweep."""
+        if not self._hypotheses.open:
+            return
+        if self._placed and not self._health.lost and not self._asked:
+            self._hypotheses.drop()
+            return
+        with self._stage("hypotheses"):
+            place = self._hypotheses.look(sweep, self._odom)
+        if place is not None and self._placed and same_place(place.map_from_base, self._ekf.pose):
+            self._hypotheses.drop()
+            self._asked = False
+        elif place is not None:
+            self._place(place, f"explains {place.score:.0%} of the sweeps on the way here")
+        elif self._hypotheses.exhausted:
+            self._hypotheses.drop()
+            self._search_everywhere = True
+
+    def _place(self, place: Candidate, reason: str) -> None:
+        sigma = np.array(self.config.placed)
+        self._ekf.reset_pose(place.map_from_base, np.diag(sigma**2))
+        self._pose_then, self._placed = self._ekf.pose, True
+        self._health.reset()
+        self._hypotheses.drop()
+        self._search_everywhere = self._asked = False
+        self._opinion_due = 0
+        self._doing = (f"placed anew: {reason}",)
 
     # The answer
 
@@ -411,6 +465,18 @@ class Localizer:
             )
         if self._desk.busy and (not self._placed or health is Health.LOST):
             health, reasons = Health.RELOCALISING, ("searching", *reasons)
+        if self._asked and self._placed and health in _SURE:
+            health = Health.SUSPECT
+            reasons = ("other places may explain what is seen: drive on to make sure", *reasons)
+        hypotheses = self._hypotheses.candidates(self._odom)
+        if hypotheses and (not self._placed or health is Health.LOST):
+            places = (
+                f"{len(hypotheses)} places explain what is seen"
+                if len(hypotheses) > 1
+                else ("one place explains what is seen")
+            )
+            health = Health.RELOCALISING
+            reasons = (f"{places}: drive on to make sure", *reasons)
         estimate = Estimate(
             stamp=self._stamp,
             map_from_base=self._ekf.pose if self._placed else None,
@@ -423,6 +489,7 @@ class Localizer:
             sweep=self._sweep,
             verdict=self._desk.next_answer(),
             nis=self._nis,
+            hypotheses=hypotheses,
         )
         self._doing, self._refused = (), ()
         return estimate

@@ -8,7 +8,7 @@ number of candidates, so that it costs each tick the same and the result never d
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,27 +87,29 @@ class FloorPlan:
         slice_ = points[np.abs(points[:, 2] - height) < 0.12]
         margin = 5.0
         low, high = world.cloud.bounds
-        self._origin = low[:2] - margin
-        self._cell = cell
+        self.origin: FloatArray = low[:2] - margin
+        self.cell = cell
         size = np.ceil((high[:2] - low[:2] + 2.0 * margin) / cell).astype(int) + 1
         occupied = np.zeros(tuple(size), dtype=bool)
-        occupied[tuple(((slice_[:, :2] - self._origin) / cell).astype(int).T)] = True
+        occupied[tuple(((slice_[:, :2] - self.origin) / cell).astype(int).T)] = True
         if occupied.any():
             distance = ndimage.distance_transform_edt(~occupied) * cell
         else:
             distance = np.full(occupied.shape, np.inf)
-        self._likelihood = np.exp(-0.5 * (distance / sigma) ** 2).astype(np.float32)
-        self._free = distance > 0.15
+        self.likelihood = np.exp(-0.5 * (distance / sigma) ** 2).astype(np.float32)
+        """(nx, ny) how well a point there lies on a surface, in [0, 1]."""
+        self.free = distance > 0.15
+        """(nx, ny) whether a scanner could be there."""
 
     def score(self, points: FloatArray, places: FloatArray) -> FloatArray:
         """Return for each place (M, 2) how well points (B, 2), turned already, lie on surfaces."""
         at = places[:, None, :] + points[None, :, :]
-        cell = ((at - self._origin) / self._cell).astype(np.int64)
-        limit = np.array(self._likelihood.shape) - 1
+        cell = ((at - self.origin) / self.cell).astype(np.int64)
+        limit = np.array(self.likelihood.shape) - 1
         cell = np.clip(cell, 0, limit)
-        score = self._likelihood[cell[..., 0], cell[..., 1]].mean(axis=1)
-        own = np.clip(((places - self._origin) / self._cell).astype(np.int64), 0, limit)
-        free: FloatArray = np.where(self._free[own[:, 0], own[:, 1]], score, 0.0)
+        score = self.likelihood[cell[..., 0], cell[..., 1]].mean(axis=1)
+        own = np.clip(((places - self.origin) / self.cell).astype(np.int64), 0, limit)
+        free: FloatArray = np.where(self.free[own[:, 0], own[:, 1]], score, 0.0)
         return free
 
 
@@ -132,8 +134,7 @@ def search(
     Returns:
         Distinct places, best first, each with the share of the sweep that it explains.
     """
-    roll, pitch, _ = level.euler
-    flat = (sweep.points[sweep.horizontal] @ rotation_from_euler(roll, pitch, 0.0).T)[:, :2]
+    flat = level_points(sweep, level)
     if len(flat) < 10:
         return ()
     flat = flat[np.linspace(0, len(flat) - 1, min(config.beams, len(flat))).astype(int)]
@@ -155,8 +156,29 @@ def search(
             spent = 0
             yield
 
+    heading, place = np.divmod(np.arange(scores.size), len(places))
+    peaks = best_places(scores.ravel(), places[place], yaws[heading], config, most=config.refine)
+    return (yield from refined_places(sweep, world, peaks, level, config))
+
+
+def level_points(sweep: Sweep, level: Pose) -> FloatArray:
+    """Return the horizontal scanner's points (N, 2) as seen from above, were the robot at no yaw [m]."""
+    roll, pitch, _ = level.euler
+    flat: FloatArray = sweep.points[sweep.horizontal] @ rotation_from_euler(roll, pitch, 0.0).T
+    return flat[:, :2]
+
+
+def refined_places(
+    sweep: Sweep,
+    world: PreparedMap,
+    peaks: Sequence[tuple[float, float, float]],
+    level: Pose,
+    config: SearchConfig,
+) -> Generator[None, None, tuple[Candidate, ...]]:
+    """Refine places (x, y, yaw) against the cloud; yields before each, returns the distinct ones."""
+    roll, pitch, _ = level.euler
     found: list[Candidate] = []
-    for x, y, yaw in _peaks(scores, places, yaws, config):
+    for x, y, yaw in peaks:
         yield
         start = Pose.from_euler([x, y, level.position[2]], roll=roll, pitch=pitch, yaw=yaw)
         candidate = _refine(sweep, world, start, config)
@@ -240,24 +262,31 @@ def _refine(sweep: Sweep, world: PreparedMap, start: Pose, config: SearchConfig)
     return explain(sweep, world, upright)
 
 
-def _peaks(
-    scores: FloatArray, places: FloatArray, yaws: FloatArray, config: SearchConfig
+def best_places(
+    scores: FloatArray, places: FloatArray, yaws: FloatArray, config: SearchConfig, *, most: int
 ) -> list[tuple[float, float, float]]:
-    """Best candidates, none within another's place (non-maximum suppression)."""
+    """Return the best x, y, yaw, none within another's place (non-maximum suppression).
+
+    Args:
+        scores: (N,).
+        places: (N, 2) [m].
+        yaws: (N,) [rad].
+        config: what counts as one place.
+        most: how many at most.
+    """
     chosen: list[tuple[float, float, float]] = []
-    order = np.argsort(-scores, axis=None, kind="stable")
+    order = np.argsort(-scores, kind="stable")
     if len(order) > 20_000:
         order = order[:20_000]
     for i in order.tolist():
-        k, j = divmod(i, scores.shape[1])
-        x, y, yaw = float(places[j, 0]), float(places[j, 1]), float(yaws[k])
-        if scores[k, j] < 0.3:
+        x, y, yaw = float(places[i, 0]), float(places[i, 1]), float(yaws[i])
+        if scores[i] < 0.3:
             break
         if all(
             np.hypot(x - a, y - b) > config.same_place or abs(wrap_angle(yaw - c)) > config.same_yaw
             for a, b, c in chosen
         ):
             chosen.append((x, y, yaw))
-            if len(chosen) == config.refine:
+            if len(chosen) == most:
                 break
     return chosen

@@ -78,7 +78,8 @@ def localize(
     """Localise a whole log in a map, configured as the log says it was recorded.
 
     Args:
-        log_path: a log of ours, a ROS bag or a CARMEN text, with a hint unless ``start`` is given.
+        log_path: a log of ours, a ROS bag or a CARMEN text. Where a foreign one begins is looked for in
+            the whole map, unless ``start`` is given.
         map_path: the cloud, as PLY.
         suite: which sensors to use; what the log has unless given.
         start: ``map_from_base`` about where the log begins, for logs without a hint.
@@ -94,6 +95,9 @@ def localize(
     cloud = load_cloud(map_path)
     config = config_of(log) if suite is None else LocalizerConfig.of(suite)
     localizer = Localizer(prepare(cloud, cache=cache), log.mounts, config)
+    if start is None and not log.metadata:
+        # A foreign log rarely holds a hint.
+        localizer.relocalize()
     estimates, refusals, told = [], {}, 0
     for estimate in replay(log, localizer, start=start):
         estimates.append(estimate)

@@ -447,6 +447,8 @@ class Estimate:
     """The answer to a hint, if it was given now."""
     nis: float | None = None
     """Squared, normalised innovation of this estimate's registration."""
+    hypotheses: tuple[Candidate, ...] = ()
+    """Places between which it is not settled yet, best first; they move with the robot."""
 
     def __post_init__(self) -> None:
         object.__setattr__(

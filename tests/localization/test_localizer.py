@@ -371,7 +371,8 @@ def test_robot_in_a_corridor_without_ends_is_not_placed_by_a_guess(corridor: Pre
     assert answer.verdict is Verdict.AMBIGUOUS
     assert len(answer.candidates) > 1
     assert told[-1].map_from_base is None
-    assert told[-1].health is Health.WAITING
+    assert told[-1].health is Health.RELOCALISING
+    assert len(told[-1].hypotheses) > 1
 
 
 # A robot with physics
