@@ -7,8 +7,12 @@ import math
 import pytest
 
 from robot_sim.errors import WorldError
-from robot_sim.plan import Door, Placement, Plan, Wall, Window
+from robot_sim.glazing import Glazing, Roof
+from robot_sim.plan import CloudSpec, Door, Placement, Plan, Wall, Window
 from robot_sim.plan_file import plan_from_toml
+from robot_sim.slabs import Slab
+from robot_sim.surfaces import SURFACES, Patch
+from robot_sim.terrain import Hill, Level, Rut
 
 HEAD = "bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\n"
 
@@ -50,6 +54,63 @@ size = [1, 2, 3]
     }
     assert plan.spawn is plan.spawns["spawn"]
     assert plan.places["den"] == Placement(3.0, 1.0, -math.pi / 2)
+
+
+def test_ground_glass_and_cloud_are_read_from_their_tables() -> None:
+    plan = plan_from_toml(
+        HEAD
+        + """
+floor = "concrete"
+[cloud]
+spacing = 0.2
+highest = 4.5
+[[slab]]
+name = "ramp"
+at = [1, 2]
+size = [2, 1]
+yaw = 90
+top = [0, 0.35]
+[[slab]]
+at = [3, 3]
+size = [1, 1]
+top = 0.1
+surface = "wood"
+[[terrain]]
+bounds = [0, 0, 4, 4]
+cell = 0.5
+seed = 7
+hills = [{ at = [2, 2], height = 0.5, radius = 1 }]
+ruts = [{ path = [[0, 0], [4, 4]] }]
+levels = [{ at = [1, 1], radius = 0.5, height = 0.2 }]
+[[patch]]
+surface = "gravel"
+at = [2, 1]
+size = [2, 1]
+yaw = 90
+[[glazing]]
+from = [0, 0]
+to = [4, 0]
+plinth = 0.5
+[[roof]]
+bounds = [0, 0, 4, 4]
+eaves = 3
+ridge = 4
+""",
+        name="it",
+    )
+    assert plan.cloud == CloudSpec(0.2, 4.5)
+    assert plan.slabs == (
+        Slab("ramp", 1.0, 2.0, 2.0, 1.0, (0.0, 0.35), yaw=math.pi / 2),
+        Slab("slab_1", 3.0, 3.0, 1.0, 1.0, (0.1, 0.1), surface="wood"),
+    )
+    (terrain,) = plan.terrains
+    assert (terrain.cell, terrain.seed, terrain.shape) == (0.5, 7, (9, 9))
+    assert terrain.hills == (Hill(2.0, 2.0, 0.5, 1.0),)
+    assert terrain.ruts == (Rut(((0.0, 0.0), (4.0, 4.0))),)
+    assert terrain.levels == (Level(1.0, 1.0, 0.5, 0.2),)
+    assert plan.patches == (Patch(SURFACES["gravel"], 2.0, 1.0, (1.0, 0.5), math.pi / 2),)
+    assert plan.glazings == (Glazing("glazing_0", (0.0, 0.0), (4.0, 0.0), plinth=0.5),)
+    assert plan.roofs == (Roof("roof_0", (0.0, 0.0, 4.0, 4.0), 3.0, 4.0),)
 
 
 def test_survey_is_the_tour_unless_the_plan_has_one() -> None:
