@@ -2,7 +2,8 @@
 
 A geom's material is its MuJoCo material's *name*. Names that are not in ``MATERIALS``, and geoms
 without a material, count as the default matt wall. Reflectivity is told against a matt white
-standard (what SICK calls remission): 1.0 scatters like the standard, a retroreflector far more.
+standard (what SICK calls remission): 1.0 scatters like the standard, a retroreflector far more. (M)
+marks what was quoted from memory and not read again.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-_VENDOR: Final = "remission tables in SICK's LMS2xx and LMS1xx operating instructions"
+_VENDOR: Final = "remission table in SICK's LMS2xx technical description (M)"
 _CHOSEN: Final = "chosen between neighbours of that table; no measurement of our own"
-_SPECTRA: Final = "near-infrared plateau of published spectra (ECOSTRESS/ASTER library), rounded"
+_SPECTRA: Final = (
+    "near-infrared plateau of published spectra, as in the ECOSTRESS library, rounded (M)"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +62,9 @@ _CATALOGUE: Final = (
     Material("metal", 1.10, f"anodised or painted sheet, scattering; {_VENDOR}"),
     Material("fabric", 0.60, f"dyes are pale in the near infrared; {_CHOSEN}"),
     Material("dark_fabric", 0.10, f"as matt black cardboard; {_VENDOR}"),
-    Material("rubber", 0.024, f"as black foam rubber, 2.4 %; {_VENDOR}"),
+    Material(
+        "rubber", 0.024, "black foam rubber, 2.4 %; SICK, LMS5xx operating instructions 8013796"
+    ),
     Material("leaves", 0.50, f"green leaves; {_SPECTRA}"),
     Material("bark", 0.30, _SPECTRA),
     Material("concrete", 0.35, _SPECTRA),

@@ -228,7 +228,7 @@ def panes() -> Figure:
         _label(axes, "y [m]", "x [m]", f"{material} at x = 1.5 m")
     for colour, text in (
         (_COLOURS[0], "walls, some through the pane"),
-        (_COLOURS[2], "the pane itself, near normal incidence"),
+        (_COLOURS[2], "the pane itself: glint, or dust near by"),
         (_COLOURS[1], "ghosts by mirroring"),
     ):
         mirror.plot([], [], "o", ms=3, color=colour, label=text)

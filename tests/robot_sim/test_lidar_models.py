@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -146,3 +147,23 @@ def test_sigma_follows_the_bands_of_the_sheet() -> None:
         noise.at(np.array([0.5, 9.99, 10.01, 29.0, np.inf])), [0.01, 0.01, 0.03, 0.03, 0.03]
     )
     assert ScannerConfig.of("laser_horizontal", "sick_lms111").noise.at(np.ones(3)) == 0.012
+
+
+def test_table_in_the_documentation_holds_the_models_figures() -> None:
+    page = (Path(__file__).parents[2] / "docs/sensors.md").read_text(encoding="utf-8")
+    for m in LIDARS.values():
+        modes = "; ".join(
+            f"{mode.resolution_deg:g}° at {mode.rate_hz:g} Hz"
+            + (f", {mode.interlace} turns" if mode.interlace > 1 else "")
+            for mode in m.modes
+        )
+        sigma = f"{1e3 * m.sigma:g}" + "".join(
+            f", {1e3 * s:g} from {r:g} m" for r, s in m.sigma_bands
+        )
+        spot = f"{1e3 * m.beam.divergence:g} mrad + {1e3 * m.beam.aperture:g} mm"
+        cells = (
+            f"`{m.name}`", f"{m.field_of_view_deg:g}°", modes,
+            f"{m.range_min:g} to {m.range_max:g}", f"{m.range_at_10_percent:g}", sigma,
+            f"±{1e3 * m.systematic:g}", spot, f"{1e3 * m.quantum:g}",
+        )  # fmt: skip
+        assert f"| {' | '.join(cells)} |" in page

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 
 from robot_sim.materials import DEFAULT, MATERIALS, Material, material_named
@@ -60,3 +63,10 @@ def test_impossible_material_is_refused_by_its_field(change: dict[str, float], n
     numbers = {"reflectivity": 0.5} | change
     with pytest.raises(ValueError, match=named):
         Material("odd", source="none", **numbers)
+
+
+def test_documentation_tells_each_materials_remission() -> None:
+    page = (Path(__file__).parents[2] / "docs/sensors.md").read_text(encoding="utf-8")
+    text = " ".join(page.split())
+    for material in MATERIALS.values():
+        assert re.search(rf"\b{material.name} {100.0 * material.reflectivity:g}[,.]", text)
