@@ -22,7 +22,7 @@ from robot_sim.plan import Waypoint
 
 COMFORT: Final = 0.9
 """Clearance of the robot's centre beyond which more is worth nothing [m]."""
-TOUR_LIMIT: Final = 300.0
+TOUR_LIMIT: Final = 240.0
 """Longest tour [m]: what can be driven in the ten minutes that a mission takes at most."""
 _NARROWNESS: Final = 4.0
 """How many times longer a way counts where it is as narrow as allowed."""

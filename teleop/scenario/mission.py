@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from localization.types import SECOND, Hint, Pose
 from robot_sim import WheelSlip
+from teleop.robot.outfit import Outfit
 
 HINT_STAMP = SECOND
 """When the hint is given [ns]."""
@@ -29,6 +30,13 @@ class Limits:
     distance: float = 80.0
     """To be driven at least [m], if the whole tour is driven."""
 
+    def for_tour(self, length: float) -> Limits:
+        """Return the limits for a tour of that length [m]: of a short one the most part is enough.
+
+        Way-points at the ends of blind alleys are passed at some distance, which shortens the drive.
+        """
+        return replace(self, distance=min(self.distance, 0.8 * length))
+
 
 @dataclass(frozen=True, slots=True)
 class Mission:
@@ -49,6 +57,8 @@ class Mission:
     """Times at which all wheels spin at twice their speed for a second [s]."""
     duration: float | None = None
     """Stop after so much robot time [s]; None drives the whole tour."""
+    outfit: Outfit = field(default_factory=Outfit)
+    """Of the robot, and the state of its world."""
     limits: Limits = field(default_factory=Limits)
 
     def __post_init__(self) -> None:

@@ -77,6 +77,7 @@ class Referee:
         self._verdicts: list[HintVerdict] = []
         tour = np.array(simulation.world.tour)
         self._length = float(np.linalg.norm(np.diff(tour, axis=0), axis=1).sum())
+        self._limits = mission.limits.for_tour(self._length)
         self._driven = 0.0
         self._wished: int | None = None
         self._latencies: list[float] = []
@@ -160,7 +161,7 @@ class Referee:
             stages=tuple(StageTime.of(name, laps) for name, laps in self._watch.laps.items()),
             traffic=tuple(traffic),
             joy_to_motion=tuple(self._latencies),
-            limits=self.mission.limits,
+            limits=self._limits,
             whole_tour=self.mission.duration is None,
         )
         summary = summarise(self.folder, facts)

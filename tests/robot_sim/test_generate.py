@@ -17,7 +17,7 @@ from robot_sim.generate import AREAS, MARGIN, Building, generate
 from robot_sim.p3at import P3AT
 from robot_sim.plan_file import plan_from_toml
 from robot_sim.plan_text import plan_to_toml
-from robot_sim.routes import Footprint, length
+from robot_sim.routes import TOUR_LIMIT, Footprint, length
 from robot_sim.worlds import build_world, place_robot
 
 SEEDS = range(32)
@@ -162,7 +162,7 @@ def test_large_building_has_halls_cross_corridors_and_a_tour_of_bounded_length()
     building = generate(3, 2000.0)
     assert len(building.rooms) > 30
     assert sum(room.name.startswith("corridor") for room in building.rooms) >= 3
-    assert length(building.plan.tour) <= 300.0
+    assert length(building.plan.tour) <= TOUR_LIMIT
     assert length(building.plan.survey) > 600.0
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 
 from localization.geometry import wrap_angle
 from localization.types import SECOND, Pose
-from teleop.scenario.mission import Mission
+from teleop.scenario.mission import Limits, Mission
 
 
 @given(st.integers(0, 10_000), st.floats(0.0, 3.0), st.floats(0.0, 90.0))
@@ -49,3 +49,10 @@ def test_mission_names_the_field_it_refuses(field: str, value: float) -> None:
 def test_slips_last_a_second_at_twice_the_speed() -> None:
     (slip,) = Mission(slip=(12.5,)).slips
     assert (slip.start_ns, slip.duration_ns, slip.factor) == (12_500_000_000, SECOND, 2.0)
+
+
+def test_short_tour_need_not_be_as_long_as_a_long_one() -> None:
+    limits = Limits(distance=80.0)
+    assert limits.for_tour(300.0) == limits
+    assert limits.for_tour(50.0).distance == pytest.approx(40.0)
+    assert limits.for_tour(50.0).position_rmse == limits.position_rmse
