@@ -1,7 +1,7 @@
 """Planar scanners by name, with the figures of their data sheets.
 
 Every model tells the source of every figure. A figure marked (M) was quoted from memory of the sheet
-and has not been checked against it; the others were read again for this file.
+and has not been checked against it; the others were read again for this file, in transcripts.
 """
 
 from __future__ import annotations
