@@ -61,28 +61,27 @@ class Scanner:
         self._patterns = patterns
         self._fans = [Fan(mount, pattern.angles, pattern.offsets) for pattern in patterns]
         self._axes_in_base = [mount.rotation @ _axes(pattern.angles) for pattern in patterns]
-        self._picture = config.phase_ns
-        self._part = 0
-
-    @property
-    def start(self) -> int:
-        """Time of the first beam of the next sweep [ns]."""
-        return self._picture + self._config.start_of(self._part)
-
-    @property
-    def end(self) -> int:
-        """Time of its last beam [ns]."""
-        return self.start + int(self._offsets[self._part][-1])
-
-    @property
-    def plain(self) -> bool:
+        # Asked for in every tick, hence plain attributes.
+        self.plain = self._optics is None
         """Whether a beam is one ray, whose distance alone matters."""
-        return self._optics is None
+        self.range_max = config.range_max
+        """Farther surfaces give no return [m]."""
+        self.start = 0
+        """Time of the first beam of the next sweep [ns]."""
+        self.end = 0
+        """Time of its last beam [ns]."""
+        self._picture = config.phase_ns
+        self._wait_for(0)
 
     @property
-    def range_max(self) -> float:
-        """Farther surfaces give no return [m]."""
-        return self._config.range_max
+    def beams(self) -> int:
+        """Number of beams of the next sweep."""
+        return len(self._offsets[self._part])
+
+    def _wait_for(self, part: int) -> None:
+        self._part = part
+        self.start = self._picture + self._config.start_of(part)
+        self.end = self.start + int(self._offsets[part][-1])
 
     def sweep(self, track: Track) -> Scan:
         """Cast the sweep that has just ended; ``track`` must reach from ``start`` to ``end``."""
@@ -122,8 +121,9 @@ class Scanner:
             ranges=ranges.astype(np.float32).astype(float),
             intensities=remissions.astype(np.float32).astype(float),
         )
-        self._part = (part + 1) % config.interlace
-        self._picture += config.period_ns if self._part == 0 else 0
+        if part + 1 == config.interlace:
+            self._picture += config.period_ns
+        self._wait_for((part + 1) % config.interlace)
         return scan
 
 
@@ -144,23 +144,26 @@ def sweeps_until(
     scans: list[Scan] = []
     while due := [scanner for scanner in scanners if scanner.end <= stamp]:
         together = [scanner for scanner in due if scanner.plain]
-        if len(together) < 2:
-            scans += [scanner.sweep(track) for scanner in due]
-            continue
-        rays = [scanner.aim(track) for scanner in together]
-        origins, directions, times = (np.concatenate(part) for part in zip(*rays, strict=True))
-        reach = max(scanner.range_max for scanner in together)
-        distances = caster.distances(origins, directions, times, reach)
-        ends = np.cumsum([len(times) for _, _, times in rays])
-        parts = dict(zip(together, np.split(distances, ends[:-1]), strict=True))
+        if len(together) > 1:
+            rays = [scanner.aim(track) for scanner in together]
+            origins = np.concatenate([r[0] for r in rays])
+            directions = np.concatenate([r[1] for r in rays])
+            times = np.concatenate([r[2] for r in rays])
+            reach = max([scanner.range_max for scanner in together])
+            distances = caster.distances(origins, directions, times, reach)
+        first = 0
         for scanner in due:
-            if scanner.plain:
-                mine = parts[scanner]
-                mine[mine > scanner.range_max] = np.inf
-                scans.append(scanner.tell(mine))
-            else:
+            if not scanner.plain or len(together) == 1:
                 scans.append(scanner.sweep(track))
-    return sorted(scans, key=lambda scan: scan.end_stamp)
+                continue
+            mine = distances[first : first + scanner.beams]
+            first += scanner.beams
+            if scanner.range_max < reach:
+                mine[mine > scanner.range_max] = np.inf
+            scans.append(scanner.tell(mine))
+    if len(scans) > 1:
+        scans.sort(key=lambda scan: scan.end_stamp)
+    return scans
 
 
 _NO_REMISSIONS: Final = np.zeros(0)
