@@ -72,8 +72,7 @@ class Host:
         for topic in topics.OUTPUTS:
             due = not topic.every or ticks % topic.every == 0
             if due and (topic.latch or self.server.wanted(topic.name)):
-                message = topic.build(snapshot)
-                if message is not None:
+                for message in topic.messages(snapshot):
                     self.server.publish(topic.name, message, snapshot.stamp)
         for sink in self._sinks:
             sink(snapshot)

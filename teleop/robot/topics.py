@@ -37,6 +37,15 @@ class Topic:
     """Makes the message; None when there is nothing to say."""
     about: str
     latch: bool = False
+    build_all: Callable[[Snapshot], list[Message]] | None = None
+    """Makes the messages of a topic that may have several in a tick; ``build`` makes the first."""
+
+    def messages(self, snapshot: Snapshot) -> list[Message]:
+        """Return what there is to say after a tick."""
+        if self.build_all is not None:
+            return self.build_all(snapshot)
+        message = self.build(snapshot)
+        return [] if message is None else [message]
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,17 +195,29 @@ def _amcl_pose(s: Snapshot) -> Message | None:
     }
 
 
-def _scan_of(scanner: str) -> Build:
-    def build(s: Snapshot) -> Message | None:
-        for reading in s.readings:
-            if isinstance(reading, Scan) and reading.scanner == scanner:
-                message: Message = _plain(messages.scan_message(reading))
-                # JSON has no infinity, and some clients die of null: no return is beyond the range.
-                clean = np.nan_to_num(message["ranges"], nan=0.0, posinf=reading.range_max + 1.0)
-                return {**message, "ranges": clean}
-        return None
+def _scans_of(scanner: str) -> Callable[[Snapshot], list[Message]]:
+    """A mirror that turns 75 times a second ends one scan or two in a tick."""
 
-    return build
+    def build_all(s: Snapshot) -> list[Message]:
+        return [
+            _scan(reading)
+            for reading in s.readings
+            if isinstance(reading, Scan) and reading.scanner == scanner
+        ]
+
+    return build_all
+
+
+def _scan(scan: Scan) -> Message:
+    message: Message = _plain(messages.scan_message(scan))
+    # JSON has no infinity, and some clients die of null: no return is beyond the range.
+    clean = np.nan_to_num(message["ranges"], nan=0.0, posinf=scan.range_max + 1.0)
+    return {**message, "ranges": clean}
+
+
+def _scan_of(scanner: str) -> Build:
+    build_all = _scans_of(scanner)
+    return lambda s: next(iter(build_all(s)), None)
 
 
 def _local_cloud(s: Snapshot) -> Message | None:
@@ -339,6 +360,7 @@ OUTPUTS: tuple[Topic, ...] = (
         0,
         _scan_of("laser_horizontal"),
         "horizontal scanner; no return is range_max + 1",
+        build_all=_scans_of("laser_horizontal"),
     ),
     Topic(
         "/scan_vertical",
@@ -346,6 +368,7 @@ OUTPUTS: tuple[Topic, ...] = (
         0,
         _scan_of("laser_vertical"),
         "transverse scanner",
+        build_all=_scans_of("laser_vertical"),
     ),
     Topic(
         "/local_cloud",

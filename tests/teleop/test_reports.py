@@ -15,7 +15,7 @@ from localization.cloud import Cloud
 from localization.localizer import Localizer
 from localization.prepared import prepare
 from localization.types import Health, Hint, Inertial, Pose, Twist, WheelSpeeds
-from robot_sim import DriveConfig, Simulation, SimulationConfig, World
+from robot_sim import DriveConfig, Simulation, SimulationConfig, World, sensor_suite
 from robot_sim.firmware import FirmwareConfig
 from robot_sim.sip import StandardPacket
 from teleop.interfaces import registry
@@ -176,3 +176,27 @@ def test_localiser_follows_wheels_that_come_ten_times_a_second(
     assert healths == {Health.TRACKING}
     assert max(errors) < 0.04
     assert float(np.sqrt(np.mean(np.square(errors)))) < 0.015
+
+
+def test_every_scan_of_a_mirror_that_outruns_the_tick_is_told(
+    office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    """An LMS-200 at 0.5 deg ends 75 half scans a second; ticks are 50."""
+    scanners = sensor_suite("sick_lms200").scanners
+    simulation = Simulation(office, config=SimulationConfig(scanners=scanners))
+    robot = Robot(simulation, Localizer(prepare(office_cloud, cache=cache), simulation.mounts))
+    told_of: dict[str, list[tuple[int, float]]] = {"/scan": [], "/scan_vertical": []}
+    for _ in range(16):
+        snapshot = robot.tick(simulation.stamp, [])
+        for name, stamps in told_of.items():
+            for message in TOPICS[name].messages(snapshot):
+                stamp = message["header"]["stamp"]
+                stamps.append((stamp["nanosec"], math.degrees(message["angle_min"])))
+                assert len(message["ranges"]) == 180 + (message["angle_min"] < math.radians(-89.9))
+                assert math.degrees(message["angle_increment"]) == pytest.approx(1.0)
+                assert message["time_increment"] == pytest.approx(37.04e-6, rel=1e-3)
+    for stamps in told_of.values():
+        assert len(stamps) == 24
+        times, firsts = zip(*stamps, strict=True)
+        assert np.diff(times) == pytest.approx(13_333_333, abs=20_000)
+        assert firsts == pytest.approx([-90.0, -89.5] * 12, abs=1e-4)
