@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import tyro
 
+from teleop.robot.outfit import Outfit
 from teleop.terminal import Progress as _Progress, say as _say
 from teleop.worlds_cli import Worlds
 
@@ -31,6 +32,7 @@ A skid-steer robot that knows where it is: simulation, localisation, teleoperati
 examples:
   farsteer sim                              drive the office tour, report to runs/<time>/
   farsteer sim --seed 3 --slip 60 90        other noise; the wheels spin at 60 and at 90 s
+  farsteer sim --alive --effects            among people, with scanners that are fooled as real ones are
   farsteer sim --duration 20 --out runs/x   only the first 20 s, into a folder of your choice
   farsteer evaluate runs/x                  print the report again, from the files
   farsteer localize runs/x/readings.mcap --map scenes/office/cloud.ply --out replayed
@@ -70,6 +72,7 @@ class Sim:
     """Times at which the wheels spin at twice their speed for a second [s]."""
     duration: float | None = None
     """Stop after so many seconds of robot time."""
+    outfit: tyro.conf.OmitArgPrefixes[Outfit] = field(default_factory=Outfit)
     out: Path | None = None
     """Folder for the files; runs/<time> unless given."""
     picture: bool = True
@@ -77,7 +80,6 @@ class Sim:
 
     def __call__(self) -> int:
         """Run it."""
-        from robot_sim import load_world
         from teleop.scenario.mission import Mission
         from teleop.scenario.run import cloud_of, cloud_path
         from teleop.scenario.wire import run_over_wire
@@ -89,9 +91,10 @@ class Sim:
             heading_error=self.heading_error,
             slip=self.slip,
             duration=self.duration,
+            outfit=self.outfit,
         )
         folder = _folder(self.out)
-        world = load_world(self.scene)
+        world = self.outfit.world(self.scene, self.seed)
         cloud = cloud_of(self.scene)
         bar = _Progress()
         path = cloud_path(self.scene)
@@ -253,6 +256,7 @@ class Serve:
     """Write all sensor readings to this file (MCAP)."""
     lockstep: bool = False
     """Let time stand still until a client advances it by the service /sim/step."""
+    outfit: tyro.conf.OmitArgPrefixes[Outfit] = field(default_factory=Outfit)
     messages: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FOLDER ...")] = ()
     """Folders with your own .msg, .srv and .action files, each named like its package."""
 
@@ -260,11 +264,10 @@ class Serve:
         """Run it."""
         import asyncio
 
-        from robot_sim import load_world
         from teleop.robot.serve import ServeConfig, greeting, serve
         from teleop.scenario.run import cloud_of, cloud_path
 
-        world, cloud = load_world(self.scene), cloud_of(self.scene)
+        world, cloud = self.outfit.world(self.scene, self.seed), cloud_of(self.scene)
         config = ServeConfig(
             host=self.host,
             port=self.port,
@@ -272,6 +275,7 @@ class Serve:
             placed=not self.lost,
             record=self.record,
             lockstep=self.lockstep,
+            outfit=self.outfit,
             messages=self.messages,
         )
         path = cloud_path(self.scene)

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import signal
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from teleop import pacing
 from teleop.interfaces import registry
 from teleop.robot import topics
 from teleop.robot.host import Host, Stepper
+from teleop.robot.outfit import Outfit
 from teleop.robot.robot import Robot, Snapshot
 from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.protocol import Protocol
@@ -44,6 +45,8 @@ class ServeConfig:
     """Where to write the log of readings (MCAP)."""
     lockstep: bool = False
     """Whether time stands still until a client steps it (``/sim/step``)."""
+    outfit: Outfit = field(default_factory=Outfit)
+    """Of the robot; its world is built by the caller."""
     messages: tuple[Path, ...] = ()
     """Folders of further ``.msg``, ``.srv`` and ``.action`` files, for topics among clients."""
 
@@ -81,7 +84,7 @@ async def serve(
     Raises:
         ServerError: if the port is taken.
     """
-    simulation = Simulation(world, seed=config.seed)
+    simulation = Simulation(world, seed=config.seed, config=config.outfit.simulation())
     localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
     robot = Robot(simulation, localizer)
     types = registry(config.messages)

@@ -11,10 +11,8 @@ from localization.localizer import Localizer, LocalizerConfig
 from localization.prepared import prepare
 from localization.types import SECOND
 from robot_sim import (
-    DriveConfig,
     PhysicsError,
     Simulation,
-    SimulationConfig,
     World,
     scene_names,
 )
@@ -77,8 +75,9 @@ def build(
     """
     begun = wall_seconds()
     watch = Stopwatch()
-    drive = DriveConfig(slips=mission.slips)
-    simulation = Simulation(world, seed=mission.seed, config=SimulationConfig(drive=drive))
+    simulation = Simulation(
+        world, seed=mission.seed, config=mission.outfit.simulation(mission.slips)
+    )
     progress(0.0, "preparing the map")
     config = LocalizerConfig()
     prepared = prepare(cloud, cache=cache)
