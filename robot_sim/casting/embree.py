@@ -21,8 +21,9 @@ from robot_sim.casting.triangles import triangles_of
 
 _STEP: Final = 2e-5
 """How far behind a hit a ray begins anew [m]: more than single precision takes away at 100 m."""
-_BULGE: Final = 5e-5
-"""A round surface this near behind its triangle hides nothing in between that would matter [m]."""
+_SLACK: Final = 5e-5
+"""Half of what a distance may be off [m]: a round surface this near behind its triangle needs no look
+at the shape, and hides nothing in between that would matter."""
 _RETRIES: Final = 64
 """A ray that grazes so many round things in a row is taken to have met nothing more."""
 
@@ -51,9 +52,10 @@ class _Met:
 class StaticGeometry:
     """What never moves, as one Embree scene; built once per world and shared by its simulations.
 
-    Of a flat face the distance follows from its plane, and of a round shape from the shape itself.
-    The triangles of round shapes stand just outside of them: a ray that meets the triangle but not
-    the shape, or might meet something else in between, is cast on from there.
+    Of a flat face the distance follows from its plane; so it does from a round shape's triangle
+    where that is within 0.05 mm of the shape along the ray, and else from the shape itself. These
+    triangles stand just outside of the shape: a ray that meets the triangle but not the shape, or
+    might meet something else in between, is cast on from there.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -74,7 +76,10 @@ class StaticGeometry:
         shapes[:-1][np.isin(kinds, list(ROUND))] = _ROUND
         shapes[:-1][kinds == mujoco.mjtGeom.mjGEOM_PLANE] = _ONE_SIDED
         self._shapes = shapes
+        # Seen at cosine c, a surface is bulge / c behind its triangle.
         self._planes[:, _TRUST] = np.array([2.0, -2.0, 0.0])[shapes]
+        thin = np.flatnonzero((triangles.bulges > 0.0) & (triangles.bulges < _SLACK))
+        self._planes[thin, _TRUST] = -triangles.bulges[thin] / _SLACK
         self._types = model.geom_type.copy()
         self._sizes = model.geom_size.copy()
         self._positions = data.geom_xpos.copy()
@@ -146,7 +151,7 @@ class StaticGeometry:
         met.distances[rows] = best
         for _ in range(_RETRIES):
             # Whatever has not been found yet lies behind the hull.
-            unsure = (best > hulls + _BULGE) & (hulls <= max_range)
+            unsure = (best > hulls + _SLACK) & (hulls <= max_range)
             if not unsure.any():
                 return
             rows, hulls = rows[unsure], hulls[unsure] + _STEP

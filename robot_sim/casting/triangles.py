@@ -18,10 +18,10 @@ Faces = tuple[FloatArray, IntArray]
 
 FAR: Final = 1000.0
 """Half the side of the square that stands for an infinite plane [m]."""
-_BULGE: Final = 2e-5
-"""How far the sides of round shapes stand out at most, where that takes less than the limits below
-[m]. Rays that meet a bulge are cast again, so this costs time only."""
-_SIDES: Final = (12, 192)
+_BULGE: Final = 6e-6
+"""How far the sides of cylinders stand out at most, where that takes no more than the limits below
+[m]. The less, the fewer rays need a look at the shape itself."""
+_SIDES: Final = (24, 256)
 _SUBDIVISIONS: Final = 3
 
 _BOX_CORNERS: Final = np.array(
@@ -45,6 +45,9 @@ class Triangles:
     """(F, 3) vertices of each."""
     geoms: IntArray
     """(F,) geom of each."""
+    bulges: FloatArray
+    """(F,) how far each stands out from the surface it stands for [m]: 0 where that is flat,
+    ``inf`` where it is curved both ways."""
 
     @property
     def planes(self) -> FloatArray:
@@ -61,6 +64,7 @@ def triangles_of(model: mujoco.MjModel, data: mujoco.MjData, geoms: IntArray) ->
     vertices: list[FloatArray] = [np.zeros((0, 3))]
     faces: list[IntArray] = [np.zeros((0, 3), dtype=np.int64)]
     owners: list[IntArray] = [np.zeros(0, dtype=np.int64)]
+    bulges: list[FloatArray] = [np.zeros(0)]
     count = 0
     for geom in geoms:
         local, triangles = _faces_of(model, int(geom))
@@ -68,8 +72,14 @@ def triangles_of(model: mujoco.MjModel, data: mujoco.MjData, geoms: IntArray) ->
         vertices.append(local @ matrix.T + data.geom_xpos[geom])
         faces.append(triangles + count)
         owners.append(np.full(len(triangles), geom, dtype=np.int64))
+        bulges.append(np.full(len(triangles), _bulge_of(model, int(geom))))
         count += len(local)
-    return Triangles(np.concatenate(vertices), np.concatenate(faces), np.concatenate(owners))
+    return Triangles(
+        np.concatenate(vertices),
+        np.concatenate(faces),
+        np.concatenate(owners),
+        np.concatenate(bulges),
+    )
 
 
 def _faces_of(model: mujoco.MjModel, geom: int) -> Faces:
@@ -95,6 +105,19 @@ def _faces_of(model: mujoco.MjModel, geom: int) -> Faces:
             return _mesh(model, int(model.geom_dataid[geom]))
         case _:
             raise NotImplementedError(f"no ray meets a geom of type {kind.name}")
+
+
+def _bulge_of(model: mujoco.MjModel, geom: int) -> float:
+    kind = mujoco.mjtGeom(int(model.geom_type[geom]))
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        radius = float(model.geom_size[geom, 0])
+        return radius / math.cos(math.pi / _sides(radius)) - radius
+    curved = (
+        mujoco.mjtGeom.mjGEOM_SPHERE,
+        mujoco.mjtGeom.mjGEOM_CAPSULE,
+        mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    )
+    return math.inf if kind in curved else 0.0
 
 
 def _plane(size: FloatArray) -> Faces:
@@ -123,7 +146,7 @@ def _cylinder(radius: float, half: float) -> Faces:
 
 
 def _capsule(radius: float, half: float) -> Faces:
-    """Return the ball's triangles, drawn apart along z: those across its middle become the side."""
+    """Return the halves of a ball, drawn apart along z, and a cylinder's side between them."""
     vertices, faces = _ball()
     shifted = vertices * radius
     # The ball has vertices on its equator, so no triangle crosses it but for being split there.

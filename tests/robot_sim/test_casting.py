@@ -94,8 +94,12 @@ def on_an_edge(
     side = np.cross(direction, [0.3, 0.5, 0.8])
     side /= np.linalg.norm(side)
     across = np.cross(direction, side)
-    at = [cast(origin + NUDGE * s, direction)[0] for s in (side, -side, across, -across)]
-    return max(at) - min(at) > TOLERANCE or len({math.isinf(a) for a in at}) > 1
+    sides = (side, -side, across, -across, direction, -direction)
+    found = [cast(origin + NUDGE * s, direction) for s in sides]
+    at, cosines = [f[0] for f in found], [f[2] for f in found]
+    if len({math.isinf(a) for a in at}) > 1:
+        return True
+    return max(at) - min(at) > TOLERANCE or max(cosines) - min(cosines) > 0.01
 
 
 def assert_native(
@@ -113,7 +117,7 @@ def assert_native(
     for caster in casters:
         hits = caster.hits(origins, directions, times, max_range)
         distances = caster.distances(origins, directions, times, max_range)
-        np.testing.assert_array_equal(distances, hits.distances)
+        np.testing.assert_allclose(distances, hits.distances, atol=TOLERANCE)
         assert not np.isnan(distances).any()
         assert not np.isnan(hits.cosines).any()
         edges = 0
@@ -122,7 +126,7 @@ def assert_native(
                 agree = math.isinf(distances[i]) and hits.geoms[i] == -1 and hits.cosines[i] == 0.0
             else:
                 agree = abs(distances[i] - at) <= TOLERANCE
-                agree = agree and abs(hits.cosines[i] - cosine) < 1e-6 and hits.geoms[i] == geom
+                agree = agree and abs(hits.cosines[i] - cosine) < 2e-3 and hits.geoms[i] == geom
             if not agree:
                 assert on_an_edge(cast, origins[i], directions[i]), (
                     f"{type(caster).__name__}: {distances[i]} m to {hits.geoms[i]} instead of"
@@ -228,24 +232,21 @@ def test_single_shapes_agree_with_mujoco_for_any_ray(
     d /= length
     sizes, frame, normal = np.array(size), np.eye(3).ravel(), np.zeros(3)
 
-    def native(at: np.ndarray) -> float:
-        found = mujoco.mju_rayGeom(np.zeros(3), frame, sizes, at, d, kind, normal)
-        return math.inf if found < 0.0 else float(found)
+    def native(at: np.ndarray, along: np.ndarray) -> tuple[float, int, float]:
+        found = mujoco.mju_rayGeom(np.zeros(3), frame, sizes, at, along, kind, normal)
+        return (math.inf, -1, 0.0) if found < 0.0 else (found, 0, abs(float(normal @ along)))
 
-    expected = native(o)
+    expected, _, slope = native(o, d)
     kinds = np.array([kind], dtype=np.int32)
     (distance,) = shape_distances(kinds, sizes[None], o[None], d[None])
     assert not math.isnan(distance)
     if distance == pytest.approx(expected, abs=1e-6):
         if math.isfinite(expected) and expected > 1e-6:
-            slope = abs(float(normal @ d))
             point = (o + distance * d)[None]
             (cosine,) = shape_cosines(kinds, sizes[None], point, d[None])
-            assert cosine == pytest.approx(slope, abs=1e-3) or on_an_edge(
-                lambda at, _: (native(at), 0, 0.0), o, d
-            )
+            assert cosine == pytest.approx(slope, abs=1e-3) or on_an_edge(native, o, d)
         return
-    assert on_an_edge(lambda at, _: (native(at), 0, 0.0), o, d)
+    assert on_an_edge(native, o, d)
 
 
 @dataclass(frozen=True)
@@ -324,7 +325,7 @@ def test_movers_are_met_where_they_are_at_each_beams_own_time() -> None:
                 hits.geoms[~off], np.array([g for _, g, _ in expected])[~off]
             )
             cosines = np.array([c for _, _, c in expected])
-            np.testing.assert_allclose(hits.cosines[~off], cosines[~off], atol=1e-6)
+            np.testing.assert_allclose(hits.cosines[~off], cosines[~off], atol=2e-3)
         for geom in np.unique(hits.geoms[hits.geoms >= 0]):
             met[int(geom)] += 1
     assert all(count > 0 for count in met.values())
