@@ -14,7 +14,7 @@ from robot_sim.lidar import ScannerConfig, Track
 from robot_sim.p3at import MOUNTS
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.suites import sensor_suite
-from robot_sim.worlds import World
+from robot_sim.worlds import World, load_world
 
 EXACT = (
     ScannerConfig("laser_horizontal", sigma=0.0),
@@ -172,3 +172,23 @@ def test_effects_off_and_on_see_the_same_office(office: World) -> None:
         assert both.sum() > 0.9 * np.isfinite(a.ranges).sum()
         errors = (b.ranges - a.ranges)[both]
         assert np.percentile(np.abs(errors), 85) < 0.03 + 3.0 * 0.012
+
+
+def test_glasshouse_is_looked_out_of() -> None:
+    world = load_world("glasshouse")
+    plain, rich = (
+        scans_of(
+            Simulation(
+                world,
+                config=SimulationConfig(
+                    scanners=sensor_suite("sick_lms111", realistic=realistic).scanners[:1]
+                ),
+            ),
+            3,
+        )[0]
+        for realistic in (False, True)
+    )
+    both = np.isfinite(plain.ranges) & np.isfinite(rich.ranges)
+    beyond = rich.ranges[both] - plain.ranges[both] > 0.2
+    assert both.sum() > 450
+    assert 0.4 < beyond.mean() < 0.8
