@@ -38,6 +38,7 @@ class Exchange(RuleBasedStateMachine):
         """Take in what everybody heard, and check that it was for them."""
         for client in range(CLIENTS):
             for heard in self.wire.heard(client):
+                assert "forged" not in str(heard.get("values"))
                 match heard["op"]:
                     case "call_service" | "send_action_goal":
                         self.received[client].append(heard)
