@@ -33,7 +33,7 @@ _HIDDEN: Final[dict[str, tuple[str, ...]]] = {
 }
 """What would stand in the way of the eye."""
 _CAMERAS: Final = {
-    "corridor": Camera((11.0, 4.0, 0.0), 18.0, math.radians(9.0), math.radians(33.0)),
+    "corridor": Camera((13.0, 4.0, 0.0), 19.0, math.radians(8.0), math.radians(24.0)),
     "warehouse": Camera((27.5, 16.0, 1.0), 50.0, math.radians(72.0), math.radians(40.0)),
     "courtyard": Camera((20.0, 13.5, 0.5), 40.0, math.radians(80.0), math.radians(42.0)),
     "glasshouse": Camera((20.0, 10.8, 1.0), 31.0, math.radians(76.0), math.radians(42.0)),
