@@ -2,7 +2,7 @@
 
 A mover cannot react to the robot. That is what makes it possible to ask where it was at the time of
 any one beam, in any order, and to get the same answer in the physics and in the casting. Nobody steps
-aside, then: who walks into the robot shoves it as ``YIELDING`` says, and walks through if it is stuck.
+aside, then: who walks into the robot shoves it as ``fender`` says, and walks through if it is stuck.
 """
 
 from __future__ import annotations
@@ -19,10 +19,9 @@ import numpy as np
 from localization.types import IntArray
 from robot_sim.arrays import FloatArray
 from robot_sim.blocks import Block, box, ellipsoid, post
-from robot_sim.body import ROBOT_GROUP
 from robot_sim.errors import WorldError
+from robot_sim.fender import make_yielding
 from robot_sim.inhabitants import Cart, Leaf, Person
-from robot_sim.skid_steer import SkidSteer
 from robot_sim.walks import Walk, smooth
 
 SPEEDS: Final = (0.8, 1.4)
@@ -40,22 +39,8 @@ LEG_SHARE: Final = 0.55
 """How far a leg swings at the scanner, over how far the foot does: 0.40 m high, hip at 0.90 m."""
 ARM_REACH: Final = 0.45
 """From who pushes a cart to its rear edge [m]; chosen."""
-MOVER_BIT: Final = 4
-"""Collision bit of movers: they meet the robot's fender and nothing else."""
-FENDER: Final = "fender"
-"""A box round the robot, wheels included, that movers shove; with single parts they would get
-stuck between wheel and chassis."""
-YIELDING: Final = (0.15, 1.0)
-"""Time constant [s] and damping ratio of contacts with movers. As hard as walls are (0.02 s), a mover
-would drive a robot it has cornered through the wall. With these the push grows by 2.4 kN per metre of
-overlap: 8 cm shove 30 kg off their tyres, and no wall feels it."""
-_GIVE: Final = (0.1, 0.1, 0.001, 0.5, 2.0)
-"""Impedance of those contacts: low, so that movers which squeeze the robot from two sides push no
-harder than one that pushes from one side."""
 _SCHEDULE: Final = 16
 """Openings of a door before its schedule repeats."""
-_CHUNK: Final = 64
-"""Poses are computed for so many ticks at once: a call costs the same for one as for many."""
 
 
 class Mover(Protocol):
@@ -141,33 +126,12 @@ class MovingBody:
         """Add it as a mocap body, where it is at time zero."""
         positions, yaws = self.mover.pose_at(np.zeros(1, dtype=np.int64))
         body = spec.worldbody.add_body(
-            name=self.mover.name, mocap=True, pos=positions[0], quat=_quaternions(yaws)[0]
+            name=self.mover.name, mocap=True, pos=positions[0], quat=quaternions_of(yaws)[0]
         )
         for block in self.blocks:
             geom = block.add_to(spec, body)
             if geom.contype:
-                geom.contype, geom.conaffinity = MOVER_BIT, 0
-                # Priority makes the mover's contact parameters hold.
-                geom.priority = 1
-                geom.solref = YIELDING
-                geom.solimp = _GIVE
-
-
-def add_fender(spec: mujoco.MjSpec, robot: SkidSteer) -> None:
-    """Give the robot in a specification what movers shove."""
-    bottom, top = robot.clearance, robot.height
-    half_width = 0.5 * robot.track + robot.wheel_half_width
-    spec.body("base_link").add_geom(
-        name=FENDER,
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        pos=(0.0, 0.0, 0.5 * (bottom + top)),
-        size=(0.5 * robot.length, half_width, 0.5 * (top - bottom)),
-        mass=0.0,
-        group=ROBOT_GROUP,
-        contype=0,
-        conaffinity=MOVER_BIT,
-        rgba=(0.0, 0.0, 0.0, 0.0),
-    )
+                make_yielding(geom)
 
 
 def moving_bodies(
@@ -264,39 +228,8 @@ def _cart(name: str, size: tuple[float, float, float]) -> Iterator[Block]:
     yield box(f"{name}_handle", rear, 0.0, height - 0.04, height, (0.04, width), "metal")
 
 
-class Puppeteer:
-    """Puts the mocap bodies of a model where their movers are."""
-
-    def __init__(self, model: mujoco.MjModel, movers: Sequence[Mover], tick: int) -> None:
-        """Take the movers of a model and the time [ns] between two calls of ``place``."""
-        self._movers = tuple(movers)
-        self._tick = tick
-        bodies = [model.body(m.name).id for m in self._movers]
-        self._slots = model.body_mocapid[bodies].astype(int)
-        self._first = 0
-        self._positions = np.empty((0, len(self._movers), 3))
-        self._quaternions = np.empty((0, len(self._movers), 4))
-
-    def place(self, data: mujoco.MjData, stamp: int) -> None:
-        """Write where every mover is at ``stamp`` [ns]."""
-        if not self._movers:
-            return
-        row, odd = divmod(stamp - self._first, self._tick)
-        if odd or not 0 <= row < len(self._positions):
-            self._compute(stamp)
-            row = 0
-        data.mocap_pos[self._slots] = self._positions[row]
-        data.mocap_quat[self._slots] = self._quaternions[row]
-
-    def _compute(self, first: int) -> None:
-        times = first + self._tick * np.arange(_CHUNK, dtype=np.int64)
-        poses = [m.pose_at(times) for m in self._movers]
-        self._first = first
-        self._positions = np.stack([p for p, _ in poses], axis=1)
-        self._quaternions = np.stack([_quaternions(y) for _, y in poses], axis=1)
-
-
-def _quaternions(yaws: FloatArray) -> FloatArray:
+def quaternions_of(yaws: FloatArray) -> FloatArray:
+    """Return the attitudes (N, 4), wxyz, of upright bodies with ``yaws`` (N,) [rad]."""
     quaternions = np.zeros((len(yaws), 4))
     quaternions[:, 0], quaternions[:, 3] = np.cos(0.5 * yaws), np.sin(0.5 * yaws)
     return quaternions

@@ -17,9 +17,9 @@ from robot_sim.encoders import Encoders
 from robot_sim.firmware import Firmware, Override
 from robot_sim.inertial import InertialConfig, InertialUnit
 from robot_sim.lidar import Scanner, ScannerConfig, sweeps_until
-from robot_sim.movers import Puppeteer
 from robot_sim.optics import optics_of
 from robot_sim.physics import Motion, Physics
+from robot_sim.puppeteer import Puppeteer
 from robot_sim.sip import StandardPacket
 from robot_sim.slip import Slip, slip_of
 from robot_sim.track import Trail

@@ -12,7 +12,7 @@ from robot_sim.arrays import BoolArray, FloatArray
 from robot_sim.body import FLOOR_BIT, WHEELS
 from robot_sim.bumpers import Bumpers, pressed_by
 from robot_sim.feelers import FeelerColumns
-from robot_sim.movers import FENDER
+from robot_sim.fender import FENDER
 from robot_sim.physics import Motion
 from robot_sim.underbody import NOSE
 

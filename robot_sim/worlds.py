@@ -15,9 +15,10 @@ from robot_sim.blocks import Block, paint
 from robot_sim.body import add_robot, set_physics
 from robot_sim.drivable import drivable_geoms, mark_drivable
 from robot_sim.errors import SimulationError, WorldError
+from robot_sim.fender import add_fender
 from robot_sim.furniture import footprint, piece_blocks
 from robot_sim.ground import Ground
-from robot_sim.movers import Mover, add_fender, moving_bodies
+from robot_sim.movers import Mover, moving_bodies
 from robot_sim.placing import obstacles_touched as obstacles_touched, place_robot as place_robot
 from robot_sim.plan import NO_FLOOR, Placement, Plan, Waypoint as Waypoint
 from robot_sim.plan_file import plan_from_toml
