@@ -39,10 +39,12 @@ def parse(name: str, text: str) -> tuple[str, Definition]:
 
 def parts(name: str, text: str, count: int, what: str) -> list[str]:
     """Return the parts of a ``.srv`` or ``.action`` text, which lines of dashes divide."""
-    # The padding makes a line at the very edge count.
-    found = f"\n{text}\n".replace("\r\n", "\n").split("\n---\n")
-    while len(found) < count and found[-1].startswith("---\n"):  # two lines next to each other
-        found[-1:] = ["", found[-1][4:]]
+    found = [""]
+    for line in text.splitlines():
+        if line.rstrip() == "---":
+            found.append("")
+        else:
+            found[-1] += line + "\n"
     if len(found) != count:
         lines = "a line '---'" if count == 2 else f"{count - 1} lines '---'"
         raise TypeNameError(f"{name}: {what}'s definition needs {lines}")

@@ -21,10 +21,13 @@ class Timer:
 
     number: int
     alarm: Alarm | None = field(compare=False)
+    owner: Timers = field(compare=False, repr=False)
 
     def cancel(self) -> None:
         """Have it not be done."""
-        self.alarm = None
+        if self.alarm is not None:
+            self.alarm = None
+            self.owner.tidy()
 
 
 class Timers:
@@ -33,10 +36,15 @@ class Timers:
     def __init__(self) -> None:
         self._heap: list[Timer] = []
         self._numbers = itertools.count()
+        self._cancelled = 0
+        """Since the heap was last tidied, at most so many of its timers."""
+
+    def __len__(self) -> int:
+        return len(self._heap)
 
     def at(self, when: int, alarm: Alarm) -> Timer:
         """Have ``alarm(now)`` called by the first ``tick`` at or after ``when`` [ns]."""
-        timer = Timer(when, next(self._numbers), alarm)
+        timer = Timer(when, next(self._numbers), alarm, self)
         heapq.heappush(self._heap, timer)
         return timer
 
@@ -54,6 +62,14 @@ class Timers:
         for timer in ringing:
             if timer.alarm is not None:  # an earlier one may have cancelled it
                 timer.alarm(now)
+
+    def tidy(self) -> None:
+        """Forget cancelled timers once they are the most: their time may never come."""
+        self._cancelled += 1
+        if self._cancelled > max(len(self._heap) // 2, 64):
+            self._heap = [timer for timer in self._heap if timer.alarm is not None]
+            heapq.heapify(self._heap)
+            self._cancelled = 0
 
     def _forget_cancelled(self) -> None:
         while self._heap and self._heap[0].alarm is None:

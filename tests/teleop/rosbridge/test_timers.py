@@ -50,3 +50,14 @@ def test_an_alarm_set_while_ringing_waits_for_the_next_tick() -> None:
     assert rung == []
     timers.tick(1)
     assert rung == [1]
+
+
+def test_cancelled_alarms_of_a_far_future_are_forgotten() -> None:
+    timers = Timers()
+    rung: list[int] = []
+    timers.at(1, rung.append)
+    for i in range(10_000):
+        timers.at(10**18 + i, rung.append).cancel()
+    assert len(timers) < 200
+    timers.tick(1)
+    assert rung == [1]

@@ -62,6 +62,47 @@ def test_a_folder_without_definitions_is_refused(tmp_path: Path) -> None:
         Registry([tmp_path])
 
 
+def test_users_add_packages_of_messages_services_and_actions(tmp_path: Path) -> None:
+    for package, part, name, text in (
+        ("lamp_msgs", "msg", "Lamp.msg", "bool on\nother_msgs/Color color  # of another package\n"),
+        ("lamp_msgs", "srv", "Switch.srv", "bool on\r\n---\r\nbool done\r\n"),
+        ("lamp_msgs", "action", "Dim.action", "float32 goal\n---\n---\nLamp now\n"),
+        ("other_msgs", "", "Color.msg", "uint8 RED=255\nuint8 red\n"),
+        ("other_msgs", "", "README.md", "no definition"),
+    ):
+        folder = tmp_path / package / part
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, newline="")
+    registry = Registry([tmp_path])
+    assert registry["lamp_msgs/Lamp"].names == {"on", "color"}
+    assert registry["other_msgs/color"].constants == (("RED", "255"),)
+    assert registry.service("lamp_msgs/srv/Switch").response.names == {"done"}
+    dim = registry.action("lamp_msgs/action/Dim")
+    assert [list(part.names) for part in (dim.goal, dim.result, dim.feedback)] == [
+        ["goal"],
+        [],
+        ["now"],
+    ]
+    assert registry["lamp_msgs/DimActionFeedback"].names == {"header", "status", "feedback"}
+    assert Registry([tmp_path / "other_msgs"])["other_msgs/Color"].names == {"red"}
+
+
+@pytest.mark.parametrize("text", ["float32 goal\n---\nbool x", "---\n---\n---\n", ""])
+def test_an_action_needs_two_lines_between_its_parts(text: str) -> None:
+    with pytest.raises(TypeNameError, match="an action's definition needs 2 lines '---'"):
+        Registry().add_action("odd_msgs/Odd", text)
+
+
+def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(TypeNameError, match="no folder"):
+        Registry([tmp_path / "nope"])
+
+
+def test_an_action_that_is_not_there_is_answered_with_those_written_alike() -> None:
+    with pytest.raises(TypeNameError, match=r"did you mean .*example_interfaces/Fibonacci"):
+        REGISTRY.resolve_action("example_interface/Fibonaci")
+
+
 def test_a_field_of_an_unknown_type_is_refused_when_the_folder_is_loaded(tmp_path: Path) -> None:
     (tmp_path / "Odd.msg").write_text("nowhere_msgs/Nothing thing\n")
     with pytest.raises(TypeNameError, match=r"field thing .* unknown type nowhere_msgs/Nothing"):

@@ -1,0 +1,82 @@
+"""Clients that come, do everything, and go, again and again: nothing of them stays."""
+
+from __future__ import annotations
+
+import gc
+import json
+import tracemalloc
+from typing import Any
+
+from teleop.rosbridge.limits import Limits
+from teleop.rosbridge.protocol import Protocol
+from teleop.rosbridge.standard import serve_standard
+from tests.teleop.rosbridge.support import REGISTRY, SECOND
+
+GOAL = {"source_frames": ["a"], "target_frame": "b"}
+
+
+def life(i: int) -> list[dict[str, Any]]:
+    """What one client does, with names of its own."""
+    own, common = f"/own_{i}", f"/common_{i % 3}"
+    return [
+        {"op": "subscribe", "topic": common, "type": "std_msgs/String", "throttle_rate": 100},
+        {"op": "advertise", "topic": own, "type": "std_msgs/String", "latch": True},
+        {"op": "publish", "topic": own, "msg": {"data": "x" * 1000}},
+        {"op": "publish", "topic": common, "msg": {"data": "y" * 1000}},
+        {"op": "publish", "topic": common, "msg": {"data": "z" * 1000}},
+        {"op": "advertise_service", "service": own, "type": "std_srvs/Trigger"},
+        {"op": "call_service", "service": own, "id": i, "timeout": 1e9},
+        {"op": "call_service", "service": own, "id": -i, "timeout": 0},
+        {"op": "unadvertise_service", "service": own},
+        {"op": "advertise_service", "service": own, "type": "std_srvs/Trigger"},
+        {"op": "call_service", "service": own, "id": f"{i}"},
+        {"op": "advertise_action", "action": own, "type": "actionlib/Test"},
+        {"op": "send_action_goal", "action": own, "action_type": "actionlib/Test", "id": i},
+        {"op": "fragment", "id": i, "num": 0, "total": 2, "data": "w" * 1000},
+        {"op": "call_service", "service": "/republish_tfs", "args": GOAL},
+        {"op": "send_action_goal", "action": "/tf2_web_republisher", "args": GOAL, "id": "tf"},
+        {"op": "publish", "topic": "/tf2_web_republisher/goal", "msg": {"goal": GOAL}},
+        {"op": "call_service", "service": "/rosapi/topics_and_raw_types"},
+        {"op": "call_service", "service": "/rosapi/set_param", "args": {"name": "p", "value": "1"}},
+        {"op": "nonsense", "id": i},
+    ]
+
+
+def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
+    protocol = Protocol(REGISTRY, limits=Limits())
+    serve_standard(protocol)
+    now = 0
+
+    def churn(first: int, last: int) -> int:
+        nonlocal now
+        here: list[int] = []
+        for i in range(first, last):
+            here.append(protocol.connect(now, f"10.0.0.1:{i}"))
+            for operation in life(i):
+                protocol.receive(here[-1], json.dumps(operation), now)
+            if len(here) > 5:
+                protocol.disconnect(here.pop(0), now)
+            now += SECOND // 2
+            protocol.tick(now)
+            protocol.drain()
+        for client in here:
+            protocol.disconnect(client, now)
+        for _ in range(60):
+            now += SECOND
+            protocol.tick(now)
+        protocol.drain()
+        gc.collect()
+        return tracemalloc.get_traced_memory()[0]
+
+    names = {topic.name for topic in protocol.topics}
+    churn(0, 10)
+    tracemalloc.start()
+    try:
+        before = churn(100, 120)
+        after = churn(200, 260)
+    finally:
+        tracemalloc.stop()
+    assert after - before < 20_000
+    assert {topic.name for topic in protocol.topics} == names
+    assert all(service.provider == -1 for service in protocol.services)
+    assert protocol.due is None
