@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, Protocol
+from typing import Final
 
 import mujoco
 import numpy as np
@@ -12,22 +12,10 @@ from localization.types import IntArray
 from robot_sim.arrays import FloatArray
 from robot_sim.casting.caster import GeomArray, static_geoms, visible_geoms
 from robot_sim.casting.shapes import CONVEX, shape_cosines, shape_distances, to_frames
+from robot_sim.casting.timetable import Moved as Moved, Timetable
 
 SWIFTEST: Final = 5.0
-"""No mover is faster than this [m/s]: four times a walk. Sets how wide to look for them."""
-
-
-class Moved(Protocol):
-    """What the casters ask of a mover."""
-
-    @property
-    def name(self) -> str:
-        """Name of its mocap body."""
-        ...
-
-    def pose_at(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return positions (N, 3) [m] and yaws (N,) [rad] of the body at ``times`` (N,) [ns]."""
-        ...
+"""No part of a mover is faster than this [m/s]: four times a walk. Sets how wide to look for them."""
 
 
 class MovingGeoms:
@@ -43,27 +31,21 @@ class MovingGeoms:
         self._geoms = np.flatnonzero(visible_geoms(model) & ~static_geoms(model)).astype(np.int32)
         bodies = model.geom_bodyid[self._geoms]
         by_body = {model.body(m.name).id: i for i, m in enumerate(movers)}
-        self._movers = tuple(movers)
+        self._timetable = Timetable(movers)
         self._mover_of = np.array([by_body.get(int(b), -1) for b in bodies], dtype=np.int64)
-        self._mocap_of = model.body_mocapid[bodies]
-        # A sphere about the body's origin holds the geom however the body has turned.
-        self._reach = model.geom_rbound[self._geoms] + np.linalg.norm(
-            model.geom_pos[self._geoms], axis=1
-        )
+        self._reach = model.geom_rbound[self._geoms].copy()
         # Planes have no bounding sphere.
         planes = model.geom_type[self._geoms] == mujoco.mjtGeom.mjGEOM_PLANE
         self._reach[planes] = np.inf
         self._in_body = _matrices(model.geom_quat[self._geoms])
-        self._timed = self._mover_of >= 0
+        self._timed = np.flatnonzero(self._mover_of >= 0)
+        kinds = model.geom_type[self._geoms]
+        self._known = np.array([int(kind) in CONVEX for kind in kinds], dtype=bool)
         # Where single geoms are put for the shapes that only MuJoCo itself can cast at.
-        self._scratch = mujoco.MjData(model) if self._odd_shapes() else None
+        self._scratch = None if self._known.all() else mujoco.MjData(model)
 
     def __len__(self) -> int:
         return len(self._geoms)
-
-    def _odd_shapes(self) -> bool:
-        kinds = self._model.geom_type[self._geoms]
-        return any(int(kind) not in CONVEX for kind in kinds)
 
     def cast(
         self,
@@ -90,7 +72,7 @@ class MovingGeoms:
         o, d = to_frames(positions, matrices, origins[rays], directions[rays])
         geoms = self._geoms[columns]
         kinds, sizes = self._model.geom_type[geoms], self._model.geom_size[geoms]
-        known = np.isin(kinds, list(CONVEX))
+        known = self._known[columns]
         distances, cosines = np.full(len(rays), np.inf), np.zeros(len(rays))
         at = shape_distances(kinds[known], sizes[known], o[known], d[known])
         distances[known] = at
@@ -131,34 +113,33 @@ class MovingGeoms:
 
     def _spheres(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return centres (G, 3) and radii (G,) of spheres that hold the geoms at all ``times``."""
-        data, model = self._data, self._model
-        bodies = model.geom_bodyid[self._geoms]
-        centres, reach = data.xpos[bodies], self._reach.copy()
-        mocap = self._mocap_of >= 0
-        centres[mocap] = data.mocap_pos[self._mocap_of[mocap]]
-        if self._timed.any():
-            now = round(data.time * 1e9)
-            age = max(abs(int(times.max()) - now), abs(int(times.min()) - now))
-            reach[self._timed] += SWIFTEST * age * 1e-9
+        if not len(self._timed):
+            return self._data.geom_xpos[self._geoms], self._reach
+        first, last = int(times.min()), int(times.max())
+        middle = np.full(len(self._geoms), (first + last) // 2)
+        centres, _ = self._poses(np.arange(len(self._geoms)), middle)
+        reach = self._reach.copy()
+        reach[self._timed] += SWIFTEST * 1e-9 * (last - first) / 2
         return centres, reach
 
     def _poses(self, columns: IntArray, times: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return where the geoms of ``columns`` (M,) are at ``times`` (M,): (M, 3) and (M, 3, 3)."""
-        geoms = self._geoms[columns]
+        geoms, numbers = self._geoms[columns], self._mover_of[columns]
         positions = self._data.geom_xpos[geoms]
         matrices = self._data.geom_xmat[geoms].reshape(-1, 3, 3)
-        numbers = self._mover_of[columns]
-        for number in np.unique(numbers[numbers >= 0]):
-            rows = np.flatnonzero(numbers == number)
-            places, yaws = self._movers[number].pose_at(times[rows])
-            c, s = np.cos(yaws), np.sin(yaws)
-            turned = np.zeros((len(rows), 3, 3))
-            turned[:, 0, 0] = turned[:, 1, 1] = c
-            turned[:, 1, 0], turned[:, 0, 1] = s, -s
-            turned[:, 2, 2] = 1.0
-            offsets = self._model.geom_pos[geoms[rows]]
-            positions[rows] = places + np.einsum("nij,nj->ni", turned, offsets)
-            matrices[rows] = turned @ self._in_body[columns[rows]]
+        rows = np.flatnonzero(numbers >= 0)
+        if not len(rows):
+            return positions, matrices
+        places, yaws = self._timetable.poses(numbers[rows], times[rows])
+        c, s = np.cos(yaws), np.sin(yaws)
+        x, y, z = self._model.geom_pos[geoms[rows]].T
+        places += np.stack([c * x - s * y, s * x + c * y, z], axis=1)
+        positions[rows] = places
+        tilted = self._in_body[columns[rows]]
+        turned = tilted.copy()
+        turned[:, 0] = c[:, None] * tilted[:, 0] - s[:, None] * tilted[:, 1]
+        turned[:, 1] = s[:, None] * tilted[:, 0] + c[:, None] * tilted[:, 1]
+        matrices[rows] = turned
         return positions, matrices
 
     def _cast_natively(

@@ -24,8 +24,9 @@ from robot_sim.casting import (
 from robot_sim.casting.embree import EmbreeRayCaster, StaticGeometry
 from robot_sim.casting.moving import Moved
 from robot_sim.casting.shapes import CONVEX, shape_cosines, shape_distances
+from robot_sim.casting.timetable import Timetable
 from robot_sim.p3at import MOUNTS
-from robot_sim.worlds import World
+from robot_sim.worlds import World, WorldOptions, load_world
 
 TOLERANCE = 1e-4
 """What the casters may differ by [m]."""
@@ -387,3 +388,20 @@ def test_without_embree_mujoco_casts_after_one_notice(
     choice._embree_is_there.cache_clear()
     assert isinstance(first, MujocoRayCaster)
     assert isinstance(second, MujocoRayCaster)
+
+
+def test_a_timetable_tells_where_movers_are_at_any_time() -> None:
+    world = load_world("office", options=WorldOptions(alive=True))
+    table = Timetable(world.movers)
+    rng = np.random.default_rng(7)
+    for second in (0, 1, 17, 18, 600):
+        # A sweep may reach over from one chunk into the next.
+        times = second * 1_000_000_000 + rng.integers(0, 1_500_000_000, 400)
+        numbers = rng.integers(0, len(world.movers), 400)
+        positions, yaws = table.poses(numbers, times)
+        for number, mover in enumerate(world.movers):
+            mine = numbers == number
+            places, headings = mover.pose_at(times[mine])
+            np.testing.assert_allclose(positions[mine], places, atol=1e-4)
+            turn = np.exp(1j * (yaws[mine] - headings))
+            np.testing.assert_allclose(np.angle(turn), 0.0, atol=2e-3)
