@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -114,12 +113,17 @@ class Scanner:
         config, part = self._config, self._part
         ranges[ranges < config.range_min] = np.nan
         ranges[ranges > config.range_max] = np.inf
+        pattern = self._patterns[part]
         # A scan has the resolution of its message, which is that of float32.
-        scan = replace(
-            self._patterns[part],
+        scan = Scan(
             stamp=self.start,
+            scanner=pattern.scanner,
+            angles=pattern.angles,
             ranges=ranges.astype(np.float32).astype(float),
             intensities=remissions.astype(np.float32).astype(float),
+            offsets=pattern.offsets,
+            range_min=pattern.range_min,
+            range_max=pattern.range_max,
         )
         if part + 1 == config.interlace:
             self._picture += config.period_ns
