@@ -161,8 +161,8 @@ class Simulation:
         speeds = self._encoders.read(stamp, angles, dt)
         self._condition = self._monitor.update(self._data, motion)
         wheels = self._through_firmware(speeds, dt)
-        velocity = motion.angular_velocities.mean(axis=0)
-        force = motion.sensors[:, self._accelerometer].mean(axis=0)
+        velocity = motion.angular_velocities.sum(axis=0) / STEPS_PER_TICK
+        force = motion.sensors[:, self._accelerometer].sum(axis=0) / STEPS_PER_TICK
         inertial = self._inertial.read(stamp, velocity, force)
         track = self._trail.track()
         scans = sweeps_until(stamp, self._scanners, self._caster, track)
@@ -201,7 +201,7 @@ class Simulation:
             self._limit_windup()
         rates = self._drive.advance_tick(STEPS_PER_TICK, _DT)
         # Left and right rate to the front and to the rear wheels, in the order of WHEELS.
-        return self._physics.advance(np.tile(rates, 2))
+        return self._physics.advance(np.concatenate((rates, rates), axis=1))
 
     def _limit_windup(self) -> None:
         """Hold each servo's set-point where it asks for no more than the torque limit.
