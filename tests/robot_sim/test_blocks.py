@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -93,3 +94,10 @@ def test_what_hangs_above_the_robot_is_seen_but_not_bumped_into() -> None:
 def test_bottom_of_a_tilted_block_is_its_lower_edge() -> None:
     tilted = replace(box("ramp", 0.0, 0.0, -0.1, 0.1, (2.0, 1.0)), pitch=math.pi / 6)
     assert tilted.bottom == pytest.approx(-0.5 - 0.1 * math.cos(math.pi / 6))
+
+
+def test_every_kind_is_on_the_page_of_worlds() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "worlds.md").read_text(encoding="utf-8")
+    for kind, entry in FURNITURE.items():
+        size = " \N{MULTIPLICATION SIGN} ".join(f"{v:g}" for v in entry.size)
+        assert f"`{kind}` {size}" in page, kind
