@@ -375,7 +375,7 @@ OUTPUTS: tuple[Topic, ...] = (
         "sensor_msgs/msg/PointCloud2",
         0,
         _local_cloud,
-        "the last sweep in `map`: x y z, intensity (0, the scanners give none), distance to the map [m], NaN where nothing is mapped near",
+        "the last sweep in `map`: x y z, intensity (0: a sweep carries none), distance to the map [m], NaN where nothing is mapped near",
     ),
     Topic("/imu/data", "sensor_msgs/msg/Imu", 1, _imu, "gyro and accelerometer"),
     Topic("/joint_states", "sensor_msgs/msg/JointState", 1, _joints, "wheel rates of both sides"),
