@@ -43,6 +43,25 @@ class Fan:
             track: From ``start`` or earlier to the last beam or later.
             start: Time of the first beam [ns].
         """
+        at = self._blended(track, start)
+        directions = _unit(self._cosines * at[3:6] + self._sines * at[6:])
+        return np.ascontiguousarray(at[:3].T), np.ascontiguousarray(directions.T)
+
+    def axes(self, track: Track, start: int) -> tuple[FloatArray, FloatArray]:
+        """Return origins (N, 3) [m] and axes (N, 3, 3), in ``map``; arguments as for ``rays``.
+
+        In its columns an axes' matrix has the beam's direction, left of it, and up.
+        """
+        at = self._blended(track, start)
+        axes = np.empty((3, 3, len(self._offsets)))
+        axes[0] = _unit(self._cosines * at[3:6] + self._sines * at[6:])
+        axes[1] = _unit(self._cosines * at[6:] - self._sines * at[3:6])
+        (x, y, z), (u, v, w) = axes[0], axes[1]
+        axes[2] = y * w - z * v, z * u - x * w, x * v - y * u
+        return np.ascontiguousarray(at[:3].T), np.ascontiguousarray(axes.transpose(2, 1, 0))
+
+    def _blended(self, track: Track, start: int) -> FloatArray:
+        """Return (9, N): where the scanner was at each beam's time, and its x and y axes there."""
         stamps = track.stamps
         step = int(stamps[1] - stamps[0])
         first, phase = divmod(start - int(stamps[0]), step)
@@ -62,11 +81,13 @@ class Fan:
         at = changes.take(self._steps, axis=1)
         at *= self._shares
         at += frames.take(self._steps, axis=1)
-        directions = self._cosines * at[3:6]
-        directions += self._sines * at[6:]
-        # Blended axes are short by 1e-5 at most, for which this is one step of Newton to length 1.
-        directions *= 1.5 - 0.5 * np.einsum("dn,dn->n", directions, directions)
-        return np.ascontiguousarray(at[:3].T), np.ascontiguousarray(directions.T)
+        return at
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    """Bring vectors (3, N) to length 1; blended axes are short by 1e-5 at most: one step of Newton."""
+    vectors *= 1.5 - 0.5 * np.einsum("dn,dn->n", vectors, vectors)
+    return vectors
 
 
 def _rotation_tensor() -> FloatArray:

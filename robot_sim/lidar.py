@@ -46,7 +46,6 @@ class Scanner:
                 f"effects of scanner {config.name!r} need the world's optics_of(model)"
             )
         self._config = config
-        self._mount = mount
         self._caster = caster
         self._optics = None
         if config.effects.optical and optics is not None:
@@ -59,7 +58,6 @@ class Scanner:
         self._offsets = [pattern.offsets for pattern in patterns]
         self._patterns = patterns
         self._fans = [Fan(mount, pattern.angles, pattern.offsets) for pattern in patterns]
-        self._axes_in_base = [mount.rotation @ _axes(pattern.angles) for pattern in patterns]
         # Asked for in every tick, hence plain attributes.
         self.plain = self._optics is None
         """Whether a beam is one ray, whose distance alone matters."""
@@ -90,9 +88,7 @@ class Scanner:
         assert self._optics is not None
         config, part = self._config, self._part
         times = self.start + self._offsets[part]
-        positions, rotations = track.at(times)
-        origins = positions + rotations @ self._mount.position
-        axes = rotations @ self._axes_in_base[part]
+        origins, axes = self._fans[part].axes(track, self.start)
         limits = (config.range_min, config.range_max)
         ranges, remissions = self._receiver.sensed(
             self._caster, self._optics, origins, axes, times, limits
@@ -171,10 +167,3 @@ def sweeps_until(
 
 
 _NO_REMISSIONS: Final = np.zeros(0)
-
-
-def _axes(angles: FloatArray) -> FloatArray:
-    """Return for each beam (N, 3, 3), in columns: its direction, left of it, and up."""
-    c, s, zero, one = np.cos(angles), np.sin(angles), np.zeros_like(angles), np.ones_like(angles)
-    rows = [[c, -s, zero], [s, c, zero], [zero, zero, one]]
-    return np.moveaxis(np.array(rows), 2, 0)

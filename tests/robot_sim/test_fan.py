@@ -36,13 +36,22 @@ def test_beams_start_and_point_where_the_scanner_was_at_their_times(
     mount, track = MOUNTS[scanner], drive(turn)
     pattern = ScannerConfig(scanner, period_ns=100_000_000).scan(0, np.zeros(541))
     start = min(10 * STEP + late, int(track.stamps[-1] - pattern.offsets[-1]))
-    origins, directions = Fan(mount, pattern.angles, pattern.offsets).rays(track, start)
+    beams = Fan(mount, pattern.angles, pattern.offsets)
+    origins, directions = beams.rays(track, start)
     positions, rotations = track.at(start + pattern.offsets)
     fan = np.stack([np.cos(pattern.angles), np.sin(pattern.angles), 0.0 * pattern.angles], axis=1)
     expected = np.einsum("nij,nj->ni", rotations, fan @ mount.rotation.T)
     np.testing.assert_allclose(origins, positions + rotations @ mount.position, atol=5e-6)
     np.testing.assert_allclose(directions, expected, atol=6e-6)
     np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0, atol=1e-9)
+    again, axes = beams.axes(track, start)
+    np.testing.assert_array_equal(again, origins)
+    np.testing.assert_array_equal(axes[:, :, 0], directions)
+    flat, one = 0.0 * pattern.angles, 1.0 + 0.0 * pattern.angles
+    left = np.stack([-np.sin(pattern.angles), np.cos(pattern.angles), flat], axis=1)
+    across = np.stack([left, np.stack([flat, flat, one], axis=1)], axis=2)
+    expected = rotations @ mount.rotation @ across
+    np.testing.assert_allclose(axes[:, :, 1:], expected, atol=1e-5)
 
 
 def test_a_sweep_may_end_with_the_last_step() -> None:
