@@ -12,13 +12,19 @@ from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from enum import Enum
 from types import TracebackType
-from typing import Any, Final, Literal, Self
+from typing import Any, Final, Literal, Self, TypeAlias
 
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 
 from teleop.rosbridge.codec import Codec, read_cbor, write_json
-from teleop.rosbridge.errors import ClientError, FrameError, RosbridgeError, ServiceCallError
+from teleop.rosbridge.errors import (
+    ClientError,
+    FrameError,
+    RosbridgeError,
+    ServiceCallError,
+    ServiceError,
+)
 from teleop.rosbridge.frames import operations
 from teleop.rosbridge.messages import complete
 from teleop.rosbridge.registry import Registry
@@ -48,6 +54,10 @@ class _Subscription:
     type: str
     callback: Callable[[Message], None]
     operation: Message
+
+
+Provider: TypeAlias = Callable[[Message], Message]
+"""Takes a service's request, returns its response; ServiceError is the caller's answer."""
 
 
 class Client:
@@ -95,6 +105,8 @@ class Client:
         self._advertised: dict[str, Message] = {}
         self._subscriptions: dict[str, _Subscription] = {}
         self._calls: dict[str, asyncio.Future[Any]] = {}
+        self._provided: dict[str, tuple[Message, Provider]] = {}
+        self._answers: set[asyncio.Task[bool]] = set()
         self._status: list[Callable[[str, str], None]] = []
         self._states: list[Callable[[ConnectionState], None]] = []
         self._socket: ClientConnection | None = None
@@ -294,6 +306,23 @@ class Client:
             raise ServiceCallError(f"{service}: {values}")
         return values
 
+    async def provide(self, service: str, type: str, provider: Provider) -> None:
+        """Provide a service for other clients; survives the loss of the connection.
+
+        Args:
+            service: Name of the service.
+            type: Its type, which the server must know.
+            provider: Answers each call; if it raises, the caller is told that it failed.
+        """
+        operation: Message = {"op": "advertise_service", "service": service, "type": type}
+        self._provided[service] = operation, provider
+        await self._send(operation)
+
+    async def withdraw(self, service: str) -> None:
+        """Provide a service no more."""
+        if self._provided.pop(service, None):
+            await self._send({"op": "unadvertise_service", "service": service})
+
     # The connection
 
     async def _open(self) -> ClientConnection:
@@ -365,7 +394,8 @@ class Client:
         """Say again what the server must know."""
         if self._level is not None:
             await socket.send(write_json(self._level))
-        for operation in list(self._advertised.values()):
+        provided = [operation for operation, _ in self._provided.values()]
+        for operation in (*self._advertised.values(), *provided):
             await socket.send(write_json(operation))
         for subscription in list(self._subscriptions.values()):
             await socket.send(write_json(subscription.operation))
@@ -404,10 +434,30 @@ class Client:
                     future = self._calls.get(identity)
                     if future is not None and not future.done():
                         future.set_result(operation)
+                case {"op": "call_service", "service": str(service), "id": str()} if (
+                    service in self._provided
+                ):
+                    task = asyncio.create_task(self._send(self._answer(service, operation)))
+                    self._answers.add(task)
+                    task.add_done_callback(self._answers.discard)
                 case {"op": "status", "msg": text}:
                     self._complain(str(operation.get("level", "error")), str(text))
                 case _:
                     self._complain("error", "the server sent what is no operation for a client")
+
+    def _answer(self, service: str, call: Message) -> Message:
+        """Return the answer to another client's call."""
+        answer: Message = {"op": "service_response", "service": service, "id": call["id"]}
+        _, provider = self._provided[service]
+        try:
+            values = provider(call.get("args") or {})
+            write_json(values)  # which finds what JSON does not have
+        except ServiceError as error:
+            return {**answer, "result": False, "values": str(error)}
+        except Exception:
+            _LOG.exception("the provider of %s failed", service)
+            return {**answer, "result": False, "values": "internal error"}
+        return {**answer, "result": True, "values": values}
 
     def _hear(self, topic: str, message: Message) -> None:
         done: dict[str, Message] = {}

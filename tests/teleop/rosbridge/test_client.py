@@ -11,7 +11,7 @@ import pytest
 from websockets.asyncio.server import ServerConnection, serve
 
 from teleop.rosbridge.client import Client, ConnectionState
-from teleop.rosbridge.errors import ClientError, MessageError, ServiceCallError
+from teleop.rosbridge.errors import ClientError, MessageError, ServiceCallError, ServiceError
 from teleop.rosbridge.protocol import Protocol
 from teleop.rosbridge.rosapi import serve_rosapi
 from teleop.rosbridge.server import Server
@@ -270,3 +270,38 @@ async def test_a_client_may_be_patient_with_a_server_that_comes_later() -> None:
         with pytest.raises(ClientError, match="already connected"):
             await client.connect()
         await client.close()
+
+
+@in_a_loop
+async def test_a_client_provides_services_again_after_the_connection_was_lost(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    def add(request: Message) -> Message:
+        if request["a"] == 0:
+            raise ServiceError("nothing to add to")
+        if request["a"] < 0:
+            raise KeyError
+        return {"sum": request["a"] + request["b"]}
+
+    async with serving() as server, Client(server.url) as provider, Client(server.url) as caller:
+
+        def there() -> bool:
+            return "/add" in {service.name for service in server.protocol.services}
+
+        await provider.provide("/add", "example_interfaces/AddTwoInts", add)
+        await until(there)
+        assert await caller.call("/add", {"a": 2, "b": 3}) == {"sum": 5}
+        with pytest.raises(ServiceCallError, match="nothing to add to"):
+            await caller.call("/add", {"a": 0})
+        with pytest.raises(ServiceCallError, match="internal error"):
+            await caller.call("/add", {"a": -1})
+        assert "KeyError" in caplog.text
+        assert provider._socket is not None
+        provider._socket.transport.abort()
+        await until(lambda: not there())
+        await until(there)
+        assert await caller.call("/add", {"a": 2}) == {"sum": 2}
+        await provider.withdraw("/add")
+        await until(lambda: not there())
+        with pytest.raises(ServiceCallError, match="does not exist"):
+            await caller.call("/add")

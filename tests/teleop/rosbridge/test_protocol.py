@@ -510,6 +510,17 @@ def test_a_client_hears_of_errors_unless_it_wants_not_to() -> None:
     assert wire.ask({"op": "nonsense"}) == []
 
 
+def test_who_would_authenticate_is_told_that_nobody_asks_and_may_go_on() -> None:
+    wire = Wire()
+    auth = {"op": "auth", "mac": "0f", "client": "c", "dest": "d", "rand": "r", "t": 0, "end": 0}
+    assert wire.ask({**auth, "level": "admin"}) == []
+    wire.send({"op": "set_level", "level": "warning"})
+    (status,) = wire.ask({**auth, "level": "admin", "id": "a"})
+    assert status["msg"] == "auth: authentication is not enabled here"
+    wire.send(subscribe())
+    assert wire.ask(publish("x")) == [publish("x")]
+
+
 def test_warnings_are_for_who_asks_for_them() -> None:
     wire = Wire()
     wire.protocol.status(wire.clients[0], "warning", "somebody else drives")

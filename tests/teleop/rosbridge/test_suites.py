@@ -26,7 +26,7 @@ from tests.teleop.rosbridge.support import ROOT
 
 JAVASCRIPT = Path(__file__).parent / "javascript"
 ROSLIB = ("roslib@2.1.0", "ws@8")
-ROS3D = ("ros3d@1.1.0", "ws@7")  # with the roslib 1.4 that it asks for
+ROS3D = ("ros3d@1.1.0",)  # with the roslib 1.4 that it asks for
 
 TWENTY = (
     *("getTopics", "getNodes", "getNodeDetails", "getServices", "getTopicType", "getServiceType"),
