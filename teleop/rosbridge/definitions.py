@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from importlib.resources.abc import Traversable
 from typing import Any, Final, TypeAlias
 
@@ -22,6 +23,7 @@ PADDING: Final = "structure_needs_at_least_one_member"
 ENDINGS: Final = ("msg", "srv", "action")
 
 
+@lru_cache(maxsize=1024)  # the parser takes a millisecond for each, and every server reads the same
 def parse(name: str, text: str) -> tuple[str, Definition]:
     """Return a message type's canonical name and its definition, from ``.msg`` text.
 
