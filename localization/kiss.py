@@ -86,6 +86,10 @@ class KissOdometry:
         self._pose = pose
         return seen
 
+    def restart(self) -> None:
+        """Forget where things were seen: the next sweep begins a new local map."""
+        self._map.clear()
+
     def _covariance(self, flat: FloatArray) -> FloatArray:
         """What such a sweep can tell of x, y and yaw: its points hold it across their lines only.
 

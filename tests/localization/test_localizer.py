@@ -375,6 +375,32 @@ def test_robot_in_a_corridor_without_ends_is_not_placed_by_a_guess(corridor: Pre
     assert len(told[-1].hypotheses) > 1
 
 
+def behind_somebody(scan: Scan, seconds: float) -> Scan:
+    """What a scan becomes when somebody carries a door past, ever again, a metre a second."""
+    near = (1.6 - 0.9 * (seconds % 1.0)) / np.maximum(np.cos(0.8 * scan.angles), 0.2)
+    before = np.abs(scan.angles) < np.deg2rad(100.0)
+    return dataclasses.replace(
+        scan, ranges=np.where(before, np.minimum(scan.ranges, near), scan.ranges)
+    )
+
+
+def test_what_moves_before_the_scanner_is_not_taken_for_slipping_wheels(hall: PreparedMap) -> None:
+    start = Pose.planar(1.5, 2.6, 0.0)
+    drive = Drive(HALL, start, (1.0, 0.0, 0.0), (5.0, 0.5, 0.0), noise=0.012, seed=4)
+    passing = range(int(2.5e9), int(5e9))
+    seen = [
+        behind_somebody(r, (r.stamp - passing.start) / SECOND)
+        if isinstance(r, Scan) and r.scanner == "laser_horizontal" and r.stamp in passing
+        else r
+        for r in drive.readings()
+    ]
+    told = list(feed(Localizer(hall, MOUNTS), hinted(seen, start)))
+    among = [e for e in told if e.stamp - passing.start > SECOND // 4 and e.stamp < passing.stop]
+    assert {e.health for e in among} <= {Health.TRACKING, Health.DEGRADED, Health.SUSPECT}
+    assert max(off(e, drive.pose(e.stamp))[0] for e in among) < 0.006
+    assert max(off(e, drive.pose(e.stamp))[0] for e in told[100:]) < 0.08
+
+
 # A robot with physics
 
 ROOM = """
