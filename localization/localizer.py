@@ -28,8 +28,9 @@ from localization.hints import Found, HintDesk
 from localization.hypotheses import Hypotheses, HypothesesConfig
 from localization.intake import Intake
 from localization.kiss import KissConfig, KissOdometry, KissOpinion
+from localization.matching import FixedCovariance, Matcher, MatchSweep, matcher_of
 from localization.prepared import PreparedMap
-from localization.registration import RegistrationConfig, register
+from localization.registration import RegistrationConfig
 from localization.relocalization import FloorPlan, SearchConfig, Window, same_place
 from localization.suites import Increment, Motion, MotionSource, Suite
 from localization.types import (
@@ -79,16 +80,27 @@ class LocalizerConfig:
     search: SearchConfig = field(default_factory=SearchConfig)
     map_search: MapSearchConfig = field(default_factory=MapSearchConfig)
     hypotheses: HypothesesConfig = field(default_factory=HypothesesConfig)
+    matcher: Matcher = Matcher.PLANE
+    """What registers sweeps against the cloud."""
+    fixed: FixedCovariance = field(default_factory=FixedCovariance)
+    """What the poses of a matcher are worth that does not say so."""
+    kiss_odometry: bool = True
+    """Whether KISS-ICP follows the horizontal scanner; without it nobody watches the wheels for it."""
+    second_opinion: bool = True
+    """Whether KISS-ICP is asked now and then where the robot is."""
     least_fit: float = 0.3
     """A sweep that the map explains less is refused even if it agrees with the prediction."""
     blame_fit: float = 0.6
-    """A sweep that contradicts the prediction must be explained this well for the wheels to be blamed."""
+    """A sweep that contradicts the prediction must be explained this well for the wheels to be blamed;
+    with more than 1 they never are."""
     blame: tuple[float, float, float, float] = (0.12, 0.06, 0.02, np.deg2rad(1.0))
     """How wrong slipping wheels may be over one sweep: forward, sideways, up [m], yaw [rad]."""
     slip_memory: int = SECOND // 2
     """How long after the last sign of slip the wheels are distrusted [ns]."""
     traction: float = 9.0
     """No tyre gives a robot more acceleration than this, about a friction coefficient of 0.9 [m/s^2]."""
+    shove: float = 0.3
+    """A robot moves no faster than its wheels roll, but for so much: people push, floors slope [m/s]."""
     traction_floor: float = 0.05
     """Change of wheel speed between two readings that noise may cause [m/s]."""
     placed: tuple[float, ...] = (0.05, 0.05, 0.02, 0.01, 0.01, 0.02)
@@ -99,6 +111,12 @@ class LocalizerConfig:
     """How long a scan waits for the other scanners' [ns]."""
     lost_search_period: int = 2 * SECOND
     """Between searches around a lost estimate [ns]."""
+
+    def __post_init__(self) -> None:
+        known = ", ".join(repr(m.value) for m in Matcher)
+        if self.matcher not in list(Matcher):
+            raise ValueError(f"matcher must be one of {known}, got {self.matcher!r}")
+        object.__setattr__(self, "matcher", Matcher(self.matcher))
 
     @classmethod
     def of(cls, suite: Suite) -> LocalizerConfig:
@@ -117,10 +135,19 @@ class Localizer:
         config: LocalizerConfig = LocalizerConfig(),
         *,
         stage: Stage = lambda _: nullcontext(),
+        matcher: MatchSweep | None = None,
     ) -> None:
-        """Build on a prepared cloud and the scanners' mounts (``base_from_scanner`` by frame name)."""
+        """Build.
+
+        Args:
+            world: the prepared cloud.
+            mounts: ``base_from_scanner`` by the scanner's frame.
+            config: all settings.
+            stage: see ``Stage``.
+            matcher: registers sweeps instead of what ``config.matcher`` names.
+        """
         self.config = config
-        self._world, self._mounts, self._stage = world, dict(mounts), stage
+        self._mounts, self._stage = dict(mounts), stage
         suite = config.suite
         self._intake = Intake(self._mounts, suite.leader)
         self._motion = MotionSource(
@@ -129,7 +156,12 @@ class Localizer:
         self._ekf = SkidSteerEkf(config.ekf)
         self._track = OdometryTrack()
         self._odometry = KissOdometry(config.kiss)
-        self._opinion = KissOpinion(world.cloud, config.kiss)
+        self._opinion = KissOpinion(world.cloud, config.kiss) if config.second_opinion else None
+        self._matcher = matcher
+        if matcher is None and config.matcher is not Matcher.NONE:
+            self._matcher = matcher_of(
+                config.matcher, world, config.registration, config.kiss, config.fixed
+            )
         self._health = HealthMonitor(config.health)
         search = config.search
         heights = [p.position[2] for p in mounts.values() if p.rotation[2, 2] > 0.9] or [0.3]
@@ -149,7 +181,7 @@ class Localizer:
         self._seen_turn = 0.0
         self._speed_before = 0.0
         self._pose_then, self._odom_then, self._sweep_stamp = Pose.identity(), Pose.identity(), 0
-        self._opinion_due, self._search_due = 0, 0
+        self._opinion_due, self._search_due, self._everywhere_due = 0, 0, 0
         self._doing: tuple[str, ...] = ()
         self._refused: tuple[str, ...] = ()
         self._sweep: Sweep | None = None
@@ -291,9 +323,16 @@ class Localizer:
             self._sweep = sweep
         elapsed = (self._stamp - self._sweep_stamp) / SECOND
         self._sweep_stamp = self._stamp
-        with self._stage("kiss odometry"):
-            motion = self._odometry.add(sweep, self._odom_then.inverse() @ self._odom)
+        motion = None
+        if self.config.kiss_odometry:
+            with self._stage("kiss odometry"):
+                motion = self._odometry.add(sweep, self._odom_then.inverse() @ self._odom)
         self._odom_then = self._odom
+        if motion is not None and not self._plausible(motion[0], elapsed):
+            # Its next guess would start from there, and be worse: people who walk past the scanner
+            # can talk it into running away with them.
+            self._odometry.restart()
+            motion = None
         if motion is not None:
             self._watch_wheels(*motion, elapsed)
         self._rolled = 0.0
@@ -302,22 +341,26 @@ class Localizer:
                 self._ekf.update_level()
             else:
                 self._ekf.update_tilt(elapsed)
-        if self._placed:
-            self._match(sweep, motion)
+        if self._placed and self._matcher is not None:
+            self._match(sweep, motion, self._matcher)
+        elif self._placed and motion is not None:
+            self._ekf.update_relative(self._pose_then, *motion, np.zeros((0, 6)))
         self._ekf.mark()
         self._pose_then = self._ekf.pose
         self._tell_apart(sweep)
         self._open_search(sweep)
 
-    def _match(self, sweep: Sweep, motion: tuple[Pose, FloatArray] | None) -> None:
+    def _match(
+        self, sweep: Sweep, motion: tuple[Pose, FloatArray] | None, matcher: MatchSweep
+    ) -> None:
         with self._stage("registration"):
-            match = self._register(sweep)
+            match = matcher(sweep, self._ekf.pose, self._ekf.covariance)
         nis = self._ekf.match_nis(match) if len(match.directions) else 0.0
         refusal = self._refusal(match, nis)
         if refusal is not None and self._wheels_to_blame(match, motion is None):
             self._blame_wheels()
             with self._stage("registration"):
-                match = self._register(sweep)
+                match = matcher(sweep, self._ekf.pose, self._ekf.covariance)
             nis = self._ekf.match_nis(match) if len(match.directions) else 0.0
             refusal = self._refusal(match, nis)
         with self._stage("ekf"):
@@ -328,13 +371,8 @@ class Localizer:
                 self._ekf.update_match(match)
         self._matched, self._nis = match, nis
         self._health.sweep(match, self._ekf.pose, refusal)
-        if self._health.doubtful or self._stamp >= self._opinion_due:
-            self._ask_kiss(sweep, match)
-
-    def _register(self, sweep: Sweep) -> Match:
-        return register(
-            sweep, self._world, self._ekf.pose, self._ekf.covariance, self.config.registration
-        )
+        if self._opinion and (self._health.doubtful or self._stamp >= self._opinion_due):
+            self._ask_kiss(self._opinion, sweep, match)
 
     def _refusal(self, match: Match, nis: float) -> str | None:
         k = len(match.directions)
@@ -343,6 +381,20 @@ class Localizer:
         if nis > _GATE[k - 1]:
             return f"the sweep fits the map where the robot cannot be (NIS {nis:.0f} of {_GATE[k - 1]:.0f})"
         return None
+
+    def _plausible(self, motion: Pose, elapsed: float) -> bool:
+        """Return whether the robot can have moved as KISS-ICP says it did.
+
+        Wheels that spin or lock move a robot between not at all and as they roll, but for a shove.
+        Without wheels, only a tyre's grip is known.
+        """
+        speed = float(motion.position[0]) / elapsed
+        if self.config.suite.wheels or self.config.suite.motion is Motion.ODOMETRY:
+            rolled = self._rolled / elapsed
+            shove = self.config.shove
+            return min(0.0, rolled) - shove <= speed <= max(0.0, rolled) + shove
+        gain = speed - (self._seen_speed or 0.0)
+        return abs(gain) <= self.config.traction * elapsed + self.config.shove
 
     def _watch_wheels(self, motion: Pose, covariance: FloatArray, elapsed: float) -> None:
         """Compare how far the wheels rolled with how far KISS-ICP saw the robot go."""
@@ -368,13 +420,13 @@ class Localizer:
         fits = len(match.directions) > 0 and match.fit >= self.config.blame_fit
         return fits and (self._slipping or unwitnessed)
 
-    def _ask_kiss(self, sweep: Sweep, match: Match) -> None:
+    def _ask_kiss(self, opinion: KissOpinion, sweep: Sweep, match: Match) -> None:
         """Get a second opinion; at most five a second, however deep the doubt."""
         if self._stamp < self._opinion_due - self.config.opinion_period * 4 // 5:
             return
         self._opinion_due = self._stamp + self.config.opinion_period
         with self._stage("kiss opinion"):
-            other = self._opinion.locate(sweep, self._ekf.pose)
+            other = opinion.locate(sweep, self._ekf.pose)
         if other is not None:
             self._health.opinion(*opinion_offset(self._ekf.pose, other, match))
 
@@ -383,10 +435,11 @@ class Localizer:
     def _open_search(self, sweep: Sweep) -> None:
         level = self._ekf.pose
         self._desk.begin(sweep, self._odom, level)
-        if self._search_everywhere and not self._desk.busy and not self._hypotheses.open:
+        everywhere = self._search_everywhere and self._stamp >= self._everywhere_due
+        if everywhere and not self._desk.busy and not self._hypotheses.open:
             self._search_everywhere = False
             self._desk.search_everywhere(sweep, self._odom, level)
-        if self._hypotheses.open:
+        if self._hypotheses.open or self._matcher is None:
             return
         if self._placed and self._health.lost and self._stamp >= self._search_due:
             self._search_due = self._stamp + self.config.lost_search_period
@@ -411,6 +464,10 @@ class Localizer:
             self._search_everywhere = self._asked = found.hint is None
         elif found.everywhere or (found.verdict is Verdict.AMBIGUOUS and unsure):
             self._hypotheses.begin(found.candidates, self._odom)
+            if found.everywhere and not found.candidates:
+                # Nothing to lay over the map, as in the open or behind a crowd: look again from farther on.
+                self._search_everywhere = True
+                self._everywhere_due = self._stamp + self.config.lost_search_period
         elif found.hint is None:
             # Not around here: it must be somewhere.
             self._search_everywhere = True

@@ -42,6 +42,8 @@ class RegistrationConfig:
     """A direction is kept if its information exceeds this many times what normal noise alone fakes."""
     weakest: float = 0.3
     """A direction known no better than this, one sigma [m], is not kept."""
+    facing: bool = True
+    """Whether walls seen from behind are refused; without, a thin wall's far face attracts."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,17 +61,20 @@ class Residuals:
         return np.isfinite(self.distance)
 
 
-def residuals(sweep: Sweep, world: PreparedMap, map_from_base: Pose) -> Residuals:
-    """Compare a sweep with the cloud at a pose."""
+def residuals(
+    sweep: Sweep, world: PreparedMap, map_from_base: Pose, *, facing: bool = True
+) -> Residuals:
+    """Compare a sweep with the cloud at a pose, by default with what faces the scanner only."""
     rotation, position = map_from_base.rotation, map_from_base.position
     points = sweep.points @ rotation.T + position
     index = world.grid.nearest(points)
     normals = world.cloud.normals[index]
     offset = points - world.cloud.points[index]
     distance = np.einsum("ij,ij->i", normals, offset)
-    to_sensor = sweep.origins @ rotation.T + position - points + offset
-    facing = np.einsum("ij,ij->i", normals, to_sensor) > 0.0
-    distance[(index < 0) | ~facing] = np.nan
+    distance[index < 0] = np.nan
+    if facing:
+        to_sensor = sweep.origins @ rotation.T + position - points + offset
+        distance[np.einsum("ij,ij->i", normals, to_sensor) <= 0.0] = np.nan
     jacobian = np.empty((len(points), 6))
     jacobian[:, :3] = normals
     # d(n . R Exp(t) p)/dt = (p x R'n)'
@@ -101,7 +106,7 @@ def register(
     pose = prior
     kernel = _first_kernel(covariance, config)
     for _ in range(config.iterations):
-        seen = residuals(sweep, world, pose)
+        seen = residuals(sweep, world, pose, facing=config.facing)
         weight = _weights(seen, kernel, config)
         hessian, gradient = _normal_equations(seen, weight)
         departure = difference(prior, pose)
@@ -149,7 +154,7 @@ def _size(step: FloatArray) -> float:
 
 
 def _conclude(sweep: Sweep, world: PreparedMap, pose: Pose, config: RegistrationConfig) -> Match:
-    seen = residuals(sweep, world, pose)
+    seen = residuals(sweep, world, pose, facing=config.facing)
     weight = _weights(seen, config.kernel, config)
     hessian, gradient = _normal_equations(seen, weight)
     fake = _information_of_normal_noise(sweep, pose, weight, hessian, config.normal_noise)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from localization.localizer import Localizer
 from localization.prepared import PreparedMap
 from localization.relocalization import FloorPlan, SearchConfig, same_place
-from localization.types import SECOND, Candidate, Health, Pose
+from localization.types import SECOND, Candidate, Health, Pose, Scan
 from localization.whole_map import MapSearchConfig, Pyramid, search_map
 from tests.support_rooms import HALL, MOUNTS, SQUARE, Drive, Place, apart, box
 
@@ -48,7 +49,8 @@ def test_robot_is_found_anywhere_in_the_hall_from_one_sweep(hall: PreparedMap) -
     rng = np.random.default_rng(1)
     found = 0
     for trial in range(25):
-        pose = Pose.planar(*rng.uniform([1.2, 0.6], [6.2, 4.2]), rng.uniform(-np.pi, np.pi))
+        x, y = rng.uniform([1.2, 0.6], [6.2, 4.2]).tolist()
+        pose = Pose.planar(x, y, rng.uniform(-np.pi, np.pi))
         sweep = HALL.sweep(pose, noise=0.012, seed=trial)
         places, _ = finish(search_map(sweep, hall, pyramid, Pose.identity()))
         away, turned = apart(pose, places[0].map_from_base)
@@ -120,6 +122,24 @@ def test_robot_that_nobody_placed_finds_itself_by_driving(hall: PreparedMap) -> 
     assert away < 0.02
     assert turned < np.deg2rad(0.5)
     assert Health.RELOCALISING in waiting
+
+
+def test_robot_that_saw_nothing_when_it_was_searched_for_is_searched_for_again(
+    hall: PreparedMap,
+) -> None:
+    drive = Drive(
+        HALL, Pose.planar(2.6, 1.6, 0.2), (1.0, 0.0, 0.0), (6.0, 0.4, 0.3), noise=0.012, seed=4
+    )
+    localizer = Localizer(hall, MOUNTS)
+    localizer.relocalize()
+    told = None
+    for reading in drive.readings():
+        if isinstance(reading, Scan) and reading.stamp < SECOND:
+            reading = replace(reading, ranges=np.full(len(reading.ranges), np.inf))
+        told = localizer.add(reading)
+    assert told is not None
+    assert told.map_from_base is not None
+    assert apart(drive.pose(told.stamp), told.map_from_base)[0] < 0.02
 
 
 def test_one_of_twin_rooms_is_not_believed_before_the_passage_is_seen() -> None:
