@@ -1,5 +1,6 @@
 """A rosbridge v2 library: the protocol without sockets, its messages, a server, a client."""
 
+from teleop.rosbridge.access import Access as Access, Role as Role, Rules as Rules
 from teleop.rosbridge.client import Client as Client, ConnectionState as ConnectionState
 from teleop.rosbridge.codec import Codec as Codec
 from teleop.rosbridge.errors import (
@@ -13,6 +14,8 @@ from teleop.rosbridge.errors import (
     ServiceError as ServiceError,
     TypeNameError as TypeNameError,
 )
+from teleop.rosbridge.gate import Gate as Gate
+from teleop.rosbridge.keyring import Keyring as Keyring, read_keyring as read_keyring
 from teleop.rosbridge.limits import Limits as Limits
 from teleop.rosbridge.messages import complete as complete, default as default, stamp as stamp
 from teleop.rosbridge.outbox import Bounds as Bounds
@@ -22,4 +25,5 @@ from teleop.rosbridge.registry import Registry as Registry
 from teleop.rosbridge.rosapi import serve_rosapi as serve_rosapi
 from teleop.rosbridge.server import Pulse as Pulse, Server as Server
 from teleop.rosbridge.services import Later as Later
+from teleop.rosbridge.tls import tls_context as tls_context
 from teleop.rosbridge.types import Message as Message

@@ -102,8 +102,15 @@ class Actions:
 
     # Who asks
 
-    def send(self, client: int, operation: Operation, wrapping: Wrapping, now: int) -> None:
-        """Take a goal; whatever is wrong with it is its result."""
+    def send(
+        self,
+        client: int,
+        operation: Operation,
+        wrapping: Wrapping,
+        now: int,
+        refusal: str | None = None,
+    ) -> None:
+        """Take a goal; whatever is wrong with it is its result, as is why it may not be sent."""
         name = operation.get("action")
         if not isinstance(name, str):
             raise OperationError("it needs an action, which is a string")
@@ -111,6 +118,8 @@ class Actions:
         goals = self._goals.setdefault(client, {})
         action = self._actions.get(canonical(name))
         try:
+            if refusal is not None:
+                raise ServiceError(refusal)
             if action is None:
                 raise ServiceError(f"Action {name} does not exist")
             if any(other.identity == caller.identity for other in goals if caller.identity):

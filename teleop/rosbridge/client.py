@@ -8,14 +8,21 @@ import itertools
 import json
 import logging
 import os
+import ssl
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from enum import Enum
+from http import HTTPStatus
 from types import TracebackType
 from typing import Any, Final, Literal, Self, TypeAlias
 
 from websockets.asyncio.client import ClientConnection, connect
-from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
+from websockets.exceptions import (
+    ConnectionClosed,
+    InvalidHandshake,
+    InvalidStatus,
+    InvalidURI,
+)
 
 from teleop.rosbridge.codec import Codec, read_cbor, write_json
 from teleop.rosbridge.errors import (
@@ -77,6 +84,8 @@ class Client:
         keepalive: float | None = 5.0,
         timeout: float = 10.0,
         largest: int = 64_000_000,
+        token: str | None = None,
+        tls: ssl.SSLContext | None = None,
     ) -> None:
         """Make a client that is not connected yet.
 
@@ -88,8 +97,13 @@ class Client:
             keepalive: Time between two pings [s], by which a dead connection is noticed.
             timeout: Time for connecting, for answering a ping, and for a call [s].
             largest: Bound on a frame that comes in [bytes].
+            token: What the server lets this client in by; it goes into the request's header.
+            tls: Which certificates are believed of a ``wss://`` server; the system's by default.
         """
-        self.url = url
+        self.url = url.partition("?")[0]
+        """The server's, for people: what stands behind it may be a token."""
+
+        self._target = url
         self.closed_reason = ""
         """Why the connection was lost or closed last."""
 
@@ -100,6 +114,8 @@ class Client:
         self._keepalive = keepalive
         self._timeout = timeout
         self._largest = largest
+        self._headers = {} if token is None else {"Authorization": f"Bearer {token}"}
+        self._tls: dict[str, Any] = {} if tls is None else {"ssl": tls}
         self._ids = itertools.count(1)
         self._level: Message | None = None
         self._advertised: dict[str, Message] = {}
@@ -328,7 +344,7 @@ class Client:
     async def _open(self) -> ClientConnection:
         try:
             return await connect(
-                self.url,
+                self._target,
                 compression=self._compression,
                 proxy=None,  # nothing arrives from the environment
                 open_timeout=self._timeout,
@@ -336,10 +352,19 @@ class Client:
                 ping_timeout=self._timeout,
                 close_timeout=2,
                 max_size=self._largest,
+                additional_headers=self._headers,
                 logger=_WIRE,
+                **self._tls,
             )
+        except ssl.SSLError as error:  # one of a certificate is a ValueError
+            why = getattr(error, "verify_message", "") or error.reason or "no TLS"
+            raise ClientError(f"{self.url} cannot be trusted: {why}") from error
         except (InvalidURI, ValueError) as error:  # the latter for ports and brackets
             raise ClientError(f"{self.url!r} is no address; one is ws://127.0.0.1:9090") from error
+        except InvalidStatus as error:
+            if error.response.status_code == HTTPStatus.UNAUTHORIZED:
+                raise ClientError(f"{self.url} does not accept this client's token") from error
+            raise ClientError(f"{self.url} is no rosbridge server: {error}") from error
         except (InvalidHandshake, EOFError) as error:
             raise ClientError(f"{self.url} is no rosbridge server: {error}") from error
         except TimeoutError as error:

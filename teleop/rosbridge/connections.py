@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Final
 
+from teleop.rosbridge.access import Access
 from teleop.rosbridge.codec import write_json
 from teleop.rosbridge.fragments import Assembly
 from teleop.rosbridge.limits import Allowance, Limits
@@ -15,7 +16,7 @@ from teleop.rosbridge.png import packed
 
 LEVELS: Final = {"none": 0, "error": 1, "warning": 2, "info": 3}
 
-_POLICY: Final = 1008
+POLICY: Final = 1008
 """Code of a close frame (RFC 6455, section 7.4.1)."""
 
 
@@ -46,6 +47,9 @@ class Connection:
     messages: Allowance
     bytes: Allowance
     assembly: Assembly
+    access: Access | None
+    """What it may do; None until it has said who it is."""
+
     level: int = LEVELS["error"]
     lossless: bool = False
     refused: int = 0
@@ -79,7 +83,7 @@ class Connections:
         """Return a client, if it is there."""
         return self._all.get(client)
 
-    def add(self, now: int, address: str) -> Connection:
+    def add(self, now: int, address: str, access: Access | None) -> Connection:
         """Take in a new client."""
         client, self._next = self._next, self._next + 1
         limits = self._limits
@@ -91,6 +95,7 @@ class Connections:
             Allowance(limits.messages, limits.burst, now),
             Allowance(limits.bytes, limits.burst, now),
             Assembly(limits.assembly),
+            access,
         )
         return connection
 
@@ -152,7 +157,7 @@ class Connections:
         if client.refused == 1:  # one is enough: the client is flooded or floods already
             self.tell(client, "error", f"{text}: not heard")
         elif client.refused > self._limits.messages * self._limits.burst:
-            self.close(client, _POLICY, text)
+            self.close(client, POLICY, text)
 
     def close(self, client: Connection, code: int, reason: str) -> None:
         """Have a client disconnected, and hear it no more."""

@@ -7,13 +7,15 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, Final
 
+from teleop.rosbridge.access import Access, Act
 from teleop.rosbridge.actions import Actions
 from teleop.rosbridge.broker import Broker
 from teleop.rosbridge.codec import Codec, write_json
-from teleop.rosbridge.connections import LEVELS, Connection, Connections, Wrapping
+from teleop.rosbridge.connections import LEVELS, POLICY, Connection, Connections, Wrapping
 from teleop.rosbridge.errors import FrameError, OperationError, RosbridgeError, ServiceError
 from teleop.rosbridge.fragments import TIMEOUT_NS
 from teleop.rosbridge.frames import operations
+from teleop.rosbridge.gate import Gate
 from teleop.rosbridge.operations import (
     Operation,
     count,
@@ -45,6 +47,7 @@ class Dispatch:
         timers: Timers,
         codec: Codec,
         flavour: Flavour,
+        gate: Gate | None,
     ) -> None:
         self._connections = connections
         self._broker = broker
@@ -53,6 +56,10 @@ class Dispatch:
         self._timers = timers
         self._codec = codec
         self._flavour: Flavour = flavour
+        self._gate = gate
+        self.judged: Callable[[int, Access | None, int], None] = lambda client, access, now: None
+        """Called when a client has said who it is; without an access if that is not good."""
+
         self._operations: Final[dict[str, Callable[[Connection, Operation, int], None]]] = {
             "advertise": self._advertise,
             "unadvertise": self._unadvertise,
@@ -81,6 +88,8 @@ class Dispatch:
         """Do the operations in a frame, or in fragments that have been joined."""
         try:
             for operation in operations(frame):
+                if client.closing:
+                    return
                 if joined and operation.get("op") == "fragment":
                     raise FrameError("a fragment holds no fragments")
                 if not joined and not self._connections.admit(client, now):
@@ -97,6 +106,8 @@ class Dispatch:
             key = identity(operation)
             if act is None:
                 raise OperationError(_unknown(op, self._operations))
+            if client.access is None and op != "auth":
+                raise OperationError("not before auth with a token")
             act(client, operation, now)
         except RosbridgeError as error:
             what = str(error) if act is None else f"{op}: {error}"
@@ -108,6 +119,7 @@ class Dispatch:
 
     def _advertise(self, client: Connection, operation: Operation, now: int) -> None:
         topic, kind = name(operation, "topic"), text(operation, "type")
+        _permit(client, "publish", topic)
         latch = operation.get("latch") is True or quality(operation).transient
         self._broker.advertise(client.id, topic, kind, operation.get("id"), latch, now)
 
@@ -116,11 +128,13 @@ class Dispatch:
 
     def _publish(self, client: Connection, operation: Operation, now: int) -> None:
         latch = operation.get("latch") is True or quality(operation).transient
-        message = operation.get("msg", {})
-        self._broker.relay(client.id, name(operation, "topic"), message, latch, now)
+        topic, message = name(operation, "topic"), operation.get("msg", {})
+        _permit(client, "publish", topic)
+        self._broker.relay(client.id, topic, message, latch, now)
 
     def _subscribe(self, client: Connection, operation: Operation, now: int) -> None:
         topic = name(operation, "topic")
+        _permit(client, "subscribe", topic)
         kind = None if operation.get("type") is None else text(operation, "type")
         wished, compression = quality(operation), operation.get("compression")
         request = Request(
@@ -147,6 +161,9 @@ class Dispatch:
             operation = {**operation, "id": key}
         service = self._services.find(path)
         reply = partial(self._reply, client.id, operation, service)
+        if refusal := _refusal(client, "call", path):
+            reply(ServiceError(refusal))
+            return
         if service is None:
             reply(ServiceError(f"Service {path} does not exist"))
             return
@@ -191,8 +208,9 @@ class Dispatch:
         )
 
     def _advertise_service(self, client: Connection, operation: Operation, now: int) -> None:
-        kind = text(operation, "type")
-        self._services.advertise(client.id, name(operation, "service"), kind)
+        service, kind = name(operation, "service"), text(operation, "type")
+        _permit(client, "provide", service)
+        self._services.advertise(client.id, service, kind)
 
     def _unadvertise_service(self, client: Connection, operation: Operation, now: int) -> None:
         self._services.unadvertise(client.id, name(operation, "service"))
@@ -202,14 +220,17 @@ class Dispatch:
             self._late(client, operation)
 
     def _advertise_action(self, client: Connection, operation: Operation, now: int) -> None:
-        kind = text(operation, "type")
-        self._actions.advertise(client.id, name(operation, "action"), kind)
+        action, kind = name(operation, "action"), text(operation, "type")
+        _permit(client, "provide", action)
+        self._actions.advertise(client.id, action, kind)
 
     def _unadvertise_action(self, client: Connection, operation: Operation, now: int) -> None:
         self._actions.unadvertise(client.id, name(operation, "action"))
 
     def _send_action_goal(self, client: Connection, operation: Operation, now: int) -> None:
-        self._actions.send(client.id, operation, _wrapping(operation), now)
+        action = operation.get("action")
+        refusal = _refusal(client, "call", action) if isinstance(action, str) else None
+        self._actions.send(client.id, operation, _wrapping(operation), now, refusal)
 
     def _cancel_action_goal(self, client: Connection, operation: Operation, now: int) -> None:
         self._actions.cancel(client.id, operation.get("id"))
@@ -242,9 +263,27 @@ class Dispatch:
             self._connections.tell(client, "error", what, key)
 
     def _auth(self, client: Connection, operation: Operation, now: int) -> None:
-        """Tell who would prove its identity that nobody asks for it; it may go on."""
-        what = "auth: authentication is not enabled here"
-        self._connections.tell(client, "warning", what, operation.get("id"))
+        """Let a client in, or hang up; where nobody is asked who it is, it may go on."""
+        if self._gate is None:
+            what = "auth: authentication is not enabled here"
+            self._connections.tell(client, "warning", what, operation.get("id"))
+            return
+        admission = self._gate.operation(operation)
+        if admission is None:
+            self.judged(client.id, None, now)
+            self._connections.close(client, POLICY, "auth: not accepted")
+            return
+        client.access = admission.access
+        if admission.lasts is not None:
+            end = partial(self._dismiss, client, client.access)
+            self._timers.at(now + int(admission.lasts * 1e9), end)
+        self.judged(client.id, client.access, now)
+        what = f"auth: welcome, {client.access.holder}; your role is {client.access.role}"
+        self._connections.tell(client, "info", what, operation.get("id"))
+
+    def _dismiss(self, client: Connection, access: Access, now: int) -> None:
+        if client.access is access:
+            self._connections.close(client, POLICY, "auth: its time is over")
 
     def _set_level(self, client: Connection, operation: Operation, now: int) -> None:
         level = operation.get("level")
@@ -259,6 +298,15 @@ class Dispatch:
         """Answer an answer that nobody waits for: it timed out, or whoever asked has left."""
         what = f"{operation['op']}: nobody waits for {str(operation.get('id'))[:80]}"
         self._connections.tell(client, "warning", what, operation.get("id"))
+
+
+def _refusal(client: Connection, act: Act, name: str) -> str | None:
+    return client.access.refusal(act, name) if client.access else "not before auth with a token"
+
+
+def _permit(client: Connection, act: Act, name: str) -> None:
+    if refusal := _refusal(client, act, name):
+        raise OperationError(refusal)
 
 
 def _wrapping(operation: Operation) -> Wrapping:

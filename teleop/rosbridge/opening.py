@@ -10,6 +10,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
+from teleop.rosbridge.access import Access
 from teleop.rosbridge.pages import Page
 
 HEADER_TIMEOUT: Final = 5.0
@@ -25,6 +26,9 @@ class Opening(ServerConnection):
     The library's own time-out counts until a page has been taken, which may take longer than one
     should wait for a request.
     """
+
+    access: Access | None = None
+    """What the request's token gives access to, if it had one."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Begin to wait for the request."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass
 from ipaddress import ip_address
 from typing import Final
 from urllib.parse import urlsplit
+
+from teleop.rosbridge.errors import ServerError
 
 _LOCAL: Final = ("localhost", "127.0.0.1", "::1")
 
@@ -20,6 +23,21 @@ class Origins:
 
     named: frozenset[str] = frozenset()
     """Further origins, as browsers write them: ``https://x.org``."""
+
+    @classmethod
+    def of(cls, host: str, named: Collection[str]) -> Origins:
+        """Return origins that have been checked.
+
+        Raises:
+            ServerError: If one is not as browsers write them, and would never be met.
+        """
+        for origin in named:
+            plain = origin.isascii() and origin == origin.lower()
+            parts = origin.split("/")
+            whole = len(parts) == 3 and parts[0].endswith(":") and not parts[1] and _host(origin)
+            if not (plain and whole):
+                raise ServerError(f"{origin!r} is no origin; one is https://lab.example")
+        return cls(host, frozenset(named))
 
     def allow(self, origin: str, host: str) -> bool:
         """Return whether a page of ``origin`` may connect, having asked for ``host``.

@@ -13,6 +13,9 @@ from typing import Final
 PROTOCOL: Final = (2, 1, 0)
 """Version of the rosbridge protocol: that of rosbridge_suite 2.1.0, whose operations these are."""
 
+OPEN_PAGES: Final = ("/version", "/healthz")
+"""Pages that are shown without a token."""
+
 _JSON: Final = "application/json"
 
 

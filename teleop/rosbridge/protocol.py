@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+from teleop.rosbridge.access import UNGUARDED, Access
 from teleop.rosbridge.actions import Action, Actions
 from teleop.rosbridge.broker import Broker
 from teleop.rosbridge.codec import Stamps
 from teleop.rosbridge.connections import Connection, Connections
 from teleop.rosbridge.dispatch import Dispatch
 from teleop.rosbridge.encoders import Encoders
+from teleop.rosbridge.gate import Gate
 from teleop.rosbridge.goals import GoalHandler
 from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.operations import named
@@ -29,6 +31,9 @@ from teleop.rosbridge.types import Message
 _TOO_BIG: Final = 1009
 """Code of a close frame (RFC 6455, section 7.4.1)."""
 
+_INTRODUCTION: Final = 4096
+"""Largest frame of a client that has not said who it is [bytes]."""
+
 
 class Protocol:
     """Clients, topics, services and actions; ``now`` is always the time in [ns], of one clock."""
@@ -41,6 +46,7 @@ class Protocol:
         stamps: Stamps = "both",
         flavour: Flavour = "ros2",
         sink: Sink | None = None,
+        gate: Gate | None = None,
     ) -> None:
         """Create a protocol without clients.
 
@@ -51,10 +57,12 @@ class Protocol:
             flavour: The ROS that is claimed to run here, and whose bytes ``cbor-raw`` brings to who
                 subscribes with a ``pkg/Type``; a ``pkg/msg/Type`` is always ROS 2's.
             sink: Is handed what goes out, at once; without one, ``drain`` returns it.
+            gate: Judges who clients are; without one each may do everything.
         """
         self.registry = registry
         self.limits = limits or Limits()
         self.flavour: Flavour = flavour
+        self.gate = gate
         self.encoders = Encoders(registry, stamps)
         codec = self.encoders.codec
         self._connections = Connections(self.limits, sink)
@@ -76,7 +84,10 @@ class Protocol:
             self._timers,
             self.encoders.codec,
             self.flavour,
+            gate,
         )
+        self._dispatch.judged = self._judged
+        self._met: list[Callable[[int, Access | None, int], None]] = []
 
     # What the transport tells
 
@@ -89,10 +100,18 @@ class Protocol:
     def sink(self, sink: Sink | None) -> None:
         self._connections.sink = sink
 
-    def connect(self, now: int, address: str = "") -> int:
-        """Return the id of a new client; its address is for people."""
+    def connect(self, now: int, address: str = "", access: Access | None = None) -> int:
+        """Return the id of a new client.
+
+        Args:
+            now: The time [ns].
+            address: Where it comes from, for people.
+            access: What it may do, if it has shown who it is.
+        """
         self.now = now
-        client = self._connections.add(now, address).id
+        if access is None:
+            access = UNGUARDED if self.gate is None else self.gate.anonymous
+        client = self._connections.add(now, address, access).id
         for callback in self._came:
             callback(client, now)
         return client
@@ -114,10 +133,9 @@ class Protocol:
         state = self._connections.get(client)
         if state is None or state.closing:
             return
-        if len(frame) > self.limits.frame:
-            self._connections.close(
-                state, _TOO_BIG, f"a frame has at most {self.limits.frame} bytes"
-            )
+        largest = self.limits.frame if state.access else min(self.limits.frame, _INTRODUCTION)
+        if len(frame) > largest:
+            self._connections.close(state, _TOO_BIG, f"a frame has at most {largest} bytes")
             return
         if not state.bytes.take(len(frame), now):
             self._connections.refuse(state, f"more than {self.limits.bytes:g} bytes a second")
@@ -148,6 +166,11 @@ class Protocol:
         """Names of the connected clients, by id."""
         return {client.id: client.name for client in self._connections}
 
+    def access(self, client: int) -> Access | None:
+        """Return what a client may do; None if it has left, or has not said who it is."""
+        state = self._connections.get(client)
+        return None if state is None else state.access
+
     @property
     def connections(self) -> list[Connection]:
         """The connected clients."""
@@ -175,6 +198,17 @@ class Protocol:
     def on_disconnect(self, callback: Callable[[int, int], None]) -> None:
         """Have ``callback(client, now)`` called for each client that has left."""
         self._left.append(callback)
+
+    def on_auth(self, callback: Callable[[int, Access | None, int], None]) -> None:
+        """Have ``callback(client, access, now)`` called for each client that says who it is.
+
+        There is no access if what it brought is not good; it is then disconnected.
+        """
+        self._met.append(callback)
+
+    def _judged(self, client: int, access: Access | None, now: int) -> None:
+        for callback in self._met:
+            callback(client, access, now)
 
     # What the host does
 

@@ -8,6 +8,7 @@ import errno
 import inspect
 import logging
 import socket
+import ssl
 from collections.abc import Awaitable, Callable, Collection
 from dataclasses import dataclass
 from http import HTTPStatus
@@ -19,13 +20,16 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.protocol import State
 
+from teleop.rosbridge.access import Access
+from teleop.rosbridge.connections import POLICY
 from teleop.rosbridge.errors import ServerError, ServiceError
+from teleop.rosbridge.gate import token_in
 from teleop.rosbridge.goals import GoalHandler
-from teleop.rosbridge.opening import DOWNLOAD_TIMEOUT, Opening, upgrades
+from teleop.rosbridge.opening import DOWNLOAD_TIMEOUT, HEADER_TIMEOUT, Opening, upgrades
 from teleop.rosbridge.origins import Origins
 from teleop.rosbridge.outbox import BULK, Bounds, Outbox
 from teleop.rosbridge.outgoing import Close, Output
-from teleop.rosbridge.pages import Pages
+from teleop.rosbridge.pages import OPEN_PAGES, Pages
 from teleop.rosbridge.protocol import Protocol
 from teleop.rosbridge.services import Handler, Later
 from teleop.rosbridge.topics import Listener
@@ -42,6 +46,9 @@ _OVERFLOW: Final = 1013
 
 _MOST_DOWNLOADS: Final = 4
 """Large files that go out at one time; each waits in memory until it has been taken."""
+
+_MOST_STRANGERS: Final = 8
+"""Clients at one time that have not said who they are; they must not keep out those who have."""
 
 _PATIENCE: Final = 3.0
 """Time to say goodbye in [s]; who does not is cut off."""
@@ -62,6 +69,9 @@ class Pulse:
 
     write_timeout: float | None = 10.0
     """Time a client has to take a frame off its socket [s]."""
+
+    auth_timeout: float = 5.0
+    """Time a client has to say who it is, where it is asked [s]."""
 
     @classmethod
     def none(cls) -> Pulse:
@@ -95,6 +105,7 @@ class Server:
         bounds: Bounds | None = None,
         pulse: Pulse | None = None,
         origins: Collection[str] = (),
+        tls: ssl.SSLContext | None = None,
     ) -> None:
         """Make a server that does not listen yet.
 
@@ -107,6 +118,10 @@ class Server:
             bounds: How much may wait for a client that reads slowly.
             pulse: How a dead client is found out.
             origins: Web pages that may connect, besides those of this machine (``https://x.org``).
+            tls: Certificate and key, see ``tls_context``; without them nothing is encrypted.
+
+        Raises:
+            ServerError: If an origin is none.
         """
         self.protocol = protocol
         self.host = host
@@ -115,7 +130,8 @@ class Server:
         self._lockstep = lockstep
         self._bounds = bounds or Bounds()
         self._pulse = pulse or (Pulse.none() if lockstep else Pulse())
-        self._origins = Origins(host, frozenset(origins))
+        self._origins = Origins.of(host, origins)
+        self._tls = tls
         self._connections: dict[int, _Connection] = {}
         self._came: list[Callable[[int, str], None]] = []
         self._left: list[Callable[[int, str], None]] = []
@@ -150,6 +166,8 @@ class Server:
                 create_connection=Opening,
                 process_request=self._screen,
                 logger=_WIRE,
+                ssl=self._tls,
+                ssl_handshake_timeout=None if self._tls is None else HEADER_TIMEOUT,
             )
         except OSError as error:
             raise ServerError(_cannot_listen(self.host, self._port, error)) from error
@@ -194,7 +212,13 @@ class Server:
     @property
     def url(self) -> str:
         """What a client on this machine connects to."""
-        return f"ws://{f'[{self.host}]' if ':' in self.host else self.host}:{self.port}"
+        scheme = "ws" if self._tls is None else "wss"
+        return f"{scheme}://{f'[{self.host}]' if ':' in self.host else self.host}:{self.port}"
+
+    @property
+    def encrypted(self) -> bool:
+        """Whether what goes over the wire is encrypted."""
+        return self._tls is not None
 
     @property
     def lockstep(self) -> bool:
@@ -275,11 +299,14 @@ class Server:
     async def _attend(self, socket: ServerConnection) -> None:
         _tune(socket)
         connection = _Connection(socket, self._bounds)
-        client = self.protocol.connect(self.now, _address(socket))
+        access = socket.access if isinstance(socket, Opening) else None
+        client = self.protocol.connect(self.now, _address(socket), access)
         name = self.protocol.clients[client]
         self._connections[client] = connection
         for callback in self._came:
             callback(client, name)
+        if self.protocol.access(client) is None:
+            asyncio.get_running_loop().call_later(self._pulse.auth_timeout, self._expel, client)
         writer = asyncio.create_task(self._write(connection))
         try:
             async for frame in socket:
@@ -297,6 +324,12 @@ class Server:
             writer.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await writer
+
+    def _expel(self, client: int) -> None:
+        """Disconnect a client that has not said who it is."""
+        if client in self._connections and self.protocol.access(client) is None:
+            what = f"no auth within {self._pulse.auth_timeout:g} s"
+            self.protocol.close(client, POLICY, what)
 
     async def _write(self, connection: _Connection) -> None:
         """Send what waits, one frame at a time: what is in the socket's buffer is out of our hands."""
@@ -380,11 +413,36 @@ class Server:
         origin, host = request.headers.get("Origin"), request.headers.get("Host", "")
         if origin is not None and not self._origins.allow(origin, host):
             return socket.respond(HTTPStatus.FORBIDDEN, f"pages of {origin} may not connect here\n")
+        if refusal := self._identify(socket, request):
+            return refusal
         if not upgrades(request):
             return self._page(socket, request, origin)
         if len(self._connections) >= self.protocol.limits.clients:
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many clients\n")
+        strangers = sum(client.access is None for client in self.protocol.connections)
+        assert isinstance(socket, Opening)
+        if socket.access is None and strangers >= _MOST_STRANGERS:
+            return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many without a token\n")
         return None
+
+    def _identify(self, socket: ServerConnection, request: Request) -> Response | None:
+        """Let a request in by its token; who has none may still use the ``auth`` operation."""
+        gate = self.protocol.gate
+        if gate is None:
+            return None
+        assert isinstance(socket, Opening)
+        given = request.headers.get_all("Authorization")
+        token = token_in(request.path, given[0] if given else None)
+        access: Access | None = gate.anonymous if token is None else gate.token(token)
+        socket.access = access
+        open_to_all = request.path.partition("?")[0] in OPEN_PAGES
+        waits = token is None and (upgrades(request) or open_to_all)
+        if access is not None or waits:
+            return None
+        text = "a token is needed\n" if token is None else "this token is not accepted\n"
+        response = socket.respond(HTTPStatus.UNAUTHORIZED, text)
+        response.headers["WWW-Authenticate"] = "Bearer"
+        return response
 
     def _page(
         self, socket: ServerConnection, request: Request, origin: str | None

@@ -1,0 +1,44 @@
+"""Encryption: a certificate and its key, as the server's socket wants them."""
+
+from __future__ import annotations
+
+import ssl
+import stat
+from pathlib import Path
+
+from teleop.rosbridge.errors import ServerError
+
+
+def tls_context(certificate: Path, key: Path) -> ssl.SSLContext:
+    """Return what ``Server`` takes as ``tls``: TLS 1.2 or newer.
+
+    Args:
+        certificate: PEM file of the certificate, with those of its issuers behind it.
+        key: PEM file of its private key, which others must not be able to read.
+
+    Raises:
+        ServerError: If they cannot be used; one line says why.
+    """
+    for what, path in (("certificate", certificate), ("key", key)):
+        try:
+            with path.open("rb"):
+                pass
+        except OSError as error:
+            raise ServerError(f"cannot read the TLS {what} {path}: {error.strerror}") from error
+    if key.stat().st_mode & stat.S_IRWXO:
+        raise ServerError(f"the TLS key {key} is open to others: chmod 600 {key.name}")
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+
+    def no_passphrase() -> str:
+        raise ServerError(f"the TLS key {key} has a passphrase; one without is needed")
+
+    try:
+        context.load_cert_chain(certificate, key, no_passphrase)
+    except ssl.SSLError as error:
+        if error.reason == "KEY_VALUES_MISMATCH":
+            what = "do not belong together"
+        else:
+            what = "are no PEM files of a certificate and its key"
+        raise ServerError(f"{certificate} and {key} {what}") from None
+    return context
