@@ -39,12 +39,19 @@ class KissConfig:
     convergence: float = 5e-4
     point_noise: float = 0.02
     """Of a point against the local map, one sigma [m]."""
+    grain: float = 0.15
+    """Surfaces are looked at in pieces of this length [m]: over the few millimetres between the beams
+    that meet a near wall, noise would have them face anywhere."""
     effective_points: float = 60.0
     """However many points, they inform like this many."""
     drift: float = 0.003
     """Floor of an increment's error, one sigma [m]."""
     drift_angle: float = np.deg2rad(0.1)
     """The same for yaw [rad]."""
+
+
+_JUMP = 0.5
+"""Neighbouring beams that end farther apart meet different surfaces [m]."""
 
 
 class KissOdometry:
@@ -97,22 +104,49 @@ class KissOdometry:
         featureless wall (Bonnabel et al. 2014); the normals of neighbouring points do not.
         """
         c = self.config
-        along = flat[2:, :2] - flat[:-2, :2]
-        length = np.linalg.norm(along, axis=1)
-        smooth = (length > 1e-3) & (length < 0.5)
-        along, at = along[smooth] / length[smooth, None], flat[1:-1, :2][smooth]
-        normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        at, normal, count = _surface(flat[:, :2], c.grain)
         rows = np.column_stack([normal, at[:, 0] * normal[:, 1] - at[:, 1] * normal[:, 0]])
-        share = min(1.0, c.effective_points / max(len(rows), 1))
-        information = rows.T @ rows * share / c.point_noise**2
-        # A noisy normal informs along the wall too, falsely: two points 5 cm apart with 12 mm noise
-        # tilt by up to 0.3 rad, so a tenth of the largest share is not believed.
+        share = min(1.0, c.effective_points / max(float(count.sum()), 1.0))
+        information = (rows * count[:, None]).T @ rows * share / c.point_noise**2
+        # A noisy normal informs along the wall too, falsely, and so does a wall that is not quite
+        # straight: a tenth of the whole is not believed.
         believed = information - 0.1 * np.trace(information[:2, :2]) * np.diag([1.0, 1.0, 0.0])
         values, vectors = np.linalg.eigh(believed)
         safe = np.maximum(values, 1e-2)
         floor = np.diag(np.square([c.drift, c.drift, c.drift_angle]))
         covariance: FloatArray = (vectors / safe) @ vectors.T + floor
         return covariance
+
+
+def _surface(flat: FloatArray, grain: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what a scan's points (N, 2), in the order of its beams, say of the surfaces they lie on.
+
+    Args:
+        flat: points [m].
+        grain: length of a piece of surface [m].
+
+    Returns:
+        Middles (M, 2) [m] of pieces that have a neighbour on both sides, their normals (M, 2), and how
+        many points (M,) each consists of.
+    """
+    steps = np.linalg.norm(np.diff(flat, axis=0), axis=1)
+    # A longer step leads to another surface.
+    jump = steps > _JUMP
+    along = np.concatenate([[0.0], np.cumsum(np.where(jump, 0.0, steps))])
+    surface = np.concatenate([[0], np.cumsum(jump)])
+    # Far away, a step may be longer than a piece: what counts is the order of the pieces.
+    _, piece = np.unique(np.column_stack([surface, along // grain]), axis=0, return_inverse=True)
+    piece = piece.ravel()
+    count = np.bincount(piece).astype(float)
+    middle = np.column_stack([np.bincount(piece, flat[:, k]) / count for k in (0, 1)])
+    of = np.zeros(len(count), dtype=int)
+    of[piece] = surface
+    inner = np.zeros(len(count), dtype=bool)
+    inner[1:-1] = (of[2:] == of[1:-1]) & (of[:-2] == of[1:-1])
+    across = middle[np.flatnonzero(inner) + 1] - middle[np.flatnonzero(inner) - 1]
+    length = np.linalg.norm(across, axis=1, keepdims=True)
+    across = across / np.maximum(length, 1e-9)
+    return middle[inner], np.column_stack([-across[:, 1], across[:, 0]]), count[inner]
 
 
 class KissOpinion:

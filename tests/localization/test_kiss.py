@@ -236,3 +236,22 @@ def test_settings_are_those_of_the_configuration() -> None:
         ((true, seen, _),) = walk(odometry, HALL, arc(2), wrong=wrong)
         results[iterations] = apart(true, seen)[0]
     assert results[60] < 0.04 < results[1]
+
+
+@pytest.mark.parametrize("step", [0.25, 0.5, 1.0])
+def test_near_walls_of_a_corridor_say_nothing_of_the_way_along_it(step: float) -> None:
+    odometry, seen = KissOdometry(), None
+    angles = np.deg2rad(np.arange(-135.0, 135.1, step))
+    for i in range(3):
+        noise = 0.012 * np.random.default_rng(i).standard_normal(len(angles))
+        far = np.minimum(1.1 / np.maximum(np.abs(np.sin(angles)), 1e-9), 30.0)
+        far = (far + noise)[far < 20.0]
+        bearing = angles[np.abs(np.sin(angles)) > 1.1 / 20.0][: len(far)]
+        points = np.stack([far * np.cos(bearing), far * np.sin(bearing), 0.0 * far], axis=1)
+        sweep = Sweep(i, points, np.zeros_like(points), np.ones(len(points), dtype=bool))
+        seen = odometry.add(sweep, Pose.planar(0.06, 0.0, 0.0))
+    assert seen is not None
+    forward, side, yaw = np.sqrt(np.diag(seen[1]))
+    assert forward > 1.0
+    assert side < 0.03
+    assert yaw < np.deg2rad(1.0)
