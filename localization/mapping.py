@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from localization.cloud import Cloud, CloudError
 from localization.geometry import FloatArray
-from localization.types import Pose, Sweep
+from localization.types import IntArray, Pose, Sweep
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class CloudBuilder:
 
     def __init__(self, config: MappingConfig = MappingConfig()) -> None:
         self.config = config
-        self._open3d = _import_open3d()
+        self._open3d = import_open3d()
         self._points: list[FloatArray] = []
         self._views: list[FloatArray] = []
 
@@ -130,7 +130,35 @@ class CloudBuilder:
         return thinned[order], (mean / length)[order]
 
 
-def _import_open3d() -> ModuleType:
+def distances_to_mesh(points: FloatArray, vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Return how far points (N, 3) are from the nearest of triangles (N,) [m].
+
+    Args:
+        points: (N, 3) [m].
+        vertices: (V, 3) [m]; computed with in single precision, a micrometre at ten metres.
+        faces: (F, 3) vertices of each triangle.
+
+    Raises:
+        ImportError: if Open3D is missing or does not load; the message says what to install.
+    """
+    o3d = import_open3d()
+    scene = o3d.t.geometry.RaycastingScene()
+    tensor = o3d.core.Tensor
+    scene.add_triangles(
+        tensor(np.ascontiguousarray(vertices, dtype=np.float32)),
+        tensor(np.ascontiguousarray(faces, dtype=np.uint32)),
+    )
+    queries = tensor(np.ascontiguousarray(points, dtype=np.float32))
+    distances: FloatArray = scene.compute_distance(queries).numpy().astype(float)
+    return distances
+
+
+def import_open3d() -> ModuleType:
+    """Return Open3D, which takes a second or more to load and is needed for maps only.
+
+    Raises:
+        ImportError: if it is missing or does not load; the message says what to install.
+    """
     try:
         import open3d
     except ModuleNotFoundError as error:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import tyro
 
+from teleop.mapping_cli import Map
 from teleop.robot.outfit import Outfit
 from teleop.terminal import Progress as _Progress, say as _say
 from teleop.worlds_cli import Worlds
@@ -40,6 +41,7 @@ examples:
   farsteer localize office.bag --map office.ply --start 3 2 90
                                             a ROS bag, begun near x 3 m, y 2 m, facing 90 degrees
   farsteer map office                       drive the survey and build the scene's cloud anew
+  farsteer map drive.mcap --out map.ply     a cloud from readings alone, of anybody's drive
   farsteer world generate --seed 7          make up a furnished building, to drive in and localise in
   farsteer validate                         the robot's physics against published figures
   farsteer serve --port 9090                a robot for any rosbridge client, in real time
@@ -197,42 +199,6 @@ class Localize:
         own = open_log(self.log, layout).suite
         motion = own.motion if self.motion is None else Motion(self.motion)
         return Suite(motion, own.flat if self.flat is None else self.flat)
-
-
-@dataclass(frozen=True)
-class Map:
-    """Build a scene's cloud by a survey drive that sees the place only through the lidars.
-
-    The sweeps are placed where the simulator says the robot is: a survey with known poses, not SLAM.
-    """
-
-    scene: Annotated[str, tyro.conf.Positional] = "office"
-    """Which scene to map: its name, or the path of its folder or file."""
-    seed: int = 0
-    """Of the sensor noise."""
-    quick: bool = False
-    """Look all round from stops along the route instead of driving it."""
-    out: Path | None = None
-    """File to write; the scene's own cloud.ply unless given."""
-
-    def __call__(self) -> int:
-        """Run it."""
-        from localization.cloud import save_cloud
-        from robot_sim import load_world
-        from teleop.scenario.run import cloud_path
-        from teleop.scenario.survey import survey, survey_from_stations
-
-        world = load_world(self.scene)
-        bar = _Progress()
-        survey_it = survey_from_stations if self.quick else survey
-        cloud = survey_it(world, seed=self.seed, progress=bar)
-        bar.end()
-        path = self.out or cloud_path(self.scene)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        saved = save_cloud(cloud, path)
-        _say(f"{len(saved.points)} points, {path.stat().st_size / 1e6:.2f} MB in {path}")
-        _say(f"sha256 {saved.sha256}")
-        return 0
 
 
 @dataclass(frozen=True)
