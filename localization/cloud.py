@@ -95,6 +95,20 @@ def load_cloud(path: str | Path) -> Cloud:
     )
 
 
+def load_map(path: str | Path) -> Cloud:
+    """Read a map of either kind: a cloud, or a ROS occupancy grid by its ``map.yaml``.
+
+    Raises:
+        CloudError: if it cannot be read, or cannot serve as a map.
+    """
+    if Path(path).suffix in (".yaml", ".yml"):
+        # Grids need libraries for images and YAML, and are built on clouds.
+        from localization.occupancy import load_grid
+
+        return load_grid(path)
+    return load_cloud(path)
+
+
 def _check(points: FloatArray, normals: FloatArray, path: Path) -> None:
     if len(points) == 0:
         raise CloudError(f"cloud {path} is empty")

@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast, get_type_hints
 
 import numpy as np
 
-from localization.cloud import load_cloud
+from localization.cloud import load_map
 from localization.localizer import Localizer, LocalizerConfig
 from localization.log import LogError
 from localization.logs import ReadingsLog, open_log
@@ -80,7 +80,7 @@ def localize(
     Args:
         log_path: a log of ours, a ROS bag or a CARMEN text. Where a foreign one begins is looked for in
             the whole map, unless ``start`` is given.
-        map_path: the cloud, as PLY.
+        map_path: the cloud, as PLY, or a ROS occupancy grid, by its ``map.yaml``.
         suite: which sensors to use; what the log has unless given.
         start: ``map_from_base`` about where the log begins, for logs without a hint.
         layout: how the robot is built, as far as a bag does not say.
@@ -92,7 +92,7 @@ def localize(
         CloudError: if the cloud cannot serve as a map.
     """
     log = open_log(log_path, layout)
-    cloud = load_cloud(map_path)
+    cloud = load_map(map_path)
     config = config_of(log) if suite is None else LocalizerConfig.of(suite)
     localizer = Localizer(prepare(cloud, cache=cache), log.mounts, config)
     if start is None and not log.metadata:

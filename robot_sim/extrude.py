@@ -12,9 +12,9 @@ from typing import Final
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
+from localization.occupancy import OccupancyMap
 from robot_sim.arrays import BoolArray
 from robot_sim.errors import WorldError
-from robot_sim.occupancy import OccupancyMap
 from robot_sim.plan import Placement, Plan, Wall, Waypoint
 from robot_sim.platforms import P3AT
 from robot_sim.routes import TOUR_LIMIT, FreeSpace, Ways

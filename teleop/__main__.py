@@ -143,7 +143,7 @@ class Localize:
     log: Annotated[Path, tyro.conf.Positional]
     """Log of readings: .mcap, .bag, a ROS 2 bag's folder, or a CARMEN .log(.gz)."""
     map: Path
-    """Cloud to localise in, PLY with normals."""
+    """Map to localise in: a cloud with normals (.ply) or a ROS occupancy grid (map.yaml)."""
     out: Path | None = None
     """Folder for the estimate; runs/<time> unless given."""
     start: tuple[float, float, float] | None = None
@@ -225,6 +225,16 @@ class Serve:
     outfit: tyro.conf.OmitArgPrefixes[Outfit] = field(default_factory=Outfit)
     messages: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FOLDER ...")] = ()
     """Folders with your own .msg, .srv and .action files, each named like its package."""
+    tokens: Path | None = None
+    """File of those who may connect and what each may do; everybody everything unless given."""
+    origins: Annotated[tuple[str, ...], tyro.conf.arg(metavar="ORIGIN ...")] = ()
+    """Web pages that may connect, besides those of this machine, such as https://lab.example."""
+    tls_cert: Path | None = None
+    """Encrypt, with this certificate (PEM)."""
+    tls_key: Path | None = None
+    """The certificate's private key (PEM)."""
+    audit: Path | None = None
+    """Add lines to this file that say who did what."""
 
     def __call__(self) -> int:
         """Run it."""
@@ -243,6 +253,11 @@ class Serve:
             lockstep=self.lockstep,
             outfit=self.outfit,
             messages=self.messages,
+            tokens=self.tokens,
+            origins=self.origins,
+            tls_cert=self.tls_cert,
+            tls_key=self.tls_key,
+            audit=self.audit,
         )
         path = cloud_path(self.scene)
         factor = asyncio.run(
@@ -278,6 +293,10 @@ class Operate:
     """Tell the robot that it is at x, y [m], heading [degrees]."""
     duration: float | None = None
     """End after so many seconds."""
+    token: Path | None = None
+    """File with the token to bring, on a line of its own."""
+    ca: Path | None = None
+    """Certificate to trust at a wss:// address, if it is not one that this machine trusts (PEM)."""
 
     def __call__(self) -> int:
         """Run it."""
@@ -298,6 +317,8 @@ class Operate:
             viewer=self.viewer,
             hint=self.hint,
             duration=self.duration,
+            token=self.token,
+            ca=self.ca,
         )
         asyncio.run(run_operator(config, say=lambda line: _say(f"\r{line}\r")))
         return 0

@@ -78,8 +78,8 @@ class FromMap:
 
     def __call__(self) -> int:
         """Run it."""
+        from localization.occupancy import read_occupancy_map
         from robot_sim.extrude import plan_from_map
-        from robot_sim.occupancy import read_occupancy_map
         from robot_sim.plan import Placement
         from robot_sim.plan_text import plan_to_toml
 

@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from PIL import Image
 
-from localization.cloud import CloudError
+from localization.cloud import CloudError, load_map
 from localization.grid_cloud import cloud_from_grid
 from localization.localizer import Localizer, LocalizerConfig
 from localization.prepared import prepare
@@ -116,3 +119,19 @@ def test_robot_with_odometry_and_one_scanner_is_localised_in_a_grid_to_half_a_ce
     rmse = np.sqrt(np.mean(np.square(errors[10:]), axis=0))
     assert np.hypot(rmse[0], rmse[1]) < 0.5 * CELL
     assert rmse[2] < np.deg2rad(0.5)
+
+
+def test_map_yaml_is_read_as_a_map_with_an_identity(tmp_path: Path) -> None:
+    occupied, free = grid_of_hall()
+    shades = np.where(occupied, 0, np.where(free, 254, 205)).astype(np.uint8)
+    Image.fromarray(shades[::-1]).save(tmp_path / "hall.pgm")
+    lines = ["image: hall.pgm", "resolution: 0.05", "origin: [-1.0, -1.0, 0.0]", "negate: 0"]
+    lines += ["occupied_thresh: 0.65", "free_thresh: 0.196"]
+    (tmp_path / "map.yaml").write_text("\n".join(lines))
+    cloud = load_map(tmp_path / "map.yaml")
+    twin = cloud_from_grid(occupied, free, CELL, Pose.planar(-1.0, -1.0, 0.0), name="twin")
+    np.testing.assert_allclose(cloud.points, twin.points, atol=1e-9)
+    np.testing.assert_allclose(cloud.normals, twin.normals, atol=1e-9)
+    assert len(cloud.sha256) == 64
+    (tmp_path / "map.yaml").write_text("\n".join(lines).replace("0.05", "0.06"))
+    assert load_map(tmp_path / "map.yaml").sha256 != cloud.sha256

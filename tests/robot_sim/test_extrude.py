@@ -13,11 +13,11 @@ from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 from PIL import Image
 
+from localization.occupancy import GridOrigin, OccupancyMap, read_occupancy_map
 from robot_sim.arrays import BoolArray
 from robot_sim.body import ROBOT_GROUP
 from robot_sim.errors import WorldError
 from robot_sim.extrude import plan_from_map, rectangles
-from robot_sim.occupancy import OccupancyMap, read_occupancy_map
 from robot_sim.plan import Placement, Plan
 from robot_sim.plan_file import plan_from_toml
 from robot_sim.plan_text import plan_to_toml
@@ -73,7 +73,7 @@ def test_dark_is_wall_bright_is_free_between_is_unknown_and_the_top_row_has_the_
     assert grid.occupied.tolist() == [[False, True, False], [True, False, False]]
     assert grid.free.tolist() == [[False, False, True], [False, True, False]]
     assert grid.resolution == 0.05
-    assert grid.origin == Placement(-1.0, -2.0, 0.0)
+    assert grid.origin == GridOrigin(-1.0, -2.0, 0.0)
 
 
 def test_negated_map_has_white_walls(tmp_path: Path) -> None:
@@ -223,7 +223,7 @@ def test_plan_reads_back_from_its_text(tmp_path: Path) -> None:
 def test_impossible_entry_is_refused_by_name_in_one_line(
     entries: dict[str, str | None], says: str, tmp_path: Path
 ) -> None:
-    with pytest.raises(WorldError) as caught:
+    with pytest.raises(OccupancyError) as caught:
         read_occupancy_map(write_map(tmp_path, rooms(), **entries))
     assert says in str(caught.value)
     assert "map.yaml" in str(caught.value)
@@ -233,15 +233,15 @@ def test_impossible_entry_is_refused_by_name_in_one_line(
 def test_missing_file_list_binary_and_cut_image_are_refused_in_one_line(
     two_rooms: Path, tmp_path: Path
 ) -> None:
-    with pytest.raises(WorldError, match=r"none\.yaml': cannot be read: No such file"):
+    with pytest.raises(OccupancyError, match=r"none\.yaml': cannot be read: No such file"):
         read_occupancy_map(tmp_path / "none.yaml")
-    with pytest.raises(WorldError, match=r"map\.pgm': is not"):
+    with pytest.raises(OccupancyError, match=r"map\.pgm': is not"):
         read_occupancy_map(tmp_path / "map.pgm")
     (tmp_path / "list.yaml").write_text("- a\n- b\n")
-    with pytest.raises(WorldError, match="must hold the entries image, resolution"):
+    with pytest.raises(OccupancyError, match="must hold the entries image, resolution"):
         read_occupancy_map(tmp_path / "list.yaml")
     (tmp_path / "map.pgm").write_bytes((tmp_path / "map.pgm").read_bytes()[:500])
-    with pytest.raises(WorldError, match=r"map\.pgm' cannot be read") as caught:
+    with pytest.raises(OccupancyError, match=r"map\.pgm' cannot be read") as caught:
         read_occupancy_map(two_rooms)
     assert "\n" not in str(caught.value)
 

@@ -6,9 +6,10 @@ and thresholds, or the pixel's own value in mode ``raw``, part occupied, free an
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,13 +18,30 @@ from PIL import Image, UnidentifiedImageError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from robot_sim.arrays import BoolArray, FloatArray
-from robot_sim.errors import WorldError
-from robot_sim.plan import Placement
+from localization.cloud import Cloud, CloudError
+from localization.geometry import FloatArray
+from localization.grid_cloud import BoolArray, cloud_from_grid
+from localization.types import Pose
 
 MODES: Final = ("trinary", "scale", "raw")
 _NEEDED: Final = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
 _EXAMPLE: Final = "as in `resolution: 0.05`, `origin: [0.0, 0.0, 0.0]`"
+
+
+class OccupancyError(CloudError):
+    """A ``map.yaml`` or an image that cannot be read; the message names the entry and what would do."""
+
+
+@dataclass(frozen=True, slots=True)
+class GridOrigin:
+    """Where a grid's frame lies in ``map``."""
+
+    x: float
+    """[m]."""
+    y: float
+    """[m]."""
+    yaw: float = 0.0
+    """[rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,12 +51,14 @@ class OccupancyMap:
     name: str
     resolution: float
     """Side of a cell [m]."""
-    origin: Placement
+    origin: GridOrigin
     """Where the outer corner of cell (0, 0) lies in ``map``, and how the grid is turned."""
     occupied: BoolArray
     """(rows, columns), the first row at the grid's smallest y."""
     free: BoolArray
     """(rows, columns)."""
+    sha256: str = ""
+    """Of the bytes of both files."""
 
     def in_map(self, points: FloatArray) -> FloatArray:
         """Return points (..., 2) of the grid's frame in ``map`` [m]."""
@@ -57,7 +77,7 @@ def read_occupancy_map(path: str | Path) -> OccupancyMap:
     """Read a map and its image.
 
     Raises:
-        WorldError: the file or its image cannot be read, or an entry is missing or impossible; the
+        OccupancyError: the file or its image cannot be read, or an entry is missing or impossible; the
             message names it and what would do.
     """
     path = Path(path)
@@ -66,37 +86,52 @@ def read_occupancy_map(path: str | Path) -> OccupancyMap:
         mode = entries.mode()
         resolution = entries.number("resolution")
         if resolution <= 0.0:
-            raise WorldError(f"resolution must be > 0 m per cell, got {resolution:g}")
+            raise OccupancyError(f"resolution must be > 0 m per cell, got {resolution:g}")
         low, high = entries.number("free_thresh"), entries.number("occupied_thresh")
         if not 0.0 <= low < high <= 1.0:
-            raise WorldError(
+            raise OccupancyError(
                 "thresholds must be 0 <= free_thresh < occupied_thresh <= 1,"
                 f" got free_thresh {low:g} and occupied_thresh {high:g}"
             )
         origin, negate = entries.origin(), entries.flag("negate")
-        pixels = _pixels(path.parent / entries.image())
-    except WorldError as error:
-        raise WorldError(f"map {str(path)!r}: {error}") from None
+        image = path.parent / entries.image()
+        pixels = _pixels(image)
+        identity = hashlib.sha256(path.read_bytes() + image.read_bytes()).hexdigest()
+    except OccupancyError as error:
+        raise OccupancyError(f"map {str(path)!r}: {error}") from None
     occupied, free = _cells(pixels, mode, negate=negate, low=low, high=high)
     # Images begin at the top, grids at the bottom.
     name = path.stem if path.stem != "map" else path.resolve().parent.name
-    return OccupancyMap(name, resolution, origin, occupied[::-1], free[::-1])
+    return OccupancyMap(name, resolution, origin, occupied[::-1], free[::-1], identity)
+
+
+def load_grid(path: str | Path) -> Cloud:
+    """Read an occupancy map as a cloud whose walls stand in the occupied cells.
+
+    Raises:
+        OccupancyError: as ``read_occupancy_map`` does.
+        CloudError: nothing in it can be seen.
+    """
+    grid = read_occupancy_map(path)
+    origin = Pose.planar(grid.origin.x, grid.origin.y, grid.origin.yaw)
+    cloud = cloud_from_grid(grid.occupied, grid.free, grid.resolution, origin, name=grid.name)
+    return replace(cloud, sha256=grid.sha256)
 
 
 def _parsed(path: Path) -> Mapping[str, Any]:
     try:
         entries = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise WorldError(f"cannot be read: {error.strerror}") from None
+        raise OccupancyError(f"cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise WorldError("is not a text file; give the map's .yaml, not its image") from None
+        raise OccupancyError("is not a text file; give the map's .yaml, not its image") from None
     except MarkedYAMLError as error:
         line = f" in line {error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise WorldError(f"is not YAML: {error.problem or 'it does not parse'}{line}") from None
+        raise OccupancyError(f"is not YAML: {error.problem or 'it does not parse'}{line}") from None
     except YAMLError as error:
-        raise WorldError(f"is not YAML: {' '.join(str(error).split())}") from None
+        raise OccupancyError(f"is not YAML: {' '.join(str(error).split())}") from None
     if not isinstance(entries, Mapping):
-        raise WorldError(f"must hold the entries {', '.join(_NEEDED)}, {_EXAMPLE}")
+        raise OccupancyError(f"must hold the entries {', '.join(_NEEDED)}, {_EXAMPLE}")
     return entries
 
 
@@ -108,7 +143,7 @@ class _Entries:
 
     def _entry(self, key: str) -> Any:
         if key not in self._entries:
-            raise WorldError(f"lacks the entry {key!r}; it needs {', '.join(_NEEDED)}")
+            raise OccupancyError(f"lacks the entry {key!r}; it needs {', '.join(_NEEDED)}")
         return self._entries[key]
 
     def number(self, key: str) -> float:
@@ -117,34 +152,34 @@ class _Entries:
     def flag(self, key: str) -> bool:
         value = self._entry(key)
         if value not in (0, 1):
-            raise WorldError(f"{key} must be 0 or 1, got {value!r}")
+            raise OccupancyError(f"{key} must be 0 or 1, got {value!r}")
         return bool(value)
 
     def image(self) -> str:
         value = self._entry("image")
         if not isinstance(value, str) or not value:
-            raise WorldError(f"image must be the name of a file, got {value!r}")
+            raise OccupancyError(f"image must be the name of a file, got {value!r}")
         return value
 
     def mode(self) -> str:
         mode = self._entries.get("mode", MODES[0])
         if mode not in MODES:
-            raise WorldError(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
+            raise OccupancyError(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
         return str(mode)
 
-    def origin(self) -> Placement:
+    def origin(self) -> GridOrigin:
         value = self._entry("origin")
         if not isinstance(value, list) or len(value) != 3:
-            raise WorldError(f"origin must be [x, y, yaw] in metres and radians, got {value!r}")
+            raise OccupancyError(f"origin must be [x, y, yaw] in metres and radians, got {value!r}")
         x, y, yaw = (_number("origin", v) for v in value)
-        return Placement(x, y, yaw)
+        return GridOrigin(x, y, yaw)
 
 
 def _number(key: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise WorldError(f"{key} must be a number, got {value!r}")
+        raise OccupancyError(f"{key} must be a number, got {value!r}")
     if not math.isfinite(value):
-        raise WorldError(f"{key} must be finite, got {value}")
+        raise OccupancyError(f"{key} must be finite, got {value}")
     return float(value)
 
 
@@ -157,10 +192,10 @@ def _pixels(path: Path) -> FloatArray:
                 return np.stack([grey, grey, grey, np.ones_like(grey)], axis=2)
             return np.asarray(image.convert("RGBA"), dtype=float) / 255.0
     except UnidentifiedImageError:
-        raise WorldError(f"image {str(path)!r} is no image; PGM and PNG will do") from None
+        raise OccupancyError(f"image {str(path)!r} is no image; PGM and PNG will do") from None
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())
-        raise WorldError(f"image {str(path)!r} cannot be read: {reason}") from None
+        raise OccupancyError(f"image {str(path)!r} cannot be read: {reason}") from None
 
 
 def _cells(
