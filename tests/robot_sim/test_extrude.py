@@ -13,7 +13,12 @@ from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 from PIL import Image
 
-from localization.occupancy import GridOrigin, OccupancyMap, read_occupancy_map
+from localization.occupancy import (
+    GridOrigin,
+    OccupancyError,
+    OccupancyMap,
+    read_occupancy_map,
+)
 from robot_sim.arrays import BoolArray
 from robot_sim.body import ROBOT_GROUP
 from robot_sim.errors import WorldError
