@@ -16,7 +16,6 @@ from localization.relocalization import (
     distinguishable,
     explain,
     same_place,
-    search,
     window_of,
 )
 from localization.types import Candidate, Hint, HintVerdict, Pose, Sweep, Verdict
@@ -121,17 +120,20 @@ class HintDesk:
 
     def search_everywhere(self, sweep: Sweep, odom_from_base: Pose, level: Pose) -> None:
         """Search the whole map, unless a search is under way."""
-        if self.busy:
-            return
-        if self._pyramid is None:
-            self._pyramid = Pyramid(self._plan, self._map_config)
-        work = search_map(sweep, self._world, self._pyramid, level, self.config)
-        self._search = Search(None, None, sweep, odom_from_base, work)
+        if not self.busy:
+            self._start(None, None, sweep, odom_from_base, level)
 
     def _start(
-        self, hint: Hint | None, window: Window, sweep: Sweep, odom_from_base: Pose, level: Pose
+        self,
+        hint: Hint | None,
+        window: Window | None,
+        sweep: Sweep,
+        odom_from_base: Pose,
+        level: Pose,
     ) -> None:
-        work = search(sweep, self._world, self._plan, window, level, self.config)
+        if self._pyramid is None:
+            self._pyramid = Pyramid(self._plan, self._map_config)
+        work = search_map(sweep, self._world, self._pyramid, level, self.config, window)
         self._search = Search(hint, window, sweep, odom_from_base, work)
 
     def advance(self, odom_from_base: Pose, current: Pose | None) -> Found | None:

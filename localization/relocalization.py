@@ -4,6 +4,7 @@ Correlative search (Olson 2009): the horizontal scanner's points are laid over a
 at the scanner's height, at every position and heading of the window. The best few places are refined
 against the whole cloud with both scanners. The work is a generator that gives control back after a fixed
 number of candidates, so that it costs each tick the same and the result never depends on the clock.
+The localiser itself uses ``whole_map.search_map``, which finds the same in a window without trying all of it.
 """
 
 from __future__ import annotations

