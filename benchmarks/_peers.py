@@ -1,0 +1,83 @@
+"""Other matchers in the same filter: KISS-ICP with a fixed covariance, small_gicp's plane-ICP."""
+
+from __future__ import annotations
+
+import numpy as np
+import small_gicp
+
+from localization.cloud import Cloud
+from localization.geometry import FloatArray
+from localization.kiss import KissConfig
+from localization.localizer import LocalizerConfig
+from localization.matching import Matcher, match_at
+from localization.prepared import PreparedMap
+from localization.registration import LEVER, RegistrationConfig
+from localization.types import Match, Pose, Sweep
+
+KISS_PEER = KissConfig(voxel=0.2, points_per_voxel=20, keypoint_spacing=0.01)
+"""Voxels of 0.2 m with 20 points each, every point of the sweep, one thread."""
+
+
+def plain(matcher: Matcher) -> LocalizerConfig:
+    """Return our filter and its gates around a matcher, without what we add to them."""
+    return LocalizerConfig(
+        matcher=matcher, kiss=KISS_PEER, kiss_odometry=False, second_opinion=False, blame_fit=2.0
+    )
+
+
+class SmallGicp:
+    """small_gicp's point-to-plane ICP; what it knows is read from its Hessian."""
+
+    def __init__(self, world: PreparedMap, *, reach: float = 0.5) -> None:
+        """Build.
+
+        Args:
+            world: the prepared cloud; small_gicp estimates normals of its own.
+            reach: largest distance of corresponding points [m].
+        """
+        self._world, self._reach = world, reach
+        self._target, self._tree = _target(world.cloud)
+
+    def __call__(self, sweep: Sweep, prior: Pose, covariance: FloatArray) -> Match:
+        """Match as ``MatchSweep`` asks for; the prior is a start and nothing more."""
+        guess = np.eye(4)
+        guess[:3, :3], guess[:3, 3] = prior.rotation, prior.position
+        result = small_gicp.align(
+            self._target,
+            small_gicp.PointCloud(np.array(sweep.points)),
+            self._tree,
+            init_T_target_source=guess,
+            registration_type="PLANE_ICP",
+            max_correspondence_distance=self._reach,
+            num_threads=1,
+        )
+        matrix = np.asarray(result.T_target_source)
+        pose = Pose.from_rotation(matrix[:3, 3], matrix[:3, :3])
+        information, directions = _known(np.asarray(result.H), pose, max(result.num_inliers, 1))
+        return match_at(sweep, self._world, pose, information, directions)
+
+
+def _target(cloud: Cloud) -> tuple[small_gicp.PointCloud, small_gicp.KdTree]:
+    target = small_gicp.PointCloud(np.array(cloud.points))
+    tree = small_gicp.KdTree(target)
+    small_gicp.estimate_normals(target, tree, num_neighbors=20)
+    return target, tree
+
+
+def _known(hessian: FloatArray, pose: Pose, inliers: int) -> tuple[FloatArray, FloatArray]:
+    """Return information (6, 6) and kept directions (k, 6) as ``Match`` has them.
+
+    Its Hessian is of (rotation, translation), both in the robot's frame, for residuals of one metre;
+    points are worth what our own registration takes them to be worth.
+    """
+    c = RegistrationConfig()
+    turn = np.eye(6)[[3, 4, 5, 0, 1, 2]]
+    to_map = np.eye(6)
+    to_map[:3, :3] = pose.rotation
+    frame = to_map @ turn
+    worth = min(1.0, c.effective_points / inliers) / c.sigma**2
+    information = worth * frame @ hessian @ frame.T
+    shrink = np.diag([1.0, 1.0, 1.0, 1 / LEVER, 1 / LEVER, 1 / LEVER])
+    values, vectors = np.linalg.eigh(shrink @ information @ shrink)
+    keep = values > 1.0 / c.weakest**2
+    return information, np.ascontiguousarray(vectors[:, keep].T)

@@ -1,0 +1,97 @@
+"""Drives recorded once: readings and truth, of scenes and of buildings that no constant was tuned on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+from localization.cloud import Cloud, load_cloud, save_cloud
+from localization.prepared import PreparedMap, default_cache, prepare
+from localization.types import SECOND, Health, Pose, Reading
+from robot_sim import Simulation, World, WorldOptions, load_world
+from robot_sim.generate import generate
+from robot_sim.plan import Plan
+from robot_sim.worlds import build_world, load_plan
+from teleop.scenario.driver import TourDriver
+from teleop.scenario.mission import HINT_STAMP, Mission
+from teleop.scenario.run import cloud_of
+from teleop.scenario.survey import survey_from_stations
+
+STANDS = 8 * SECOND // 5
+"""The robot sets off after this time [ns]: the hint is given and answered before."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """What a localiser was given on a drive, and where the robot was."""
+
+    name: str
+    readings: tuple[Reading, ...]
+    """In the order of arrival, with one hint that is 1 m and 20 degrees wrong."""
+    truth: Mapping[int, Pose]
+    """``map_from_base`` at each tick's stamp [ns]."""
+    mounts: Mapping[str, Pose]
+
+    def with_fault(self, name: str, readings: tuple[Reading, ...]) -> Recording:
+        """Return the same drive with something wrong in its readings."""
+        return replace(self, name=name, readings=readings)
+
+
+def record(world: World, *, name: str, seed: int, seconds: float) -> Recording:
+    """Drive a world's tour by the truth, so that no method's errors steer what the others see.
+
+    Args:
+        world: where.
+        name: of the recording.
+        seed: of noise, biases and the hint's error.
+        seconds: how long [s], standing at the beginning included.
+    """
+    simulation = Simulation(world, seed=seed)
+    driver = TourDriver(world.tour)
+    readings: list[Reading] = []
+    truth = {0: simulation.truth().map_from_base}
+    hint = Mission(seed=seed).hint(truth[0])
+    while simulation.stamp < seconds * SECOND and not driver.done:
+        here = truth[simulation.stamp]
+        if simulation.stamp == HINT_STAMP:
+            readings.append(hint)
+        if simulation.stamp >= STANDS:
+            simulation.command(driver.command(here, Health.TRACKING))
+        readings += simulation.step()
+        truth[simulation.stamp] = simulation.truth().map_from_base
+    return Recording(name, tuple(readings), truth, simulation.mounts)
+
+
+@cache
+def plan_of(scene: str) -> Plan:
+    """Return the plan of a scene, or of a generated building, named ``building-<seed>-<area>``."""
+    if not scene.startswith("building-"):
+        return load_plan(scene)
+    _, seed, area = scene.split("-")
+    return generate(int(seed), float(area), name=scene).plan
+
+
+def world_of(scene: str, *, rearranged: int | None = None) -> World:
+    """Build a scene or a generated building, with its furniture moved by a seed if one is given."""
+    options = WorldOptions(rearranged=rearranged)
+    if not scene.startswith("building-"):
+        return load_world(scene, options=options)
+    return build_world(plan_of(scene), options=options)
+
+
+@cache
+def map_of(scene: str) -> PreparedMap:
+    """Return the prepared map; a generated building is surveyed once and its cloud kept in the cache."""
+    return prepare(_cloud(scene), cache=default_cache())
+
+
+def _cloud(scene: str) -> Cloud:
+    if not scene.startswith("building-"):
+        return cloud_of(scene)
+    file: Path = default_cache() / "benchmarks" / f"{scene}.ply"
+    if file.is_file():
+        return load_cloud(file)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    return save_cloud(survey_from_stations(world_of(scene)), file)
