@@ -66,10 +66,10 @@ class StaticGeometry:
         triangles = triangles_of(model, data, geoms)
         self._centre = _centre(triangles.vertices)
         # Of each triangle: its plane's normal and offset, and the signed cosine of incidence up to
-        # which the plane is all there is to know. Rays that meet nothing index the last row.
-        self._planes = np.zeros((len(triangles.faces) + 1, 5))
-        self._planes[:-1, :4] = triangles.planes
-        self._planes[-1, _OFFSET] = np.inf
+        # which the plane is all there is to know. Rays that meet nothing index the last column.
+        self._planes = np.zeros((5, len(triangles.faces) + 1))
+        self._planes[:4, :-1] = triangles.planes.T
+        self._planes[_OFFSET, -1] = np.inf
         self._geom_of = np.append(triangles.geoms, NO_GEOM).astype(np.int32)
         kinds = model.geom_type[triangles.geoms]
         shapes = np.full(len(self._geom_of), _FLAT)
@@ -77,9 +77,9 @@ class StaticGeometry:
         shapes[:-1][kinds == mujoco.mjtGeom.mjGEOM_PLANE] = _ONE_SIDED
         self._shapes = shapes
         # Seen at cosine c, a surface is bulge / c behind its triangle.
-        self._planes[:, _TRUST] = np.array([2.0, -2.0, 0.0])[shapes]
+        self._planes[_TRUST] = np.array([2.0, -2.0, 0.0])[shapes]
         thin = np.flatnonzero((triangles.bulges > 0.0) & (triangles.bulges < _SLACK))
-        self._planes[thin, _TRUST] = -triangles.bulges[thin] / _SLACK
+        self._planes[_TRUST, thin] = -triangles.bulges[thin] / _SLACK
         self._types = model.geom_type.copy()
         self._sizes = model.geom_size.copy()
         self._positions = data.geom_xpos.copy()
@@ -93,21 +93,21 @@ class StaticGeometry:
 
     def cast(self, origins: FloatArray, directions: FloatArray, max_range: float) -> _Met:
         """Return what the rays (N, 3) meet within ``max_range`` [m]."""
-        if len(self._planes) == 1:
+        if len(self._geom_of) == 1:
             return _Met.nothing(len(origins))
         prims: PrimArray = self._scene.run(
             (origins - self._centre).astype(np.float32),
             directions.astype(np.float32),
             dists=_just_beyond(max_range),
         )
-        planes = self._planes.take(prims, axis=0)
+        planes = self._planes.take(prims, axis=1)
         distances, slopes = _on_planes(planes, origins, directions)
         met = _Met(distances, prims, slopes)
-        rows = np.flatnonzero(slopes > planes[:, _TRUST])
+        rows = np.flatnonzero(slopes > planes[_TRUST])
         if len(rows):
             self._look_closer(met, rows, origins[rows], directions[rows], max_range)
         # Not ">": a ray in the very plane of a face has no distance, and meets nothing.
-        distances[~(distances <= max_range)] = np.inf
+        np.putmask(distances, ~(distances <= max_range), np.inf)
         return met
 
     def geoms(self, met: _Met) -> GeomArray:
@@ -165,7 +165,7 @@ class StaticGeometry:
             )
             prims = found["primID"]
             hulls += found["tfar"]
-            planes = self._planes.take(prims, axis=0)
+            planes = self._planes.take(prims, axis=1)
             distances, slopes = _on_planes(planes, origins, directions)
             at = self._on_shapes(prims, distances, slopes, origins, directions)
             nearer = at < met.distances[rows]
@@ -262,13 +262,24 @@ class EmbreeRayCaster:
 def _on_planes(
     planes: FloatArray, origins: FloatArray, directions: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return distances (N,) to planes (N, 4 or more), and signed cosines (N,) of incidence."""
-    normals = planes[:, :3]
-    slopes = np.einsum("nd,nd->n", normals, directions)
-    heights = planes[:, _OFFSET] - np.einsum("nd,nd->n", normals, origins)
+    """Return distances (N,) to planes (4 or more, N), and signed cosines (N,) of incidence."""
+    # Sums of long rows take a third of the time of sums of three.
+    normals = planes[:3]
+    slopes = _dot(normals, directions)
+    heights = _dot(normals, origins)
+    np.subtract(planes[_OFFSET], heights, out=heights)
     with np.errstate(divide="ignore", invalid="ignore"):
-        # An origin on the very surface may come out behind it by a rounding error.
-        return np.abs(heights / slopes), slopes
+        heights /= slopes
+    # An origin on the very surface may come out behind it by a rounding error.
+    return np.abs(heights, out=heights), slopes
+
+
+def _dot(rows: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Return the products (N,) of vectors (3, N) with vectors (N, 3)."""
+    total: FloatArray = rows[0] * vectors[:, 0]
+    total += rows[1] * vectors[:, 1]
+    total += rows[2] * vectors[:, 2]
+    return total
 
 
 def _just_beyond(max_range: float) -> float:

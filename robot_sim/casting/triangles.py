@@ -21,7 +21,7 @@ FAR: Final = 1000.0
 _BULGE: Final = 6e-6
 """How far the sides of cylinders stand out at most, where that takes no more than the limits below
 [m]. The less, the fewer rays need a look at the shape itself."""
-_SIDES: Final = (24, 256)
+_SIDES: Final = (24, 1024)
 _SUBDIVISIONS: Final = 3
 
 _BOX_CORNERS: Final = np.array(
