@@ -6,6 +6,7 @@ import asyncio
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
 
 
 class Stopwatch:
@@ -33,6 +34,16 @@ def wall_seconds() -> float:
 def wall_clock_name() -> str:
     """Return the local date and time as a folder's name, such as ``2026-11-21T09-30-00``."""
     return time.strftime("%Y-%m-%dT%H-%M-%S")
+
+
+def unix_seconds() -> float:
+    """Return the time since 1970 [s], which may be set and so go back."""
+    return time.time()
+
+
+def utc_text() -> str:
+    """Return date and time, such as ``2026-11-21T09:30:00.123456+00:00``."""
+    return datetime.now(UTC).isoformat(timespec="microseconds")
 
 
 PERIOD = 20_000_000

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import os
 import signal
+import ssl
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -50,6 +51,31 @@ class OperateConfig:
     """x, y [m], heading [degrees]."""
     duration: float | None = None
     """[s]."""
+    token: Path | None = None
+    """File with the token that the robot lets us in by."""
+    ca: Path | None = None
+    """Certificate to trust, if it is not one that this machine trusts (PEM)."""
+
+    def client(self) -> Client:
+        """Return the client that brings the token.
+
+        Raises:
+            ValueError: if token or certificate cannot be read.
+        """
+        token = None
+        if self.token is not None:
+            token = self.token.read_text(encoding="utf-8").strip()
+            if not token.isascii() or not token.isprintable() or not token:
+                raise ValueError(f"{self.token} must hold a token, in one line of ASCII")
+        tls = None
+        if self.ca is not None:
+            if not self.ca.is_file():
+                raise ValueError(f"there is no certificate {self.ca}")
+            try:
+                tls = ssl.create_default_context(cafile=str(self.ca))
+            except ssl.SSLError:
+                raise ValueError(f"{self.ca} holds no certificate (PEM)") from None
+        return Client(self.url, registry=registry(), token=token, tls=tls)
 
 
 async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> None:
@@ -68,7 +94,7 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
     if config.record is not None or config.viewer:
         sink = Sink(file=config.record, spawn=config.viewer)
         display = Aside(Display(cloud, sink=sink), patient=False)
-    client = Client(config.url, registry=registry())
+    client = config.client()
     stop = asyncio.Event()
     teller = _Teller(say)
     station = Station(client, cloud, display, tell=teller.hear)

@@ -14,13 +14,19 @@ from localization.types import SECOND, Hint, InvalidReadingError, Pose, Twist
 from robot_sim import TICK_NS
 from teleop.joystick import JoystickError, Layout, Wish, read_joy
 from teleop.robot import topics
+from teleop.robot.audit import Audit
 from teleop.robot.robot import Drive, Gone, Message, Reset, Robot, Snapshot, Stop, TakeOver
+from teleop.rosbridge.access import Role
 from teleop.rosbridge.errors import MessageError, ServiceError
 from teleop.rosbridge.server import Server
 from teleop.rosbridge.standard import serve_standard
 
 Sink = Callable[[Snapshot], None]
 """Gets each snapshot, as a recorder or a referee does."""
+
+
+_ORDERS = {Stop: "e-stop", Reset: "e-stop reset", TakeOver: "take-over"}
+"""What the audit log calls them."""
 
 
 class Host:
@@ -33,10 +39,15 @@ class Host:
         cloud: Cloud,
         *,
         layout: Layout | None = None,
+        audit: Audit | None = None,
         sinks: tuple[Sink, ...] = (),
     ) -> None:
         self.robot, self.server = robot, server
         self._layout, self._sinks = layout or Layout(), sinks
+        self._audit = audit
+        self._stopper: str | None = None
+        """Holder of the token that the e-stop was latched with; None while it is not."""
+
         self._inbox: list[Message] = []
         self._clients: dict[str, int] = {}
         for topic in topics.OUTPUTS:
@@ -74,6 +85,8 @@ class Host:
             if due and (topic.latch or self.server.wanted(topic.name)):
                 for message in topic.messages(snapshot):
                     self.server.publish(topic.name, message, snapshot.stamp)
+        if self._audit is not None:
+            self._audit.hear(snapshot)
         for sink in self._sinks:
             sink(snapshot)
         return snapshot
@@ -89,10 +102,14 @@ class Host:
         message: dict[str, Any],
         now: int,
     ) -> None:
+        name = self._name(client)
         try:
-            self._inbox.append(read(self._name(client), message))
+            heard = read(name, message)
         except (JoystickError, InvalidReadingError) as error:
             raise MessageError(str(error)) from None
+        self._inbox.append(heard)
+        if self._audit is not None and isinstance(heard, Hint):
+            self._audit.hint(name, heard)
 
     def _name(self, client: int) -> str:
         name = self.server.name(client)
@@ -131,7 +148,23 @@ class Host:
         request: dict[str, Any],
         now: int,
     ) -> dict[str, Any]:
-        self._inbox.append(kind(self._name(client)))
+        name, refused = self._name(client), ""
+        access = self.server.protocol.access(client)
+        holder = access.holder if access else ""
+        if kind is Stop and self._stopper is None:
+            self._stopper = holder
+        elif kind is Reset:
+            if self._stopper in (None, holder) or (access and access.role is Role.ADMIN):
+                self._stopper = None
+            else:
+                refused = (
+                    f"{self._stopper} stopped the robot; only that token or an admin resets it"
+                )
+        if self._audit is not None:
+            self._audit.order(name, _ORDERS[kind], refused)
+        if refused:
+            raise ServiceError(refused)
+        self._inbox.append(kind(name))
         return {"success": True, "message": done}
 
     def _gone(self, client: int, name: str) -> None:

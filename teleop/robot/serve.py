@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import signal
-from collections.abc import Callable
-from dataclasses import dataclass, field
+import ssl
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -21,12 +23,27 @@ from robot_sim import Simulation, World
 from teleop import pacing
 from teleop.interfaces import registry
 from teleop.robot import topics
+from teleop.robot.audit import Audit
+from teleop.robot.audit_file import AuditFile
 from teleop.robot.host import Host, Stepper
 from teleop.robot.outfit import Outfit
 from teleop.robot.robot import Robot, Snapshot
+from teleop.rosbridge.access import DEFAULT_RULES, Role, Rules
+from teleop.rosbridge.gate import Gate
+from teleop.rosbridge.keyring import read_keyring
 from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.protocol import Protocol
 from teleop.rosbridge.server import Server
+from teleop.rosbridge.tls import tls_context
+
+ROLES: Final[Mapping[Role, Rules]] = {
+    **DEFAULT_RULES,
+    # Whoever sees that something goes wrong can stop it.
+    Role.VIEW: replace(
+        DEFAULT_RULES[Role.VIEW], call=(*DEFAULT_RULES[Role.VIEW].call, "/teleop/estop")
+    ),
+}
+"""What each role may do with a robot unless the file of tokens says otherwise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,12 +66,24 @@ class ServeConfig:
     """Of the robot; its world is built by the caller."""
     messages: tuple[Path, ...] = ()
     """Folders of further ``.msg``, ``.srv`` and ``.action`` files, for topics among clients."""
+    tokens: Path | None = None
+    """File of those who may connect, see ``docs/security.md``; without it everybody may."""
+    origins: tuple[str, ...] = ()
+    """Web pages that may connect, besides those of this machine (``https://lab.example``)."""
+    tls_cert: Path | None = None
+    """Certificate, with those of its issuers; needs ``tls_key``."""
+    tls_key: Path | None = None
+    """Its private key."""
+    audit: Path | None = None
+    """File to which lines are added that say who did what."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.port <= 65535:
             raise ValueError(f"port must be 0 to 65535, got {self.port}")
         if self.seed < 0:
             raise ValueError(f"seed must be >= 0, got {self.seed}")
+        if (self.tls_cert is None) != (self.tls_key is None):
+            raise ValueError("TLS needs both, a certificate and its key")
 
 
 async def serve(
@@ -82,19 +111,33 @@ async def serve(
         The real-time factor that was kept; 0 in lockstep, which has none.
 
     Raises:
-        ServerError: if the port is taken.
+        ServerError: if the port is taken, or tokens, certificate or origins are no good.
+        AuditError: if the audit log cannot be written.
     """
+    tls, gate = _tls(config), _gate(config)
     simulation = Simulation(world, seed=config.seed, config=config.outfit.simulation())
     localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
     robot = Robot(simulation, localizer)
     types = registry(config.messages)
     if config.lockstep:
-        protocol = Protocol(types, limits=Limits.unhurried())
-        server = Server(
-            protocol, config.host, config.port, clock=lambda: simulation.stamp, lockstep=True
-        )
+        protocol = Protocol(types, limits=Limits.unhurried(), gate=gate)
+        clock: Callable[[], int] = lambda: simulation.stamp  # noqa: E731
     else:
-        server = Server(Protocol(types), config.host, config.port, clock=pacing.monotonic)
+        protocol = Protocol(types, gate=gate)
+        clock = pacing.monotonic
+    server = Server(
+        protocol,
+        config.host,
+        config.port,
+        clock=clock,
+        lockstep=config.lockstep,
+        origins=config.origins,
+        tls=tls,
+    )
+    file = _audit_file(config, simulation)
+    audit = None
+    if file is not None:
+        audit = Audit(file.add, server, stamp=lambda: simulation.stamp, wall=pacing.utc_text)
     log = _log(config, simulation, cloud)
 
     def record(snapshot: Snapshot) -> None:
@@ -104,7 +147,7 @@ async def serve(
 
     if map_file is not None:
         _offer(server, map_file)
-    host = Host(robot, server, cloud, sinks=(record,))
+    host = Host(robot, server, cloud, audit=audit, sinks=(record,))
     if config.placed:
         # On its mark, as a robot is that was put where it always starts.
         host.post(Hint(0, simulation.truth().map_from_base, np.zeros((6, 6))))
@@ -125,6 +168,27 @@ async def serve(
         await server.close()
         if log is not None:
             log.close()
+        if file is not None:
+            file.close()
+
+
+def _tls(config: ServeConfig) -> ssl.SSLContext | None:
+    if config.tls_cert is None or config.tls_key is None:
+        return None
+    return tls_context(config.tls_cert, config.tls_key)
+
+
+def _gate(config: ServeConfig) -> Gate | None:
+    if config.tokens is None:
+        return None
+    return Gate(read_keyring(config.tokens, ROLES), pacing.unix_seconds)
+
+
+def _audit_file(config: ServeConfig, simulation: Simulation) -> AuditFile | None:
+    if config.audit is None:
+        return None
+    first = {"time": pacing.utc_text(), "stamp": simulation.stamp, "what": "begin"}
+    return AuditFile(config.audit, {**first, "scene": simulation.world.name, "host": config.host})
 
 
 def _offer(server: Server, map_file: Path) -> None:
@@ -150,21 +214,36 @@ def greeting(server: Server, world: World, cloud: Cloud, map_path: Path) -> str:
     inputs = ", ".join(t.name for t in topics.INPUTS)
     lockstep = server.lockstep
     services = ", ".join(s.name for s in topics.SERVICES if lockstep or s.name != "/sim/step")
-    open_to_all = server.host not in ("127.0.0.1", "localhost", "::1")
-    warning = (
-        "\nwarning: anybody who reaches this address can drive the robot" if open_to_all else ""
-    )
+    how = _SNIPPET_INTRODUCED.format(snippet(server.port))
+    if server.protocol.gate is not None or server.encrypted:
+        how = _GUARDED
     return f"""\
-{world.name} at {server.url}{warning}
+{world.name} at {server.url}{_warning(server)}
 map       {map_path}
           {len(cloud.points)} points, sha256 {cloud.sha256[:16]}...
 topics    {names}
 listens   {inputs}
 services  {services}
 
-{_LOCKSTEP if lockstep else _SNIPPET_INTRODUCED.format(snippet(server.port))}
+{_LOCKSTEP if lockstep else how}
 Ctrl-C ends."""
 
+
+def _warning(server: Server) -> str:
+    """Return what to be warned of where others reach the address."""
+    if server.host in ("127.0.0.1", "localhost", "::1"):
+        return ""
+    gate = server.protocol.gate
+    if gate is None or (gate.anonymous is not None and gate.anonymous.role is not Role.VIEW):
+        return "\nwarning: anybody who reaches this address can drive the robot; --tokens asks who"
+    if not server.encrypted:
+        return (
+            "\nwarning: tokens can be overheard on the way here; --tls-cert and --tls-key encrypt"
+        )
+    return ""
+
+
+_GUARDED = "docs/security.md says how clients bring a token and whom they trust"
 
 _SNIPPET_INTRODUCED = """\
 drive it with roslibpy (pip install roslibpy):
