@@ -213,6 +213,31 @@ def sub_beam_places(uniforms: FloatArray) -> FloatArray:
     return np.array([[zero, zero], [x, y], [-x, -y]])
 
 
+def sub_rays(
+    beam: Beam, places: FloatArray, origins: FloatArray, axes: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return origins and unit directions (SUB_BEAMS * B, 3) of all beams' sub-rays.
+
+    Args:
+        beam: Its spot.
+        places: (SUB_BEAMS, 2, B) of ``sub_beam_places``: the centre, and two opposite each other.
+        origins: (B, 3) of the beams [m].
+        axes: (B, 3, 3): in its columns the direction of each beam, and two across it.
+    """
+    x, y = places[1]
+    ahead = axes[:, :, 0]
+    across = x[:, None] * axes[:, :, 1] + y[:, None] * axes[:, :, 2]
+    half = 0.5 * beam.divergence
+    scale = 1.0 / np.sqrt(1.0 + half**2 * (x * x + y * y))[:, None]
+    starts, directions = np.empty((2, SUB_BEAMS, len(origins), 3))
+    starts[0], directions[0] = origins, ahead
+    aside = 0.5 * beam.aperture * across
+    starts[1], starts[2] = origins + aside, origins - aside
+    across *= half
+    directions[1], directions[2] = (ahead + across) * scale, (ahead - across) * scale
+    return starts.reshape(-1, 3), directions.reshape(-1, 3)
+
+
 def received_power(remissions: FloatArray, distances: FloatArray) -> FloatArray:
     """Return the echoes' power by the lidar equation of a surface that fills the beam; 0 from afar."""
     near = np.maximum(distances, 1e-3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import mujoco
 import numpy as np
@@ -10,6 +11,10 @@ import numpy as np
 from robot_sim.arrays import BoolArray, FloatArray
 from robot_sim.casting.caster import GeomArray
 from robot_sim.materials import DEFAULT, material_named
+
+_RETROREFLECTING: Final = 1.5
+"""Reflectivity above which a surface sends light back to where it came from, however it is met: between
+the brightest matt surface and the dimmest foil."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,12 +40,14 @@ class Faces:
 
     def depths(self, geoms: GeomArray, points: FloatArray, directions: FloatArray) -> FloatArray:
         """Return how far rays go inside boxes (N,) [m] from where they enter; 0 in other shapes."""
-        axes = self.data.geom_xmat[geoms].reshape(-1, 3, 3)
-        local = np.einsum("nji,nj->ni", axes, points - self.data.geom_xpos[geoms])
+        axes = self.data.geom_xmat.take(geoms, axis=0).reshape(-1, 3, 3)
+        offsets = points - self.data.geom_xpos.take(geoms, axis=0)
+        local = np.einsum("nji,nj->ni", axes, offsets)
         along = np.einsum("nji,nj->ni", axes, directions)
-        along = np.where(np.abs(along) < 1e-12, 1e-12, along)
-        leave = ((np.copysign(self.half[geoms], along) - local) / along).min(axis=1)
-        return np.where(self.is_box[geoms], np.maximum(leave, 0.0), 0.0)
+        along[np.abs(along) < 1e-12] = 1e-12
+        leave = (np.copysign(self.half.take(geoms, axis=0), along) - local) / along
+        nearest = np.minimum(np.minimum(leave[:, 0], leave[:, 1]), leave[:, 2])
+        return np.where(self.is_box.take(geoms), np.maximum(nearest, 0.0), 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,40 +55,43 @@ class Optics:
     """What each geom does with light; arrays (G + 1,), the last for no geom at all."""
 
     reflectivity: FloatArray
-    transmittance: FloatArray
-    specular: FloatArray
+    brightest: float
+    """Greatest reflectivity of all."""
+    unmirrored: FloatArray
+    """Share that passes of what is not mirrored."""
     refractive_index: FloatArray
-    at_normal: FloatArray
-    """What a pane of that index mirrors at normal incidence; 1 for opaque mirrors."""
+    over_normal: FloatArray
+    """Share that is mirrored at normal incidence, over what a clear pane of that index mirrors there (1
+    for opaque mirrors); 0 where there is no flat face to mirror it."""
     clear: BoolArray
     faces: Faces
 
     def opaque(self) -> Optics:
         """Return the same with glass and mirrors as matt walls."""
+        reflectivity = np.where(self.clear, DEFAULT.reflectivity, self.reflectivity)
         return replace(
             self,
-            reflectivity=np.where(self.clear, DEFAULT.reflectivity, self.reflectivity),
+            reflectivity=reflectivity,
+            brightest=float(reflectivity.max()),
             clear=np.zeros_like(self.clear),
         )
 
     def remissions(self, geoms: GeomArray, cosines: FloatArray) -> FloatArray:
         """Return what comes straight back: Lambert's cosine law, but for retroreflectors."""
-        rho = self.reflectivity[geoms]
-        return np.where(rho > 1.5, rho, rho * cosines)
+        rho = self.reflectivity.take(geoms)
+        if self.brightest <= _RETROREFLECTING:
+            return rho * cosines
+        return np.where(rho > _RETROREFLECTING, rho, rho * cosines)
 
     def mirrored(self, geoms: GeomArray, cosines: FloatArray) -> FloatArray:
         """Return the share of the light (N,) that clear geoms mirror: Fresnel's, for panes."""
-        index = self.refractive_index[geoms]
-        growth = (
-            np.where(index > 1.0, pane_reflectance(cosines, index), 1.0) / self.at_normal[geoms]
-        )
-        flat = self.faces.is_box[geoms] | self.faces.is_plane[geoms]
-        return np.where(flat, np.minimum(self.specular[geoms] * growth, 1.0), 0.0)
+        index = self.refractive_index.take(geoms)
+        growth = np.where(index > 1.0, pane_reflectance(cosines, index), 1.0)
+        return np.minimum(self.over_normal.take(geoms) * growth, 1.0)
 
     def transmitted(self, geoms: GeomArray, mirrored: FloatArray) -> FloatArray:
         """Return the share of the light that passes: what is mirrored more passes less."""
-        passing = self.transmittance[geoms] / np.maximum(1.0 - self.specular[geoms], 1e-9)
-        return np.minimum(passing * (1.0 - mirrored), 1.0)
+        return np.minimum(self.unmirrored.take(geoms) * (1.0 - mirrored), 1.0)
 
 
 def optics_of(model: mujoco.MjModel, data: mujoco.MjData) -> Optics:
@@ -99,20 +109,23 @@ def optics_of(model: mujoco.MjModel, data: mujoco.MjData) -> Optics:
     reflectivity = np.array([m.reflectivity for m in materials])
     reflectivity[-1] = 0.0
     index = np.array([m.refractive_index for m in materials])
+    specular = np.array([m.specular for m in materials])
+    at_normal = np.where(index > 1.0, pane_reflectance(np.ones(len(index)), index), 1.0)
     kind = model.geom_type
+    faces = Faces(
+        np.append(kind == mujoco.mjtGeom.mjGEOM_BOX, False),
+        np.append(kind == mujoco.mjtGeom.mjGEOM_PLANE, False),
+        np.vstack([model.geom_size, np.zeros(3)]),
+        data,
+    )
     return Optics(
         reflectivity,
-        np.array([m.transmittance for m in materials]),
-        np.array([m.specular for m in materials]),
+        float(reflectivity.max()),
+        np.array([m.transmittance for m in materials]) / np.maximum(1.0 - specular, 1e-9),
         index,
-        np.where(index > 1.0, pane_reflectance(np.ones(len(index)), index), 1.0),
+        np.where(faces.is_box | faces.is_plane, specular / at_normal, 0.0),
         np.array([m.clear for m in materials]),
-        Faces(
-            np.append(kind == mujoco.mjtGeom.mjGEOM_BOX, False),
-            np.append(kind == mujoco.mjtGeom.mjGEOM_PLANE, False),
-            np.vstack([model.geom_size, np.zeros(3)]),
-            data,
-        ),
+        faces,
     )
 
 
@@ -126,9 +139,12 @@ def pane_reflectance(cosines: FloatArray, index: FloatArray) -> FloatArray:
         cosines: (N,) of the angle of incidence, in [0, 1].
         index: (N,) refractive index; 1 mirrors nothing.
     """
-    inner = np.sqrt(1.0 - (1.0 - cosines * cosines) / (index * index))
+    square = index * index
+    # Index times the cosine inside, for Snell's law: with it, one root does for both polarisations.
+    inner = np.sqrt(cosines * cosines + (square - 1.0))
+    outer = square * cosines
     # At grazing incidence on nothing (index 1) both cosines vanish together; mind 0 / 0.
-    across = (cosines - index * inner) / np.maximum(cosines + index * inner, 1e-12)
-    along = (index * cosines - inner) / np.maximum(index * cosines + inner, 1e-12)
+    across = (cosines - inner) / np.maximum(cosines + inner, 1e-12)
+    along = (outer - inner) / np.maximum(outer + inner, 1e-12)
     face = 0.5 * (across * across + along * along)
     return np.asarray(2.0 * face / (1.0 + face))

@@ -23,6 +23,7 @@ from robot_sim.effects import (
     quantised,
     received_power,
     sub_beam_places,
+    sub_rays,
     sunlit_sigma,
 )
 from robot_sim.optics import Optics
@@ -128,14 +129,7 @@ class Receiver:
         if effects.mixing is None:
             return sight.look(Light.sent(origins, axes[:, :, 0], times))
         places = sub_beam_places(self._streams["footprint"].random((2, n)))
-        across = places[:, 0, :, None] * axes[:, :, 1] + places[:, 1, :, None] * axes[:, :, 2]
-        half = 0.5 * beam.divergence
-        directions = axes[:, :, 0] + half * across
-        directions /= np.sqrt(1.0 + half**2 * (places**2).sum(axis=1))[:, :, None]
-        starts = origins + 0.5 * beam.aperture * across
-        light = Light.sent(
-            starts.reshape(-1, 3), directions.reshape(-1, 3), np.tile(times, SUB_BEAMS)
-        )
+        light = Light.sent(*sub_rays(beam, places, origins, axes), np.tile(times, SUB_BEAMS))
         grid = _seen_by_all(sight, light, n)
         draws = self._streams["blend"].random((2, n))
         return mixed(beam, effects.mixing, grid, draws[0], draws[1])

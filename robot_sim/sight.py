@@ -21,6 +21,7 @@ from robot_sim.optics import Optics
 
 _STEP: Final = 1e-5
 """A ray goes on this far behind the surface it has passed [m]."""
+_NOT_INSIDE: Final = np.int32(NO_GEOM)
 _FAINT: Final = 0.03
 """Light that has less than this share left one way, a thousandth both ways, is followed no more."""
 
@@ -54,16 +55,16 @@ class Light:
     def __len__(self) -> int:
         return len(self.ray)
 
-    def only(self, rows: BoolArray | slice) -> Light:
-        """Return the rays that ``rows`` (N,) chooses."""
+    def only(self, rows: npt.NDArray[np.intp]) -> Light:
+        """Return the rays ``rows`` (M,)."""
         return Light(
-            self.ray[rows],
-            self.origins[rows],
-            self.directions[rows],
-            self.times[rows],
-            self.travelled[rows],
-            self.share[rows],
-            self.inside[rows],
+            self.ray.take(rows),
+            self.origins.take(rows, axis=0),
+            self.directions.take(rows, axis=0),
+            self.times.take(rows),
+            self.travelled.take(rows),
+            self.share.take(rows),
+            self.inside.take(rows),
         )
 
 
@@ -79,6 +80,16 @@ class _Met:
     """Share of it that this mirrors."""
     leaving: BoolArray
     """Whether it comes upon it from inside."""
+
+    def only(self, rows: npt.NDArray[np.intp]) -> _Met:
+        """Return the rays ``rows`` (M,)."""
+        return _Met(
+            self.light.only(rows),
+            self.distances.take(rows),
+            self.geoms.take(rows),
+            self.mirrored.take(rows),
+            self.leaving.take(rows),
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,37 +126,45 @@ class Sight:
             hits: What each ray has hit first.
             rows: Which rays to follow; they have all hit something clear.
         """
-        if self.panes is None or not rows.any():
+        chosen = np.flatnonzero(rows)
+        if self.panes is None or not len(chosen):
             return
-        met = self._met(light, hits, echoes.remissions, rows)
-        found = _Strongest(echoes, float(self.optics.reflectivity.max()), self.least)
-        waiting = met.light.only(slice(0))
+        met = self._met(light, hits, echoes.remissions, chosen)
+        found = _Strongest(echoes, self.optics.brightest, self.least)
+        waiting: _Met | None = None
         for _ in range(self.panes.depth):
-            passing = found.promising(_passing(met, self.optics))
-            off = _mirrored(met, self.optics)
-            # Mirrored light lets what passes go first, and then has its echo to outdo.
-            going = [passing, waiting] if len(passing) else [waiting, off]
-            waiting = off if len(passing) else waiting.only(slice(0))
-            met = self._on(found.promising(_joined(going)), found)
-            if not len(met.light) and not len(waiting):
+            going = [_passing(met, self.optics, found)]
+            # Mirrored light lets what passes go first, and then has its echo to outdo; most of it
+            # never goes, hence its way is not worked out before.
+            late, waiting = waiting, met
+            if not len(going[0]):
+                going, waiting = [_mirrored(met, self.optics, found)], None
+            if late is not None:
+                going.append(_mirrored(late, self.optics, found))
+            beams = _joined([light for light in going if len(light)] or going[:1])
+            if len(beams):
+                met = self._on(beams, found)
+            elif waiting is None:
                 break
+            else:
+                met = met.only(np.zeros(0, dtype=np.intp))
 
     def _on(self, light: Light, found: _Strongest) -> _Met:
         """Cast light on, note its echoes, and return what has come upon something clear."""
-        if not len(light):
-            nothing = np.zeros(0)
-            return _Met(light, nothing, np.zeros(0, np.int32), nothing, np.zeros(0, np.bool_))
         hits = self.caster.hits(light.origins, light.directions, light.times, self.max_range)
         ways = light.travelled + hits.distances
-        clear = self.optics.clear[hits.geoms] & (ways <= self.max_range)
+        beyond = ways > self.max_range
+        clear = np.flatnonzero(self.optics.clear.take(hits.geoms) & ~beyond)
         remissions = self.optics.remissions(hits.geoms, hits.cosines)
         met = self._met(light, hits, remissions, clear)
-        remissions *= light.share**2
-        remissions[ways > self.max_range] = 0.0
+        remissions *= light.share * light.share
+        remissions[beyond] = 0.0
         found.add(light, ways, remissions, hits.cosines)
         return met
 
-    def _met(self, light: Light, hits: Hits, remissions: FloatArray, clear: BoolArray) -> _Met:
+    def _met(
+        self, light: Light, hits: Hits, remissions: FloatArray, clear: npt.NDArray[np.intp]
+    ) -> _Met:
         """Return the light that has come upon something ``clear``; add the glints to ``remissions``.
 
         Near normal incidence a pane or mirror sends its share straight back. A surface that is met
@@ -174,7 +193,7 @@ class _Strongest:
     ) -> None:
         """Take echoes (N,) of ``light`` into account."""
         powers = received_power(remissions, ways)
-        better = np.flatnonzero(powers > self._powers[light.ray])
+        better = np.flatnonzero(powers > self._powers.take(light.ray))
         # Several may be of one ray; of those the last that is written stays, the strongest.
         better = better[np.argsort(powers[better], kind="stable")]
         rays = light.ray[better]
@@ -183,52 +202,61 @@ class _Strongest:
         self.echoes.remissions[rays] = remissions[better]
         self.echoes.cosines[rays] = cosines[better]
 
-    def promising(self, light: Light) -> Light:
-        """Return the light that may yet bring back more than was found, from the brightest wall."""
-        best = received_power(light.share**2 * self._brightest, light.travelled)
-        return light.only(best > np.maximum(self._powers[light.ray], self._least))
+    def promising(self, met: _Met, share: FloatArray) -> npt.NDArray[np.intp]:
+        """Return the rows of ``met`` that may yet bring back more than was found, off the brightest wall.
+
+        Args:
+            met: From where it goes on.
+            share: (N,) that goes on, of all the light, one way.
+        """
+        ways = met.light.travelled + met.distances
+        needed = np.maximum(self._powers.take(met.light.ray), self._least) * ways * ways
+        return np.flatnonzero((share > _FAINT) & (share * share * self._brightest > needed))
 
 
-def _passing(met: _Met, optics: Optics) -> Light:
-    """Return the light that goes on through what it has come upon."""
+def _passing(met: _Met, optics: Optics, found: _Strongest) -> Light:
+    """Return the light that goes on through what it has come upon, where that is worth while."""
     share = np.where(met.leaving, 1.0, optics.transmitted(met.geoms, met.mirrored))
     share *= met.light.share
-    on = share > _FAINT
-    light, geoms, distances = met.light.only(on), met.geoms[on], met.distances[on]
+    rows = found.promising(met, share)
+    met, share = met.only(rows), share[rows]
+    light, geoms, distances = met.light, met.geoms, met.distances
     points = light.origins + distances[:, None] * light.directions
     steps = optics.faces.depths(geoms, points, light.directions) + _STEP
-    done = optics.faces.is_box[geoms] | met.leaving[on]
+    done = optics.faces.is_box.take(geoms) | met.leaving
     return Light(
         light.ray,
         points + steps[:, None] * light.directions,
         light.directions,
         light.times,
         light.travelled + distances + steps,
-        share[on],
-        np.where(done, NO_GEOM, geoms).astype(np.int32),
+        share,
+        np.where(done, _NOT_INSIDE, geoms),
     )
 
 
-def _mirrored(met: _Met, optics: Optics) -> Light:
-    """Return the light that is thrown back by what it has come upon."""
+def _mirrored(met: _Met, optics: Optics, found: _Strongest) -> Light:
+    """Return the light that is thrown back by what it has come upon, where that is worth while."""
     share = np.where(met.leaving, 0.0, met.mirrored) * met.light.share
-    back = share > _FAINT
-    light, distances = met.light.only(back), met.distances[back]
-    d = light.directions
-    points = light.origins + distances[:, None] * d
-    n = optics.faces.normals(met.geoms[back], points)
+    rows = found.promising(met, share)
+    met, share = met.only(rows), share[rows]
+    light, d = met.light, met.light.directions
+    points = light.origins + met.distances[:, None] * d
+    n = optics.faces.normals(met.geoms, points)
     d = d - 2.0 * np.einsum("ni,ni->n", d, n)[:, None] * n
     return Light(
         light.ray,
         points + _STEP * d,
         d,
         light.times,
-        light.travelled + distances + _STEP,
-        share[back],
-        np.full(len(d), NO_GEOM, dtype=np.int32),
+        light.travelled + met.distances + _STEP,
+        share,
+        np.full(len(d), _NOT_INSIDE),
     )
 
 
 def _joined(parts: list[Light]) -> Light:
+    if len(parts) == 1:
+        return parts[0]
     columns = ([getattr(part, f.name) for part in parts] for f in fields(Light))
     return Light(*(np.concatenate(column) for column in columns))
