@@ -216,7 +216,7 @@ def sub_beam_places(uniforms: FloatArray) -> FloatArray:
 def sub_rays(
     beam: Beam, places: FloatArray, origins: FloatArray, axes: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return origins and unit directions (SUB_BEAMS * B, 3) of all beams' sub-rays.
+    """Return origins and unit directions (3, SUB_BEAMS, B) of the beams' sub-rays.
 
     Args:
         beam: Its spot.
@@ -225,17 +225,17 @@ def sub_rays(
         axes: (B, 3, 3): in its columns the direction of each beam, and two across it.
     """
     x, y = places[1]
-    ahead = axes[:, :, 0]
-    across = x[:, None] * axes[:, :, 1] + y[:, None] * axes[:, :, 2]
+    ahead, left, up = axes.T
+    across = x * left + y * up
     half = 0.5 * beam.divergence
-    scale = 1.0 / np.sqrt(1.0 + half**2 * (x * x + y * y))[:, None]
-    starts, directions = np.empty((2, SUB_BEAMS, len(origins), 3))
-    starts[0], directions[0] = origins, ahead
+    scale = 1.0 / np.sqrt(1.0 + half**2 * (x * x + y * y))
+    starts, directions = np.empty((2, 3, SUB_BEAMS, len(origins)))
+    starts[:, 0], directions[:, 0] = origins.T, ahead
     aside = 0.5 * beam.aperture * across
-    starts[1], starts[2] = origins + aside, origins - aside
+    starts[:, 1], starts[:, 2] = origins.T + aside, origins.T - aside
     across *= half
-    directions[1], directions[2] = (ahead + across) * scale, (ahead - across) * scale
-    return starts.reshape(-1, 3), directions.reshape(-1, 3)
+    directions[:, 1], directions[:, 2] = (ahead + across) * scale, (ahead - across) * scale
+    return starts, directions
 
 
 def received_power(remissions: FloatArray, distances: FloatArray) -> FloatArray:
@@ -266,6 +266,12 @@ class Echoes:
     """Against a white surface met square on; 0 where there is none."""
     cosines: FloatArray
     """|cos| of the incidence; of no meaning where there is no echo."""
+
+    def of(self, beams: slice) -> Echoes:
+        """Return those of some of the beams."""
+        return Echoes(
+            self.distances[..., beams], self.remissions[..., beams], self.cosines[..., beams]
+        )
 
 
 def mixed(

@@ -10,11 +10,13 @@ import numpy as np
 from localization.types import IntArray, Pose, Scan
 from robot_sim.arrays import FloatArray
 from robot_sim.casting import RayCaster
+from robot_sim.effects import Echoes
 from robot_sim.errors import SensorError
 from robot_sim.fan import Fan
 from robot_sim.optics import Optics
 from robot_sim.receiver import Receiver
 from robot_sim.scanner_config import ScannerConfig as ScannerConfig
+from robot_sim.sight import Sight
 from robot_sim.track import Track as Track
 
 
@@ -47,10 +49,11 @@ class Scanner:
             )
         self._config = config
         self._caster = caster
-        self._optics = None
-        if config.effects.optical and optics is not None:
-            self._optics = optics.opaque() if config.effects.panes is None else optics
         self._receiver = Receiver(config.effects, config.beam, config.noise, seed)
+        self.sight: Sight | None = None
+        """What follows its light; None where a beam is one ray, whose distance alone matters."""
+        if config.effects.optical and optics is not None:
+            self.sight = self._receiver.sight(caster, optics, config.range_max)
         patterns = [
             config.scan(0, np.zeros(config.beams_of(part)), part=part)
             for part in range(config.interlace)
@@ -59,8 +62,10 @@ class Scanner:
         self._patterns = patterns
         self._fans = [Fan(mount, pattern.angles, pattern.offsets) for pattern in patterns]
         # Asked for in every tick, hence plain attributes.
-        self.plain = self._optics is None
+        self.plain = self.sight is None
         """Whether a beam is one ray, whose distance alone matters."""
+        self.rays_per_beam = self._receiver.rays_per_beam
+        """How many rays stand for one beam."""
         self.range_max = config.range_max
         """Farther surfaces give no return [m]."""
         self.start = 0
@@ -85,15 +90,8 @@ class Scanner:
         if self.plain:
             rays = self.aim(track)
             return self.tell(self._caster.distances(*rays, self.range_max))
-        assert self._optics is not None
-        config, part = self._config, self._part
-        times = self.start + self._offsets[part]
-        origins, axes = self._fans[part].axes(track, self.start)
-        limits = (config.range_min, config.range_max)
-        ranges, remissions = self._receiver.sensed(
-            self._caster, self._optics, origins, axes, times, limits
-        )
-        return self._scan(ranges, remissions)
+        assert self.sight is not None
+        return self.hear(self.sight.see(*self.send(track)))
 
     def aim(self, track: Track) -> tuple[FloatArray, FloatArray, IntArray]:
         """Return origins (N, 3) [m], directions (N, 3) and times (N,) [ns] of the sweep that has ended."""
@@ -103,6 +101,17 @@ class Scanner:
     def tell(self, distances: FloatArray) -> Scan:
         """Return the scan for the distances (N,) [m] that the rays of ``aim`` went."""
         return self._scan(self._receiver.measured(distances), _NO_REMISSIONS)
+
+    def send(self, track: Track) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Return the light of the sweep that has ended, as ``Sight.see`` takes it."""
+        origins, axes = self._fans[self._part].axes(track, self.start)
+        starts, directions = self._receiver.sent(origins, axes)
+        return starts, directions, self.start + self._offsets[self._part]
+
+    def hear(self, echoes: Echoes) -> Scan:
+        """Return the scan for the echoes (K, N) of what ``send`` has sent."""
+        limits = (self._config.range_min, self._config.range_max)
+        return self._scan(*self._receiver.sensed(echoes, limits))
 
     def _scan(self, ranges: FloatArray, remissions: FloatArray) -> Scan:
         """Return the scan of the sweep that has ended, and wait for the next one."""
@@ -132,8 +141,8 @@ def sweeps_until(
 ) -> list[Scan]:
     """Return the sweeps of all scanners that have ended by ``stamp`` [ns], by their ends.
 
-    Plain sweeps that end in the same tick are cast together: half the cost of a sweep is in handing
-    it over, however many its rays are.
+    Sweeps that end in the same tick are cast together, those with effects where they see alike: half the
+    cost of a sweep is in handing it over, however many its rays are.
 
     Args:
         stamp: Until when [ns].
@@ -151,8 +160,12 @@ def sweeps_until(
             times = np.concatenate([r[2] for r in rays])
             reach = max([scanner.range_max for scanner in together])
             distances = caster.distances(origins, directions, times, reach)
+        heard = _seen_together([scanner for scanner in due if not scanner.plain], track)
         first = 0
         for scanner in due:
+            if scanner in heard:
+                scans.append(scanner.hear(heard[scanner]))
+                continue
             if not scanner.plain or len(together) == 1:
                 scans.append(scanner.sweep(track))
                 continue
@@ -164,6 +177,22 @@ def sweeps_until(
     if len(scans) > 1:
         scans.sort(key=lambda scan: scan.end_stamp)
     return scans
+
+
+def _seen_together(scanners: Sequence[Scanner], track: Track) -> dict[Scanner, Echoes]:
+    """Return the echoes of scanners' sweeps, cast together; of none unless all see alike."""
+    sights = [scanner.sight for scanner in scanners if scanner.sight is not None]
+    if len(sights) < 2 or not all(sight.sees_as(sights[0]) for sight in sights[1:]):
+        return {}
+    if len({scanner.rays_per_beam for scanner in scanners}) > 1:
+        return {}
+    sent = [scanner.send(track) for scanner in scanners]
+    echoes = sights[0].see(*(np.concatenate(part, axis=-1) for part in zip(*sent, strict=True)))
+    ends = np.cumsum([scanner.beams for scanner in scanners])
+    return {
+        scanner: echoes.of(slice(end - scanner.beams, end))
+        for scanner, end in zip(scanners, ends, strict=True)
+    }
 
 
 _NO_REMISSIONS: Final = np.zeros(0)

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 
-from localization.types import IntArray
 from robot_sim.arrays import FloatArray
 from robot_sim.casting.caster import RayCaster
 from robot_sim.effects import (
@@ -27,7 +26,7 @@ from robot_sim.effects import (
     sunlit_sigma,
 )
 from robot_sim.optics import Optics
-from robot_sim.sight import Light, Sight
+from robot_sim.sight import Sight
 
 _STREAMS: Final = ("footprint", "blend", "detection", "sunlight", "bias")
 """Whose random numbers are whose: children of the scanner's seed, in this order for good."""
@@ -57,6 +56,8 @@ class Receiver:
         self._streams = dict(
             zip(_STREAMS, (np.random.default_rng(c) for c in children), strict=True)
         )
+        self.rays_per_beam = 1 if effects.mixing is None else SUB_BEAMS
+        """How many rays stand for one beam: more than one where it has a footprint."""
         bound = effects.bias.bound if effects.bias is not None else 0.0
         self.bias = float(self._streams["bias"].uniform(-bound, bound))
         """This unit's constant error [m]."""
@@ -66,27 +67,43 @@ class Receiver:
         sigma = self._noise.at(distances)
         return self._told(distances + sigma * self._rng.standard_normal(len(distances)))
 
-    def sensed(
-        self,
-        caster: RayCaster,
-        optics: Optics,
-        origins: FloatArray,
-        axes: FloatArray,
-        times: IntArray,
-        limits: tuple[float, float],
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return ranges and remissions (N,) of beams: ``inf`` and 0 where there is no echo.
+    def sight(self, caster: RayCaster, optics: Optics, max_range: float) -> Sight:
+        """Return what looks after the light of this receiver's scanner.
 
         Args:
             caster: Of the world.
             optics: Of its geoms.
+            max_range: [m].
+        """
+        effects = self._effects
+        least = 0.0 if effects.sensitivity is None else _NOTICED * effects.sensitivity.threshold
+        seen = optics.opaque() if effects.panes is None else optics
+        return Sight(caster, seen, effects.panes, max_range, least)
+
+    def sent(self, origins: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return starts [m] and directions (3, K, N) of the rays that stand for beams.
+
+        K is ``rays_per_beam``.
+
+        Args:
             origins: (N, 3) in ``map`` [m].
             axes: (N, 3, 3): in its columns the direction of each beam, and two across it.
-            times: (N,) of each beam [ns].
+        """
+        if self._effects.mixing is None:
+            return origins.T[:, None], axes[:, :, 0].T[:, None]
+        places = sub_beam_places(self._streams["footprint"].random((2, len(origins))))
+        return sub_rays(self._beam, places, origins, axes)
+
+    def sensed(self, heard: Echoes, limits: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+        """Return ranges and remissions (N,) of beams: ``inf`` and 0 where there is no echo.
+
+        Args:
+            heard: (K, N) of the rays of ``sent``.
             limits: Least and greatest range [m].
         """
-        effects, beam, n = self._effects, self._beam, len(origins)
-        echoes = self._echoes(caster, optics, origins, axes, times, limits[1])
+        effects, beam = self._effects, self._beam
+        echoes = self._mixed(heard)
+        n = len(echoes.distances)
         depths = np.zeros(n)
         if effects.spreading is not None:
             depths = footprint_depth(beam, echoes.distances, echoes.cosines)
@@ -113,51 +130,14 @@ class Receiver:
         remissions = np.where(np.isfinite(distances), echoes.remissions, 0.0)
         return self._told(distances + sigma * self._rng.standard_normal(n)), remissions
 
-    def _echoes(
-        self,
-        caster: RayCaster,
-        optics: Optics,
-        origins: FloatArray,
-        axes: FloatArray,
-        times: IntArray,
-        max_range: float,
-    ) -> Echoes:
-        """Return one echo of each beam: of its centre, or of what its sub-rays add up to."""
-        effects, beam, n = self._effects, self._beam, len(origins)
-        least = 0.0 if effects.sensitivity is None else _NOTICED * effects.sensitivity.threshold
-        sight = Sight(caster, optics, effects.panes, max_range, least)
-        if effects.mixing is None:
-            return sight.look(Light.sent(origins, axes[:, :, 0], times))
-        places = sub_beam_places(self._streams["footprint"].random((2, n)))
-        light = Light.sent(*sub_rays(beam, places, origins, axes), np.tile(times, SUB_BEAMS))
-        grid = _seen_by_all(sight, light, n)
-        draws = self._streams["blend"].random((2, n))
-        return mixed(beam, effects.mixing, grid, draws[0], draws[1])
+    def _mixed(self, heard: Echoes) -> Echoes:
+        """Return one echo (N,) of each beam: of its centre, or of what its sub-rays add up to."""
+        if self._effects.mixing is None:
+            return Echoes(heard.distances[0], heard.remissions[0], heard.cosines[0])
+        blends, picks = self._streams["blend"].random((2, heard.distances.shape[1]))
+        return mixed(self._beam, self._effects.mixing, heard, blends, picks)
 
     def _told(self, ranges: FloatArray) -> FloatArray:
         quantisation = self._effects.quantisation
         ranges = ranges + self.bias
         return ranges if quantisation is None else quantised(ranges, quantisation.step)
-
-
-def _seen_by_all(sight: Sight, light: Light, beams: int) -> Echoes:
-    """Return the echoes of all sub-rays (SUB_BEAMS, beams).
-
-    Beyond clear things a beam is as thin as its centre: where that and another sub-ray have both hit
-    something clear, they see the same.
-    """
-    echoes, hits = sight.first(light)
-    shape = (SUB_BEAMS, beams)
-    grid = Echoes(
-        echoes.distances.reshape(shape),
-        echoes.remissions.reshape(shape),
-        echoes.cosines.reshape(shape),
-    )
-    clear = sight.optics.clear[hits.geoms].reshape(shape)
-    same = clear & clear[0]
-    same[0] = False
-    sight.follow(light, echoes, hits, (clear & ~same).ravel())
-    if same.any():
-        for values in (grid.distances, grid.remissions, grid.cosines):
-            values[same] = np.broadcast_to(values[0], shape)[same]
-    return grid

@@ -105,11 +105,46 @@ class Sight:
     least: float = 0.0
     """Power that no receiver takes notice of: light that cannot bring it back is given up."""
 
+    def sees_as(self, other: Sight) -> bool:
+        """Whether ``other`` would tell the same of any light."""
+        return (
+            self.caster is other.caster
+            and self.optics is other.optics
+            and (self.panes, self.max_range, self.least)
+            == (other.panes, other.max_range, other.least)
+        )
+
     def look(self, light: Light) -> Echoes:
         """Return the strongest echo of each ray, through panes and off mirrors."""
         echoes, hits = self.first(light)
-        self.follow(light, echoes, hits, self.optics.clear[hits.geoms])
+        self.follow(light, echoes, hits, self.optics.clear.take(hits.geoms))
         return echoes
+
+    def see(self, starts: FloatArray, directions: FloatArray, times: IntArray) -> Echoes:
+        """Return the echoes (K, N) of the K sub-rays of N beams.
+
+        Beyond clear things a beam is as thin as its centre: where that and another sub-ray have both
+        hit something clear, they see the same.
+
+        Args:
+            starts: (3, K, N) of the sub-rays, a beam's centre first [m].
+            directions: (3, K, N), unit vectors.
+            times: (N,) of the beams [ns].
+        """
+        _, rays, beams = shape = starts.shape
+        light = Light.sent(
+            starts.reshape(3, -1).T, directions.reshape(3, -1).T, np.tile(times, rays)
+        )
+        echoes, hits = self.first(light)
+        grid = Echoes(*(getattr(echoes, f.name).reshape(rays, beams) for f in fields(Echoes)))
+        clear = self.optics.clear.take(hits.geoms).reshape(shape[1:])
+        same = clear & clear[0]
+        same[0] = False
+        self.follow(light, echoes, hits, (clear & ~same).ravel())
+        sub_rays, of = same.nonzero()
+        for values in (grid.distances, grid.remissions, grid.cosines):
+            values[sub_rays, of] = values[0, of]
+        return grid
 
     def first(self, light: Light) -> tuple[Echoes, Hits]:
         """Return the echo of the first surface of each ray, and what was hit; glints come later."""
