@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import gc
 import json
+import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Final
 
 from teleop.rosbridge.errors import FrameError
 
-_SPACE: Final = " \t\r\n"
+_SPACE: Final = re.compile(r"[ \t\r\n]*")
+
+_LARGE: Final = 65_536
+"""Length of a text from which on the collector of garbage pauses while it is read."""
 
 
 def _refuse(constant: str) -> None:
@@ -46,7 +52,8 @@ def operations(frame: str | bytes) -> Iterator[dict[str, Any]]:
         raise FrameError("the frame is empty")
     while position < len(text):
         try:
-            value, position = _DECODER.raw_decode(text, position)
+            with _uncollected(len(text)):
+                value, position = _DECODER.raw_decode(text, position)
         except RecursionError:
             raise FrameError("the JSON is nested too deeply") from None
         except json.JSONDecodeError as error:
@@ -77,6 +84,21 @@ def _decoded(frame: bytes) -> str:
 
 
 def _skip(text: str, position: int) -> int:
-    while position < len(text) and text[position] in _SPACE:
-        position += 1
-    return position
+    space = _SPACE.match(text, position)
+    return space.end() if space else position
+
+
+@contextmanager
+def _uncollected(length: int) -> Iterator[None]:
+    """Keep Python from looking for garbage among what is just being read.
+
+    A megabyte of empty arrays has it look again and again: 0.7 s instead of 0.08 s in all.
+    """
+    pause = length >= _LARGE and gc.isenabled()
+    if pause:
+        gc.disable()
+    try:
+        yield
+    finally:
+        if pause:
+            gc.enable()

@@ -30,6 +30,8 @@ class RawCodec:
         self._registry = registry
         self._flavour: Flavour = flavour
         self._stores: dict[str, tuple[int, Typestore]] = {}
+        self._texts: dict[str, tuple[int, str]] = {}
+        """Definitions by type, each with the registry's version: one takes up to a millisecond."""
 
     def bytes(self, kind: MessageType, message: Message) -> bytes:
         """Return a completed message's bytes.
@@ -48,9 +50,13 @@ class RawCodec:
 
     def definition(self, kind: MessageType) -> str:
         """Return the definition of a type and of all it is made of, as rosbags and bag files do."""
-        version = 1 if self._flavour == "ros1" else 2
-        text = self._store(kind).generate_msgdef(kind.name, ros_version=version)[0]
-        return "".join(line for line in text.splitlines(True) if PADDING not in line)
+        version, text = self._texts.get(kind.name, (-1, ""))
+        if version != self._registry.version:
+            ros = 1 if self._flavour == "ros1" else 2
+            whole = self._store(kind).generate_msgdef(kind.name, ros_version=ros)[0]
+            text = "".join(line for line in whole.splitlines(True) if PADDING not in line)
+            self._texts[kind.name] = self._registry.version, text
+        return text
 
     def _store(self, kind: MessageType) -> Typestore:
         """Return a store of the type and its parts; a type may be replaced, a store's may not."""
