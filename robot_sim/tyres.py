@@ -55,7 +55,8 @@ def lateral_grip(slip: float, rim: float) -> float:
 class Tyres:
     """Writes the wheels' friction into a simulation's own model, once per tick.
 
-    It keeps no state: what it writes follows from positions and velocities alone.
+    What it writes follows from positions and velocities alone; it only remembers on which patches the
+    wheels stood last, to write no more than what changes.
     """
 
     def __init__(
@@ -82,12 +83,14 @@ class Tyres:
         self._compliant = compliant
         base = model.joint("base_link")
         self._q, self._v = int(base.qposadr[0]), int(base.dofadr[0])
-        self._wheels = np.array([int(model.joint(w).dofadr[0]) for w in WHEELS])
+        wheels = [int(model.joint(w).dofadr[0]) for w in WHEELS]
+        self._wheels = np.array(wheels)
         self._radii = np.array([robot.true_rolling_radius(s) for s in SIDES])
         self._x, self._y = contact_positions(robot)
         self._contacts = tuple(
-            zip(self._x.tolist(), self._y.tolist(), self._radii.tolist(), strict=True)
+            zip(wheels, self._x.tolist(), self._y.tolist(), self._radii.tolist(), strict=True)
         )
+        self._points = np.stack([self._x, self._y, np.zeros(4)], axis=1)
         found = [_pairs_of(model, w) for w in WHEELS]
         self._pairs = np.array([pairs for pairs, _ in found])
         self._friction: FloatArray = model.pair_friction[self._pairs][..., :2].copy()
@@ -101,16 +104,16 @@ class Tyres:
         self._rolling = np.full(len(WHEELS), min(here))
         self._mixed = len(here) > 1
         self._tyres = np.array([model.geom(f"{w}_tyre").id for w in WHEELS])
+        self._under: tuple[Patch | None, ...] = (None,) * len(WHEELS)
+        # (4, P, 2) friction of the wheels' pairs where they stand, across and along.
+        self._here = self._friction
         self._resist(self._rolling)
 
     def grip(self, data: mujoco.MjData) -> None:
         """Set the friction of every wheel for the coming tick."""
-        friction = self._friction
         if self._patches or self._mixed:
-            friction, rolling = self._ground(data)
-            self._model.pair_friction[self._pairs, 1] = friction[..., 1]
-            self._resist(rolling)
-        across = friction[..., 0]
+            self._roll_onto(data)
+        across = self._here[..., 0]
         if self._compliant:
             # Capsules on planes: the first tangent runs across the wheel.
             across = across * (1.0 - self._oriented * (1.0 - self._lateral(data)))
@@ -122,24 +125,25 @@ class Tyres:
 
     def _lateral(self, data: mujoco.MjData) -> FloatArray:
         """Return the (4, 1) share of its lateral friction that each wheel has."""
-        v = self._v
-        forward, left, turn = _planar(data.qpos[self._q + 3 : self._q + 7], data.qvel[v : v + 6])
+        q, v, rates = self._q, self._v, data.qvel.tolist()
+        forward, left, turn = _planar(data.qpos[q + 3 : q + 7].tolist(), rates[v : v + 6])
         grips = []
         # Four wheels are too few for numpy: plain numbers are four times as quick.
-        for (x, y, radius), rate in zip(
-            self._contacts, data.qvel[self._wheels].tolist(), strict=True
-        ):
-            rim = radius * rate
+        for wheel, x, y, radius in self._contacts:
+            rim = radius * rates[wheel]
             slip = math.hypot(forward - turn * y - rim, left + turn * x)
             grips.append((lateral_grip(slip, rim),))
         return np.array(grips)
 
-    def _ground(self, data: mujoco.MjData) -> tuple[FloatArray, FloatArray]:
-        """Return friction (4, P, 2), across and along, and rolling resistance (4,), under the wheels."""
+    def _roll_onto(self, data: mujoco.MjData) -> None:
+        """Set what the ground under the wheels says: friction along them, and rolling resistance."""
         rotation = np.empty(9)
         mujoco.mju_quat2Mat(rotation, data.qpos[self._q + 3 : self._q + 7])
-        contacts = np.stack([self._x, self._y, np.zeros(4)], axis=1) @ rotation.reshape(3, 3).T
+        contacts = self._points @ rotation.reshape(3, 3).T
         under = patches_under(self._patches, contacts + data.qpos[self._q : self._q + 3])
+        if under == self._under and not self._mixed:
+            return
+        self._under = under
         friction, rolling = self._friction.copy(), self._rolling.copy()
         if self._mixed:
             rolling = self._resistance_touched(data)
@@ -152,7 +156,9 @@ class Tyres:
             friction[wheel, :, 0] = np.where(aligned, surface.mu_lat, even)
             friction[wheel, :, 1] = np.where(aligned, surface.mu_long, even)
             rolling[wheel] = surface.rolling_resistance
-        return friction, rolling
+        self._here = friction
+        self._model.pair_friction[self._pairs, 1] = friction[..., 1]
+        self._resist(rolling)
 
     def _resistance_touched(self, data: mujoco.MjData) -> FloatArray:
         """Return the largest rolling resistance (4,) of what each tyre touches; in the air none."""
@@ -163,10 +169,10 @@ class Tyres:
         return rolling
 
 
-def _planar(quaternion: FloatArray, velocity: FloatArray) -> tuple[float, float, float]:
+def _planar(quaternion: Sequence[float], velocity: Sequence[float]) -> tuple[float, float, float]:
     """Return forward, left and yaw rate in ``base_link`` of a free joint's velocity (6,)."""
-    w, x, y, z = quaternion.tolist()
-    vx, vy, vz, _, _, turn = velocity.tolist()
+    w, x, y, z = quaternion
+    vx, vy, vz, _, _, turn = velocity
     forward = (1 - 2 * (y * y + z * z)) * vx + 2 * (x * y + w * z) * vy + 2 * (x * z - w * y) * vz
     left = 2 * (x * y - w * z) * vx + (1 - 2 * (x * x + z * z)) * vy + 2 * (y * z + w * x) * vz
     return forward, left, turn
