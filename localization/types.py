@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -39,11 +39,21 @@ class InvalidReadingError(ValueError):
 
 
 def _read_only(value: npt.ArrayLike, shape: tuple[int, ...] | None, name: str) -> FloatArray:
-    array = np.array(value, dtype=float)
+    array = value if _is_frozen(value, np.float64) else np.array(value, dtype=float)
     if shape is not None and array.shape != shape:
         raise InvalidReadingError(f"{name} must have shape {shape}, got {array.shape}")
     array.flags.writeable = False
     return array
+
+
+def _is_frozen(value: object, dtype: type[np.generic]) -> TypeGuard[npt.NDArray[Any]]:
+    """Return whether ``value`` is an array that can be shared: its own memory, which nobody writes to."""
+    return (
+        type(value) is np.ndarray
+        and not value.flags.writeable
+        and value.base is None
+        and value.dtype == dtype
+    )
 
 
 def _finite(array: FloatArray, name: str) -> None:
@@ -194,8 +204,10 @@ class Scan:
             shape = n if name != "intensities" or np.size(self.intensities) else (0,)
             value = _read_only(getattr(self, name), shape, f"scan.{name}")
             object.__setattr__(self, name, value)
-        offsets = np.array(self.offsets, dtype=np.int64)
-        if offsets.shape != n or (len(offsets) and (np.diff(offsets) < 0).any()):
+        offsets = self.offsets
+        if not _is_frozen(offsets, np.int64):
+            offsets = np.array(offsets, dtype=np.int64)
+        if offsets.shape != n or np.count_nonzero(offsets[1:] < offsets[:-1]):
             raise InvalidReadingError(
                 f"scan.offsets must be {n} non-decreasing times, got {offsets.shape}"
             )

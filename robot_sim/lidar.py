@@ -116,16 +116,21 @@ class Scanner:
     def _scan(self, ranges: FloatArray, remissions: FloatArray) -> Scan:
         """Return the scan of the sweep that has ended, and wait for the next one."""
         config, part = self._config, self._part
-        ranges[ranges < config.range_min] = np.nan
-        ranges[ranges > config.range_max] = np.inf
+        np.putmask(ranges, ranges < config.range_min, np.nan)
+        np.putmask(ranges, ranges > config.range_max, np.inf)
         pattern = self._patterns[part]
-        # A scan has the resolution of its message, which is that of float32.
+        # A scan has the resolution of its message, which is that of float32. What is its own and
+        # cannot be written to, it does not copy.
+        told, intensities = (
+            values.astype(np.float32).astype(float) for values in (ranges, remissions)
+        )
+        told.flags.writeable = intensities.flags.writeable = False
         scan = Scan(
             stamp=self.start,
             scanner=pattern.scanner,
             angles=pattern.angles,
-            ranges=ranges.astype(np.float32).astype(float),
-            intensities=remissions.astype(np.float32).astype(float),
+            ranges=told,
+            intensities=intensities,
             offsets=pattern.offsets,
             range_min=pattern.range_min,
             range_max=pattern.range_max,
