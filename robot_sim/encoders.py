@@ -15,6 +15,7 @@ from robot_sim.skid_steer import SkidSteer
 COUNTS_PER_TURN: Final = 500 * 4 * 49.8
 """Encoder edges per wheel turn: 500 lines, four edges each, gear 49.8:1 (the manual, as
 quoted by others)."""
+_PER_RADIAN: Final = COUNTS_PER_TURN / (2.0 * math.pi)
 
 
 class Encoders:
@@ -24,8 +25,9 @@ class Encoders:
         self._config = config
         self._metres_per_count = 2.0 * math.pi * robot.rolling_radius / COUNTS_PER_TURN
         self._rng = np.random.default_rng(seed)
-        self._scale = 1.0 + config.encoder_scale_sigma * self._rng.standard_normal(2)
-        self._angles: FloatArray = np.zeros(2)
+        scale = 1.0 + config.encoder_scale_sigma * self._rng.standard_normal(2)
+        self._scale: list[float] = scale.tolist()
+        self._counts = [0, 0]
 
     def read(self, stamp: int, angles: FloatArray, dt: float) -> WheelSpeeds:
         """Return the speeds over the ``dt`` [s] that end at ``stamp`` [ns].
@@ -35,14 +37,19 @@ class Encoders:
             angles: (2,) angle of the left and the right wheels [rad].
             dt: Length of the interval [s].
         """
-        to_counts = COUNTS_PER_TURN / (2.0 * math.pi)
-        counts = np.rint(angles * to_counts) - np.rint(self._angles * to_counts)
-        self._angles = np.array(angles, dtype=float)
-        speeds = self._scale * counts * self._metres_per_count / dt
-        for slip in self._config.slips:
-            if slip.active(stamp):
-                speeds = slip.factor * speeds
-        noise = self._config.encoder_noise * self._rng.standard_normal(2)
-        # Wheels that did not move give no edges, hence no noise.
-        measured = np.where(counts != 0.0, speeds + noise, 0.0).astype(np.float32)
-        return WheelSpeeds(stamp, float(measured[0]), float(measured[1]))
+        noise = self._config.encoder_noise
+        draws = self._rng.standard_normal(2).tolist()
+        measured = []
+        # Two sides are too few for numpy: plain numbers are three times as quick.
+        for side, angle in enumerate(angles.tolist()):
+            total = round(angle * _PER_RADIAN)
+            counts, self._counts[side] = total - self._counts[side], total
+            speed = self._scale[side] * counts * self._metres_per_count / dt
+            for slip in self._config.slips:
+                if slip.active(stamp):
+                    speed = slip.factor * speed
+            # Wheels that did not move give no edges, hence no noise.
+            measured.append(speed + noise * draws[side] if counts else 0.0)
+        left, right = measured
+        # Of the message's resolution.
+        return WheelSpeeds(stamp, float(np.float32(left)), float(np.float32(right)))

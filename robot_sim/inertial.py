@@ -167,7 +167,7 @@ class InertialUnit:
             np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, 0))
         )
         drifts = (config.gyro_drift, config.force_drift)
-        self._noise = np.array([config.gyro_noise, config.force_noise])
+        self._noise = np.array([[config.gyro_noise], [config.force_noise]])
         self._wanders = any(drift.wanders for drift in drifts)
         self._decay = np.array([math.exp(-READING_SECONDS / d.correlation) for d in drifts])
         spread = np.array([d.instability / PEAK for d in drifts])
@@ -188,8 +188,10 @@ class InertialUnit:
             rate: (3,) mean angular velocity in ``base_link`` [rad/s].
             force: (3,) mean specific force in ``base_link`` [m/s^2].
         """
-        reading = self.readings(np.stack([rate, force])[None])[0]
-        return Inertial(stamp=stamp, angular_velocity=reading[0], specific_force=reading[1])
+        truth = np.empty((1, 2, 3))
+        truth[0, 0], truth[0, 1] = rate, force
+        told = self.readings(truth)
+        return Inertial(stamp=stamp, angular_velocity=told[0, 0], specific_force=told[0, 1])
 
     def readings(self, truths: FloatArray) -> FloatArray:
         """Return the next N readings, (N, 2, 3): rates [rad/s] and specific forces [m/s^2].
@@ -200,7 +202,7 @@ class InertialUnit:
             truths: (N, 2, 3) true means over ticks that follow each other.
         """
         n = len(truths)
-        noise = self._noise[:, None] * self._rng.standard_normal((n, 2, 3))
+        noise = self._noise * self._rng.standard_normal((n, 2, 3))
         told = truths + self._biases + noise
         if self._wanders:
             told += self._wander(n)

@@ -7,6 +7,7 @@ state of every step behind. ``World.model`` is never written to: the physics own
 from __future__ import annotations
 
 import copy
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -37,7 +38,7 @@ _BAD_NUMBERS: Final = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """How the robot moved through one tick, step by step."""
+    """How the robot moved through one tick, step by step: views that hold until the next tick."""
 
     stamps: IntArray
     """(S,) end of each step [ns]."""
@@ -77,6 +78,7 @@ class Physics:
         self._warnings = self.data.warning.number
         self._ticks = 0
         self._steps_per_tick = steps_per_tick
+        self._ends: IntArray = TIMESTEP_NS * np.arange(1, steps_per_tick + 1, dtype=np.int64)
         self._rollout = Rollout(nthread=0)
         self._models, self._datas = [self.model], [self.data]
         size = mujoco.mj_stateSize
@@ -91,8 +93,13 @@ class Physics:
         base = self.model.joint("base_link")
         q, v = 1 + int(base.qposadr[0]), 1 + self.model.nq + int(base.dofadr[0])
         self._pose_columns = slice(q, q + 7)
-        self._turn_columns = slice(v + 3, v + 6)
-        self._position_columns = slice(1, 1 + self.model.nq)
+        states = self._states[0]
+        self._views = (
+            states[:, self._pose_columns],
+            states[:, 1 : 1 + self.model.nq],
+            states[:, v + 3 : v + 6],
+            self._sensors[0],
+        )
         self._velocity_columns = slice(1 + self.model.nq, 1 + self.model.nq + self.model.nv)
 
     @property
@@ -103,8 +110,7 @@ class Physics:
     @property
     def step_stamps(self) -> IntArray:
         """(S,) end of each step of the coming tick [ns]."""
-        steps = np.arange(1, self._steps_per_tick + 1, dtype=np.int64)
-        return self.stamp + steps * TIMESTEP_NS
+        return self.stamp + self._ends
 
     def advance(self, controls: FloatArray) -> Motion:
         """Run one tick.
@@ -119,12 +125,13 @@ class Physics:
         Raises:
             PhysicsError: the physics became unstable; the message names what, when and where.
         """
-        model, data, states = self.model, self.data, self._states[0]
+        model, data = self.model, self.data
         mujoco.mj_getState(model, data, self._before[0], _STATE)
         mujoco.mj_getState(model, data, self._input, _INPUTS)
-        self._inputs[0] = self._input
+        inputs = self._inputs[0]
+        inputs[:] = self._input
         # The commands come first in this part of the state.
-        self._inputs[0][:, self._motors] = controls
+        inputs[:, self._motors] = controls
         self._warmstart[0] = data.qacc_warmstart
         self._rollout.rollout(
             self._models,
@@ -141,25 +148,20 @@ class Physics:
         self._check()
         stamps = self.step_stamps
         self._ticks += 1
-        return Motion(
-            stamps,
-            states[:, self._pose_columns],
-            states[:, self._position_columns],
-            states[:, self._turn_columns],
-            self._sensors[0],
-        )
+        return Motion(stamps, *self._views)
 
     def _check(self) -> None:
         """Raise if MuJoCo warned, or if anything is not finite or absurdly fast.
 
         After a warning a rollout repeats the state it has; that must never pass for a motion.
         """
-        warned = self._warnings.any()
+        warned = bool(np.count_nonzero(self._warnings))
         velocities = self._states[0, :, self._velocity_columns]
-        # Written so that NaN fails as well.
-        tame = np.abs(velocities) < _RUNAWAY
-        if tame.all() and not warned and np.isfinite(self._states[0, -1]).all():
+        fastest = max(float(velocities.max()), -float(velocities.min()))
+        # Written so that NaN fails as well; a sum is finite only if all its terms are.
+        if fastest < _RUNAWAY and not warned and math.isfinite(self._states[0, -1].sum()):
             return
+        tame = np.abs(velocities) < _RUNAWAY
         if warned:
             kind = int(np.flatnonzero(self._warnings)[0])
             reason = self._warning(kind, int(self.data.warning[kind].lastinfo))

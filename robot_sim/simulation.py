@@ -157,12 +157,12 @@ class Simulation:
         motion = self._advance()
         self._trail.extend(motion.stamps, motion.poses)
         stamp, dt = self.stamp, TICK_NS * 1e-9
-        angles = self._wheel_angles.reshape(2, 2).mean(axis=0)
+        angles = 0.5 * (self._wheel_angles[:2] + self._wheel_angles[2:])
         speeds = self._encoders.read(stamp, angles, dt)
         self._condition = self._monitor.update(self._data, motion)
         wheels = self._through_firmware(speeds, dt)
-        velocity = motion.angular_velocities.sum(axis=0) / STEPS_PER_TICK
-        force = motion.sensors[:, self._accelerometer].sum(axis=0) / STEPS_PER_TICK
+        velocity = np.add.reduce(motion.angular_velocities) / STEPS_PER_TICK
+        force = np.add.reduce(motion.sensors[:, self._accelerometer]) / STEPS_PER_TICK
         inertial = self._inertial.read(stamp, velocity, force)
         track = self._trail.track()
         scans = sweeps_until(stamp, self._scanners, self._caster, track)

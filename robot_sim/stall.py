@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 
-import numpy as np
-
 from localization.types import SECOND
 from robot_sim.arrays import FloatArray
 from robot_sim.skid_steer import SkidSteer
@@ -46,6 +44,7 @@ class StallWatch:
         """Begin without load; ``tick`` is the time between updates [ns]."""
         self._slow = config.slow / robot.rolling_radius
         self._limit, self._share = robot.wheel_torque, config.share
+        self._unloaded = 0
         self._loads: deque[tuple[float, float]] = deque(maxlen=max(1, config.window // tick))
 
     def update(self, torques: FloatArray, rates: FloatArray) -> tuple[bool, bool]:
@@ -54,9 +53,15 @@ class StallWatch:
         Returns:
             Whether the left and the right side are stalled.
         """
-        loads = np.where(np.abs(rates) < self._slow, np.abs(torques), 0.0).tolist()
-        front_left, front_right, rear_left, rear_right = loads
-        self._loads.append((0.5 * (front_left + rear_left), 0.5 * (front_right + rear_right)))
+        front_left, front_right, rear_left, rear_right = (
+            abs(torque) if abs(rate) < self._slow else 0.0
+            for torque, rate in zip(torques.tolist(), rates.tolist(), strict=True)
+        )
+        loads = (0.5 * (front_left + rear_left), 0.5 * (front_right + rear_right))
+        self._loads.append(loads)
+        self._unloaded = 0 if any(loads) else self._unloaded + 1
+        if self._unloaded >= len(self._loads):
+            return False, False
         most = self._limit * (self._loads.maxlen or 1)
         left, right = (sum(side) / most for side in zip(*self._loads, strict=True))
         return left >= self._share, right >= self._share

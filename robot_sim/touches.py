@@ -43,7 +43,7 @@ class TouchFinder:
         self._columns = FeelerColumns.of(model, "base_link", WHEELS)
         self._base = int(model.body("base_link").id)
         roots = model.body_rootid[model.geom_bodyid]
-        self._is_robot = np.asarray(roots == self._base, dtype=bool)
+        self._is_robot: list[bool] = np.asarray(roots == self._base).tolist()
         rings = ("chassis", NOSE, FENDER, *(f"{wheel}_hull" for wheel in WHEELS))
         # Only where something moves on its own is there a fender.
         ids = (mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in rings)
@@ -57,7 +57,8 @@ class TouchFinder:
         """Return what was touched in the tick that has just been rolled out into ``data``."""
         felt = motion.sensors[:, self._columns.hull] > 0.0
         before, self._before = self._before, motion.positions[-1].copy()
-        states = self._touching_states(data, motion, felt, before) if felt.any() else ()
+        touching = np.count_nonzero(felt) > 0
+        states = self._touching_states(data, motion, felt, before) if touching else ()
         return self._touches(motion.sensors, states)
 
     def begin(self, data: mujoco.MjData) -> Touches:
@@ -65,8 +66,8 @@ class TouchFinder:
         return self._touches(data.sensordata[None, :], [data])
 
     def _touches(self, sensors: FloatArray, states: Iterable[mujoco.MjData]) -> Touches:
-        down = [bool(count > 0.0) for count in sensors[:, self._columns.tyres].max(axis=0)]
-        wheels_down = (down[0], down[1], down[2], down[3])
+        counts = np.maximum.reduce(sensors[:, self._columns.tyres]).tolist()
+        wheels_down = (counts[0] > 0.0, counts[1] > 0.0, counts[2] > 0.0, counts[3] > 0.0)
         names: set[str] = set()
         patches: list[FloatArray] = []
         grounded = False
@@ -111,15 +112,16 @@ class TouchFinder:
         names: set[str] = set()
         grounded = False
         patches: dict[tuple[int, int], list[FloatArray]] = {}
+        up = rotation[:, 2]
         contacts = state.contact
-        for pair, at, axes in zip(contacts.geom, contacts.pos, contacts.frame, strict=True):
-            first, second = int(pair[0]), int(pair[1])
+        for number, (first, second) in enumerate(contacts.geom.tolist()):
+            if first in self._tyres or second in self._tyres:
+                continue
             if self._is_robot[first] == self._is_robot[second]:
                 continue
             part, other = (first, second) if self._is_robot[first] else (second, first)
-            if part in self._tyres:
-                continue
-            flat = abs(float(rotation[:, 2] @ axes[:3])) < _UPRIGHT
+            at, axes = contacts.pos[number], contacts.frame[number]
+            flat = abs(float(up @ axes[:3])) < _UPRIGHT
             # A kerb's face is met by the nose; all other ground is sat upon.
             face = part == self._nose and flat and abs(float(axes[2])) < _UPRIGHT
             if model.geom_contype[other] == FLOOR_BIT and not face:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,8 +74,8 @@ class Trail:
 
     def forget(self, before: int) -> None:
         """Drop what is older than the last pose at or before ``before`` [ns]."""
-        stamps = self._stamps[self._first : self._end]
-        self._first += max(0, int(np.searchsorted(stamps, before, "right")) - 1)
+        after = bisect_right(self._stamps, before, self._first, self._end)
+        self._first = max(self._first, after - 1)
 
     def track(self) -> Track:
         """Return what is kept, as views that hold until the trail is extended."""
