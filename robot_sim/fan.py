@@ -90,10 +90,7 @@ def _weights(times: IntArray, step: int) -> FloatArray:
 
 def _unit(vectors: FloatArray) -> FloatArray:
     """Bring vectors (3, N) to length 1; blended axes are short by 1e-5 at most: one step of Newton."""
-    x, y, z = vectors
-    squares = x * x
-    squares += y * y
-    squares += z * z
+    squares = np.add.reduce(vectors * vectors)
     squares *= -0.5
     squares += 1.5
     vectors *= squares
