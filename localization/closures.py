@@ -44,6 +44,9 @@ class ClosureConfig:
     """Added to drift: what two floor plans differ by anyway [m, rad]."""
     search_beyond: float = 0.10
     """Where drift may be more than this [m], the window is searched; within, aligning finds the place."""
+    search_every: int = 3
+    """Of key frames that must be searched for, this one is, with its nearest visit only: windows cost
+    hundreds of times what aligning does, and once a loop is closed its neighbours need none."""
     largest_window: float = 4.0
     """Half width of a search at most [m]: where drift may be more, nothing is closed."""
     per_visit: int = 4
@@ -143,7 +146,7 @@ class LoopCloser:
         """
         c = self.config
         prior = between(poses[earlier], poses[later])
-        sigma, sigma_yaw = c.floor[0] + c.drift * way, c.floor[1] + c.drift_yaw * way
+        sigma, sigma_yaw = self._sigma(way)
         covariance = np.diag(np.square([sigma, sigma, sigma_yaw]))
         submap, sweep = self._submap(earlier, poses), self._sweeps[later]
         searched = sigma > c.search_beyond
@@ -164,6 +167,11 @@ class LoopCloser:
         if departure @ np.linalg.solve(covariance, departure) > c.gate:
             return "impossible"
         return Closure(later, earlier, found.pose, _covariance(found, c.floor), found.fit, searched)
+
+    def _sigma(self, way: float) -> tuple[float, float]:
+        """Return what drift may come to over so much way, one sigma [m, rad]."""
+        c = self.config
+        return c.floor[0] + c.drift * way, c.floor[1] + c.drift_yaw * way
 
     def _graph_way(self, known: Sequence[Closure]) -> FloatArray:
         """Return the way (K, K) between key frames, closures taken as short cuts [m]."""
@@ -197,7 +205,10 @@ class LoopCloser:
                     chosen.append(k)
                 if len(chosen) == c.per_visit:
                     break
-            pairs += [(later, k) for k in chosen]
+            wide = [self._sigma(float(gap[later, k]))[0] > c.search_beyond for k in chosen]
+            pairs += [(later, k) for k, w in zip(chosen, wide, strict=True) if not w]
+            if any(wide) and later % c.search_every == 0:
+                pairs.append((later, chosen[wide.index(True)]))
         return pairs
 
     def _submap(self, index: int, poses: FloatArray) -> Submap:
@@ -225,7 +236,7 @@ class LoopCloser:
             direct = compose(between(poses[one.earlier], poses[other.earlier]), other.motion)
             off = between(direct, round_)
             way = float(apart.sum())
-            sigma, sigma_yaw = c.floor[0] + c.drift * way, c.floor[1] + c.drift_yaw * way
+            sigma, sigma_yaw = self._sigma(way)
             if np.square(off / [sigma, sigma, sigma_yaw]).sum() < 2.0 * c.gate:
                 supporters += 1
         return supporters

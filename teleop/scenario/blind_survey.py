@@ -22,7 +22,7 @@ from localization.log import ReadingsWriter
 from localization.mapping import distances_to_mesh
 from localization.slam import Survey
 from localization.trajectory import Trajectory
-from localization.types import SECOND, Health, Pose, Reading
+from localization.types import SECOND, Health, Pose, Reading, Twist
 from robot_sim import Simulation, World
 from robot_sim.still_mesh import still_mesh
 from teleop.scenario.driver import DriverConfig, TourDriver
@@ -33,6 +33,8 @@ Progress = Callable[[float, str], None]
 
 _SPEED: Final = 0.4
 """Of the drive [m/s]."""
+_REST: Final = 2 * SECOND
+"""The robot stands still at first, so that the gyro's bias is known before it turns the map [ns]."""
 _NEAR: Final = 0.05
 """A point this near to a surface is as good as on it [m]: the cloud's spacing is more."""
 
@@ -75,7 +77,9 @@ def _drive(
     time_limit = round((60.0 + 4.0 * length / _SPEED) * SECOND)
     pose = simulation.truth().map_from_base
     while not driver.done:
-        simulation.command(driver.command(pose, Health.TRACKING))
+        begun = simulation.stamp >= _REST
+        twist = driver.command(pose, Health.TRACKING) if begun else Twist.planar(0.0, 0.0)
+        simulation.command(twist)
         readings = tuple(simulation.step())
         pose = simulation.truth().map_from_base
         yield readings, pose

@@ -127,7 +127,7 @@ def test_place_that_repeats_within_the_drift_closes_no_loop() -> None:
     closer, believed = far_and_back(1.0)
     found, refusals = closer.find(believed)
     assert found == []
-    assert refusals.ambiguous > 5
+    assert refusals.ambiguous >= 3
 
 
 def test_lone_closure_is_not_believed() -> None:
@@ -138,7 +138,7 @@ def test_lone_closure_is_not_believed() -> None:
     strict = LoopCloser(sweeps, way, ClosureConfig(supporters=1000))
     found, refusals = strict.find(odometry)
     assert found == []
-    assert refusals.alone > 5
+    assert refusals.alone >= 3
 
 
 def test_closure_that_drift_cannot_explain_is_refused() -> None:
