@@ -114,13 +114,15 @@ class TouchFinder:
         patches: dict[tuple[int, int], list[FloatArray]] = {}
         up = rotation[:, 2]
         contacts = state.contact
+        # MuJoCo makes such an array anew whenever it is asked for it.
+        positions, frames = contacts.pos, contacts.frame
         for number, (first, second) in enumerate(contacts.geom.tolist()):
             if first in self._tyres or second in self._tyres:
                 continue
             if self._is_robot[first] == self._is_robot[second]:
                 continue
             part, other = (first, second) if self._is_robot[first] else (second, first)
-            at, axes = contacts.pos[number], contacts.frame[number]
+            at, axes = positions[number], frames[number]
             flat = abs(float(up @ axes[:3])) < _UPRIGHT
             # A kerb's face is met by the nose; all other ground is sat upon.
             face = part == self._nose and flat and abs(float(axes[2])) < _UPRIGHT
