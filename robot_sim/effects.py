@@ -247,8 +247,9 @@ def received_power(remissions: FloatArray, distances: FloatArray) -> FloatArray:
 def footprint_depth(beam: Beam, distances: FloatArray, cosines: FloatArray) -> FloatArray:
     """Return over how much range the spot is spread on a plane surface [m]: spot x tan(incidence)."""
     c = np.clip(cosines, 1e-3, 1.0)
-    spots = beam.spot(np.where(np.isfinite(distances), distances, 0.0))
-    return np.where(np.isfinite(distances), spots * np.sqrt(1.0 - c * c) / c, 0.0)
+    finite = np.isfinite(distances)
+    spots = beam.spot(np.where(finite, distances, 0.0))
+    return np.where(finite, spots * np.sqrt(1.0 - c * c) / c, 0.0)
 
 
 def dilution(beam: Beam, depths: FloatArray) -> FloatArray:
@@ -305,9 +306,9 @@ def mixed(
         lights[:, doubtful] *= _lights_kept(
             beam,
             mixing,
-            echoes.distances[:, doubtful],
-            echoes.cosines[:, doubtful],
-            powers[:, doubtful],
+            echoes.distances.take(doubtful, axis=1),
+            echoes.cosines.take(doubtful, axis=1),
+            powers.take(doubtful, axis=1),
             blend_draws[doubtful],
             pick_draws[doubtful],
         )

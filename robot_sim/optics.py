@@ -32,11 +32,13 @@ class Faces:
 
     def normals(self, geoms: GeomArray, points: FloatArray) -> FloatArray:
         """Return a unit normal (N, 3) of the face of each geom that a point (N, 3) [m] lies on."""
-        axes = self.data.geom_xmat[geoms].reshape(-1, 3, 3)
-        local = np.einsum("nji,nj->ni", axes, points - self.data.geom_xpos[geoms])
-        face = np.abs(self.half[geoms] - np.abs(local)).argmin(axis=1)
-        face[self.is_plane[geoms]] = 2
-        return np.asarray(np.take_along_axis(axes, face[:, None, None], axis=2)[:, :, 0])
+        axes = self.data.geom_xmat.take(geoms, axis=0).reshape(-1, 3, 3)
+        offsets = points - self.data.geom_xpos.take(geoms, axis=0)
+        local = np.einsum("nji,nj->ni", axes, offsets)
+        x, y, z = np.abs(self.half.take(geoms, axis=0) - np.abs(local)).T
+        face = np.where(z < np.minimum(x, y), 2, y < x)
+        face[self.is_plane.take(geoms)] = 2
+        return np.asarray(axes[np.arange(len(face)), :, face])
 
     def depths(self, geoms: GeomArray, points: FloatArray, directions: FloatArray) -> FloatArray:
         """Return how far rays go inside boxes (N,) [m] from where they enter; 0 in other shapes."""

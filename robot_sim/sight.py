@@ -70,9 +70,12 @@ class Light:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Met:
-    """Light that has come upon something clear; arrays of one length."""
+    """Light that has come upon something clear; arrays of one length, but for ``light``."""
 
     light: Light
+    """This and other."""
+    rows: npt.NDArray[np.intp]
+    """Of that light."""
     distances: FloatArray
     """[m]."""
     geoms: GeomArray
@@ -80,16 +83,6 @@ class _Met:
     """Share of it that this mirrors."""
     leaving: BoolArray
     """Whether it comes upon it from inside."""
-
-    def only(self, rows: npt.NDArray[np.intp]) -> _Met:
-        """Return the rays ``rows`` (M,)."""
-        return _Met(
-            self.light.only(rows),
-            self.distances.take(rows),
-            self.geoms.take(rows),
-            self.mirrored.take(rows),
-            self.leaving.take(rows),
-        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,23 +159,21 @@ class Sight:
             return
         met = self._met(light, hits, echoes.remissions, chosen)
         found = _Strongest(echoes, self.optics.brightest, self.least)
-        waiting: _Met | None = None
+        fresh: list[_Met] = [met]
+        late: list[_Met] = []
         for _ in range(self.panes.depth):
-            going = [_passing(met, self.optics, found)]
+            going = [_passing(met, self.optics, found) for met in fresh]
             # Mirrored light lets what passes go first, and then has its echo to outdo; most of it
             # never goes, hence its way is not worked out before.
-            late, waiting = waiting, met
-            if not len(going[0]):
-                going, waiting = [_mirrored(met, self.optics, found)], None
-            if late is not None:
-                going.append(_mirrored(late, self.optics, found))
-            beams = _joined([light for light in going if len(light)] or going[:1])
-            if len(beams):
-                met = self._on(beams, found)
-            elif waiting is None:
-                break
+            if any(len(light) for light in going):
+                turned, late = late, fresh
             else:
-                met = met.only(np.zeros(0, dtype=np.intp))
+                turned, late = late + fresh, []
+            going += [_mirrored(met, self.optics, found) for met in turned]
+            going = [light for light in going if len(light)]
+            fresh = [self._on(_joined(going), found)] if going else []
+            if not fresh and not late:
+                break
 
     def _on(self, light: Light, found: _Strongest) -> _Met:
         """Cast light on, note its echoes, and return what has come upon something clear."""
@@ -206,13 +197,13 @@ class Sight:
         from inside sends nothing: both faces of a pane were counted as it was entered.
         """
         assert self.panes is not None
-        light, geoms, cosines = light.only(clear), hits.geoms[clear], hits.cosines[clear]
-        leaving = geoms == light.inside
+        geoms, cosines = hits.geoms.take(clear), hits.cosines.take(clear)
+        leaving = geoms == light.inside.take(clear)
         mirrored = self.optics.mirrored(geoms, cosines)
         straight_back = np.exp((cosines * cosines - 1.0) / self.panes.lobe**2)
         glints = self.panes.glint * mirrored * straight_back
-        remissions[clear] = np.where(leaving, 0.0, remissions[clear] + glints)
-        return _Met(light, hits.distances[clear], geoms, mirrored, leaving)
+        remissions[clear] = np.where(leaving, 0.0, remissions.take(clear) + glints)
+        return _Met(light, clear, hits.distances.take(clear), geoms, mirrored, leaving)
 
 
 class _Strongest:
@@ -244,48 +235,48 @@ class _Strongest:
             met: From where it goes on.
             share: (N,) that goes on, of all the light, one way.
         """
-        ways = met.light.travelled + met.distances
-        needed = np.maximum(self._powers.take(met.light.ray), self._least) * ways * ways
+        ways = met.light.travelled.take(met.rows) + met.distances
+        found = self._powers.take(met.light.ray.take(met.rows))
+        needed = np.maximum(found, self._least) * ways * ways
         return np.flatnonzero((share > _FAINT) & (share * share * self._brightest > needed))
 
 
 def _passing(met: _Met, optics: Optics, found: _Strongest) -> Light:
     """Return the light that goes on through what it has come upon, where that is worth while."""
     share = np.where(met.leaving, 1.0, optics.transmitted(met.geoms, met.mirrored))
-    share *= met.light.share
-    rows = found.promising(met, share)
-    met, share = met.only(rows), share[rows]
-    light, geoms, distances = met.light, met.geoms, met.distances
+    share *= met.light.share.take(met.rows)
+    on = found.promising(met, share)
+    light, geoms, distances = met.light.only(met.rows[on]), met.geoms[on], met.distances[on]
     points = light.origins + distances[:, None] * light.directions
     steps = optics.faces.depths(geoms, points, light.directions) + _STEP
-    done = optics.faces.is_box.take(geoms) | met.leaving
+    done = optics.faces.is_box.take(geoms) | met.leaving[on]
     return Light(
         light.ray,
         points + steps[:, None] * light.directions,
         light.directions,
         light.times,
         light.travelled + distances + steps,
-        share,
+        share[on],
         np.where(done, _NOT_INSIDE, geoms),
     )
 
 
 def _mirrored(met: _Met, optics: Optics, found: _Strongest) -> Light:
     """Return the light that is thrown back by what it has come upon, where that is worth while."""
-    share = np.where(met.leaving, 0.0, met.mirrored) * met.light.share
-    rows = found.promising(met, share)
-    met, share = met.only(rows), share[rows]
-    light, d = met.light, met.light.directions
-    points = light.origins + met.distances[:, None] * d
-    n = optics.faces.normals(met.geoms, points)
+    share = np.where(met.leaving, 0.0, met.mirrored) * met.light.share.take(met.rows)
+    back = found.promising(met, share)
+    light, distances = met.light.only(met.rows[back]), met.distances[back]
+    d = light.directions
+    points = light.origins + distances[:, None] * d
+    n = optics.faces.normals(met.geoms[back], points)
     d = d - 2.0 * np.einsum("ni,ni->n", d, n)[:, None] * n
     return Light(
         light.ray,
         points + _STEP * d,
         d,
         light.times,
-        light.travelled + met.distances + _STEP,
-        share,
+        light.travelled + distances + _STEP,
+        share[back],
         np.full(len(d), _NOT_INSIDE),
     )
 
