@@ -107,8 +107,8 @@ _LEVEL = math.radians(0.1)
 _ROCKING = math.radians(0.3)
 """Rolling and pitching that no gyro sees, of a robot on an indoor floor [rad/sqrt(s)]."""
 _TURN_SHARE = {Motion.WHEELS: 0.06, Motion.ODOMETRY: 0.08, Motion.SCANNER: 0.15}
-"""Error of a turn as a share of it [1/sqrt(Hz)]. A skid-steered robot's wheels err by 5 % (the notes of
-Wang et al. 2015 on how chi depends on curvature and speed), for longer than a sweep."""
+"""Error of a turn as a share of it [1/sqrt(Hz)]. A skid-steered robot's wheels err by 5 % with
+the curve it drives (Wang et al., Sensors 2015, 15, 9681), for longer than a sweep."""
 _TURN_FLOOR = {
     Motion.WHEELS: math.radians(0.3),
     Motion.ODOMETRY: math.radians(0.5),
