@@ -1,6 +1,6 @@
-"""A cloud made ready for matching: nearest point of any place in constant time, and a floor plan.
+"""A cloud made ready for matching: nearest point of any place in constant time, and the ground.
 
-Both are derived from the cloud alone, cached under its hash, and never shipped.
+Both are derived from the cloud alone and never shipped; the former is cached under the cloud's hash.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from scipy import ndimage
 
 from localization.cloud import Cloud
 from localization.geometry import FloatArray
+from localization.ground import Ground, ground_of
 
 IndexArray = npt.NDArray[np.int32]
 
@@ -66,6 +67,7 @@ class PreparedMap:
 
     cloud: Cloud
     grid: NearestGrid
+    ground: Ground
 
     def contains(self, x: float, y: float, *, margin: float = 0.0) -> bool:
         """Return whether (x, y) [m] lies in the cloud's bounds, grown by ``margin`` [m]."""
@@ -92,11 +94,11 @@ def prepare(
         file = cache / f"{key}.npz"
         grid = _load(file)
         if grid is not None:
-            return PreparedMap(cloud, grid)
+            return PreparedMap(cloud, grid, ground_of(cloud))
     grid = _build(cloud.points, cell, reach)
     if file is not None:
         _store(grid, file)
-    return PreparedMap(cloud, grid)
+    return PreparedMap(cloud, grid, ground_of(cloud))
 
 
 def default_cache() -> Path:

@@ -60,6 +60,9 @@ class SearchConfig:
     most_tilt: float = np.deg2rad(2.0)
     """A place that is explained only by tilting the robot from level by more is none [rad]: pitched
     far enough, the points of a wall that is not there come to lie on the floor."""
+    most_tilt_uneven: float = np.deg2rad(4.5)
+    """The same from how uneven ground slopes there [rad]: 3 cm, the grain of such ground, under a wheel
+    0.39 m from the next."""
     same_place: float = 0.3
     """Poses nearer than this are one place [m]."""
     same_yaw: float = np.deg2rad(10.0)
@@ -80,12 +83,16 @@ class Window:
 
 
 class FloorPlan:
-    """Distance to the nearest mapped surface at the horizontal scanner's height, on a grid."""
+    """Distance to the nearest mapped surface at the horizontal scanner's height, on a grid.
+
+    That height is counted from the ground under the surface, where the ground is not level.
+    """
 
     def __init__(self, world: PreparedMap, height: float, *, cell: float, sigma: float) -> None:
         points = world.cloud.points
         # Half the cloud's point spacing and a degree of tilt at 10 m.
-        slice_ = points[np.abs(points[:, 2] - height) < 0.12]
+        above = points[:, 2] - world.ground.heights(points[:, :2])
+        slice_ = points[np.abs(above - height) < 0.12]
         margin = 5.0
         low, high = world.cloud.bounds
         self.origin: FloatArray = low[:2] - margin
@@ -129,7 +136,8 @@ def search(
         world: the prepared cloud.
         plan: its floor plan at the horizontal scanner's height.
         window: where to look.
-        level: a pose whose height, roll and pitch the robot has; x, y and yaw are not used.
+        level: a pose whose height, roll and pitch the robot has on level ground; x, y and yaw are not
+            used.
         config: steps and thresholds.
 
     Returns:
@@ -177,14 +185,14 @@ def refined_places(
     config: SearchConfig,
 ) -> Generator[None, None, tuple[Candidate, ...]]:
     """Refine places (x, y, yaw) against the cloud; yields before each, returns the distinct ones."""
-    roll, pitch, _ = level.euler
+    most_tilt = config.most_tilt if world.ground.level else config.most_tilt_uneven
     found: list[Candidate] = []
     for x, y, yaw in peaks:
         yield
-        start = Pose.from_euler([x, y, level.position[2]], roll=roll, pitch=pitch, yaw=yaw)
+        start = _standing(world, x, y, yaw, level)
         candidate = _refine(sweep, world, start, config)
         # The third rows are the map's vertical as the robot has it.
-        upright = candidate.map_from_base.rotation[2] @ start.rotation[2] > np.cos(config.most_tilt)
+        upright = candidate.map_from_base.rotation[2] @ start.rotation[2] > np.cos(most_tilt)
         if upright:
             found.append(candidate)
     found.sort(key=lambda c: -c.score)
@@ -253,14 +261,16 @@ def _refine(sweep: Sweep, world: PreparedMap, start: Pose, config: SearchConfig)
     near = register(sweep, world, start, np.diag((2.0 * sigma) ** 2), wide).map_from_base
     # A wall that is too far off for the start's place can be reached by pitch as well. How the robot
     # stands is known better than that: stand it up again and settle the rest.
-    roll, pitch, _ = start.euler
-    upright = Pose.from_euler(
-        [near.position[0], near.position[1], start.position[2]],
-        roll=roll,
-        pitch=pitch,
-        yaw=near.yaw,
-    )
-    return explain(sweep, world, upright)
+    x, y = float(near.position[0]), float(near.position[1])
+    return explain(sweep, world, _standing(world, x, y, near.yaw, start))
+
+
+def _standing(world: PreparedMap, x: float, y: float, yaw: float, level: Pose) -> Pose:
+    """Stand the robot on uneven ground as it slopes there; on level ground as it stands by itself."""
+    if not world.ground.level:
+        return world.ground.stand(x, y, yaw)
+    roll, pitch, _ = level.euler
+    return Pose.from_euler([x, y, level.position[2]], roll=roll, pitch=pitch, yaw=yaw)
 
 
 def best_places(

@@ -150,7 +150,9 @@ def test_corridor_informs_about_everything_but_its_axis(
     normals = corridor.cloud.normals
     normals = normals + tilt * np.random.default_rng(seed).standard_normal(normals.shape)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    world = PreparedMap(Cloud(corridor.cloud.points, normals, name="rough"), corridor.grid)
+    world = PreparedMap(
+        Cloud(corridor.cloud.points, normals, name="rough"), corridor.grid, corridor.ground
+    )
     match = register(CORRIDOR.sweep(true, noise=0.012, seed=seed), world, true, POOR)
     assert np.abs(match.directions[:, 0]).max() < 0.15
     across = match.information[1, 1]
