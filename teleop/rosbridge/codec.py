@@ -244,8 +244,23 @@ def _numbers_text(field: Field, array: NDArray[Any]) -> str:
         raise ValueError(f"field {field.name} holds NaN or infinity, which JSON does not have")
     if array.dtype == np.float32 and array.size:
         array = _shortest(array)
+    if array.dtype == np.int8 and array.size:
+        return f"[{_small_numbers_text(array)}]"
     # A list's text is JSON for numbers, but for its spaces.
     return str(array.tolist()).replace(" ", "")
+
+
+_SMALL: Final = np.array([f"{i if i < 128 else i - 256},".encode() for i in range(256)])
+"""Texts of all bytes, by their bits, each filled up with zeros to the length of the longest."""
+
+
+def _small_numbers_text(array: NDArray[Any]) -> str:
+    """Return the numbers of a row of bytes, which occupancy grids have a million of.
+
+    Looked up rather than written one by one: a fifth of the time.
+    """
+    bits = np.ascontiguousarray(array).view(np.uint8)
+    return _SMALL[bits].tobytes().translate(None, b"\0")[:-1].decode("ascii")
 
 
 def _shortest(array: NDArray[Any]) -> NDArray[Any]:

@@ -161,3 +161,13 @@ def test_bytes_that_are_not_cbor_are_refused(data: bytes) -> None:
 def test_cbor_nested_without_end_is_refused() -> None:
     with pytest.raises(FrameError):
         read_cbor(b"\x81" * 100_000)
+
+
+@pytest.mark.parametrize("step", [1, -1, 3])
+def test_small_integers_are_written_as_all_others(step: int) -> None:
+    cells = np.arange(-128, 128, dtype=np.int8)[::step]
+    text = CODEC.json(REGISTRY["nav_msgs/OccupancyGrid"], {"data": cells})
+    assert json.loads(text)["data"] == cells.tolist()
+    assert " " not in text
+    empty = CODEC.json(REGISTRY["nav_msgs/OccupancyGrid"], {"data": cells[:0]})
+    assert json.loads(empty)["data"] == []
