@@ -119,7 +119,10 @@ class Panes:
     """Glass lets light through and mirrors it; mirrors mirror it."""
 
     depth: int = 3
-    """How often a ray is cast on, beyond what it has hit first."""
+    """How often a ray is cast on, beyond what it has hit first. Two panes are not all that matters: of
+    the light that crosses three, 0.82 each, 0.30 is left both ways, and with the LMS111's threshold a
+    wall of 50 % remission is still seen from 25 m, beyond its range. What makes light not worth
+    following is its power, which is looked at ray by ray."""
     lobe: float = math.radians(1.0)
     """Half-width of incidence within which the mirrored beam comes straight back [rad]; chosen: a beam's
     divergence plus a pane's flatness. Papers on finding glass see it within one to a few degrees."""

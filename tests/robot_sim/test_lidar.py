@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from localization.geometry import interpolate_many, rotation_from_quaternion
 from localization.types import Pose, Scan, Twist
+from robot_sim.arrays import FloatArray
+from robot_sim.effects import Echoes
 from robot_sim.lidar import ScannerConfig, Track
 from robot_sim.p3at import MOUNTS
+from robot_sim.sight import Sight
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.suites import sensor_suite
 from robot_sim.worlds import World, load_world
@@ -172,6 +176,54 @@ def test_effects_off_and_on_see_the_same_office(office: World) -> None:
         assert both.sum() > 0.9 * np.isfinite(a.ranges).sum()
         errors = (b.ranges - a.ranges)[both]
         assert np.percentile(np.abs(errors), 85) < 0.03 + 3.0 * 0.012
+
+
+@pytest.mark.parametrize("scene", ["office", "glasshouse"])
+def test_scanners_cast_together_tell_what_each_tells_alone(
+    scene: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    world = load_world(scene)
+    sizes: list[int] = []
+    see = Sight.see
+
+    def counted(sight: Sight, starts: FloatArray, *rest: Any) -> Echoes:
+        sizes.append(starts.shape[2])
+        return see(sight, starts, *rest)
+
+    def drive() -> list[Scan]:
+        sizes.clear()
+        scanners = sensor_suite("sick_lms111", realistic=True).scanners
+        simulation = Simulation(world, seed=5, config=SimulationConfig(scanners=scanners))
+        simulation.command(Twist.planar(0.4, 0.6))
+        return scans_of(simulation, 9)
+
+    monkeypatch.setattr(Sight, "see", counted)
+    together = drive()
+    assert set(sizes) == {2 * 541}
+    monkeypatch.setattr(Sight, "sees_as", lambda sight, other: False)
+    alone = drive()
+    assert set(sizes) == {541}
+    assert len(together) == len(alone) >= 8
+    for a, b in zip(together, alone, strict=True):
+        assert a.scanner == b.scanner
+        np.testing.assert_array_equal(a.ranges, b.ranges)
+        np.testing.assert_array_equal(a.intensities, b.intensities)
+
+
+def test_scanners_that_see_differently_are_cast_apart(office: World) -> None:
+    """With or without a footprint, far or near: the other scanner sees what it does beside its like."""
+    wide, like = sensor_suite("sick_lms111", realistic=True).scanners
+    thin = replace(like, effects=replace(like.effects, mixing=None))
+
+    def seen_by_wide(other: ScannerConfig) -> list[Scan]:
+        simulation = Simulation(office, seed=2, config=SimulationConfig(scanners=(wide, other)))
+        return [scan for scan in scans_of(simulation, 4) if scan.scanner == wide.name]
+
+    expected = seen_by_wide(like)
+    assert expected
+    for other in (thin, replace(like, range_max=1.0)):
+        for a, b in zip(seen_by_wide(other), expected, strict=True):
+            np.testing.assert_array_equal(a.ranges, b.ranges)
 
 
 def test_glasshouse_is_looked_out_of() -> None:
