@@ -63,7 +63,9 @@ def set_physics(spec: mujoco.MjSpec, *, timestep: float) -> None:
     option = spec.option
     option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    # With as few constraints as four wheels have, a physics step takes a fifth to a quarter less than by
+    # Newton's method. It is less symmetric: 30 s straight ahead end 0.1 mm to the side.
+    option.solver = mujoco.mjtSolver.mjSOL_CG
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = FRICTION_TO_NORMAL
     # A robot that silently jumps back to its start is worse than one that stops with an error.
