@@ -188,3 +188,17 @@ def test_other_wrong_shapes_are_refused_by_name() -> None:
 def test_hint_that_no_map_can_reach_is_refused() -> None:
     with pytest.raises(InvalidReadingError, match="metres"):
         Hint(0, Pose.planar(1e300, 0.0, 0.0), np.zeros((6, 6)))
+
+
+def test_a_scan_shares_arrays_that_nobody_writes_to_and_copies_the_others() -> None:
+    frozen, times = np.arange(5.0), np.arange(5)
+    frozen.flags.writeable = times.flags.writeable = False
+    own = np.ones(5)
+    view = own[:]
+    view.flags.writeable = False
+    scan = Scan(0, "laser_horizontal", frozen, own, view, times, 0.1, 30.0)
+    assert scan.angles is frozen
+    assert scan.offsets is times
+    own[:] = 7.0
+    np.testing.assert_array_equal(scan.ranges, np.ones(5))
+    np.testing.assert_array_equal(scan.intensities, np.ones(5))
