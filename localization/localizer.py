@@ -107,6 +107,9 @@ class LocalizerConfig:
     """How well a pose found by searching is known: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
     opinion_period: int = SECOND
     """Between second opinions [ns]."""
+    sweep_period: float = 0.1
+    """Sweeps that come faster share their errors, those of the map and of the mounts, and inform together
+    like one in this time [s]. What a sweep is worth was set at 10 Hz."""
     scanner_patience: int = 60_000_000
     """How long a scan waits for the other scanners' [ns]."""
     lost_search_period: int = 2 * SECOND
@@ -342,7 +345,7 @@ class Localizer:
             else:
                 self._ekf.update_tilt(elapsed)
         if self._placed and self._matcher is not None:
-            self._match(sweep, motion, self._matcher)
+            self._match(sweep, motion, self._matcher, elapsed)
         elif self._placed and motion is not None:
             self._ekf.update_relative(self._pose_then, *motion, np.zeros((0, 6)))
         self._ekf.mark()
@@ -351,16 +354,21 @@ class Localizer:
         self._open_search(sweep)
 
     def _match(
-        self, sweep: Sweep, motion: tuple[Pose, FloatArray] | None, matcher: MatchSweep
+        self,
+        sweep: Sweep,
+        motion: tuple[Pose, FloatArray] | None,
+        matcher: MatchSweep,
+        elapsed: float,
     ) -> None:
+        share = min(1.0, elapsed / self.config.sweep_period)
         with self._stage("registration"):
-            match = matcher(sweep, self._ekf.pose, self._ekf.covariance)
+            match = _worth(matcher(sweep, self._ekf.pose, self._ekf.covariance), share)
         nis = self._ekf.match_nis(match) if len(match.directions) else 0.0
         refusal = self._refusal(match, nis)
         if refusal is not None and self._wheels_to_blame(match, motion is None):
             self._blame_wheels()
             with self._stage("registration"):
-                match = matcher(sweep, self._ekf.pose, self._ekf.covariance)
+                match = _worth(matcher(sweep, self._ekf.pose, self._ekf.covariance), share)
             nis = self._ekf.match_nis(match) if len(match.directions) else 0.0
             refusal = self._refusal(match, nis)
         with self._stage("ekf"):
@@ -550,3 +558,8 @@ class Localizer:
         )
         self._doing, self._refused = (), ()
         return estimate
+
+
+def _worth(match: Match, share: float) -> Match:
+    """Let a match inform by a share of what it would by itself."""
+    return match if share == 1.0 else replace(match, information=share * match.information)
