@@ -76,6 +76,10 @@ class Ground:
         return Pose.from_rotation(np.array([x, y, z]), rotation)
 
 
+FLAT = Ground(np.zeros(2), np.zeros((1, 1)), level=True)
+"""The ground where a robot stands that knows of no other, whatever its map holds."""
+
+
 def ground_of(cloud: Cloud) -> Ground:
     """Find the ground of a cloud whose map's z axis points up."""
     upward = cloud.points[cloud.normals[:, 2] > _UPWARD]

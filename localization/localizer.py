@@ -18,6 +18,7 @@ from scipy.stats import chi2
 from localization.deskew import OdometryTrack, deskew
 from localization.ekf import EkfConfig, SkidSteerEkf
 from localization.geometry import FloatArray
+from localization.ground import FLAT
 from localization.health import (
     HealthConfig,
     HealthMonitor,
@@ -152,6 +153,9 @@ class Localizer:
         self.config = config
         self._mounts, self._stage = dict(mounts), stage
         suite = config.suite
+        if suite.flat:
+            # Its height is that of its floor by definition: a log seldom says how high a scanner is.
+            world = replace(world, ground=FLAT)
         self._intake = Intake(self._mounts, suite.leader)
         self._motion = MotionSource(
             suite, track=config.ekf.effective_track, silence=config.health.silence
