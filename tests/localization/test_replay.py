@@ -134,7 +134,8 @@ def test_settings_left_out_keep_their_defaults() -> None:
 @pytest.mark.parametrize(
     ("values", "why"),
     [
-        ({"matcher": "magic"}, "unknown setting 'matcher' of LocalizerConfig"),
+        ({"wizard": "magic"}, "unknown setting 'wizard' of LocalizerConfig"),
+        ({"matcher": "magic"}, "matcher must be one of 'plane', 'kiss', 'none', got 'magic'"),
         ({"ekf": {"gyro_nose": 1.0}}, "unknown setting 'gyro_nose' of EkfConfig"),
     ],
 )
