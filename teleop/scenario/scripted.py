@@ -7,7 +7,9 @@ tour by Joy from what it receives, steps the robot in lockstep and records its d
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
+import signal
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -108,6 +110,15 @@ async def operate(script: Script) -> None:
             display.close()
 
 
+async def _until_told(script: Script) -> None:
+    """Do what the script says; told to terminate, end the recording before the process."""
+    task = asyncio.current_task()
+    if task is not None:
+        with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
+            asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+    await operate(script)
+
+
 async def _step(station: Station, ticks: int) -> None:
     complaint = await station.step(ticks)
     if complaint is not None:
@@ -117,8 +128,8 @@ async def _step(station: Station, ticks: int) -> None:
 def main() -> int:
     """Read the script named on the command line and follow it."""
     try:
-        asyncio.run(operate(Script.load(Path(sys.argv[1]))))
-    except KeyboardInterrupt:
+        asyncio.run(_until_told(Script.load(Path(sys.argv[1]))))
+    except (KeyboardInterrupt, asyncio.CancelledError):
         return 130
     except (OperatorError, ValueError, OSError, RuntimeError) as error:
         sys.stderr.write(f"operator: {error}\n")
