@@ -74,7 +74,7 @@ def scanners(*, realistic: bool) -> SimulationConfig:
 def driving(world: World, config: SimulationConfig) -> Callable[[], None]:
     """Return a function that drives on in a circle for ``TICKS`` ticks."""
     simulation = Simulation(world, config=config)
-    simulation.command(Twist.planar(0.3, 0.8))
+    simulation.command(Twist.planar(0.15, 0.8))
 
     def run() -> None:
         for _ in range(TICKS):
