@@ -31,11 +31,13 @@ class Limits:
     """To be driven at least [m], if the whole tour is driven."""
 
     def for_tour(self, length: float) -> Limits:
-        """Return the limits for a tour of that length [m]: of a short one the most part is enough.
+        """Return the limits for a tour of that length [m]: of one too short for them four fifths are enough.
 
         Way-points at the ends of blind alleys are passed at some distance, which shortens the drive.
         """
-        return replace(self, distance=min(self.distance, 0.8 * length))
+        # Corners are cut by a look-ahead: a tour must be a twentieth longer than what is to be driven.
+        long_enough = length >= 1.05 * self.distance
+        return self if long_enough else replace(self, distance=0.8 * length)
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,5 +54,6 @@ def test_slips_last_a_second_at_twice_the_speed() -> None:
 def test_short_tour_need_not_be_as_long_as_a_long_one() -> None:
     limits = Limits(distance=80.0)
     assert limits.for_tour(300.0) == limits
+    assert limits.for_tour(87.9) == limits
     assert limits.for_tour(50.0).distance == pytest.approx(40.0)
     assert limits.for_tour(50.0).position_rmse == limits.position_rmse
