@@ -12,7 +12,7 @@ from localization.prepared import PreparedMap, default_cache, prepare
 from localization.types import SECOND, Health, Pose, Reading
 from robot_sim import Simulation, World, WorldOptions, load_world
 from robot_sim.generate import generate
-from robot_sim.plan import Plan
+from robot_sim.plans.plan import Plan
 from robot_sim.worlds import build_world, load_plan
 from teleop.scenario.driver import TourDriver
 from teleop.scenario.mission import HINT_STAMP, Mission

@@ -17,7 +17,7 @@ from robot_sim import MOUNTS, Simulation, SimulationConfig, World, load_world, s
 from robot_sim.arrays import FloatArray
 from robot_sim.casting import MujocoRayCaster, caster_for
 from robot_sim.casting.embree import EmbreeRayCaster, StaticGeometry
-from robot_sim.scanner_config import ScannerConfig
+from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.simulation import TICK_NS
 from robot_sim.worlds import WorldOptions
 

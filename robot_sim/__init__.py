@@ -1,15 +1,20 @@
 """A Pioneer 3-AT with two planar scanners, encoders and an inertial unit, somewhere in MuJoCo."""
 
-from robot_sim.bumpers import Bumpers as Bumpers
 from robot_sim.casting import (
     Hits as Hits,
     MujocoRayCaster as MujocoRayCaster,
     RayCaster as RayCaster,
     caster_for as caster_for,
 )
-from robot_sim.condition import Condition as Condition
-from robot_sim.drive import DriveConfig as DriveConfig, WheelSlip as WheelSlip
-from robot_sim.effects import Effects as Effects
+from robot_sim.drive.bumpers import Bumpers as Bumpers
+from robot_sim.drive.condition import Condition as Condition
+from robot_sim.drive.drive import DriveConfig as DriveConfig, WheelSlip as WheelSlip
+from robot_sim.drive.firmware import (
+    FirmwareConfig as FirmwareConfig,
+    MotionCommand as MotionCommand,
+)
+from robot_sim.drive.sip import StandardPacket as StandardPacket
+from robot_sim.drive.slip import Slip as Slip
 from robot_sim.errors import (
     PhysicsError as PhysicsError,
     SensorError as SensorError,
@@ -17,25 +22,26 @@ from robot_sim.errors import (
     UnknownSceneError as UnknownSceneError,
     WorldError as WorldError,
 )
-from robot_sim.firmware import FirmwareConfig as FirmwareConfig, MotionCommand as MotionCommand
-from robot_sim.imperfections import Imperfections as Imperfections
-from robot_sim.inertial import INERTIAL_UNITS as INERTIAL_UNITS, InertialConfig as InertialConfig
-from robot_sim.lidar import ScannerConfig as ScannerConfig
-from robot_sim.lidar_models import LIDARS as LIDARS
 from robot_sim.mjcf_world import load_mjcf as load_mjcf
-from robot_sim.p3at import IMU_MOUNT as IMU_MOUNT, MOUNTS as MOUNTS, P3AT as P3AT
-from robot_sim.platforms import HUSKY as HUSKY, JACKAL as JACKAL, PLATFORMS as PLATFORMS
+from robot_sim.robot.imperfections import Imperfections as Imperfections
+from robot_sim.robot.p3at import IMU_MOUNT as IMU_MOUNT, MOUNTS as MOUNTS, P3AT as P3AT
+from robot_sim.robot.platforms import HUSKY as HUSKY, JACKAL as JACKAL, PLATFORMS as PLATFORMS
+from robot_sim.robot.skid_steer import SkidSteer as SkidSteer
+from robot_sim.sensors.effects import Effects as Effects
+from robot_sim.sensors.inertial import (
+    INERTIAL_UNITS as INERTIAL_UNITS,
+    InertialConfig as InertialConfig,
+)
+from robot_sim.sensors.lidar import ScannerConfig as ScannerConfig
+from robot_sim.sensors.lidar_models import LIDARS as LIDARS
+from robot_sim.sensors.suites import SensorSuite as SensorSuite, sensor_suite as sensor_suite
 from robot_sim.simulation import (
     TICK_NS as TICK_NS,
     Simulation as Simulation,
     SimulationConfig as SimulationConfig,
     Truth as Truth,
 )
-from robot_sim.sip import StandardPacket as StandardPacket
-from robot_sim.skid_steer import SkidSteer as SkidSteer
-from robot_sim.slip import Slip as Slip
-from robot_sim.suites import SensorSuite as SensorSuite, sensor_suite as sensor_suite
-from robot_sim.surfaces import SURFACES as SURFACES, Patch as Patch, Surface as Surface
+from robot_sim.solids.surfaces import SURFACES as SURFACES, Patch as Patch, Surface as Surface
 from robot_sim.worlds import (
     World as World,
     WorldOptions as WorldOptions,

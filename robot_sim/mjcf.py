@@ -16,10 +16,10 @@ from typing import Final
 
 import mujoco
 
-from robot_sim.body import FLOOR_BIT, OBSTACLE_BIT, ROBOT_GROUP, add_robot, set_physics
-from robot_sim.drivable import drivable_geoms
 from robot_sim.errors import WorldError
-from robot_sim.skid_steer import SkidSteer
+from robot_sim.robot.body import FLOOR_BIT, OBSTACLE_BIT, ROBOT_GROUP, add_robot, set_physics
+from robot_sim.robot.drivable import drivable_geoms
+from robot_sim.robot.skid_steer import SkidSteer
 
 _SHIFT: Final = 2
 """The file's own collision bits are moved up by so many, past the two that we use."""

@@ -19,11 +19,11 @@ import numpy as np
 from localization.types import Pose
 from robot_sim.arrays import FloatArray
 from robot_sim.errors import WorldError
-from robot_sim.ground import stand_on
 from robot_sim.mjcf import compile_mjcf
-from robot_sim.parts import Bounds, Placement, Waypoint
-from robot_sim.platforms import P3AT
-from robot_sim.skid_steer import SkidSteer
+from robot_sim.plans.ground import stand_on
+from robot_sim.robot.platforms import P3AT
+from robot_sim.robot.skid_steer import SkidSteer
+from robot_sim.solids.parts import Bounds, Placement, Waypoint
 from robot_sim.worlds import TIMESTEP_NS, World, check_places
 
 SPAWN: Final = "spawn"

@@ -17,9 +17,9 @@ from mujoco.rollout import Rollout
 
 from localization.types import IntArray, Pose
 from robot_sim.arrays import FloatArray
-from robot_sim.body import WHEELS
 from robot_sim.errors import PhysicsError
 from robot_sim.placing import place_robot
+from robot_sim.robot.body import WHEELS
 from robot_sim.worlds import TIMESTEP_NS
 
 _STATE: Final = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)

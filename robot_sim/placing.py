@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 
 from localization.types import Pose
-from robot_sim.body import FLOOR_BIT, ROBOT_GROUP
 from robot_sim.errors import WorldError
+from robot_sim.robot.body import FLOOR_BIT, ROBOT_GROUP
 
 
 def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose) -> None:

@@ -9,21 +9,21 @@ from typing import Final
 import numpy as np
 
 from localization.types import Pose, Reading, Twist, WheelSpeeds
-from robot_sim.body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
 from robot_sim.casting import caster_for
-from robot_sim.condition import Condition, ConditionMonitor
-from robot_sim.drive import Drive, DriveConfig
-from robot_sim.encoders import Encoders
-from robot_sim.firmware import Firmware, Override
-from robot_sim.inertial import InertialConfig, InertialUnit
-from robot_sim.lidar import Scanner, ScannerConfig, sweeps_until
-from robot_sim.optics import optics_of
+from robot_sim.drive.condition import Condition, ConditionMonitor
+from robot_sim.drive.drive import Drive, DriveConfig
+from robot_sim.drive.encoders import Encoders
+from robot_sim.drive.firmware import Firmware, Override
+from robot_sim.drive.sip import StandardPacket
+from robot_sim.drive.slip import Slip, slip_of
+from robot_sim.drive.tyres import Tyres
+from robot_sim.life.puppeteer import Puppeteer
 from robot_sim.physics import Motion, Physics
-from robot_sim.puppeteer import Puppeteer
-from robot_sim.sip import StandardPacket
-from robot_sim.slip import Slip, slip_of
-from robot_sim.track import Trail
-from robot_sim.tyres import Tyres
+from robot_sim.robot.body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
+from robot_sim.sensors.inertial import InertialConfig, InertialUnit
+from robot_sim.sensors.lidar import Scanner, ScannerConfig, sweeps_until
+from robot_sim.sensors.optics import optics_of
+from robot_sim.sensors.track import Trail
 from robot_sim.worlds import TIMESTEP_NS, World, load_world, obstacles_touched
 
 TICK_NS: Final = 20_000_000

@@ -11,29 +11,29 @@ from typing import Final
 import mujoco
 
 from localization.types import Pose
-from robot_sim.blocks import Block, paint
-from robot_sim.body import add_robot, set_physics
-from robot_sim.drivable import drivable_geoms, mark_drivable
 from robot_sim.errors import SimulationError, WorldError
-from robot_sim.fender import add_fender
-from robot_sim.furniture import footprint, piece_blocks
-from robot_sim.ground import Ground
-from robot_sim.movers import Mover, moving_bodies
+from robot_sim.layout.rearranging import rearranged
+from robot_sim.layout.trespass import check_paths
+from robot_sim.life.movers import Mover, moving_bodies
 from robot_sim.placing import obstacles_touched as obstacles_touched, place_robot as place_robot
-from robot_sim.plan import NO_FLOOR, Placement, Plan, Waypoint as Waypoint
-from robot_sim.plan_file import plan_from_toml
-from robot_sim.platforms import P3AT
-from robot_sim.rearranging import rearranged
-from robot_sim.scene_folders import (
+from robot_sim.plans.ground import Ground
+from robot_sim.plans.plan import NO_FLOOR, Placement, Plan, Waypoint as Waypoint
+from robot_sim.plans.plan_file import plan_from_toml
+from robot_sim.plans.scene_folders import (
     PLAN_FILE,
     scene_folder as scene_folder,
     scene_names as scene_names,
 )
-from robot_sim.skid_steer import SkidSteer
-from robot_sim.surfaces import Patch, surface_named
-from robot_sim.terrain import add_terrain
-from robot_sim.trespass import check_paths
-from robot_sim.walls import wall_blocks
+from robot_sim.robot.body import add_robot, set_physics
+from robot_sim.robot.drivable import drivable_geoms, mark_drivable
+from robot_sim.robot.fender import add_fender
+from robot_sim.robot.platforms import P3AT
+from robot_sim.robot.skid_steer import SkidSteer
+from robot_sim.solids.blocks import Block, paint
+from robot_sim.solids.furniture import footprint, piece_blocks
+from robot_sim.solids.surfaces import Patch, surface_named
+from robot_sim.solids.terrain import add_terrain
+from robot_sim.solids.walls import wall_blocks
 
 TIMESTEP_NS: Final = 4_000_000
 """One physics step [ns]. The contact recipe holds up to 5 ms; chi, creep and kerbs are as at 1 ms."""

@@ -14,7 +14,7 @@ from teleop.terminal import Progress, say
 
 if TYPE_CHECKING:
     from localization.types import Pose
-    from robot_sim.plan import Plan
+    from robot_sim.plans.plan import Plan
     from robot_sim.worlds import World
 
 
@@ -37,7 +37,7 @@ class Generate:
     def __call__(self) -> int:
         """Run it."""
         from robot_sim.generate import generate
-        from robot_sim.plan_text import plan_to_toml
+        from robot_sim.plans.plan_text import plan_to_toml
 
         folder = self.out or Path("worlds") / f"building-{self.seed}"
         building = generate(self.seed, self.area, name=folder.resolve().name)
@@ -79,9 +79,9 @@ class FromMap:
     def __call__(self) -> int:
         """Run it."""
         from localization.occupancy import read_occupancy_map
-        from robot_sim.extrude import plan_from_map
-        from robot_sim.plan import Placement
-        from robot_sim.plan_text import plan_to_toml
+        from robot_sim.layout.extrude import plan_from_map
+        from robot_sim.plans.plan import Placement
+        from robot_sim.plans.plan_text import plan_to_toml
 
         grid = read_occupancy_map(self.map)
         folder = self.out or Path("worlds") / grid.name
@@ -108,8 +108,8 @@ class List:
 
     def __call__(self) -> int:
         """Run it."""
-        from robot_sim.routes import length
-        from robot_sim.scene_folders import PLAN_FILE, scene_names
+        from robot_sim.layout.routes import length
+        from robot_sim.plans.scene_folders import PLAN_FILE, scene_names
         from robot_sim.worlds import load_plan
         from teleop.scenario.run import cloud_path
 
@@ -179,8 +179,8 @@ def _write(folder: Path, plan: Plan, text: str, origin: str, command: str, cloud
 
 
 def _described(world: World, scene: str) -> list[str]:
-    from robot_sim.drivable import drivable_names
-    from robot_sim.routes import length
+    from robot_sim.layout.routes import length
+    from robot_sim.robot.drivable import drivable_names
     from teleop.scenario.run import cloud_path
 
     x0, y0, x1, y1 = world.bounds

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from localization.types import IntArray
 from robot_sim.arrays import BoolArray, FloatArray
-from robot_sim.body import ROBOT_GROUP
+from robot_sim.robot.body import ROBOT_GROUP
 
 GeomArray = npt.NDArray[np.int32]
 

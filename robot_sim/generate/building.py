@@ -10,14 +10,14 @@ from typing import Final
 import numpy as np
 
 from robot_sim.errors import WorldError
-from robot_sim.footprints import footprints
 from robot_sim.generate.doors import INSIDE, OUTSIDE, Opening, openings, walls, windows
 from robot_sim.generate.floorplan import FloorPlan, Rectangle, draw_floor_plan
 from robot_sim.generate.furnishing import Box, Doorway, Furnisher, hub_and_ways, numbered
 from robot_sim.generate.rooms import CORRIDOR, HOME, OFFICE, Use, choose_use
-from robot_sim.p3at import P3AT
-from robot_sim.plan import Piece, Placement, Plan, Waypoint
-from robot_sim.routes import TOUR_LIMIT, FreeSpace, Ways
+from robot_sim.layout.footprints import footprints
+from robot_sim.layout.routes import TOUR_LIMIT, FreeSpace, Ways
+from robot_sim.plans.plan import Piece, Placement, Plan, Waypoint
+from robot_sim.robot.p3at import P3AT
 
 AREAS: Final = (60.0, 10_000.0)
 """Areas that a building can have [m^2]."""

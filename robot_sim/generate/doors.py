@@ -10,7 +10,7 @@ import numpy as np
 
 from robot_sim.errors import WorldError
 from robot_sim.generate.floorplan import Edge, FloorPlan
-from robot_sim.plan import Door, Wall, Window
+from robot_sim.plans.plan import Door, Wall, Window
 
 INSIDE: Final = 0.12
 """Thickness of walls between cells [m]."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from robot_sim.arrays import FloatArray
 from robot_sim.generate.rooms import Group, Use
-from robot_sim.plan import Piece
+from robot_sim.plans.plan import Piece
 
 WAY: Final = 0.62
 """Free on both sides of the ways through a room [m]: the swing radius of the robot and 0.28 m."""

@@ -11,12 +11,12 @@ import mujoco
 import numpy as np
 
 from robot_sim.arrays import BoolArray, FloatArray
-from robot_sim.body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS, add_robot, set_physics
-from robot_sim.drivable import mark_drivable
-from robot_sim.feelers import FeelerColumns
-from robot_sim.skid_steer import SkidSteer
-from robot_sim.surfaces import Patch, Surface
-from robot_sim.tyres import GRAVITY, Tyres
+from robot_sim.drive.tyres import GRAVITY, Tyres
+from robot_sim.robot.body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS, add_robot, set_physics
+from robot_sim.robot.drivable import mark_drivable
+from robot_sim.robot.feelers import FeelerColumns
+from robot_sim.robot.skid_steer import SkidSteer
+from robot_sim.solids.surfaces import Patch, Surface
 from robot_sim.worlds import TIMESTEP_NS
 
 TICK: Final = 0.02

@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 
 from robot_sim.arrays import FloatArray
-from robot_sim.skid_steer import SkidSteer
-from robot_sim.slip import contact_positions, contact_slip
-from robot_sim.tyres import GRAVITY
+from robot_sim.drive.slip import contact_positions, contact_slip
+from robot_sim.drive.tyres import GRAVITY
+from robot_sim.robot.skid_steer import SkidSteer
 
 ARIA_TRACK: Final = 2.0 / 0.0034 * 1e-3
 """Effective track of a P3-AT by ARIA's ``DiffConvFactor`` of 0.0034 rad/mm [m]."""

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from robot_sim.arrays import FloatArray
-from robot_sim.platforms import P3AT
-from robot_sim.skid_steer import SkidSteer
+from robot_sim.robot.platforms import P3AT
+from robot_sim.robot.skid_steer import SkidSteer
 from robot_sim.validation.bench import BENCH, STEP, Bench, ramped
 from robot_sim.validation.planar import PLANAR_STEP, step_response
 from robot_sim.validation.row import Row, told

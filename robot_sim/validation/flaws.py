@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from robot_sim.body import SERVO_DAMPING
-from robot_sim.imperfections import MANDOW_2007, Imperfections
-from robot_sim.platforms import P3AT
-from robot_sim.skid_steer import SkidSteer
+from robot_sim.robot.body import SERVO_DAMPING
+from robot_sim.robot.imperfections import MANDOW_2007, Imperfections
+from robot_sim.robot.platforms import P3AT
+from robot_sim.robot.skid_steer import SkidSteer
 from robot_sim.validation import coulomb
 from robot_sim.validation.bench import BENCH, Bench, ramped
 from robot_sim.validation.row import Row, within

@@ -11,10 +11,10 @@ from typing import Final
 import numpy as np
 
 from robot_sim.arrays import FloatArray
-from robot_sim.body import SERVO_DAMPING, SERVO_STIFFNESS
-from robot_sim.skid_steer import SkidSteer
-from robot_sim.slip import contact_positions, contact_slip
-from robot_sim.tyres import GRAVITY
+from robot_sim.drive.slip import contact_positions, contact_slip
+from robot_sim.drive.tyres import GRAVITY
+from robot_sim.robot.body import SERVO_DAMPING, SERVO_STIFFNESS
+from robot_sim.robot.skid_steer import SkidSteer
 from robot_sim.validation.bench import Inertia
 
 PLANAR_STEP: Final = 1e-4

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from robot_sim.platforms import P3AT
+from robot_sim.robot.platforms import P3AT
 from robot_sim.validation.bench import Bench, chi, ramped
 from robot_sim.validation.row import Row
 

@@ -9,13 +9,13 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from robot_sim.body import WHEELS
-from robot_sim.imperfections import Imperfections
-from robot_sim.platforms import HUSKY, JACKAL, P3AT
-from robot_sim.skid_steer import SkidSteer
-from robot_sim.slip import slip_of
-from robot_sim.surfaces import Surface
-from robot_sim.tyres import GRAVITY
+from robot_sim.drive.slip import slip_of
+from robot_sim.drive.tyres import GRAVITY
+from robot_sim.robot.body import WHEELS
+from robot_sim.robot.imperfections import Imperfections
+from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
+from robot_sim.robot.skid_steer import SkidSteer
+from robot_sim.solids.surfaces import Surface
 from robot_sim.validation import coulomb
 from robot_sim.validation.bench import BENCH, Bench, Run, chi, ramped
 from robot_sim.validation.row import Row, told, within

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from robot_sim import SimulationConfig, World
-    from robot_sim.drive import WheelSlip
+    from robot_sim.drive.drive import WheelSlip
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Outfit:
             seed: of when those who live there are where.
         """
         from robot_sim import P3AT, WorldOptions, load_world
-        from robot_sim.imperfections import MANDOW_2007
+        from robot_sim.robot.imperfections import MANDOW_2007
 
         robot = P3AT()
         if self.uneven_tyres:

@@ -9,9 +9,9 @@ from typing import TypeAlias
 
 from localization.localizer import Localizer
 from localization.types import Estimate, Hint, Inertial, Reading, Twist
-from robot_sim.condition import Condition
+from robot_sim.drive.condition import Condition
+from robot_sim.drive.sip import StandardPacket
 from robot_sim.simulation import Simulation, Truth
-from robot_sim.sip import StandardPacket
 from teleop.joystick import Wish
 from teleop.robot.safety import ControlState, Safety
 

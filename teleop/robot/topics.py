@@ -18,7 +18,7 @@ from localization.geometry import FloatArray
 from localization.health import horizontal_sigma
 from localization.types import Estimate, Health, Inertial, Mounts, Pose, Scan, Twist, WheelSpeeds
 from robot_sim import P3AT
-from robot_sim.condition import Condition
+from robot_sim.drive.condition import Condition
 from teleop.robot.robot import Snapshot
 
 Message: TypeAlias = dict[str, Any]

@@ -24,7 +24,7 @@ from localization.slam import Survey
 from localization.trajectory import Trajectory
 from localization.types import SECOND, Health, Pose, Reading, Twist
 from robot_sim import Simulation, World
-from robot_sim.still_mesh import still_mesh
+from robot_sim.survey.still_mesh import still_mesh
 from teleop.scenario.driver import DriverConfig, TourDriver
 from teleop.scenario.survey import SurveyError
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from localization.cloud import Cloud, save_cloud
-from robot_sim.plan import Plan
-from robot_sim.routes import length
-from robot_sim.scene_folders import PLAN_FILE
+from robot_sim.layout.routes import length
+from robot_sim.plans.plan import Plan
+from robot_sim.plans.scene_folders import PLAN_FILE
 from robot_sim.worlds import World, build_world
 from teleop.scenario.survey import survey_from_stations
 

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 
 from localization.cloud import Cloud
 from localization.geometry import FloatArray
-from robot_sim.footprints import footprints
-from robot_sim.plan import Plan
-from robot_sim.routes import Footprint
+from robot_sim.layout.footprints import footprints
+from robot_sim.layout.routes import Footprint
+from robot_sim.plans.plan import Plan
 
 _CORNERS: Final = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
 _BELOW_CEILING: Final = 2.2

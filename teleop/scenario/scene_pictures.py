@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from localization.cloud import Cloud
 from robot_sim import load_world, scene_names
-from robot_sim.photograph import Camera, photograph
+from robot_sim.survey.photograph import Camera, photograph
 from robot_sim.worlds import World
 from teleop.scenario.run import cloud_of
 

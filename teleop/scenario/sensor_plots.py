@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 from localization.geometry import FloatArray
 from localization.types import IntArray, Scan
-from robot_sim.effects import (
+from robot_sim.sensors.effects import (
     NO_EFFECTS,
     Beam,
     Effects,
@@ -31,17 +31,17 @@ from robot_sim.effects import (
     footprint_depth,
     received_power,
 )
-from robot_sim.inertial import (
+from robot_sim.sensors.inertial import (
     INERTIAL_UNITS,
     READING_SECONDS,
     InertialConfig,
     InertialUnit,
     allan_deviation,
 )
-from robot_sim.lidar_models import LIDARS
-from robot_sim.materials import MATERIALS
-from robot_sim.optical_bench import OpticalBench, bench_scanner, box, pane, wall
-from robot_sim.scanner_config import ScannerConfig
+from robot_sim.sensors.lidar_models import LIDARS
+from robot_sim.sensors.optical_bench import OpticalBench, bench_scanner, box, pane, wall
+from robot_sim.sensors.scanner_config import ScannerConfig
+from robot_sim.solids.materials import MATERIALS
 
 _COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 """Okabe and Ito's palette, which the colour-blind can tell apart."""

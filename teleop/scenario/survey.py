@@ -19,8 +19,8 @@ from localization.geometry import FloatArray
 from localization.mapping import CloudBuilder, MappingConfig
 from localization.types import SECOND, Health, IntArray, Pose, Scan, Sweep
 from robot_sim import Simulation, World
-from robot_sim.plan import CloudSpec
-from robot_sim.total_station import TotalStation
+from robot_sim.plans.plan import CloudSpec
+from robot_sim.survey.total_station import TotalStation
 from teleop.scenario.driver import DriverConfig, TourDriver
 
 Progress = Callable[[float, str], None]

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from robot_sim.blocks import Block, box
 from robot_sim.errors import WorldError
-from robot_sim.furniture import FURNITURE, piece_blocks
-from robot_sim.plan import Door, Piece, Wall, Window
-from robot_sim.walls import wall_blocks
+from robot_sim.plans.plan import Door, Piece, Wall, Window
+from robot_sim.solids.blocks import Block, box
+from robot_sim.solids.furniture import FURNITURE, piece_blocks
+from robot_sim.solids.walls import wall_blocks
 
 WALL = Wall("w", (1.0, 0.0), (1.0, 6.0), height=2.8, thickness=0.1)
 

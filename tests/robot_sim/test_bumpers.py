@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from robot_sim.bumpers import SEGMENTS, SPAN, Bumpers, pressed_by
+from robot_sim.drive.bumpers import SEGMENTS, SPAN, Bumpers, pressed_by
 
 WIDTH = SPAN / SEGMENTS
 bearings = st.floats(-math.pi, math.pi)

@@ -13,7 +13,6 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.types import Pose
-from robot_sim.body import ROBOT_GROUP
 from robot_sim.casting import (
     MujocoRayCaster,
     RayCaster,
@@ -25,7 +24,8 @@ from robot_sim.casting.embree import EmbreeRayCaster, StaticGeometry
 from robot_sim.casting.moving import Moved
 from robot_sim.casting.shapes import CONVEX, shape_cosines, shape_distances
 from robot_sim.casting.timetable import Timetable
-from robot_sim.p3at import MOUNTS
+from robot_sim.robot.body import ROBOT_GROUP
+from robot_sim.robot.p3at import MOUNTS
 from robot_sim.worlds import World, WorldOptions, load_world
 
 TOLERANCE = 1e-4

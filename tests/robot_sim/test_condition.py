@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from localization.types import Pose, Twist
-from robot_sim.body import FLOOR_BIT
-from robot_sim.bumpers import Bumpers
-from robot_sim.condition import Condition, attitude
-from robot_sim.drive import DriveConfig
-from robot_sim.firmware import FirmwareConfig
-from robot_sim.platforms import PLATFORMS
+from robot_sim.drive.bumpers import Bumpers
+from robot_sim.drive.condition import Condition, attitude
+from robot_sim.drive.drive import DriveConfig
+from robot_sim.drive.firmware import FirmwareConfig
+from robot_sim.robot.body import FLOOR_BIT
+from robot_sim.robot.platforms import PLATFORMS
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.worlds import World, parse_world
 

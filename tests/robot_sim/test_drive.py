@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.types import Pose, Twist, WheelSpeeds
-from robot_sim.drive import Drive, DriveConfig, WheelSlip, ramp
-from robot_sim.p3at import P3AT
+from robot_sim.drive.drive import Drive, DriveConfig, WheelSlip, ramp
+from robot_sim.robot.p3at import P3AT
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.worlds import World, parse_world
 

@@ -13,7 +13,9 @@ from hypothesis import given, strategies as st
 
 from localization.types import IntArray, Scan
 from robot_sim.arrays import FloatArray
-from robot_sim.effects import (
+from robot_sim.errors import SensorError, SimulationError
+from robot_sim.robot.p3at import MOUNTS
+from robot_sim.sensors.effects import (
     SUB_BEAMS,
     Beam,
     Bias,
@@ -32,14 +34,12 @@ from robot_sim.effects import (
     received_power,
     sub_beam_places,
 )
-from robot_sim.errors import SensorError, SimulationError
-from robot_sim.lidar import Scanner
-from robot_sim.lidar_models import LIDARS, lidar_model
-from robot_sim.materials import MATERIALS
-from robot_sim.optical_bench import OpticalBench, bench_scanner, box, pane, wall
-from robot_sim.optics import pane_reflectance
-from robot_sim.p3at import MOUNTS
-from robot_sim.scanner_config import ScannerConfig
+from robot_sim.sensors.lidar import Scanner
+from robot_sim.sensors.lidar_models import LIDARS, lidar_model
+from robot_sim.sensors.optical_bench import OpticalBench, bench_scanner, box, pane, wall
+from robot_sim.sensors.optics import pane_reflectance
+from robot_sim.sensors.scanner_config import ScannerConfig
+from robot_sim.solids.materials import MATERIALS
 
 
 class Bench(OpticalBench):

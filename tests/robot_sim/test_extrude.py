@@ -20,13 +20,13 @@ from localization.occupancy import (
     read_occupancy_map,
 )
 from robot_sim.arrays import BoolArray
-from robot_sim.body import ROBOT_GROUP
 from robot_sim.errors import WorldError
-from robot_sim.extrude import plan_from_map, rectangles
-from robot_sim.plan import Placement, Plan
-from robot_sim.plan_file import plan_from_toml
-from robot_sim.plan_text import plan_to_toml
-from robot_sim.routes import length
+from robot_sim.layout.extrude import plan_from_map, rectangles
+from robot_sim.layout.routes import length
+from robot_sim.plans.plan import Placement, Plan
+from robot_sim.plans.plan_file import plan_from_toml
+from robot_sim.plans.plan_text import plan_to_toml
+from robot_sim.robot.body import ROBOT_GROUP
 from robot_sim.worlds import build_world
 
 ENTRIES = {

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, strategies as st
 
 from localization.types import Pose
-from robot_sim.fan import Fan
-from robot_sim.p3at import MOUNTS
-from robot_sim.scanner_config import ScannerConfig
-from robot_sim.track import Track, Trail
+from robot_sim.robot.p3at import MOUNTS
+from robot_sim.sensors.fan import Fan
+from robot_sim.sensors.scanner_config import ScannerConfig
+from robot_sim.sensors.track import Track, Trail
 
 STEP = 4_000_000
 

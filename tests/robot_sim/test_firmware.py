@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, strategies as st
 
 from localization.types import SECOND, Inertial, Twist, WheelSpeeds
-from robot_sim.bumpers import Bumpers
-from robot_sim.condition import Condition
-from robot_sim.drive import DriveConfig
-from robot_sim.firmware import Firmware, FirmwareConfig, MotionCommand, Override, quantised
+from robot_sim.drive.bumpers import Bumpers
+from robot_sim.drive.condition import Condition
+from robot_sim.drive.drive import DriveConfig
+from robot_sim.drive.firmware import Firmware, FirmwareConfig, MotionCommand, Override, quantised
+from robot_sim.drive.sip import StandardPacket, moved_units
 from robot_sim.simulation import TICK_NS, Simulation, SimulationConfig
-from robot_sim.sip import StandardPacket, moved_units
 from robot_sim.worlds import World
 
 P3AT_FIRMWARE = FirmwareConfig()

@@ -9,15 +9,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from robot_sim.body import HEADROOM
 from robot_sim.errors import WorldError
-from robot_sim.footprints import footprints
-from robot_sim.furniture import piece_blocks, size_of
 from robot_sim.generate import AREAS, MARGIN, Building, generate
-from robot_sim.p3at import P3AT
-from robot_sim.plan_file import plan_from_toml
-from robot_sim.plan_text import plan_to_toml
-from robot_sim.routes import TOUR_LIMIT, Footprint, length
+from robot_sim.layout.footprints import footprints
+from robot_sim.layout.routes import TOUR_LIMIT, Footprint, length
+from robot_sim.plans.plan_file import plan_from_toml
+from robot_sim.plans.plan_text import plan_to_toml
+from robot_sim.robot.body import HEADROOM
+from robot_sim.robot.p3at import P3AT
+from robot_sim.solids.furniture import piece_blocks, size_of
 from robot_sim.worlds import build_world, place_robot
 
 SEEDS = range(32)

@@ -11,7 +11,7 @@ import pytest
 
 from localization.types import Inertial, Twist
 from robot_sim.errors import SimulationError
-from robot_sim.inertial import (
+from robot_sim.sensors.inertial import (
     INERTIAL_UNITS,
     READING_SECONDS,
     Drift,

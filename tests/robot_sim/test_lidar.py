@@ -12,12 +12,12 @@ import pytest
 from localization.geometry import interpolate_many, rotation_from_quaternion
 from localization.types import Pose, Scan, Twist
 from robot_sim.arrays import FloatArray
-from robot_sim.effects import Echoes
-from robot_sim.lidar import ScannerConfig, Track
-from robot_sim.p3at import MOUNTS
-from robot_sim.sight import Sight
+from robot_sim.robot.p3at import MOUNTS
+from robot_sim.sensors.effects import Echoes
+from robot_sim.sensors.lidar import ScannerConfig, Track
+from robot_sim.sensors.sight import Sight
+from robot_sim.sensors.suites import sensor_suite
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.suites import sensor_suite
 from robot_sim.worlds import World, load_world
 
 EXACT = (

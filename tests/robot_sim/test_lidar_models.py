@@ -11,8 +11,8 @@ import pytest
 from localization.messages import read_scan, same_scan, scan_message
 from localization.types import Scan
 from robot_sim.errors import SensorError, SimulationError
-from robot_sim.lidar_models import LIDARS, lidar_model
-from robot_sim.scanner_config import ScannerConfig
+from robot_sim.sensors.lidar_models import LIDARS, lidar_model
+from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.worlds import World
 

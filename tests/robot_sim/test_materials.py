@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from robot_sim.materials import DEFAULT, MATERIALS, Material, material_named
+from robot_sim.solids.materials import DEFAULT, MATERIALS, Material, material_named
 
 AGREED = [
     "wall",

@@ -12,9 +12,9 @@ import pytest
 from localization.types import Scan, Twist
 from robot_sim import Simulation, World, WorldError, load_world
 from robot_sim.mjcf_world import load_mjcf
-from robot_sim.parts import Placement
 from robot_sim.placing import place_robot
-from robot_sim.platforms import HUSKY
+from robot_sim.robot.platforms import HUSKY
+from robot_sim.solids.parts import Placement
 from robot_sim.worlds import TIMESTEP_NS, WorldOptions
 
 FLOOR = '<geom name="floor" type="plane" size="6 5 0.1" user="0.7"/>'

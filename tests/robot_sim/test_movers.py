@@ -20,10 +20,10 @@ from robot_sim import (
     parse_world,
     scene_names,
 )
-from robot_sim.inhabitants import FASTEST, Leaf, Person
-from robot_sim.movers import Mover, Walker, moving_bodies
+from robot_sim.life.movers import Mover, Walker, moving_bodies
+from robot_sim.life.walks import ACCELERATION, Walk
+from robot_sim.plans.inhabitants import FASTEST, Leaf, Person
 from robot_sim.simulation import TICK_NS
-from robot_sim.walks import ACCELERATION, Walk
 from robot_sim.worlds import WorldOptions
 
 ALIVE = WorldOptions(alive=True)

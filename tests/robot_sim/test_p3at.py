@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from localization.types import Inertial, Twist
-from robot_sim.inertial import InertialConfig
-from robot_sim.p3at import MOUNTS, P3AT
+from robot_sim.robot.p3at import MOUNTS, P3AT
+from robot_sim.sensors.inertial import InertialConfig
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.worlds import World
 

@@ -7,12 +7,12 @@ import math
 import pytest
 
 from robot_sim.errors import WorldError
-from robot_sim.glazing import Glazing, Roof
-from robot_sim.plan import CloudSpec, Door, Placement, Plan, Wall, Window
-from robot_sim.plan_file import plan_from_toml
-from robot_sim.slabs import Slab
-from robot_sim.surfaces import SURFACES, Patch
-from robot_sim.terrain import Hill, Level, Rut
+from robot_sim.plans.plan import CloudSpec, Door, Placement, Plan, Wall, Window
+from robot_sim.plans.plan_file import plan_from_toml
+from robot_sim.solids.glazing import Glazing, Roof
+from robot_sim.solids.slabs import Slab
+from robot_sim.solids.surfaces import SURFACES, Patch
+from robot_sim.solids.terrain import Hill, Level, Rut
 
 HEAD = "bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\n"
 

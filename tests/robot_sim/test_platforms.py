@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.types import Twist, WheelSpeeds
-from robot_sim.body import friction_time
-from robot_sim.drive import DriveConfig
-from robot_sim.imperfections import AS_DRAWN, MANDOW_2007, Imperfections
-from robot_sim.platforms import HUSKY, JACKAL, P3AT, PLATFORMS
+from robot_sim.drive.drive import DriveConfig
+from robot_sim.robot.body import friction_time
+from robot_sim.robot.imperfections import AS_DRAWN, MANDOW_2007, Imperfections
+from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT, PLATFORMS
+from robot_sim.robot.skid_steer import SkidSteer
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.skid_steer import SkidSteer
 from robot_sim.validation import coulomb
 from robot_sim.validation.bench import Bench, ramped
 from robot_sim.worlds import parse_world

@@ -12,17 +12,17 @@ from hypothesis import given, settings, strategies as st
 
 from robot_sim import Simulation, World, WorldError, load_world, scene_names
 from robot_sim.casting import caster_for
-from robot_sim.furniture import size_of
-from robot_sim.inhabitants import Person
-from robot_sim.parts import Door, Piece, Placement, Wall
-from robot_sim.plan import Plan
-from robot_sim.rearranging import (
+from robot_sim.layout.rearranging import (
     DOOR_CLEARANCE,
     HABITS,
     ROBOT_CLEARANCE,
     rearranged,
 )
-from robot_sim.rectangles import Rectangles
+from robot_sim.layout.rectangles import Rectangles
+from robot_sim.plans.inhabitants import Person
+from robot_sim.plans.plan import Plan
+from robot_sim.solids.furniture import size_of
+from robot_sim.solids.parts import Door, Piece, Placement, Wall
 from robot_sim.worlds import WorldOptions, load_plan
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from robot_sim.routes import Footprint, FreeSpace, Ways, length
+from robot_sim.layout.routes import Footprint, FreeSpace, Ways, length
 
 lengths = st.floats(0.0, 2.0)
 boxes = st.builds(

@@ -14,10 +14,10 @@ from localization.cloud import Cloud, load_cloud
 from localization.types import Health
 from robot_sim import Simulation, SimulationConfig, World, load_world, scene_names
 from robot_sim.arrays import FloatArray
-from robot_sim.blocks import Block, Shape
-from robot_sim.body import HEADROOM
-from robot_sim.ground import Ground
-from robot_sim.plan import Plan, Waypoint
+from robot_sim.plans.ground import Ground
+from robot_sim.plans.plan import Plan, Waypoint
+from robot_sim.robot.body import HEADROOM
+from robot_sim.solids.blocks import Block, Shape
 from robot_sim.worlds import load_plan, plan_blocks
 from teleop.scenario.driver import TourDriver
 from teleop.scenario.run import cloud_path

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from localization.types import Inertial, Pose, Reading, Scan, Twist, WheelSpeeds
-from robot_sim.body import FLOOR_BIT, OBSTACLE_BIT, add_robot, set_physics
 from robot_sim.errors import PhysicsError, SimulationError, UnknownSceneError, WorldError
-from robot_sim.lidar import ScannerConfig
 from robot_sim.physics import Physics
+from robot_sim.robot.body import FLOOR_BIT, OBSTACLE_BIT, add_robot, set_physics
+from robot_sim.sensors.lidar import ScannerConfig
 from robot_sim.simulation import STEPS_PER_TICK, TICK_NS, Simulation, SimulationConfig
 from robot_sim.worlds import TIMESTEP_NS, World, parse_world, place_robot
 

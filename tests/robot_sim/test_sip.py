@@ -5,9 +5,16 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, strategies as st
 
-from robot_sim.bumpers import Bumpers
+from robot_sim.drive.bumpers import Bumpers
+from robot_sim.drive.sip import (
+    POSITION_UNITS,
+    StandardPacket,
+    checksum,
+    frame,
+    moved_units,
+    unframe,
+)
 from robot_sim.errors import PacketError
-from robot_sim.sip import POSITION_UNITS, StandardPacket, checksum, frame, moved_units, unframe
 
 words = st.integers(-32768, 32767)
 ring = st.tuples(*[st.booleans()] * 5)

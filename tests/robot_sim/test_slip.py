@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, strategies as st
 
 from localization.types import Twist
-from robot_sim.imperfections import MANDOW_2007
-from robot_sim.platforms import HUSKY, JACKAL, P3AT
+from robot_sim.drive.slip import centres_of_rotation, contact_positions, slip_of
+from robot_sim.robot.imperfections import MANDOW_2007
+from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
+from robot_sim.robot.skid_steer import SkidSteer
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.skid_steer import SkidSteer
-from robot_sim.slip import centres_of_rotation, contact_positions, slip_of
 from robot_sim.worlds import World
 
 speeds = st.floats(-2.0, 2.0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robot_sim.p3at import P3AT
-from robot_sim.stall import StallConfig, StallWatch
+from robot_sim.drive.stall import StallConfig, StallWatch
+from robot_sim.robot.p3at import P3AT
 
 TICK = 20_000_000
 STILL, FULL = np.zeros(4), np.full(4, 12.0)

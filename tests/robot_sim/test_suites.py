@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from robot_sim.effects import Effects
 from robot_sim.errors import SensorError
-from robot_sim.inertial import InertialConfig
-from robot_sim.lidar_models import LIDARS
+from robot_sim.sensors.effects import Effects
+from robot_sim.sensors.inertial import InertialConfig
+from robot_sim.sensors.lidar_models import LIDARS
+from robot_sim.sensors.suites import sensor_suite
 from robot_sim.simulation import SimulationConfig
-from robot_sim.suites import sensor_suite
 
 
 def test_default_suite_is_the_simulations_own() -> None:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from robot_sim.errors import UnknownSurfaceError
-from robot_sim.surfaces import SURFACES, Patch, Surface, patches_under, surface_named
+from robot_sim.solids.surfaces import SURFACES, Patch, Surface, patches_under, surface_named
 
 TILE = SURFACES["tile"]
 coordinates = st.floats(-20.0, 20.0)

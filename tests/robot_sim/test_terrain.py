@@ -14,10 +14,10 @@ from localization.types import Twist
 from robot_sim import Simulation, SimulationConfig
 from robot_sim.arrays import FloatArray
 from robot_sim.errors import WorldError
-from robot_sim.ground import Ground
-from robot_sim.plan import Placement, Plan
-from robot_sim.slabs import Slab
-from robot_sim.terrain import Hill, Level, Rut, Terrain
+from robot_sim.plans.ground import Ground
+from robot_sim.plans.plan import Placement, Plan
+from robot_sim.solids.slabs import Slab
+from robot_sim.solids.terrain import Hill, Level, Rut, Terrain
 from robot_sim.worlds import World, build_world
 
 LAWN = Terrain(

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from robot_sim.inhabitants import Cart
-from robot_sim.plan import Placement, Plan, Wall, Window
-from robot_sim.slabs import Slab
-from robot_sim.total_station import TotalStation
+from robot_sim.plans.inhabitants import Cart
+from robot_sim.plans.plan import Placement, Plan, Wall, Window
+from robot_sim.solids.slabs import Slab
+from robot_sim.survey.total_station import TotalStation
 from robot_sim.worlds import WorldOptions, build_world
 
 EAST = np.array([[1.0, 0.0, 0.0]])

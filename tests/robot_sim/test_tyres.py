@@ -13,13 +13,13 @@ from hypothesis import given, strategies as st
 
 from localization.types import Pose, Twist
 from robot_sim.arrays import FloatArray
-from robot_sim.body import WHEELS, add_robot, set_physics
-from robot_sim.drivable import mark_drivable
+from robot_sim.drive.tyres import FULL_SLIDE, Tyres, lateral_grip
 from robot_sim.errors import WorldError
-from robot_sim.platforms import P3AT
+from robot_sim.robot.body import WHEELS, add_robot, set_physics
+from robot_sim.robot.drivable import mark_drivable
+from robot_sim.robot.platforms import P3AT
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.surfaces import SURFACES, Patch, Surface
-from robot_sim.tyres import FULL_SLIDE, Tyres, lateral_grip
+from robot_sim.solids.surfaces import SURFACES, Patch, Surface
 from robot_sim.validation import coulomb
 from robot_sim.validation.bench import STEP, Bench, chi, ramped
 from robot_sim.worlds import World

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from robot_sim.errors import ReportError
-from robot_sim.platforms import HUSKY, JACKAL, P3AT
+from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
 from robot_sim.validation import PARTS, Row, coulomb, validate
 from robot_sim.validation.report import between, plain, surfaces, table, verdict, written
 from robot_sim.validation.row import told, within

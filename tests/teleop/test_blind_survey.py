@@ -14,8 +14,8 @@ from localization.mapping import distances_to_mesh
 from localization.trajectory import read_tum
 from localization.types import Pose
 from robot_sim import load_world
-from robot_sim.still_mesh import still_mesh
-from robot_sim.total_station import TotalStation
+from robot_sim.survey.still_mesh import still_mesh
+from robot_sim.survey.total_station import TotalStation
 from teleop.__main__ import main
 
 pytest.importorskip("open3d", reason="building maps needs Open3D")

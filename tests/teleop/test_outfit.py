@@ -4,7 +4,7 @@ import pytest
 
 from localization.types import SECOND, WheelSpeeds
 from robot_sim import P3AT, SensorError, Simulation, SimulationConfig
-from robot_sim.imperfections import MANDOW_2007
+from robot_sim.robot.imperfections import MANDOW_2007
 from teleop.robot.outfit import Outfit
 
 

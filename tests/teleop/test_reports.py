@@ -16,8 +16,8 @@ from localization.localizer import Localizer
 from localization.prepared import prepare
 from localization.types import Health, Hint, Inertial, Pose, Twist, WheelSpeeds
 from robot_sim import DriveConfig, Simulation, SimulationConfig, World, sensor_suite
-from robot_sim.firmware import FirmwareConfig
-from robot_sim.sip import StandardPacket
+from robot_sim.drive.firmware import FirmwareConfig
+from robot_sim.drive.sip import StandardPacket
 from teleop.interfaces import registry
 from teleop.joystick import Wish
 from teleop.robot.robot import Drive, Message, Robot, Snapshot

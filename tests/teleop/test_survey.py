@@ -9,8 +9,8 @@ import pytest
 
 from localization.cloud import Cloud
 from robot_sim import World
-from robot_sim.plan import Door, Piece, Placement, Plan, Wall, Window
-from robot_sim.total_station import TotalStation
+from robot_sim.plans.plan import Door, Piece, Placement, Plan, Wall, Window
+from robot_sim.survey.total_station import TotalStation
 from robot_sim.worlds import build_world
 from teleop.scenario.survey import StationConfig, survey_from_stations
 

@@ -1,0 +1,179 @@
+"""Packets of the Pioneer controllers, as values and as bytes.
+
+The standard server information packet (SIP) and the frame around every packet, as the public
+drivers read them: allenh1/p2os ``sip.cpp`` and ``packet.cpp``, reedhedges/AriaCoda ``ArRobot.cpp``,
+and the Pioneer 3 Operations Manual, table 4. Words are little-endian but for the checksum.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import Final
+
+from robot_sim.drive.bumpers import SEGMENTS, Bumpers
+from robot_sim.errors import PacketError
+
+HEADER: Final = b"\xfa\xfb"
+POSITION_UNITS: Final = 1 << 15
+"""Positions are sent in 15 bits, and begin anew beyond them."""
+
+_STOPPED, _MOVING = 0x32, 0x33
+_LONGEST: Final = 200
+"""Bytes of a whole packet at most."""
+_BEGIN: Final = struct.Struct("<BHHhhhBHhHBB")
+"""Type, x, y, heading, left and right speed, battery, stalls and bumpers, control, flags, compass,
+number of sonar readings."""
+_SONAR: Final = struct.Struct("<BH")
+_END: Final = struct.Struct("<BBBBBHBh")
+"""Gripper, analogue port, analogue input, digital in and out, battery again, charger, yaw rate."""
+
+
+def checksum(data: bytes) -> int:
+    """Return the sum of big-endian words, modulo 2^16, with an odd last byte exclusive-or'ed."""
+    even = len(data) & ~1
+    total = sum(data[i] << 8 | data[i + 1] for i in range(0, even, 2)) & 0xFFFF
+    return total ^ data[-1] if len(data) > even else total
+
+
+def frame(data: bytes) -> bytes:
+    """Return a packet's data, which begins with its type, in its frame.
+
+    Raises:
+        PacketError: it is too long for one packet.
+    """
+    if len(data) > _LONGEST - 5:
+        raise PacketError(f"a packet holds {_LONGEST - 5} bytes at most, got {len(data)}")
+    return HEADER + bytes([len(data) + 2]) + data + checksum(data).to_bytes(2, "big")
+
+
+def unframe(packet: bytes) -> bytes:
+    """Return the data of one whole packet.
+
+    Raises:
+        PacketError: the bytes are not one sound packet; the message says what is wrong.
+    """
+    if packet[:2] != HEADER:
+        raise PacketError(f"a packet begins with fa fb, got {packet[:2].hex(' ') or 'nothing'}")
+    if len(packet) < 6 or packet[2] != len(packet) - 3:
+        raise PacketError(f"a packet's third byte counts what follows it, got {len(packet)} bytes")
+    data, found = packet[3:-2], int.from_bytes(packet[-2:], "big")
+    if found != checksum(data):
+        raise PacketError(f"checksum is {found:#06x}, the data's is {checksum(data):#06x}")
+    return data
+
+
+def moved_units(before: int, after: int) -> int:
+    """Return by how much a position changed between two packets, over its wrap [units].
+
+    The shorter way round is taken, as in ARIA.
+    """
+    half = POSITION_UNITS // 2
+    return (after - before + half) % POSITION_UNITS - half
+
+
+@dataclass(frozen=True, slots=True)
+class StandardPacket:
+    """What the controller tells its client every cycle, in the controller's own units."""
+
+    moving: bool
+    x: int
+    """In [0, 32768); times ``DistConvFactor`` is [mm]."""
+    y: int
+    """As ``x``."""
+    heading: int
+    """Signed; times ``AngleConvFactor`` is [rad]."""
+    left: int
+    """Speed of the left wheels; times ``VelConvFactor`` is [mm/s]."""
+    right: int
+    """The same of the right wheels."""
+    turn: int
+    """Yaw rate [0.1 deg/s]."""
+    battery: int
+    """[0.1 V]."""
+    left_stalled: bool
+    right_stalled: bool
+    bumpers: Bumpers
+    control: int = 0
+    """Set-point of the heading servo, in units of ``heading``."""
+    flags: int = 1
+    """Bit 0: motors enabled."""
+    compass: int = 0
+    """[2 deg]."""
+    sonars: tuple[tuple[int, int], ...] = ()
+    """Number and range [mm] of each sonar that was read anew."""
+
+    def to_bytes(self) -> bytes:
+        """Return the packet as it goes over the wire.
+
+        Raises:
+            PacketError: a number does not fit its field.
+        """
+        front = _bits(self.bumpers.front)
+        # The rear ring is numbered from its right end.
+        rear = _bits(self.bumpers.rear[::-1])
+        touched = self.left_stalled | rear << 1 | self.right_stalled << 8 | front << 9
+        try:
+            data = _BEGIN.pack(
+                _MOVING if self.moving else _STOPPED,
+                self.x,
+                self.y,
+                self.heading,
+                self.left,
+                self.right,
+                self.battery,
+                touched,
+                self.control,
+                self.flags,
+                self.compass,
+                len(self.sonars),
+            )
+            data += b"".join(_SONAR.pack(*sonar) for sonar in self.sonars)
+            data += _END.pack(0, 0, 0, 0, 0, self.battery, 0, self.turn)
+        except struct.error as error:
+            raise PacketError(f"a number does not fit the standard packet: {error}") from None
+        return frame(data)
+
+    @classmethod
+    def from_bytes(cls, packet: bytes) -> StandardPacket:
+        """Read a packet; what follows the yaw rate is left unread, as older clients do.
+
+        Raises:
+            PacketError: the bytes are not one sound standard packet.
+        """
+        data = unframe(packet)
+        if data[0] not in (_STOPPED, _MOVING):
+            raise PacketError(f"a standard packet is of type 0x32 or 0x33, got {data[0]:#04x}")
+        try:
+            begin = _BEGIN.unpack_from(data)
+            at = [_BEGIN.size + i * _SONAR.size for i in range(begin[-1])]
+            sonars = tuple(_SONAR.unpack_from(data, i) for i in at)
+            end = _END.unpack_from(data, _BEGIN.size + len(at) * _SONAR.size)
+        except struct.error:
+            raise PacketError(f"a standard packet is longer than {len(data)} bytes") from None
+        kind, x, y, heading, left, right, battery, touched, control, flags, compass, _ = begin
+        return cls(
+            moving=kind == _MOVING,
+            x=x % POSITION_UNITS,
+            y=y % POSITION_UNITS,
+            heading=heading,
+            left=left,
+            right=right,
+            turn=end[-1],
+            battery=battery,
+            left_stalled=bool(touched & 1),
+            right_stalled=bool(touched >> 8 & 1),
+            bumpers=Bumpers(_flags(touched >> 9), _flags(touched >> 1)[::-1]),
+            control=control,
+            flags=flags,
+            compass=compass,
+            sonars=sonars,
+        )
+
+
+def _bits(segments: tuple[bool, ...]) -> int:
+    return sum(pressed << i for i, pressed in enumerate(segments))
+
+
+def _flags(bits: int) -> tuple[bool, ...]:
+    return tuple(bool(bits >> i & 1) for i in range(SEGMENTS))

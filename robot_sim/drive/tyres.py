@@ -1,0 +1,202 @@
+"""Tyres: what the ground under each wheel, and the way it slips, do to the wheel's grip.
+
+MuJoCo's contacts are Coulomb's, whose yaw-rate ratio chi is one number for every curve. That of a
+real P3-AT falls as the curve opens (Wang et al., Sensors 2015, 15, 9681). A pneumatic tyre that
+barely slips bends sideways before it slides, the more so the less it slips, so its grip across the
+wheel falls short of that along it. ``lateral_grip`` is that ratio; its form and its two constants
+are fitted to the published curve, not derived.
+
+Only on planes does MuJoCo align a capsule's contact frame with the wheel. On boxes, heightfields
+and meshes its axes are fixed in the world, so there grip is alike in all directions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import mujoco
+import numpy as np
+
+from robot_sim.arrays import FloatArray
+from robot_sim.drive.slip import contact_positions
+from robot_sim.errors import WorldError
+from robot_sim.robot.body import SIDES, WHEELS
+from robot_sim.robot.skid_steer import SkidSteer
+from robot_sim.solids.surfaces import Patch, patches_under
+
+FULL_SLIDE: Final = 0.56
+"""Slip over rim speed from which on the whole contact slides: that of a P3-AT turning in place."""
+FALL: Final = 0.065
+"""How fast the lateral grip falls below that; fitted to chi at lambda 1 to 50."""
+LEAST_SLIP: Final = 0.008
+"""Slip over rim speed below which the published curve (lambda < 60) says nothing; grip levels out."""
+REST: Final = 1e-4
+"""Slip [m/s] that counts as sliding: a robot at rest has all its grip."""
+
+GRAVITY: Final = 9.81
+"""[m/s^2]."""
+
+
+def lateral_grip(slip: float, rim: float) -> float:
+    """Return how much of its lateral friction a tyre has: 1 when sliding, less when rolling.
+
+    Args:
+        slip: Speed of the contact over the ground [m/s], >= 0.
+        rim: Rim speed of the wheel [m/s].
+    """
+    share = math.hypot((slip + REST) / max(abs(rim), 1e-9), LEAST_SLIP)
+    if share >= FULL_SLIDE:
+        return 1.0
+    return 1.0 / math.sqrt(1.0 + FALL * (math.sqrt(FULL_SLIDE / share) - 1.0))
+
+
+class Tyres:
+    """Writes the wheels' friction into a simulation's own model, once per tick.
+
+    What it writes follows from positions and velocities alone; it only remembers on which patches the
+    wheels stood last, to write no more than what changes.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        robot: SkidSteer,
+        patches: Sequence[Patch] = (),
+        *,
+        compliant: bool = True,
+    ) -> None:
+        """Look up the wheels' contact pairs.
+
+        Args:
+            model: With the robot in it; it is written to, so it must not be shared.
+            robot: The one in the model.
+            patches: Other surfaces on the ground; a later one lies on an earlier one.
+            compliant: Whether the tyres bend sideways; without it they are Coulomb's.
+
+        Raises:
+            WorldError: a wheel has no contact pair.
+        """
+        self._model = model
+        self._patches = tuple(patches)
+        self._compliant = compliant
+        base = model.joint("base_link")
+        self._q, self._v = int(base.qposadr[0]), int(base.dofadr[0])
+        wheels = [int(model.joint(w).dofadr[0]) for w in WHEELS]
+        self._wheels = np.array(wheels)
+        self._radii = np.array([robot.true_rolling_radius(s) for s in SIDES])
+        self._x, self._y = contact_positions(robot)
+        self._contacts = tuple(
+            zip(wheels, self._x.tolist(), self._y.tolist(), self._radii.tolist(), strict=True)
+        )
+        self._points = np.stack([self._x, self._y, np.zeros(4)], axis=1)
+        found = [_pairs_of(model, w) for w in WHEELS]
+        self._pairs = np.array([pairs for pairs, _ in found])
+        self._friction: FloatArray = model.pair_friction[self._pairs][..., :2].copy()
+        grounds = np.array([g for _, g in found])
+        self._oriented: FloatArray = 1.0 * (model.geom_type[grounds] == mujoco.mjtGeom.mjGEOM_PLANE)
+        self._stiction = robot.imperfections.stiction
+        load = model.body_subtreemass[model.body("base_link").id] * GRAVITY / len(WHEELS)
+        self._resisted = load * self._radii
+        self._resistances = _rolling_resistances(model)
+        here = {float(self._resistances[g]) for _, gs in found for g in gs}
+        self._rolling = np.full(len(WHEELS), min(here))
+        self._mixed = len(here) > 1
+        self._tyres = np.array([model.geom(f"{w}_tyre").id for w in WHEELS])
+        self._under: tuple[Patch | None, ...] = (None,) * len(WHEELS)
+        # (4, P, 2) friction of the wheels' pairs where they stand, across and along.
+        self._here = self._friction
+        self._resist(self._rolling)
+
+    def grip(self, data: mujoco.MjData) -> None:
+        """Set the friction of every wheel for the coming tick."""
+        if self._patches or self._mixed:
+            self._roll_onto(data)
+        across = self._here[..., 0]
+        if self._compliant:
+            # Capsules on planes: the first tangent runs across the wheel.
+            across = across * (1.0 - self._oriented * (1.0 - self._lateral(data)))
+        self._model.pair_friction[self._pairs, 0] = across
+
+    def _resist(self, rolling: FloatArray) -> None:
+        """Set the dry friction of the wheels' joints for (4,) rolling resistances."""
+        self._model.dof_frictionloss[self._wheels] = self._stiction + rolling * self._resisted
+
+    def _lateral(self, data: mujoco.MjData) -> FloatArray:
+        """Return the (4, 1) share of its lateral friction that each wheel has."""
+        q, v, rates = self._q, self._v, data.qvel.tolist()
+        forward, left, turn = _planar(data.qpos[q + 3 : q + 7].tolist(), rates[v : v + 6])
+        grips = []
+        # Four wheels are too few for numpy: plain numbers are four times as quick.
+        for wheel, x, y, radius in self._contacts:
+            rim = radius * rates[wheel]
+            slip = math.hypot(forward - turn * y - rim, left + turn * x)
+            grips.append((lateral_grip(slip, rim),))
+        return np.array(grips)
+
+    def _roll_onto(self, data: mujoco.MjData) -> None:
+        """Set what the ground under the wheels says: friction along them, and rolling resistance."""
+        rotation = np.empty(9)
+        mujoco.mju_quat2Mat(rotation, data.qpos[self._q + 3 : self._q + 7])
+        contacts = self._points @ rotation.reshape(3, 3).T
+        under = patches_under(self._patches, contacts + data.qpos[self._q : self._q + 3])
+        if under == self._under and not self._mixed:
+            return
+        self._under = under
+        friction, rolling = self._friction.copy(), self._rolling.copy()
+        if self._mixed:
+            rolling = self._resistance_touched(data)
+        for wheel, patch in enumerate(under):
+            if patch is None:
+                continue
+            surface = patch.surface
+            even = 0.5 * (surface.mu_lat + surface.mu_long)
+            aligned = self._oriented[wheel] > 0.0
+            friction[wheel, :, 0] = np.where(aligned, surface.mu_lat, even)
+            friction[wheel, :, 1] = np.where(aligned, surface.mu_long, even)
+            rolling[wheel] = surface.rolling_resistance
+        self._here = friction
+        self._model.pair_friction[self._pairs, 1] = friction[..., 1]
+        self._resist(rolling)
+
+    def _resistance_touched(self, data: mujoco.MjData) -> FloatArray:
+        """Return the largest rolling resistance (4,) of what each tyre touches; in the air none."""
+        touching = np.asarray(data.contact.geom).reshape(-1, 2)
+        wheel, contact, side = np.nonzero(touching == self._tyres[:, None, None])
+        rolling = np.zeros(len(WHEELS))
+        np.maximum.at(rolling, wheel, self._resistances[touching[contact, 1 - side]])
+        return rolling
+
+
+def _planar(quaternion: Sequence[float], velocity: Sequence[float]) -> tuple[float, float, float]:
+    """Return forward, left and yaw rate in ``base_link`` of a free joint's velocity (6,)."""
+    w, x, y, z = quaternion
+    vx, vy, vz, _, _, turn = velocity
+    forward = (1 - 2 * (y * y + z * z)) * vx + 2 * (x * y + w * z) * vy + 2 * (x * z - w * y) * vz
+    left = 2 * (x * y - w * z) * vx + (1 - 2 * (x * x + z * z)) * vy + 2 * (y * z + w * x) * vz
+    return forward, left, turn
+
+
+def _pairs_of(model: mujoco.MjModel, wheel: str) -> tuple[list[int], list[int]]:
+    """Return the contact pairs of a wheel and the geom that it meets in each."""
+    tyre = model.geom(f"{wheel}_tyre").id
+    both = np.stack([model.pair_geom1, model.pair_geom2], axis=1)
+    # MuJoCo sorts the geoms of a pair as it likes.
+    pairs = np.flatnonzero((both == tyre).any(axis=1))
+    if not len(pairs):
+        raise WorldError(
+            f"no surface is drivable for {wheel}: the model has no contact pair for it"
+        )
+    return pairs.tolist(), np.where(both[pairs, 0] == tyre, both[pairs, 1], both[pairs, 0]).tolist()
+
+
+def _rolling_resistances(model: mujoco.MjModel) -> FloatArray:
+    """Return the (ngeom,) rolling resistance that each geom declares, 0 if it does not.
+
+    It is the third value of a drivable geom's ``user`` attribute.
+    """
+    if model.nuser_geom < 3:
+        return np.zeros(model.ngeom)
+    declared: FloatArray = model.geom_user[:, 2].copy()
+    return declared

@@ -1,0 +1,1 @@
+"""What moves on its own: people, doors and carts."""

@@ -1,0 +1,1 @@
+"""The robot's body in numbers and in MuJoCo, platform by platform."""

@@ -1,0 +1,157 @@
+"""A four-wheeled skid-steered robot in numbers: the nominal ones, and what it really is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from localization.types import Pose
+from robot_sim.robot.imperfections import AS_DRAWN, Imperfections
+
+_REFERENCE_LENGTH = 0.508
+_REFERENCE_HEIGHT = 0.277
+"""Of the P3-AT [m], on which the mast was drawn."""
+
+
+@dataclass(frozen=True, slots=True)
+class SkidSteer:
+    """Dimensions, masses and limits of a robot; ``platforms`` has them for real ones.
+
+    The fields are what drive, encoders and localiser believe. ``imperfections`` is what the
+    physical robot is instead; only the body and the truth know of it.
+
+    Raises:
+        ValueError: a length, mass or limit is not finite and positive.
+    """
+
+    name: str
+    """Of the platform."""
+    wheel_radius: float
+    """[m], unloaded."""
+    wheel_half_width: float
+    """[m]."""
+    track: float
+    """Distance of the left from the right contacts [m]."""
+    wheelbase: float
+    """Distance of the front from the rear axle [m]."""
+    wheel_mass: float
+    """[kg]."""
+    chassis_mass: float
+    """Without wheels, batteries, plate and scanners [kg]."""
+    battery_mass: float
+    """What slides in the bay to balance the scanners [kg]."""
+    plate_mass: float
+    """Top plate and mast [kg]."""
+    scanner_mass: float
+    """Of one scanner [kg]."""
+    length: float
+    """Of the chassis [m]."""
+    clearance: float
+    """Underside of the chassis above the floor [m]."""
+    height: float
+    """Top of the chassis above the floor [m]."""
+    swing_radius: float
+    """Radius of the circle the robot turns in [m]."""
+    wheel_torque: float
+    """Limit of one wheel [N m]."""
+    wheel_rate: float
+    """Limit of one wheel [rad/s]."""
+    rotor_inertia: float
+    """Of a motor, reflected through the gear [kg m^2]."""
+    friction: float
+    """Coulomb coefficient of the tyres on a surface that does not say, alike in both directions."""
+    tyre_deflection: float
+    """How far the loaded contacts give in the model [m], measured at rest."""
+    imperfections: Imperfections = AS_DRAWN
+    """How this one differs from the above."""
+
+    def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            if isinstance(value, float) and not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"robot {self.name!r}: {name} must be > 0, got {value}")
+        if self.height <= self.clearance:
+            raise ValueError(
+                f"robot {self.name!r}: height {self.height} must exceed clearance {self.clearance}"
+            )
+
+    @property
+    def chi(self) -> float:
+        """Commanded over actual yaw rate of a wheel pair turning in place: ``1 + (a/b)^2``.
+
+        Four Coulomb contacts at (+-a, +-b) make no yaw moment at exactly that ratio, whatever the
+        speed, the load and the coefficient.
+        """
+        return 1.0 + (self.wheelbase / self.track) ** 2
+
+    @property
+    def effective_track(self) -> float:
+        """Distance [m] that divides the difference of the rim speeds to give the yaw rate."""
+        return self.chi * self.track
+
+    @property
+    def fastest_slip(self) -> float:
+        """Speed of the contacts over the ground, spinning in place at full wheel rate [m/s]."""
+        along, across = 1.0 - 1.0 / self.chi, self.wheelbase / self.track / self.chi
+        return math.hypot(along, across) * self.wheel_rate * self.rolling_radius
+
+    @property
+    def rolling_radius(self) -> float:
+        """Metres rolled per radian as the firmware has it: contacts act amid their penetration [m]."""
+        return self.wheel_radius - 0.5 * self.tyre_deflection
+
+    @property
+    def axle_height(self) -> float:
+        """Height of the wheel centres above the floor, under load [m]."""
+        scale = 0.5 * (self.imperfections.left_radius + self.imperfections.right_radius)
+        return scale * self.wheel_radius - self.tyre_deflection
+
+    @property
+    def mass(self) -> float:
+        """Everything that rolls [kg]."""
+        return (
+            4.0 * self.wheel_mass
+            + self.chassis_mass
+            + self.battery_mass
+            + self.plate_mass
+            + 2.0 * self.scanner_mass
+        )
+
+    @property
+    def inner_half_width(self) -> float:
+        """Half the width of the chassis, which fits between the wheels [m]."""
+        return 0.5 * self.track - self.wheel_half_width - 0.002
+
+    @property
+    def length_scale(self) -> float:
+        """How much longer than a P3-AT it is: what sits on the deck is spread as much."""
+        return self.length / _REFERENCE_LENGTH
+
+    @property
+    def mounts(self) -> Mapping[str, Pose]:
+        """``base_from_scanner`` of each scanner, on a mast as tall as the P3-AT's above the deck.
+
+        On the P3-AT the horizontal one stands where ARIA's ``p3at-sh.p`` has its LMS2xx; the
+        vertical one has its x axis at the zenith and sweeps the transverse plane.
+        """
+        s, deck = self.length_scale, self.height - _REFERENCE_HEIGHT
+        return MappingProxyType(
+            {
+                "laser_horizontal": Pose.from_euler((0.125 * s, 0.0, 0.40 + deck)),
+                "laser_vertical": Pose.from_euler(
+                    (-0.10 * s, 0.0, 0.45 + deck), pitch=-math.pi / 2
+                ),
+            }
+        )
+
+    @property
+    def imu_mount(self) -> Pose:
+        """``base_from_imu``: level, near the centre of mass."""
+        return Pose.from_euler((0.0, 0.0, 0.15 * self.height / _REFERENCE_HEIGHT))
+
+    def true_rolling_radius(self, side: str) -> float:
+        """Metres that the tyres of a side, ``left`` or ``right``, really roll per radian [m]."""
+        scale = self.imperfections.radius_scale(side)
+        return scale * self.wheel_radius - 0.5 * self.tyre_deflection

@@ -1,0 +1,1 @@
+"""Planar scanners, what befalls their light, and the inertial unit."""

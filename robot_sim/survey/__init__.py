@@ -1,0 +1,1 @@
+"""What outsiders see of a world: a total station, a camera, the surfaces themselves."""
