@@ -21,9 +21,10 @@ from teleop.rosbridge.messages import complete as complete, default as default, 
 from teleop.rosbridge.outbox import Bounds as Bounds
 from teleop.rosbridge.outgoing import Close as Close, Kind as Kind, Outgoing as Outgoing
 from teleop.rosbridge.protocol import Protocol as Protocol
+from teleop.rosbridge.pulse import Pulse as Pulse
 from teleop.rosbridge.registry import Registry as Registry
 from teleop.rosbridge.rosapi import serve_rosapi as serve_rosapi
-from teleop.rosbridge.server import Pulse as Pulse, Server as Server
+from teleop.rosbridge.server import Server as Server
 from teleop.rosbridge.services import Later as Later
 from teleop.rosbridge.tls import tls_context as tls_context
 from teleop.rosbridge.types import Message as Message

@@ -194,12 +194,12 @@ async def test_a_server_that_falls_silent_is_noticed() -> None:
     async with serving(lockstep=True) as server:
         client = listening(server.url, keepalive=0.05, timeout=0.2, reconnect=False)
         await client.connect()
-        for connection in server._connections.values():
-            connection.socket.transport.pause_reading()
+        for link in server._links.values():
+            link.socket.transport.pause_reading()
         await until(lambda: not client.connected)
         assert "keepalive ping timeout" in client.closed_reason
-        for connection in server._connections.values():
-            connection.socket.transport.resume_reading()
+        for link in server._links.values():
+            link.socket.transport.resume_reading()
         await client.close()
 
 

@@ -382,7 +382,7 @@ async def test_a_connection_that_answers_no_ping_in_the_middle_of_a_frame_is_end
 async def test_who_begins_no_tls_is_cut_off(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("teleop.rosbridge.server.HEADER_TIMEOUT", 0.1)
+    monkeypatch.setattr("teleop.rosbridge.endpoint.HEADER_TIMEOUT", 0.1)
     assert opening.HEADER_TIMEOUT > 0.1
     crt, key = certificate(tmp_path)
     async with serving(tls=tls_context(crt, key)) as server:
