@@ -29,6 +29,8 @@ class Bag:
     metadata: dict[str, str]
     skipped: dict[str, Skipped]
     """By topic, what the last iteration passed over."""
+    share: float
+    """How much of its time the iteration has covered so far, in [0, 1]."""
     warning: str | None = None
 
     def __init__(self, path: Path | str, layout: Layout | None = None) -> None:
@@ -37,7 +39,7 @@ class Bag:
         Raises:
             LogError: If it cannot be read, has no scanner, or does not say where one sits.
         """
-        self.path, self.metadata, self.skipped = Path(path), {}, {}
+        self.path, self.metadata, self.skipped, self.share = Path(path), {}, {}, 0.0
         self._layout = layout or Layout()
         self._tree = FrameTree(self._layout)
         self.mounts, self._topics = {}, {}
@@ -79,11 +81,13 @@ class Bag:
         Raises:
             LogError: Where the bag is damaged.
         """
-        self.skipped = {}
+        self.skipped, self.share = {}, 0.0
         with self._open() as reader:
+            duration = max(1, reader.end_time - reader.start_time)
             wanted = [c for c in reader.connections if c.topic in self._topics]
             try:
                 for connection, stamp, data in reader.messages(wanted):
+                    self.share = (stamp - reader.start_time) / duration
                     reading = self._reading(reader, connection.topic, connection.msgtype, data)
                     if reading is not None:
                         yield stamp, reading

@@ -62,6 +62,8 @@ class CarmenLog:
     metadata: dict[str, str]
     skipped: dict[str, Skipped]
     """By kind of line, what the last iteration passed over."""
+    share: float
+    """How much of the file the iteration has read so far, in [0, 1]."""
     warning: str | None = None
     """Always None: a text that ends too soon ends with the last whole line."""
 
@@ -71,7 +73,7 @@ class CarmenLog:
         Raises:
             LogError: If it cannot be read, or holds no scan.
         """
-        self.path, self.metadata, self.skipped = Path(path), {}, {}
+        self.path, self.metadata, self.skipped, self.share = Path(path), {}, {}, 0.0
         self.mounts = {SCANNER: self._mount()}
 
     @property
@@ -142,11 +144,15 @@ class CarmenLog:
 
     def _lines(self) -> Iterator[str]:
         try:
+            size = max(1, self.path.stat().st_size)
             with self.path.open("rb") as raw:
                 start = raw.read(8)
-            unpack = next((o for magic, o in _OPENERS.items() if start.startswith(magic)), open)
-            with unpack(self.path, "rt", encoding="ascii", errors="replace") as file:
-                yield from file
+                raw.seek(0)
+                unpack = next((o for magic, o in _OPENERS.items() if start.startswith(magic)), None)
+                with raw if unpack is None else unpack(raw, "rb") as file:
+                    for line in file:
+                        self.share = raw.tell() / size
+                        yield line.decode("ascii", "replace")
         except OSError as error:
             raise LogError(f"{self.path}: {error.strerror or error}") from error
         except (EOFError, lzma.LZMAError):

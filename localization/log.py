@@ -188,6 +188,8 @@ class Log:
     """Whether the file was closed properly; if not, its readings end with the last whole chunk."""
     skipped: dict[str, Skipped]
     """By topic, what the last iteration passed over."""
+    share: float
+    """How much of the file the iteration has read so far, in [0, 1]."""
 
     def __init__(self, path: Path | str) -> None:
         """Open a log.
@@ -199,6 +201,7 @@ class Log:
         self.metadata = {}
         self.mounts = {}
         self.skipped = {}
+        self.share = 0.0
         self.complete = _ends_properly(self.path)
         for record in self._records():
             if isinstance(record, Metadata) and record.name == METADATA_NAME:
@@ -273,7 +276,8 @@ class Log:
         """Yield metadata and messages in file order, up to where the file is whole."""
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
-        for record in _raw_records(self.path, self.complete):
+        for share, record in _raw_records(self.path, self.complete):
+            self.share = share
             match record:
                 case Schema():
                     schemas[record.id] = record
@@ -312,7 +316,7 @@ def is_ours(path: Path | str) -> bool:
     with path.open("rb") as file:
         if file.read(len(_MAGIC)) != _MAGIC:
             return False
-    for record in _raw_records(path, complete=False):
+    for _, record in _raw_records(path, complete=False):
         if isinstance(record, Metadata):
             return bool(record.name == METADATA_NAME)
         if isinstance(record, Message):
@@ -338,13 +342,14 @@ def _ends_properly(path: Path) -> bool:
         raise LogError(f"{path}: {error.strerror}") from error
 
 
-def _raw_records(path: Path, complete: bool) -> Iterator[McapRecord]:
-    """Yield the records of a file in order, unpacking chunks.
+def _raw_records(path: Path, complete: bool) -> Iterator[tuple[float, McapRecord]]:
+    """Yield the records of a file in order, unpacking chunks, each with the share of the file read.
 
     A file that was never closed ends where the next record is not whole; one that was closed has
     no excuse.
     """
     # The library's seeking reader sorts and needs the index at the end; a plain walk needs neither.
+    size = max(1, path.stat().st_size)
     with path.open("rb") as file:
         records: Iterator[Any] = StreamReader(file, emit_chunks=True).records
         while True:
@@ -356,11 +361,12 @@ def _raw_records(path: Path, complete: bool) -> Iterator[McapRecord]:
                 if complete or isinstance(error, InvalidMagic):
                     raise LogError(f"{path}: damaged: {error or 'ends too soon'}") from error
                 return
+            share = file.tell() / size
             if not isinstance(record, Chunk):
-                yield record
+                yield share, record
                 continue
             try:
                 inside = breakup_chunk(record, validate_crc=True)
             except (CRCValidationError, McapError, zstandard.ZstdError, struct.error) as error:
                 raise LogError(f"{path}: damaged: a chunk does not unpack: {error}") from error
-            yield from inside
+            yield from ((share, each) for each in inside)

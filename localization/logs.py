@@ -27,6 +27,8 @@ class ReadingsLog(Protocol):
     """Words about its origin."""
     skipped: dict[str, Skipped]
     """What the last iteration passed over, by topic or kind of line."""
+    share: float
+    """How much of it the iteration has read so far, in [0, 1]."""
 
     @property
     def suite(self) -> Suite:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast, get_type_hints
 
 import numpy as np
 
-from localization.cloud import load_map
+from localization.cloud import Cloud, load_map
 from localization.localizer import Localizer, LocalizerConfig
 from localization.log import LogError
 from localization.logs import ReadingsLog, open_log
@@ -65,6 +65,69 @@ class Localized:
     """What there is to know about the log: readings refused, messages passed over, a broken end."""
 
 
+class LogRun:
+    """A log on its way through the localiser, for logs of any length: nothing is kept of the estimates.
+
+    Iterate it once; afterwards it knows what there is to know about the log.
+    """
+
+    log: ReadingsLog
+    cloud: Cloud
+    localizer: Localizer
+    verdicts: list[HintVerdict]
+    """The answers to the log's hints so far."""
+
+    def __init__(
+        self,
+        log_path: Path | str,
+        map_path: Path | str,
+        *,
+        suite: Suite | None = None,
+        start: Pose | None = None,
+        layout: Layout | None = None,
+        cache: Path | None = None,
+    ) -> None:
+        """Open log and map; see ``localize``."""
+        self.log = open_log(log_path, layout)
+        self.cloud = load_map(map_path)
+        config = config_of(self.log) if suite is None else LocalizerConfig.of(suite)
+        self.localizer = Localizer(prepare(self.cloud, cache=cache), self.log.mounts, config)
+        self._start = start
+        self.verdicts = []
+        self._refusals: dict[str, None] = {}
+
+    def __iter__(self) -> Iterator[Estimate]:
+        """Yield the estimate each time that time has moved on."""
+        if self._start is None and not self.log.metadata:
+            # A foreign log rarely holds a hint.
+            self.localizer.relocalize()
+        for estimate in replay(self.log, self.localizer, start=self._start):
+            self._refusals.update(
+                dict.fromkeys(r for r in estimate.reasons if r.startswith("refused"))
+            )
+            if estimate.verdict is not None:
+                self.verdicts.append(estimate.verdict)
+            yield estimate
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What there is to know about the log: readings refused, messages passed over, a broken end."""
+        log, refused = self.log, self.localizer.refused
+        notes = [log.warning] if log.warning else []
+        recorded = log.metadata.get("map_sha256", self.cloud.sha256)
+        if recorded != self.cloud.sha256:
+            notes.append(
+                "the log was recorded with another map "
+                f"({recorded[:12]}, not {self.cloud.sha256[:12]})"
+            )
+        notes += [
+            f"{s.count} messages on {t} passed over: {s.reason}" for t, s in log.skipped.items()
+        ]
+        if refused:
+            notes.append(f"{refused} readings refused, such as: {next(iter(self._refusals), '')}")
+        return tuple(notes)
+
+
 def localize(
     log_path: Path | str,
     map_path: Path | str,
@@ -80,43 +143,26 @@ def localize(
     Args:
         log_path: a log of ours, a ROS bag or a CARMEN text. Where a foreign one begins is looked for in
             the whole map, unless ``start`` is given.
-        map_path: the cloud, as PLY, or a ROS occupancy grid, by its ``map.yaml``.
+        map_path: the cloud, or a ROS occupancy grid, by its ``map.yaml``.
         suite: which sensors to use; what the log has unless given.
         start: ``map_from_base`` about where the log begins, for logs without a hint.
         layout: how the robot is built, as far as a bag does not say.
         cache: folder for the prepared map; None prepares it anew.
-        progress: told the share done, as far as it is known, and a line of text.
+        progress: told the share of the log that is read, and a line of text.
 
     Raises:
         LogError: if the log cannot be read.
         CloudError: if the cloud cannot serve as a map.
     """
-    log = open_log(log_path, layout)
-    cloud = load_map(map_path)
-    config = config_of(log) if suite is None else LocalizerConfig.of(suite)
-    localizer = Localizer(prepare(cloud, cache=cache), log.mounts, config)
-    if start is None and not log.metadata:
-        # A foreign log rarely holds a hint.
-        localizer.relocalize()
-    estimates, refusals, told = [], {}, 0
-    for estimate in replay(log, localizer, start=start):
+    run = LogRun(log_path, map_path, suite=suite, start=start, layout=layout, cache=cache)
+    estimates, told = [], 0
+    for estimate in run:
         estimates.append(estimate)
-        refusals.update(dict.fromkeys(r for r in estimate.reasons if r.startswith("refused")))
         if estimate.stamp >= told + 10 * SECOND:
             told = estimate.stamp
             since = (told - estimates[0].stamp) // SECOND
-            progress(0.0, f"{since} s, {estimate.health}")
-    notes = [log.warning] if log.warning else []
-    recorded = log.metadata.get("map_sha256", cloud.sha256)
-    if recorded != cloud.sha256:
-        notes.append(
-            f"the log was recorded with another map ({recorded[:12]}, not {cloud.sha256[:12]})"
-        )
-    notes += [f"{s.count} messages on {t} passed over: {s.reason}" for t, s in log.skipped.items()]
-    if localizer.refused:
-        notes.append(f"{localizer.refused} readings refused, such as: {next(iter(refusals), '')}")
-    verdicts = tuple(e.verdict for e in estimates if e.verdict is not None)
-    return Localized(tuple(estimates), verdicts, tuple(notes))
+            progress(run.log.share, f"{since} s of the log, {estimate.health}")
+    return Localized(tuple(estimates), tuple(run.verdicts), run.notes)
 
 
 def config_of(log: ReadingsLog) -> LocalizerConfig:
