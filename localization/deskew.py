@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,18 +19,37 @@ _LEVEL = 0.9
 """A scanner whose z axis is this near to the robot's (cosine) counts as horizontal."""
 
 
+_Knot = tuple[int, FloatArray, FloatArray]
+"""Stamp [ns], position (3,) [m] and rotation (3, 3)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackSnapshot:
+    """The poses that a track held at one moment; their arrays are read-only."""
+
+    knots: tuple[_Knot, ...]
+
+
 class OdometryTrack:
     """The last moments of ``odom_from_base``, from which the pose at any beam's time is read."""
 
     def __init__(self, *, memory: int = 2 * SECOND) -> None:
         self._memory = memory
-        self._knots: deque[tuple[int, FloatArray, FloatArray]] = deque()
+        self._knots: deque[_Knot] = deque()
 
     def add(self, stamp: int, odom_from_base: Pose) -> None:
         """Append the newest pose; stamps [ns] must increase."""
         self._knots.append((stamp, odom_from_base.position, odom_from_base.rotation))
         while self._knots[0][0] < stamp - self._memory:
             self._knots.popleft()
+
+    def snapshot(self) -> TrackSnapshot:
+        """Return what the track holds, for ``restore``."""
+        return TrackSnapshot(tuple(self._knots))
+
+    def restore(self, snapshot: TrackSnapshot) -> None:
+        """Hold the poses of a snapshot again, and no others."""
+        self._knots = deque(snapshot.knots)
 
     @property
     def span(self) -> tuple[int, int] | None:
@@ -39,7 +59,7 @@ class OdometryTrack:
     def at(self, stamps: np.typing.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
         """Return positions (N, 3) [m] and rotations (N, 3, 3) of ``odom_from_base`` at (N,) stamps."""
         first = int(stamps.min()) if len(stamps) else 0
-        recent: list[tuple[int, FloatArray, FloatArray]] = []
+        recent: list[_Knot] = []
         for knot in reversed(self._knots):
             recent.append(knot)
             if knot[0] <= first and len(recent) > 1:

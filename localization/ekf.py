@@ -85,6 +85,28 @@ class EkfConfig:
     """The same for angles [rad]."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class EkfSnapshot:
+    """All that a filter knows at one moment; its arrays are copies that nobody writes to."""
+
+    pose: Pose
+    """``map_from_base``."""
+    gyro_bias: FloatArray
+    """(3,) [rad/s]."""
+    kappa: FloatArray
+    """(4,) s [1], B, y0, xv [m]."""
+    twist: Twist
+    covariance: FloatArray
+    """(13, 13) of all errors."""
+    accrued: FloatArray
+    """(6, 6), as ``SkidSteerEkf.accrued``."""
+    force_sum: FloatArray
+    """(3,) of the specific forces since the last ``update_tilt`` [m/s^2]."""
+    force_count: int
+    speed_then: float | None
+    """Forward speed at the last ``update_tilt`` [m/s]."""
+
+
 class SkidSteerEkf:
     """The filter; owns pose, biases and skid-steer parameters."""
 
@@ -118,6 +140,30 @@ class SkidSteerEkf:
     def full_covariance(self) -> FloatArray:
         """(13, 13) of all errors."""
         return np.asarray(self._filter.P, dtype=float).copy()
+
+    def snapshot(self) -> EkfSnapshot:
+        """Return all that the filter knows, for ``restore``."""
+        return EkfSnapshot(
+            self.pose,
+            _frozen(self.gyro_bias),
+            _frozen(self.kappa),
+            self.twist,
+            _frozen(self._filter.P),
+            _frozen(self.accrued),
+            _frozen(self._force_sum),
+            self._force_count,
+            self._speed_then,
+        )
+
+    def restore(self, snapshot: EkfSnapshot) -> None:
+        """Be as at a snapshot again: the same readings from there on give the same bits."""
+        self.pose, self.twist = snapshot.pose, snapshot.twist
+        self.gyro_bias, self.kappa = snapshot.gyro_bias.copy(), snapshot.kappa.copy()
+        self.accrued = snapshot.accrued.copy()
+        self._filter.P = snapshot.covariance.copy()
+        self._filter.x = np.zeros(STATES)
+        self._force_sum, self._force_count = snapshot.force_sum.copy(), snapshot.force_count
+        self._speed_then = snapshot.speed_then
 
     def reset_pose(self, pose: Pose, covariance: FloatArray) -> None:
         """Take over a pose (6, 6 covariance) and forget how it relates to biases and parameters."""
@@ -378,6 +424,12 @@ class SkidSteerEkf:
         p[:, _T] = p[:, _T] @ g.T
         self._filter.P = 0.5 * (p + p.T)
         self._filter.x = np.zeros(STATES)
+
+
+def _frozen(array: FloatArray) -> FloatArray:
+    copy = np.array(array, dtype=float)
+    copy.flags.writeable = False
+    return copy
 
 
 def _tilt_jacobian(roll: float, pitch: float) -> FloatArray:

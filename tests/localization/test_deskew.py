@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from localization.deskew import OdometryTrack, deskew
 from localization.types import SECOND, Pose, Scan
-from tests.support import a_scan, floats
+from tests.support import a_scan, bits, floats
 from tests.support_rooms import HALL, MOUNTS, TICK, Drive, Place, box
 
 ROOM = Place(box((0.0, 0.0, 0.0), (8.0, 6.0, 2.5), inside=True))
@@ -148,3 +148,20 @@ def test_track_gives_the_pose_at_any_time(wanted: list[int]) -> None:
     assert position[:, 0] == pytest.approx(np.array(wanted) / SECOND, abs=1e-12)
     yaw = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
     assert yaw == pytest.approx(0.2 * np.array(wanted) / SECOND, abs=1e-12)
+
+
+def test_restored_track_holds_the_same_poses_whatever_came_between() -> None:
+    track = OdometryTrack(memory=SECOND)
+    for i in range(8):
+        track.add(i * SECOND // 10, Pose.planar(0.1 * i, 0.0, 0.05 * i))
+    then = track.snapshot()
+    asked = np.arange(0, 7 * SECOND // 10, SECOND // 30)
+    wanted = [bits(a) for a in track.at(asked)]
+    for i in range(8, 40):
+        track.add(i * SECOND // 10, Pose.planar(-3.0 * i, 1.0, 1.0))
+    track.restore(then)
+    assert track.span == (0, 7 * SECOND // 10)
+    assert [bits(a) for a in track.at(asked)] == wanted
+    track.add(8 * SECOND // 10, Pose.identity())
+    track.restore(then)
+    assert track.span == (0, 7 * SECOND // 10)

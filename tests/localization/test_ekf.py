@@ -442,6 +442,69 @@ def test_observed_motion_changes_nothing_where_nothing_was_added() -> None:
     assert ekf.full_covariance == pytest.approx(before, rel=1e-12, abs=1e-18)
 
 
+# Snapshots
+
+
+def wander(ekf: SkidSteerEkf, seed: int) -> None:
+    """Everything that changes a filter, in some order."""
+    rng = np.random.default_rng(seed)
+    for i in range(40):
+        gyro, force = 0.1 * rng.standard_normal(3), DOWN + 0.1 * rng.standard_normal(3)
+        left, right = rng.choice([0.0, 1.0]) * rng.uniform(-0.5, 0.5, 2)
+        ekf.update_wheel_yaw(gyro, left, right)
+        ekf.update_standstill(0.001 * gyro, 0.0, 0.0)
+        then = ekf.pose
+        ekf.predict(DT, gyro, force, left, right, slipping=bool(rng.integers(2)))
+        if i % 5 == 3:
+            ekf.update_tilt(0.1)
+            ekf.update_relative(
+                then, then.inverse() @ ekf.pose @ Pose.planar(0.01, 0, 0), SEEN, NONE
+            )
+            ekf.update_match(match_of(ekf.pose @ Pose.planar(0.01, 0.01, 0.002), GOOD))
+        if i % 11 == 7:
+            ekf.widen(0.1, 0.05, 0.02, 0.02)
+        if i % 9 == 5:
+            ekf.mark()
+
+
+def everything(ekf: SkidSteerEkf) -> tuple[object, ...]:
+    known = ekf.snapshot()
+    arrays = (
+        known.pose.position,
+        known.pose.quaternion_wxyz,
+        known.pose.rotation,
+        known.gyro_bias,
+        known.kappa,
+        known.twist.linear,
+        known.twist.angular,
+        known.covariance,
+        known.accrued,
+        known.force_sum,
+        np.array([known.force_count, np.nan if known.speed_then is None else known.speed_then]),
+    )
+    return tuple(bits(a) for a in arrays)
+
+
+@given(before=st.integers(0, 1000), astray=st.integers(0, 1000), after=st.integers(0, 1000))
+@settings(max_examples=10)
+def test_restored_filter_goes_on_bit_for_bit(before: int, astray: int, after: int) -> None:
+    ekf = SkidSteerEkf()
+    wander(ekf, before)
+    known, there = ekf.snapshot(), everything(ekf)
+    wander(ekf, after)
+    wanted = everything(ekf)
+    for _ in range(2):
+        wander(ekf, astray)
+        ekf.restore(known)
+        assert everything(ekf) == there
+        wander(ekf, after)
+        assert everything(ekf) == wanted
+    other = SkidSteerEkf()
+    other.restore(known)
+    wander(other, after)
+    assert everything(other) == wanted
+
+
 # Hygiene
 
 
