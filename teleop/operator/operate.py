@@ -23,8 +23,9 @@ from teleop.operator.display import Display
 from teleop.operator.keyboard import HELP, Keyboard, raw_terminal, read_keys
 from teleop.operator.sink import Sink
 from teleop.operator.station import Station
-from teleop.rosbridge.client import Client, ConnectionState
+from teleop.rosbridge.client import Client
 from teleop.rosbridge.errors import ServiceCallError
+from teleop.rosbridge.line import ConnectionState
 
 _PERIOD: Final = 0.05
 """Between Joys while a key is held [s]: twice as often as ROS# sends them."""

@@ -1,7 +1,7 @@
 """A rosbridge v2 library: the protocol without sockets, its messages, a server, a client."""
 
 from teleop.rosbridge.access import Access as Access, Role as Role, Rules as Rules
-from teleop.rosbridge.client import Client as Client, ConnectionState as ConnectionState
+from teleop.rosbridge.client import Client as Client
 from teleop.rosbridge.codec import Codec as Codec
 from teleop.rosbridge.errors import (
     ClientError as ClientError,
@@ -17,6 +17,7 @@ from teleop.rosbridge.errors import (
 from teleop.rosbridge.gate import Gate as Gate
 from teleop.rosbridge.keyring import Keyring as Keyring, read_keyring as read_keyring
 from teleop.rosbridge.limits import Limits as Limits
+from teleop.rosbridge.line import ConnectionState as ConnectionState
 from teleop.rosbridge.messages import complete as complete, default as default, stamp as stamp
 from teleop.rosbridge.outbox import Bounds as Bounds
 from teleop.rosbridge.outgoing import Close as Close, Kind as Kind, Outgoing as Outgoing

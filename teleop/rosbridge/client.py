@@ -3,68 +3,29 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import itertools
 import json
 import logging
-import os
 import ssl
-from collections.abc import AsyncIterator, Callable
-from dataclasses import dataclass
-from enum import Enum
-from http import HTTPStatus
+from collections.abc import Callable
 from types import TracebackType
-from typing import Any, Final, Literal, Self, TypeAlias
+from typing import Final, Literal, Self
 
-from websockets.asyncio.client import ClientConnection, connect
-from websockets.exceptions import (
-    ConnectionClosed,
-    InvalidHandshake,
-    InvalidStatus,
-    InvalidURI,
-)
+from websockets.asyncio.client import ClientConnection
 
+from teleop.rosbridge.calling import Calls, Provider, Providers
 from teleop.rosbridge.codec import Codec, read_cbor, write_json
-from teleop.rosbridge.errors import (
-    ClientError,
-    FrameError,
-    RosbridgeError,
-    ServiceCallError,
-    ServiceError,
-)
+from teleop.rosbridge.dialler import Dialler
+from teleop.rosbridge.errors import ClientError, FrameError, ServiceCallError
 from teleop.rosbridge.frames import operations
-from teleop.rosbridge.messages import complete
+from teleop.rosbridge.hearing import Hearing
+from teleop.rosbridge.line import ConnectionState, Line
 from teleop.rosbridge.registry import Registry
 from teleop.rosbridge.types import Message
 
 _LOG: Final = logging.getLogger(__name__)
-_WIRE: Final = logging.getLogger(f"{__name__}.wire")
-_WIRE.setLevel(logging.CRITICAL)  # what concerns us is raised
-
-_PATIENCE: Final = 3.0
-"""Time to say goodbye in [s]."""
 
 _PROBE: Final = "/rosapi/get_time"
-
-
-class ConnectionState(Enum):
-    """What has become of the connection."""
-
-    CONNECTED = "connected"
-    DISCONNECTED = "disconnected"
-    CLOSED = "closed"
-
-
-@dataclass(frozen=True, slots=True)
-class _Subscription:
-    topic: str
-    type: str
-    callback: Callable[[Message], None]
-    operation: Message
-
-
-Provider: TypeAlias = Callable[[Message], Message]
-"""Takes a service's request, returns its response; ServiceError is the caller's answer."""
 
 
 class Client:
@@ -100,33 +61,36 @@ class Client:
             token: What the server lets this client in by; it goes into the request's header.
             tls: Which certificates are believed of a ``wss://`` server; the system's by default.
         """
-        self.url = url.partition("?")[0]
+        dialler = Dialler(
+            url,
+            compression=compression,
+            keepalive=keepalive,
+            timeout=timeout,
+            largest=largest,
+            token=token,
+            tls=tls,
+        )
+        self.url = dialler.url
         """The server's, for people: what stands behind it may be a token."""
-
-        self._target = url
-        self.closed_reason = ""
-        """Why the connection was lost or closed last."""
 
         self._registry = registry or Registry()
         self._codec = Codec(self._registry, stamps="both")
-        self._reconnect = reconnect
-        self._compression = compression
-        self._keepalive = keepalive
         self._timeout = timeout
-        self._largest = largest
-        self._headers = {} if token is None else {"Authorization": f"Bearer {token}"}
-        self._tls: dict[str, Any] = {} if tls is None else {"ssl": tls}
         self._ids = itertools.count(1)
         self._level: Message | None = None
         self._advertised: dict[str, Message] = {}
-        self._subscriptions: dict[str, _Subscription] = {}
-        self._calls: dict[str, asyncio.Future[Any]] = {}
-        self._provided: dict[str, tuple[Message, Provider]] = {}
+        self._hearing = Hearing(self._registry, self._complain)
+        self._calls = Calls()
+        self._providers = Providers()
         self._answers: set[asyncio.Task[bool]] = set()
         self._status: list[Callable[[str, str], None]] = []
-        self._states: list[Callable[[ConnectionState], None]] = []
-        self._socket: ClientConnection | None = None
-        self._task: asyncio.Task[None] | None = None
+        self._line = Line(
+            dialler,
+            reconnect=reconnect,
+            resume=self._resume,
+            receive=self._receive,
+            lost=self._calls.lose,
+        )
 
     # Life
 
@@ -139,20 +103,7 @@ class Client:
         Raises:
             ClientError: If there is no rosbridge server; one line says what there is instead.
         """
-        if self._task is not None:
-            raise ClientError(f"already connected to {self.url}")
-        loop = asyncio.get_running_loop()
-        end = loop.time() + patience
-        while True:
-            try:
-                socket = await self._open()
-                break
-            except ClientError as error:
-                if loop.time() >= end or not isinstance(error.__cause__, OSError):
-                    raise
-                await asyncio.sleep(0.1)
-        self._socket = socket
-        self._task = asyncio.create_task(self._run(socket))
+        await self._line.open(patience)
         try:
             await self._probe()
         except BaseException:
@@ -161,20 +112,7 @@ class Client:
 
     async def close(self) -> None:
         """Disconnect, and stay so."""
-        task, self._task = self._task, None
-        if task is None:
-            return
-        if (socket := self._socket) is not None:
-            try:
-                async with asyncio.timeout(_PATIENCE):
-                    await socket.close()
-            except TimeoutError:  # the server does not even read that we go
-                socket.transport.abort()
-        task.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await task
-        self._lose("closed by this client")
-        self._tell(ConnectionState.CLOSED)
+        await self._line.close()
 
     async def __aenter__(self) -> Self:
         await self.connect()
@@ -191,12 +129,17 @@ class Client:
     @property
     def connected(self) -> bool:
         """Whether there is a connection now."""
-        return self._socket is not None
+        return self._line.connected
+
+    @property
+    def closed_reason(self) -> str:
+        """Why the connection was lost or closed last."""
+        return self._line.reason
 
     @property
     def latency(self) -> float:
         """Round-trip time of the last ping [s]; 0 before the first."""
-        return self._socket.latency if self._socket else 0.0
+        return self._line.latency
 
     def on_status(self, callback: Callable[[str, str], None]) -> None:
         """Have ``callback(level, text)`` called with what the server complains of."""
@@ -204,7 +147,7 @@ class Client:
 
     def on_connection(self, callback: Callable[[ConnectionState], None]) -> None:
         """Have ``callback(state)`` called when the connection is made, lost or closed."""
-        self._states.append(callback)
+        self._line.on_state(callback)
 
     # What one does with it
 
@@ -241,7 +184,7 @@ class Client:
             "queue_length": queue_length,
             "compression": compression,
         }
-        self._subscriptions[identity] = _Subscription(topic, type, callback, operation)
+        self._hearing.add(operation, callback)
         await self._send(operation)
         return identity
 
@@ -252,8 +195,8 @@ class Client:
 
     async def unsubscribe(self, identity: str) -> None:
         """End a subscription by the id that ``subscribe`` returned."""
-        if subscription := self._subscriptions.pop(identity, None):
-            await self._send({"op": "unsubscribe", "id": identity, "topic": subscription.topic})
+        if (topic := self._hearing.remove(identity)) is not None:
+            await self._send({"op": "unsubscribe", "id": identity, "topic": topic})
 
     async def advertise(self, topic: str, type: str, *, latch: bool = False) -> None:
         """Tell that messages of a type will be published; survives the loss of the connection."""
@@ -304,8 +247,7 @@ class Client:
                 is lost before it does.
         """
         identity = f"call_service:{service}:{next(self._ids)}"
-        future: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
-        self._calls[identity] = future
+        future = self._calls.begin(identity, service)
         wait = self._timeout if timeout is None else timeout
         operation = {"op": "call_service", "id": identity, "service": service, "args": args or {}}
         try:
@@ -316,7 +258,7 @@ class Client:
         except TimeoutError:
             raise ServiceCallError(f"{service}: no answer within {wait:g} s") from None
         finally:
-            self._calls.pop(identity, None)
+            self._calls.end(identity)
         values = response.get("values")
         if response.get("result") is not True or not isinstance(values, dict):
             raise ServiceCallError(f"{service}: {values}")
@@ -331,46 +273,15 @@ class Client:
             provider: Answers each call; if it raises, the caller is told that it failed.
         """
         operation: Message = {"op": "advertise_service", "service": service, "type": type}
-        self._provided[service] = operation, provider
+        self._providers.add(operation, provider)
         await self._send(operation)
 
     async def withdraw(self, service: str) -> None:
         """Provide a service no more."""
-        if self._provided.pop(service, None):
+        if self._providers.remove(service):
             await self._send({"op": "unadvertise_service", "service": service})
 
     # The connection
-
-    async def _open(self) -> ClientConnection:
-        try:
-            return await connect(
-                self._target,
-                compression=self._compression,
-                proxy=None,  # nothing arrives from the environment
-                open_timeout=self._timeout,
-                ping_interval=self._keepalive,
-                ping_timeout=self._timeout,
-                close_timeout=2,
-                max_size=self._largest,
-                additional_headers=self._headers,
-                logger=_WIRE,
-                **self._tls,
-            )
-        except ssl.SSLError as error:  # one of a certificate is a ValueError
-            why = getattr(error, "verify_message", "") or error.reason or "no TLS"
-            raise ClientError(f"{self.url} cannot be trusted: {why}") from error
-        except (InvalidURI, ValueError) as error:  # the latter for ports and brackets
-            raise ClientError(f"{self.url!r} is no address; one is ws://127.0.0.1:9090") from error
-        except InvalidStatus as error:
-            if error.response.status_code == HTTPStatus.UNAUTHORIZED:
-                raise ClientError(f"{self.url} does not accept this client's token") from error
-            raise ClientError(f"{self.url} is no rosbridge server: {error}") from error
-        except (InvalidHandshake, EOFError) as error:
-            raise ClientError(f"{self.url} is no rosbridge server: {error}") from error
-        except TimeoutError as error:
-            raise ClientError(f"{self.url} does not answer within {self._timeout:g} s") from error
-        except OSError as error:
-            raise ClientError(f"nobody listens at {self.url}: {_cause(error)}") from error
 
     async def _probe(self) -> None:
         """Ask for the time: every rosbridge answers a call, be it that there is no such service."""
@@ -384,64 +295,17 @@ class Client:
             if not self.connected:
                 raise ClientError(f"{self.url} hung up: {self.closed_reason}") from None
 
-    async def _run(self, socket: ClientConnection) -> None:
-        async for opened in self._sockets(socket):
-            self._socket = opened
-            try:
-                await self._resume(opened)
-                self._tell(ConnectionState.CONNECTED)
-                async for frame in opened:
-                    self._receive(frame)
-                    await asyncio.sleep(0)  # so that a call returns before the next message
-            except ConnectionClosed as error:
-                self._lose(str(error))
-            else:
-                why = opened.close_reason or f"code {opened.close_code}"
-                self._lose(f"the server closed the connection: {why}")
-            if self._task is not None:  # or it is this client that closes
-                self._tell(ConnectionState.DISCONNECTED)
-
-    async def _sockets(self, first: ClientConnection) -> AsyncIterator[ClientConnection]:
-        """Yield the open connection, and a new one each time it is lost."""
-        yield first
-        while self._reconnect:
-            for pause in itertools.chain((0.1, 0.25, 0.5, 1.0, 2.0), itertools.repeat(5.0)):
-                await asyncio.sleep(pause)
-                try:
-                    socket = await self._open()
-                except ClientError as error:
-                    self.closed_reason = str(error)
-                else:
-                    break
-            yield socket
-
     async def _resume(self, socket: ClientConnection) -> None:
         """Say again what the server must know."""
         if self._level is not None:
             await socket.send(write_json(self._level))
-        provided = [operation for operation, _ in self._provided.values()]
-        for operation in (*self._advertised.values(), *provided):
+        said = *self._advertised.values(), *self._providers.operations, *self._hearing.operations
+        for operation in said:
             await socket.send(write_json(operation))
-        for subscription in list(self._subscriptions.values()):
-            await socket.send(write_json(subscription.operation))
 
     async def _send(self, operation: Message | str) -> bool:
-        socket = self._socket
-        if socket is None:
-            return False
-        try:
-            await socket.send(operation if isinstance(operation, str) else write_json(operation))
-        except ConnectionClosed:
-            return False
-        return True
-
-    def _lose(self, reason: str) -> None:
-        self._socket = None
-        self.closed_reason = reason
-        for identity, future in self._calls.items():
-            if not future.done():
-                service = identity.split(":")[1]
-                future.set_exception(ServiceCallError(f"{service}: connection lost ({reason})"))
+        text = operation if isinstance(operation, str) else write_json(operation)
+        return await self._line.send(text)
 
     # What comes in
 
@@ -454,15 +318,15 @@ class Client:
         for operation in read:
             match operation:
                 case {"op": "publish", "topic": str(topic), "msg": dict(message)}:
-                    self._hear(topic, message)
+                    self._hearing.hear(topic, message)
                 case {"op": "service_response", "id": str(identity)}:
-                    future = self._calls.get(identity)
-                    if future is not None and not future.done():
-                        future.set_result(operation)
+                    self._calls.settle(identity, operation)
                 case {"op": "call_service", "service": str(service), "id": str()} if (
-                    service in self._provided
+                    service in self._providers
                 ):
-                    task = asyncio.create_task(self._send(self._answer(service, operation)))
+                    task = asyncio.create_task(
+                        self._send(self._providers.answer(service, operation))
+                    )
                     self._answers.add(task)
                     task.add_done_callback(self._answers.discard)
                 case {"op": "status", "msg": text}:
@@ -470,49 +334,8 @@ class Client:
                 case _:
                     self._complain("error", "the server sent what is no operation for a client")
 
-    def _answer(self, service: str, call: Message) -> Message:
-        """Return the answer to another client's call."""
-        answer: Message = {"op": "service_response", "service": service, "id": call["id"]}
-        _, provider = self._provided[service]
-        try:
-            values = provider(call.get("args") or {})
-            write_json(values)  # which finds what JSON does not have
-        except ServiceError as error:
-            return {**answer, "result": False, "values": str(error)}
-        except Exception:
-            _LOG.exception("the provider of %s failed", service)
-            return {**answer, "result": False, "values": "internal error"}
-        return {**answer, "result": True, "values": values}
-
-    def _hear(self, topic: str, message: Message) -> None:
-        done: dict[str, Message] = {}
-        for subscription in list(self._subscriptions.values()):
-            if subscription.topic != topic:
-                continue
-            kind = subscription.type
-            try:
-                if kind not in done:
-                    known = kind in self._registry
-                    done[kind] = (
-                        complete(self._registry, kind, message, finite=False) if known else message
-                    )
-                subscription.callback(done[kind])
-            except RosbridgeError as error:
-                self._complain("error", f"{topic}: {error}")
-            except Exception:
-                _LOG.exception("a callback of %s failed", topic)
-
     def _complain(self, level: str, text: str) -> None:
         if not self._status:
             _LOG.warning("%s: %s", self.url, text)
         for callback in self._status:
             callback(level, text)
-
-    def _tell(self, state: ConnectionState) -> None:
-        for callback in self._states:
-            callback(state)
-
-
-def _cause(error: OSError) -> str:
-    """Return the error in words, without the addresses that asyncio puts there."""
-    return os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from websockets.asyncio.server import ServerConnection, serve
 
-from teleop.rosbridge.client import Client, ConnectionState
+from teleop.rosbridge.client import Client
 from teleop.rosbridge.errors import ClientError, MessageError, ServiceCallError, ServiceError
+from teleop.rosbridge.line import ConnectionState
 from teleop.rosbridge.protocol import Protocol
 from teleop.rosbridge.rosapi import serve_rosapi
 from teleop.rosbridge.server import Server

@@ -1,0 +1,111 @@
+"""How a client gets its connection, the first time and after a loss; one line says why it did not."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import logging
+import os
+import ssl
+from collections.abc import AsyncIterator, Callable
+from http import HTTPStatus
+from typing import Any, Final, Literal
+
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import InvalidHandshake, InvalidStatus, InvalidURI
+
+from teleop.rosbridge.errors import ClientError
+
+_WIRE: Final = logging.getLogger(f"{__name__}.wire")
+_WIRE.setLevel(logging.CRITICAL)  # what concerns us is raised
+
+
+class Dialler:
+    """Opens connections to one server."""
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        compression: Literal["deflate"] | None,
+        keepalive: float | None,
+        timeout: float,
+        largest: int,
+        token: str | None,
+        tls: ssl.SSLContext | None,
+    ) -> None:
+        """Take what ``Client`` is given."""
+        self.url = url.partition("?")[0]
+        """The server's, for people: what stands behind it may be a token."""
+
+        self._target = url
+        self._timeout = timeout
+        self._options: dict[str, Any] = {
+            "compression": compression,
+            "proxy": None,  # nothing arrives from the environment
+            "open_timeout": timeout,
+            "ping_interval": keepalive,
+            "ping_timeout": timeout,
+            "close_timeout": 2,
+            "max_size": largest,
+            "additional_headers": {} if token is None else {"Authorization": f"Bearer {token}"},
+            "logger": _WIRE,
+        }
+        if tls is not None:
+            self._options["ssl"] = tls
+
+    async def open(self, patience: float = 0.0) -> ClientConnection:
+        """Return a new connection.
+
+        Args:
+            patience: How long to go on trying [s] while nobody listens there.
+
+        Raises:
+            ClientError: If there is none to be had.
+        """
+        loop = asyncio.get_running_loop()
+        end = loop.time() + patience
+        while True:
+            try:
+                return await self._open()
+            except ClientError as error:
+                if loop.time() >= end or not isinstance(error.__cause__, OSError):
+                    raise
+                await asyncio.sleep(0.1)
+
+    async def again(self, failed: Callable[[str], None]) -> AsyncIterator[ClientConnection]:
+        """Yield connections without end, each when it can be had; ``failed`` hears why one cannot."""
+        while True:
+            for pause in itertools.chain((0.1, 0.25, 0.5, 1.0, 2.0), itertools.repeat(5.0)):
+                await asyncio.sleep(pause)
+                try:
+                    opened = await self._open()
+                except ClientError as error:
+                    failed(str(error))
+                else:
+                    break
+            yield opened
+
+    async def _open(self) -> ClientConnection:
+        try:
+            return await connect(self._target, **self._options)
+        except ssl.SSLError as error:  # one of a certificate is a ValueError
+            why = getattr(error, "verify_message", "") or error.reason or "no TLS"
+            raise ClientError(f"{self.url} cannot be trusted: {why}") from error
+        except (InvalidURI, ValueError) as error:  # the latter for ports and brackets
+            raise ClientError(f"{self.url!r} is no address; one is ws://127.0.0.1:9090") from error
+        except InvalidStatus as error:
+            if error.response.status_code == HTTPStatus.UNAUTHORIZED:
+                raise ClientError(f"{self.url} does not accept this client's token") from error
+            raise ClientError(f"{self.url} is no rosbridge server: {error}") from error
+        except (InvalidHandshake, EOFError) as error:
+            raise ClientError(f"{self.url} is no rosbridge server: {error}") from error
+        except TimeoutError as error:
+            raise ClientError(f"{self.url} does not answer within {self._timeout:g} s") from error
+        except OSError as error:
+            raise ClientError(f"nobody listens at {self.url}: {_cause(error)}") from error
+
+
+def _cause(error: OSError) -> str:
+    """Return the error in words, without the addresses that asyncio puts there."""
+    return os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
