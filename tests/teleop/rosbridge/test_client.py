@@ -297,8 +297,8 @@ async def test_a_client_provides_services_again_after_the_connection_was_lost(
         with pytest.raises(ServiceCallError, match="internal error"):
             await caller.call("/add", {"a": -1})
         assert "KeyError" in caplog.text
-        assert provider._socket is not None
-        provider._socket.transport.abort()
+        assert provider._line._socket is not None
+        provider._line._socket.transport.abort()
         await until(lambda: not there())
         await until(there)
         assert await caller.call("/add", {"a": 2}) == {"sum": 2}
