@@ -1,0 +1,195 @@
+"""Correction: what a sweep tells of where the robot is, and what of it is believed.
+
+KISS-ICP says how the robot moved since the last sweep, and the wheels are held to it. The sweep is
+registered against the cloud with the prediction as prior. What fits the map but contradicts the prediction
+blames the wheels; what does not fit is refused; the rest goes into the filter. Now and then KISS-ICP is
+asked where the robot is, as a second opinion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from localization.configuration import LocalizerConfig
+from localization.ekf import SkidSteerEkf
+from localization.geometry import FloatArray
+from localization.health import HealthMonitor, opinion_offset
+from localization.kiss import KissOdometry, KissOpinion
+from localization.matching import Matcher, MatchSweep, matcher_of
+from localization.prepared import PreparedMap
+from localization.types import SECOND, Match, Pose, Sweep
+from localization.wheel_watch import WheelWatch
+
+Stage = Callable[[str], AbstractContextManager[object]]
+"""Called with a stage's name around its work; whoever owns a clock can time it."""
+
+Seen = tuple[Pose, FloatArray]
+"""How KISS-ICP saw the robot move since the last sweep, and the (3, 3) covariance of x, y and yaw."""
+
+_GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
+"""Largest squared normalised innovation of a match by its number of kept directions (99.99 %)."""
+_UNUSED = np.zeros((0, 6))
+"""No direction of a match was used."""
+
+
+class Correction:
+    """Owns what watches the robot from outside: KISS-ICP, the matcher, and their last word."""
+
+    def __init__(
+        self,
+        world: PreparedMap,
+        config: LocalizerConfig,
+        ekf: SkidSteerEkf,
+        wheels: WheelWatch,
+        health: HealthMonitor,
+        *,
+        stage: Stage,
+        matcher: MatchSweep | None = None,
+    ) -> None:
+        """Build.
+
+        Args:
+            world: the prepared cloud.
+            config: all settings.
+            ekf: the filter to correct.
+            wheels: the watch that learns of slip.
+            health: the monitor that learns how the sweeps fit.
+            stage: see ``Stage``.
+            matcher: registers sweeps instead of what ``config.matcher`` names.
+        """
+        self._config, self._stage = config, stage
+        self._ekf, self._wheels, self._health = ekf, wheels, health
+        self._matcher = matcher
+        if matcher is None and config.matcher is not Matcher.NONE:
+            self._matcher = matcher_of(
+                config.matcher, world, config.registration, config.kiss, config.fixed
+            )
+        self._odometry = KissOdometry(config.kiss)
+        self._opinion = KissOpinion(world.cloud, config.kiss) if config.second_opinion else None
+        self._odom_then, self._pose_then = Pose.identity(), Pose.identity()
+        self._stamp, self._opinion_due = 0, 0
+        self.match: Match | None = None
+        """The last sweep's registration; None if it was not registered."""
+        self.nis: float | None = None
+        """Its squared normalised innovation."""
+
+    @property
+    def matches(self) -> bool:
+        """Whether sweeps are registered at all."""
+        return self._matcher is not None
+
+    def begin(self) -> None:
+        """Start from where the filter was just placed."""
+        self._pose_then = self._ekf.pose
+        self._opinion_due = 0
+
+    def clear(self) -> None:
+        """Forget the last registration, which is news but once."""
+        self.match, self.nis = None, None
+
+    def take(self, sweep: Sweep, odom: Pose, *, placed: bool) -> None:
+        """Correct the filter by a sweep.
+
+        Args:
+            sweep: deskewed to now.
+            odom: ``odom_from_base`` now.
+            placed: whether the filter's pose is one in the map.
+        """
+        elapsed = (sweep.stamp - self._stamp) / SECOND
+        self._stamp = sweep.stamp
+        moved, self._odom_then = self._odom_then.inverse() @ odom, odom
+        seen = self._seen_motion(sweep, moved, elapsed) if self._config.kiss_odometry else None
+        self._wheels.rest()
+        with self._stage("ekf"):
+            if self._config.suite.flat:
+                self._ekf.update_level()
+            else:
+                self._ekf.update_tilt(elapsed)
+        if placed and self._matcher is not None:
+            self._match(sweep, seen, self._matcher, elapsed)
+        elif placed and seen is not None:
+            self._ekf.update_relative(self._pose_then, *seen, _UNUSED)
+        self._ekf.mark()
+        self._pose_then = self._ekf.pose
+
+    def _seen_motion(self, sweep: Sweep, moved: Pose, elapsed: float) -> Seen | None:
+        """Let KISS-ICP say how the robot moved, and hold its wheels to it."""
+        with self._stage("kiss odometry"):
+            seen = self._odometry.add(sweep, moved)
+        if seen is None:
+            return None
+        motion, covariance = seen
+        if not self._wheels.plausible(motion, elapsed):
+            # Its next guess would start from there, and be worse: people who walk past the scanner
+            # can talk it into running away with them.
+            self._odometry.restart()
+            return None
+        self._wheels.see(motion, elapsed)
+        noise = self._ekf.rolling_noise(self._wheels.mean_rolling(elapsed), motion.yaw / elapsed)
+        if self._wheels.contradicted(motion, covariance, noise, elapsed):
+            self._blame_wheels()
+        return seen
+
+    def _match(self, sweep: Sweep, seen: Seen | None, matcher: MatchSweep, elapsed: float) -> None:
+        """Register a sweep, judge what came of it, and take it over."""
+        share = min(1.0, elapsed / self._config.sweep_period)
+        match, nis = self._register(sweep, matcher, share)
+        refusal = self._refusal(match, nis)
+        if refusal is not None and self._wheels_to_blame(match, seen is None):
+            self._blame_wheels()
+            match, nis = self._register(sweep, matcher, share)
+            refusal = self._refusal(match, nis)
+        with self._stage("ekf"):
+            if seen is not None:
+                used = match.directions if refusal is None else _UNUSED
+                self._ekf.update_relative(self._pose_then, *seen, used)
+            if refusal is None:
+                self._ekf.update_match(match)
+        self.match, self.nis = match, nis
+        self._health.sweep(match, self._ekf.pose, refusal)
+        if self._opinion and (self._health.doubtful or self._stamp >= self._opinion_due):
+            self._ask_kiss(self._opinion, sweep, match)
+
+    def _register(self, sweep: Sweep, matcher: MatchSweep, share: float) -> tuple[Match, float]:
+        """Return a match that informs by a share of what it would by itself, and its NIS."""
+        with self._stage("registration"):
+            match = matcher(sweep, self._ekf.pose, self._ekf.covariance)
+        if share != 1.0:
+            match = replace(match, information=share * match.information)
+        return match, self._ekf.match_nis(match) if len(match.directions) else 0.0
+
+    def _refusal(self, match: Match, nis: float) -> str | None:
+        k = len(match.directions)
+        if k == 0 or match.fit < self._config.least_fit:
+            return f"the map explains only {match.fit:.0%} of the sweep"
+        if nis > _GATE[k - 1]:
+            return f"the sweep fits the map where the robot cannot be (NIS {nis:.0f} of {_GATE[k - 1]:.0f})"
+        return None
+
+    def _blame_wheels(self) -> None:
+        """Admit that the wheels misled the prediction since the last sweep, and may go on to."""
+        self._wheels.distrust(self._stamp)
+        self._ekf.widen(*self._config.blame)
+
+    def _wheels_to_blame(self, match: Match, unwitnessed: bool) -> bool:
+        """A sweep that fits the map but contradicts the prediction blames the wheels.
+
+        If KISS-ICP saw the motion and agrees with the wheels, the map or the earlier pose is at fault.
+        """
+        fits = len(match.directions) > 0 and match.fit >= self._config.blame_fit
+        return fits and (self._wheels.slipping(self._stamp) or unwitnessed)
+
+    def _ask_kiss(self, opinion: KissOpinion, sweep: Sweep, match: Match) -> None:
+        """Get a second opinion; at most five a second, however deep the doubt."""
+        if self._stamp < self._opinion_due - self._config.opinion_period * 4 // 5:
+            return
+        self._opinion_due = self._stamp + self._config.opinion_period
+        with self._stage("kiss opinion"):
+            other = opinion.locate(sweep, self._ekf.pose)
+        if other is not None:
+            self._health.opinion(*opinion_offset(self._ekf.pose, other, match))
