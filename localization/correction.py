@@ -21,8 +21,9 @@ from localization.geometry import FloatArray
 from localization.health import HealthMonitor, opinion_offset
 from localization.kiss import KissOdometry, KissOpinion
 from localization.matching import Matcher, MatchSweep, matcher_of
+from localization.mismatch import MapBeams, explanation
 from localization.prepared import PreparedMap
-from localization.types import SECOND, Match, Pose, Sweep
+from localization.types import SECOND, Match, Mismatch, Pose, Sweep
 from localization.wheel_watch import WheelWatch
 
 Stage = Callable[[str], AbstractContextManager[object]]
@@ -33,6 +34,8 @@ Seen = tuple[Pose, FloatArray]
 
 _GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
 """Largest squared normalised innovation of a match by its number of kept directions (99.99 %)."""
+_UNLIKE = "the map does not explain the sweep"
+"""Why a sweep is refused that fits nowhere near; in what way is looked at before it is told."""
 _UNUSED = np.zeros((0, 6))
 """No direction of a match was used."""
 
@@ -69,6 +72,7 @@ class Correction:
             self._matcher = matcher_of(
                 config.matcher, world, config.registration, config.kiss, config.fixed
             )
+        self._beams = MapBeams(world, inlier=config.registration.inlier)
         self._odometry = KissOdometry(config.kiss)
         self._opinion = KissOpinion(world.cloud, config.kiss) if config.second_opinion else None
         self._odom_then, self._pose_then = Pose.identity(), Pose.identity()
@@ -77,6 +81,8 @@ class Correction:
         """The last sweep's registration; None if it was not registered."""
         self.nis: float | None = None
         """Its squared normalised innovation."""
+        self.mismatch: Mismatch | None = None
+        """What the map does not explain of the last sweep."""
 
     @property
     def matches(self) -> bool:
@@ -90,7 +96,7 @@ class Correction:
 
     def clear(self) -> None:
         """Forget the last registration, which is news but once."""
-        self.match, self.nis = None, None
+        self.match, self.nis, self.mismatch = None, None, None
 
     def take(self, sweep: Sweep, odom: Pose, *, placed: bool) -> None:
         """Correct the filter by a sweep.
@@ -151,7 +157,11 @@ class Correction:
             if refusal is None:
                 self._ekf.update_match(match)
         self.match, self.nis = match, nis
-        self._health.sweep(match, self._ekf.pose, refusal)
+        with self._stage("mismatch"):
+            self.mismatch = self._beams.mismatch(sweep, self._ekf.pose, match.distances)
+        if refusal is _UNLIKE:
+            refusal = explanation(match.fit, self.mismatch)
+        self._health.sweep(match, self._ekf.pose, refusal, self.mismatch)
         if self._opinion and (self._health.doubtful or self._stamp >= self._opinion_due):
             self._ask_kiss(self._opinion, sweep, match)
 
@@ -166,7 +176,7 @@ class Correction:
     def _refusal(self, match: Match, nis: float) -> str | None:
         k = len(match.directions)
         if k == 0 or match.fit < self._config.least_fit:
-            return f"the map explains only {match.fit:.0%} of the sweep"
+            return _UNLIKE
         if nis > _GATE[k - 1]:
             return f"the sweep fits the map where the robot cannot be (NIS {nis:.0f} of {_GATE[k - 1]:.0f})"
         return None

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
 from localization.geometry import FloatArray
+from localization.mismatch import explanation
 from localization.registration import LEVER
-from localization.types import SECOND, Health, Match, Pose
+from localization.types import SECOND, Health, Match, Mismatch, Pose
 
 _AXES = ("forward", "sideways", "up", "roll", "pitch", "yaw")
 
@@ -20,6 +21,9 @@ class HealthConfig:
 
     poor_fit: float = 0.5
     """A sweep that explains less than this share of its points is doubtful."""
+    strange: float = 0.25
+    """Unexplained for about a second, more than this share of the sweeps is worth telling, though the
+    pose is in no doubt."""
     suspect_after: int = 3
     """Refused or doubtful sweeps in a row before the pose is suspect."""
     lost_after: int = 12
@@ -52,6 +56,7 @@ class HealthMonitor:
         self._why = ""
         self._blind: tuple[str, ...] = ()
         self._lost = False
+        self._mismatch: Mismatch | None = None
 
     @property
     def doubtful(self) -> bool:
@@ -63,12 +68,22 @@ class HealthMonitor:
         """Whether the pose must not be relied on."""
         return self._lost
 
-    def sweep(self, match: Match, pose: Pose, refusal: str | None) -> None:
-        """Take note of a registration, and of why it was refused if it was."""
+    def sweep(
+        self, match: Match, pose: Pose, refusal: str | None, mismatch: Mismatch | None = None
+    ) -> None:
+        """Take note of a registration.
+
+        Args:
+            match: what came of it.
+            pose: ``map_from_base``.
+            refusal: why it was refused, if it was.
+            mismatch: what the map does not explain of the sweep, if that was looked at.
+        """
         self._blind = blind_axes(match, pose)
+        self._mismatch = _smoothed(self._mismatch, mismatch)
         doubt = refusal
         if doubt is None and match.fit < self.config.poor_fit:
-            doubt = f"the map explains only {match.fit:.0%} of the sweep"
+            doubt = explanation(match.fit, mismatch)
         if doubt is None:
             self._bad, self._good = 0, self._good + 1
         else:
@@ -108,8 +123,23 @@ class HealthMonitor:
             return Health.SLIPPING, ("the wheels contradict gyro or scanners", *missing)
         if self._blind or missing:
             blind = (f"no hold in {', '.join(self._blind)}",) if self._blind else ()
-            return Health.DEGRADED, (*blind, *missing)
-        return Health.TRACKING, ()
+            return Health.DEGRADED, (*blind, *missing, *self._strange())
+        return Health.TRACKING, self._strange()
+
+    def _strange(self) -> tuple[str, ...]:
+        """What the operator may want to know of the place, though it speaks against no pose."""
+        seen = self._mismatch
+        if seen is None or seen.share <= self.config.strange:
+            return ()
+        return (explanation(1.0 - seen.share, seen),)
+
+
+def _smoothed(before: Mismatch | None, seen: Mismatch | None) -> Mismatch | None:
+    """Follow what is seen with a memory of about half a second at ten sweeps a second."""
+    if before is None or seen is None:
+        return seen
+    shares = (b + 0.2 * (s - b) for b, s in zip(astuple(before), astuple(seen), strict=True))
+    return Mismatch(*shares)
 
 
 def horizontal_sigma(covariance: FloatArray) -> float:

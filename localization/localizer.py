@@ -148,7 +148,9 @@ class Localizer:
         """The last estimate without its news, which are told once."""
         last = self._last
         if last.sweep is not None or last.verdict is not None:
-            self._last = replace(last, sweep=None, match=None, nis=None, verdict=None)
+            self._last = replace(
+                last, sweep=None, match=None, nis=None, verdict=None, mismatch=None
+            )
         return self._last
 
     def _predict(self, increment: Increment) -> None:
@@ -242,6 +244,7 @@ class Localizer:
             verdict=self._seeker.next_answer(),
             nis=self._correction.nis,
             hypotheses=places,
+            mismatch=self._correction.mismatch,
         )
         self._news, self._refused = (), ()
         return estimate

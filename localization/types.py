@@ -425,6 +425,24 @@ class Match:
     """Share of the points with a near, front-facing neighbour, in [0, 1]."""
 
 
+@dataclass(frozen=True, slots=True)
+class Mismatch:
+    """What the map does not explain of one sweep: shares of all its beams that came back, in [0, 1].
+
+    A beam is explained if it ends within 10 cm of a mapped surface that faces the scanner. The three
+    kinds add up to ``share``; they are told from some of the beams (see ``mismatch.MismatchConfig``).
+    """
+
+    share: float
+    """Of beams that are not explained."""
+    before: float
+    """Of beams that end before a mapped surface: something stands there that was not mapped."""
+    through: float
+    """Of beams that passed through a mapped surface: something mapped is gone, or the pose is wrong."""
+    beyond: float
+    """Of beams that end where nothing is mapped, or nothing but what is seen from behind."""
+
+
 class Health(StrEnum):
     """What state the estimate is in; ``Estimate.reasons`` says why."""
 
@@ -461,8 +479,15 @@ class Estimate:
     """Squared, normalised innovation of this estimate's registration."""
     hypotheses: tuple[Candidate, ...] = ()
     """Places between which it is not settled yet, best first; they move with the robot."""
+    mismatch: Mismatch | None = None
+    """What the map does not explain of this estimate's sweep."""
 
     def __post_init__(self) -> None:
         object.__setattr__(
             self, "covariance", _read_only(self.covariance, (6, 6), "estimate.covariance")
         )
+
+    @property
+    def unexplained(self) -> float | None:
+        """Share of the sweep's beams that the map does not explain, in [0, 1]; None without a sweep."""
+        return None if self.mismatch is None else self.mismatch.share
