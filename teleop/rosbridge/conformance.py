@@ -21,7 +21,6 @@ _HIGHEST_ORDER: Final = 44
 
 def serve_fixtures(protocol: Protocol) -> None:
     """Offer the topics, services and actions that client suites use."""
-    protocol.advertise("/rosout", "rcl_interfaces/Log")
     protocol.advertise("/listener", "std_msgs/String", latch=True)
     protocol.publish("/listener", {"data": "Hello, World"}, 0)
     protocol.serve("/add_two_ints", "rospy_tutorials/AddTwoInts", _add)

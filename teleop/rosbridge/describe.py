@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from teleop.rosbridge.messages import default_value
 from teleop.rosbridge.registry import Registry
-from teleop.rosbridge.types import Field, Message, MessageType
+from teleop.rosbridge.types import Field, Message, MessageType, short_name
 
 
-def typedefs(registry: Registry, root: MessageType, names: Callable[[str], str]) -> list[Message]:
+def typedefs(registry: Registry, root: MessageType) -> list[Message]:
     """Return a ``rosapi_msgs/TypeDef`` of a type and of each it is made of, itself first."""
     found: dict[str, MessageType] = {}
     _collect(registry, root, found)
-    return [_typedef(registry, kind, names) for kind in found.values()]
+    return [_typedef(registry, kind) for kind in found.values()]
 
 
-def _typedef(registry: Registry, kind: MessageType, names: Callable[[str], str]) -> Message:
+def _typedef(registry: Registry, kind: MessageType) -> Message:
     return {
-        "type": names(kind.name),
+        "type": short_name(kind.name),
         "fieldnames": [field.name for field in kind.fields],
-        "fieldtypes": [names(f.kind) if f.nested else f.kind for f in kind.fields],
+        "fieldtypes": [short_name(f.kind) if f.nested else f.kind for f in kind.fields],
         # rosapi's code for the length: -1 for a single value, 0 for a sequence.
         "fieldarraylen": [field.size if field.repeated else -1 for field in kind.fields],
         "examples": [_example(registry, kind, field) for field in kind.fields],

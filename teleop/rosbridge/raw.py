@@ -55,6 +55,9 @@ class RawCodec:
             ros = 1 if self._flavour == "ros1" else 2
             whole = self._store(kind).generate_msgdef(kind.name, ros_version=ros)[0]
             text = "".join(line for line in whole.splitlines(True) if PADDING not in line)
+            if ros == 2 and kind.constants and not kind.fields:
+                # Readers of constants alone fail, such as Foxglove's; and this is what is sent.
+                text += f"uint8 {PADDING}\n"
             self._texts[kind.name] = self._registry.version, text
         return text
 
@@ -74,7 +77,7 @@ class RawCodec:
             return
         constants, fields = self._registry.definition(name)
         if self._flavour == "ros1":
-            fields = [field for field in fields if field[0] != PADDING]
+            fields = [(field, _unbound(of)) for field, of in fields if field != PADDING]
             if name == HEADER:
                 fields = get_typestore(Stores.ROS1_NOETIC).fielddefs[HEADER][1]
         if self._flavour == "ros2" and not fields:
@@ -112,3 +115,14 @@ class RawCodec:
         if field.kind in BLOBS and isinstance(value, bytes | bytearray | memoryview):
             return np.frombuffer(value, np.uint8)
         return np.asarray(value, np.bool_ if field.kind == "bool" else DTYPES[field.kind])
+
+
+def _unbound(description: Any) -> Any:
+    """Return a field's type without what only ROS 2 has: bounds, and strings of wide characters."""
+    node, content = description
+    if node == Nodetype.BASE:
+        return (node, ("string", 0)) if content[0] in ("string", "wstring") else description
+    if node == Nodetype.NAME:
+        return description
+    element, size = content
+    return node, (_unbound(element), size if node == Nodetype.ARRAY else 0)

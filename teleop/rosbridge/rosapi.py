@@ -78,7 +78,7 @@ _SOURCES: Final = ("goal", "cancel", "status", "feedback", "result")
 def serve_rosapi(
     protocol: Protocol,
     *,
-    names: Callable[[str], str] = short_name,
+    names: Callable[[str], str] | None = None,
     distro: str | None = None,
     parameters: Parameters | None = None,
 ) -> None:
@@ -86,7 +86,9 @@ def serve_rosapi(
 
     Args:
         protocol: Gets the services, and the types they need.
-        names: Writes the names of types in answers; ``pkg/Type`` by default, which all clients know.
+        names: Writes the types of topics, services and actions; by default as the protocol's flavour
+            does, ``pkg/Type`` in ROS 1 and ``pkg/msg/Type`` in ROS 2. The parts of a type are told as
+            ``pkg/Type`` in either, as rosapi does.
         distro: The ROS that is claimed to run here; jazzy or noetic by the protocol's flavour.
         parameters: What clients may read and write; a fresh set with ``rosdistro`` by default.
     """
@@ -96,6 +98,8 @@ def serve_rosapi(
     if parameters is None:
         parameters = Parameters()
         parameters.set("rosdistro", distro)
+    if names is None:
+        names = short_name if protocol.flavour == "ros1" else str
     api = _Api(protocol, names, distro, parameters)
     for service, (kind, text) in _SERVICES.items():
         protocol.registry.add_service(f"rosapi_msgs/{kind}", text)
@@ -225,7 +229,7 @@ class _Api:
             root = find(request["type"])
         except TypeNameError as error:
             raise ServiceError(str(error)) from error
-        return {"typedefs": typedefs(self._registry, root, self._names)}
+        return {"typedefs": typedefs(self._registry, root)}
 
     # Actions: those of ROS 2, and of actionlib what looks like a server by its topics
 

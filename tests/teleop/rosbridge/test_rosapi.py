@@ -31,12 +31,12 @@ def ask(wire: Wire, name: str, /, **args: Any) -> Any:
 def test_topics_are_listed_with_their_types(wire: Wire) -> None:
     assert ask(wire, "topics") == {
         "topics": ["/joy", "/scan"],
-        "types": ["sensor_msgs/Joy", "sensor_msgs/LaserScan"],
+        "types": ["sensor_msgs/msg/Joy", "sensor_msgs/msg/LaserScan"],
     }
 
 
 def test_a_topic_has_a_type_or_none(wire: Wire) -> None:
-    assert ask(wire, "topic_type", topic="scan") == {"type": "sensor_msgs/LaserScan"}
+    assert ask(wire, "topic_type", topic="scan") == {"type": "sensor_msgs/msg/LaserScan"}
     assert ask(wire, "topic_type", topic="/nope") == {"type": ""}
 
 
@@ -115,21 +115,24 @@ def test_actions_are_described_and_listed_in_both_forms(wire: Wire) -> None:
         wire.send({"op": "advertise", "topic": f"/old/{name}", "type": kind})
     wire.send({"op": "advertise", "topic": "/half/goal", "type": kinds["goal"]})
     wire.send({"op": "advertise_action", "action": "/new", "type": "example_interfaces/Fibonacci"})
-    assert ask(wire, "action_servers") == {"action_servers": ["/new", "/old"]}
-    assert ask(wire, "action_type", action="new") == {"type": "example_interfaces/Fibonacci"}
     kind = "example_interfaces/action/Fibonacci"
+    assert ask(wire, "action_servers") == {"action_servers": ["/new", "/old"]}
+    assert ask(wire, "action_type", action="new") == {"type": kind}
     for part, field in (("goal", "order"), ("result", "sequence"), ("feedback", "sequence")):
         (typedef,) = ask(wire, f"action_{part}_details", type=kind)["typedefs"]
         assert typedef["fieldnames"] == [field]
 
 
 def test_topics_come_with_the_text_of_their_types() -> None:
-    for flavour, parts in (("ros2", ["builtin_interfaces/Time stamp"]), ("ros1", ["uint32 seq"])):
+    for flavour, kind, parts in (
+        ("ros2", "sensor_msgs/msg/Joy", ["builtin_interfaces/Time stamp"]),
+        ("ros1", "sensor_msgs/Joy", ["uint32 seq"]),
+    ):
         wire = Wire(flavour=flavour)
         serve_rosapi(wire.protocol)
         wire.send({"op": "advertise", "topic": "/joy", "type": "sensor_msgs/Joy"})
         answer = ask(wire, "topics_and_raw_types")
-        assert (answer["topics"], answer["types"]) == (["/joy"], ["sensor_msgs/Joy"])
+        assert (answer["topics"], answer["types"]) == (["/joy"], [kind])
         (text,) = answer["typedefs_full_text"]
         lines = text.splitlines()
         assert lines[:3] == ["std_msgs/Header header", "float32[] axes", "int32[] buttons"]

@@ -47,8 +47,8 @@ const checks = {
     expect(details.subscribing.includes("/fibonacci/goal"), "subscribing", details);
   },
   getServices: async (ros) => expect((await ask(ros, "getServices")).includes("/add_two_ints"), "no service"),
-  getTopicType: async (ros) => same(await ask(ros, "getTopicType", "/listener"), "std_msgs/String"),
-  getServiceType: async (ros) => same(await ask(ros, "getServiceType", "/add_two_ints"), "rospy_tutorials/AddTwoInts"),
+  getTopicType: async (ros) => same(await ask(ros, "getTopicType", "/listener"), "std_msgs/msg/String"),
+  getServiceType: async (ros) => same(await ask(ros, "getServiceType", "/add_two_ints"), "rospy_tutorials/srv/AddTwoInts"),
   getTopicsAndRawTypes: async (ros) => {
     const { topics, types, typedefs_full_text: texts } = await ask(ros, "getTopicsAndRawTypes");
     same([topics.length, types.length], [texts.length, texts.length]);
