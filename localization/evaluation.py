@@ -33,6 +33,8 @@ class Statistics:
     median: float
     p95: float
     max: float
+    min: float
+    std: float
 
     @classmethod
     def of(cls, errors: npt.ArrayLike) -> Statistics:
@@ -53,6 +55,8 @@ class Statistics:
             median=float(np.median(e)),
             p95=float(np.percentile(e, 95.0)),
             max=float(np.max(e)),
+            min=float(np.min(e)),
+            std=float(np.std(e)),
         )
 
 

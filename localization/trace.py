@@ -17,15 +17,21 @@ import numpy as np
 from localization.geometry import FloatArray
 from localization.types import Estimate, Health
 
-_AXES: Final = ("x", "y", "z", "rx", "ry", "rz")
+AXES: Final = ("x", "y", "z", "rx", "ry", "rz")
+"""Of a covariance: position in ``map``, rotation in ``base_link``."""
 _ROWS, _COLUMNS = np.triu_indices(6)
+COVARIANCE_COLUMNS: Final = tuple(
+    f"cov_{AXES[i]}_{AXES[j]}" for i, j in zip(_ROWS, _COLUMNS, strict=True)
+)
+"""Names of the upper triangle of a covariance, row by row."""
 _HEADER: Final = (
     "stamp_ns",
     "health",
-    *(f"cov_{_AXES[i]}_{_AXES[j]}" for i, j in zip(_ROWS, _COLUMNS, strict=True)),
+    *COVARIANCE_COLUMNS,
     "nis",
     "directions",
     "fit",
+    "unexplained",
     "reasons",
 )
 
@@ -49,6 +55,8 @@ class TraceRow:
     """How many directions the registration kept: the degrees of freedom of ``nis``."""
     fit: float | None = None
     """As in ``Match``."""
+    unexplained: float | None = None
+    """As in ``Estimate``."""
     reasons: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -70,8 +78,15 @@ class TraceRow:
             estimate.nis,
             None if match is None else len(match.directions),
             None if match is None else match.fit,
+            estimate.unexplained,
             estimate.reasons,
         )
+
+
+def upper_triangle(covariance: FloatArray) -> FloatArray:
+    """Return the entries (21,) of a covariance (6, 6) in the order of ``COVARIANCE_COLUMNS``."""
+    entries: FloatArray = covariance[_ROWS, _COLUMNS]
+    return entries
 
 
 def write_trace(path: Path | str, rows: Iterable[TraceRow]) -> None:
@@ -84,10 +99,11 @@ def write_trace(path: Path | str, rows: Iterable[TraceRow]) -> None:
                 (
                     row.stamp,
                     row.health.value,
-                    *map(repr, row.covariance[_ROWS, _COLUMNS].tolist()),
+                    *map(repr, upper_triangle(row.covariance).tolist()),
                     "" if row.nis is None else repr(float(row.nis)),
                     "" if row.directions is None else row.directions,
                     "" if row.fit is None else repr(float(row.fit)),
+                    "" if row.unexplained is None else repr(float(row.unexplained)),
                     json.dumps(row.reasons),
                 )
             )
@@ -121,7 +137,7 @@ def read_trace(path: Path | str) -> tuple[TraceRow, ...]:
 def _read_row(cells: Sequence[str]) -> TraceRow:
     if len(cells) != len(_HEADER):
         raise TraceError(f"want {len(_HEADER)} cells, got {len(cells)}")
-    stamp, health, *entries, nis, directions, fit, reasons = cells
+    stamp, health, *entries, nis, directions, fit, unexplained, reasons = cells
     covariance = np.zeros((6, 6))
     covariance[_ROWS, _COLUMNS] = [float(entry) for entry in entries]
     sentences = json.loads(reasons)
@@ -134,5 +150,6 @@ def _read_row(cells: Sequence[str]) -> TraceRow:
         float(nis) if nis else None,
         int(directions) if directions else None,
         float(fit) if fit else None,
+        float(unexplained) if unexplained else None,
         tuple(sentences),
     )

@@ -13,19 +13,15 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from typing import Annotated, TypeAlias
 
 import tyro
 
+from teleop.localize_cli import Localize
 from teleop.mapping_cli import Map
 from teleop.robot.outfit import Outfit
 from teleop.terminal import Progress as _Progress, say as _say
 from teleop.worlds_cli import Worlds
-
-if TYPE_CHECKING:
-    from localization.ros_readings import Layout
-    from localization.suites import Suite
-    from localization.types import Pose
 
 _EXAMPLES = """\
 A skid-steer robot that knows where it is: simulation, localisation, teleoperation.
@@ -40,6 +36,8 @@ examples:
                                             the same estimates from the log alone
   farsteer localize office.bag --map office.ply --start 3 2 90
                                             a ROS bag, begun near x 3 m, y 2 m, facing 90 degrees
+  farsteer localize intel.log.gz --map map.yaml --truth reference.tum
+                                            a CARMEN text in an occupancy grid, judged by a reference
   farsteer map office                       drive the survey and build the scene's cloud anew
   farsteer map drive.mcap --out map.ply     a cloud from readings alone, of anybody's drive
   farsteer world generate --seed 7          make up a furnished building, to drive in and localise in
@@ -128,77 +126,6 @@ class Evaluate:
         summary = read_summary(self.run)
         _say(_table(summary))
         return int(not summary.passed)
-
-
-@dataclass(frozen=True)
-class Localize:
-    """Localise a log of readings in a map; of a run's own log it reproduces the estimate bit for bit.
-
-    Reads our own logs, ROS 1 and ROS 2 bags (LaserScan, PointCloud2, Imu, JointState, Odometry,
-    /tf_static) and CARMEN texts, compressed or not. Writes estimate.tum and trace.csv. A log without a
-    hint on /initialpose wants --start. What moves the robot is taken from wheels and gyro if the log has
-    both, else from its odometry, else from what there is.
-    """
-
-    log: Annotated[Path, tyro.conf.Positional]
-    """Log of readings: .mcap, .bag, a ROS 2 bag's folder, or a CARMEN .log(.gz)."""
-    map: Path
-    """Map to localise in: a cloud with normals (.ply) or a ROS occupancy grid (map.yaml)."""
-    out: Path | None = None
-    """Folder for the estimate; runs/<time> unless given."""
-    start: tuple[float, float, float] | None = None
-    """About where the log begins: x, y [m], heading [degrees]."""
-    motion: Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "scanner"] | None = None
-    """What to take the motion from, if not from what the log has."""
-    flat: bool | None = None
-    """Whether the ground is level; taken to be if all scanners are, unless given."""
-    mount: dict[str, tuple[float, float, float, float]] = field(default_factory=dict)
-    """Where a frame sits on base_link, if a bag does not say: NAME x y z [m] yaw [degrees]."""
-    topics: tuple[str, ...] = ()
-    """Topics of a bag to read; all that are understood unless given."""
-
-    def __call__(self) -> int:
-        """Run it."""
-        from localization.replay import localize
-        from localization.ros_readings import Layout
-        from localization.trace import TraceRow, write_trace
-        from localization.trajectory import Trajectory, write_tum
-
-        bar = _Progress()
-        bar(0.0, "localising")
-        layout = Layout(
-            mounts={name: _pose(*xyz_yaw) for name, xyz_yaw in self.mount.items()},
-            topics=self.topics,
-        )
-        done = localize(
-            self.log,
-            self.map,
-            suite=self._suite(layout),
-            start=_pose(self.start[0], self.start[1], 0.0, self.start[2]) if self.start else None,
-            layout=layout,
-            cache=_cache(),
-            progress=bar,
-        )
-        bar.end()
-        folder = _folder(self.out)
-        folder.mkdir(parents=True, exist_ok=True)
-        known = Trajectory.from_estimates(done.estimates)
-        write_tum(folder / "estimate.tum", known)
-        write_trace(folder / "trace.csv", [TraceRow.of(e) for e in done.estimates])
-        _say(*done.notes, *(f"hint {v.verdict.value}: {v.reason}" for v in done.verdicts))
-        _say(f"{len(known)} poses in {folder}/estimate.tum")
-        return int(not len(known))
-
-    def _suite(self, layout: Layout) -> Suite | None:
-        """The suite that was asked for; None if it is the log's own."""
-        from localization.logs import open_log
-        from localization.suites import Motion, Suite
-
-        if self.motion is None and self.flat is None:
-            return None
-        own = open_log(self.log, layout).suite
-        motion = own.motion if self.motion is None else Motion(self.motion)
-        return Suite(motion, own.flat if self.flat is None else self.flat)
 
 
 @dataclass(frozen=True)
@@ -407,14 +334,6 @@ def _table(summary: object) -> str:
 
     assert isinstance(summary, Summary)
     return table(summary)
-
-
-def _pose(x: float, y: float, z: float, degrees: float) -> Pose:
-    import math
-
-    from localization.types import Pose
-
-    return Pose.from_euler((x, y, z), yaw=math.radians(degrees))
 
 
 def _folder(out: Path | None) -> Path:

@@ -22,6 +22,7 @@ ESTIMATE_PATH: Final = "map/path/estimate"
 TRUTH_PATH: Final = "map/path/truth"
 UNCERTAINTY: Final = "map/uncertainty"
 HINT: Final = "map/hint"
+HYPOTHESES: Final = "map/hypotheses"
 LANES: Final = "state"
 LOG: Final = "log"
 LEGEND: Final = "legend"
@@ -33,39 +34,9 @@ PLOT_WINDOW: Final = 60.0
 
 def blueprint(low: FloatArray, high: FloatArray) -> rrb.Blueprint:
     """Lay out the display for a map with the given bounds (3,) [m]."""
-    middle = 0.5 * (low + high)
-    # The view is about 1.4 times as wide as high.
-    span = float(max(high[0] - low[0], 1.4 * (high[1] - low[1])))
-    world = _space(
-        "World",
-        MAP,
-        rrb.EyeControls3D(
-            kind=rrb.Eye3DKind.Orbital,
-            # From the south, high enough to look into rooms over their walls.
-            position=middle + (0.0, -0.46 * span, 0.56 * span),
-            look_target=(middle[0], middle[1] - 0.04 * span, low[2]),
-            eye_up=(0.0, 0.0, 1.0),
-        ),
-    )
-    close = _space(
-        "Close-up (ahead is up)",
-        BASE,
-        rrb.EyeControls3D(
-            kind=rrb.Eye3DKind.Orbital,
-            position=(0.8, 0.0, 8.0),
-            look_target=(0.801, 0.0, 0.0),
-            eye_up=(1.0, 0.0, 0.0),
-        ),
-    )
+    world, close = _world(low, high), _close()
     lanes = rrb.StateTimelineView(origin=LANES, name="States")
-    log = rrb.TextLogView(
-        origin=LOG,
-        name="Events",
-        columns=rrb.TextLogColumns(
-            timeline_columns=[TIMELINE],
-            text_log_columns=["loglevel", "body"],
-        ),
-    )
+    log = _events()
     legend = rrb.TextDocumentView(origin=LEGEND, name="Legend")
     plots = rrb.Horizontal(
         _plot("Position [mm]", "position"),
@@ -83,6 +54,73 @@ def blueprint(low: FloatArray, high: FloatArray) -> rrb.Blueprint:
         ),
         rrb.TimePanel(timeline=TIMELINE, play_state="following", state="collapsed"),
         collapse_panels=True,
+    )
+
+
+def log_blueprint(low: FloatArray, high: FloatArray) -> rrb.Blueprint:
+    """Lay out the recording of a localised log, for a map with the given bounds (3,) [m]."""
+    plots = rrb.Horizontal(
+        _plot("Position [mm]", "position", window=None),
+        _plot("Heading [deg]", "heading", window=None),
+        _plot("Share of the sweep", "fit", rrb.ScalarAxis(range=(0.0, 1.05)), window=None),
+        _plot("NIS", "nis", window=None),
+    )
+    lanes = rrb.StateTimelineView(origin=LANES, name="Health")
+    legend = rrb.TextDocumentView(origin=LEGEND, name="Legend")
+    return rrb.Blueprint(
+        rrb.Vertical(
+            rrb.Horizontal(
+                _world(low, high),
+                rrb.Vertical(_close(), rrb.Tabs(legend, _events()), row_shares=[2, 1.15]),
+                column_shares=[2.2, 1],
+            ),
+            lanes,
+            plots,
+            row_shares=[3, 0.45, 1],
+        ),
+        rrb.TimePanel(timeline=TIMELINE, play_state="following", state="collapsed"),
+        collapse_panels=True,
+    )
+
+
+def _world(low: FloatArray, high: FloatArray) -> rrb.Spatial3DView:
+    middle = 0.5 * (low + high)
+    # The view is about 1.4 times as wide as high.
+    span = float(max(high[0] - low[0], 1.4 * (high[1] - low[1])))
+    return _space(
+        "World",
+        MAP,
+        rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital,
+            # From the south, high enough to look into rooms over their walls.
+            position=middle + (0.0, -0.46 * span, 0.56 * span),
+            look_target=(middle[0], middle[1] - 0.04 * span, low[2]),
+            eye_up=(0.0, 0.0, 1.0),
+        ),
+    )
+
+
+def _close() -> rrb.Spatial3DView:
+    return _space(
+        "Close-up (ahead is up)",
+        BASE,
+        rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital,
+            position=(0.8, 0.0, 8.0),
+            look_target=(0.801, 0.0, 0.0),
+            eye_up=(1.0, 0.0, 0.0),
+        ),
+    )
+
+
+def _events() -> rrb.TextLogView:
+    return rrb.TextLogView(
+        origin=LOG,
+        name="Events",
+        columns=rrb.TextLogColumns(
+            timeline_columns=[TIMELINE],
+            text_log_columns=["loglevel", "body"],
+        ),
     )
 
 
@@ -104,15 +142,20 @@ def _space(name: str, origin: str, eye: rrb.EyeControls3D) -> rrb.Spatial3DView:
     )
 
 
-def _plot(name: str, leaf: str, axis: rrb.ScalarAxis | None = None) -> rrb.TimeSeriesView:
+def _plot(
+    name: str, leaf: str, axis: rrb.ScalarAxis | None = None, window: float | None = PLOT_WINDOW
+) -> rrb.TimeSeriesView:
+    """Return a view of curves over the last ``window`` seconds, or over all time."""
     return rrb.TimeSeriesView(
         name=name,
         origin=f"{PLOTS}/{leaf}",
         axis_y=axis,
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop),
-        time_ranges=rrb.VisibleTimeRanges(
+        time_ranges=None
+        if window is None
+        else rrb.VisibleTimeRanges(
             timeline=TIMELINE,
-            start=rrb.TimeRangeBoundary.cursor_relative(seconds=-PLOT_WINDOW),
+            start=rrb.TimeRangeBoundary.cursor_relative(seconds=-window),
             end=rrb.TimeRangeBoundary.cursor_relative(),
         ),
     )

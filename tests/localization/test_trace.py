@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.trace import TraceError, TraceRow, read_trace, write_trace
-from localization.types import Estimate, Health, Match, Pose, Twist
+from localization.types import Estimate, Health, Match, Mismatch, Pose, Twist
 from tests.support import bits, vectors
 
 
@@ -21,6 +21,7 @@ def rows(draw: st.DrawFn) -> TraceRow:
         draw(vectors(36)).reshape(6, 6),
         draw(number),
         draw(st.none() | st.integers(0, 6)),
+        draw(number),
         draw(number),
         tuple(draw(st.lists(st.text(st.characters(exclude_categories=["Cs"])), max_size=3))),
     )
@@ -53,10 +54,11 @@ def test_row_of_an_estimate_holds_its_opinion() -> None:
         ("a, b", "c"),
         match,
         nis=2.5,
+        mismatch=Mismatch(0.2, 0.1, 0.1, 0.0),
     )
     row = TraceRow.of(estimate)
     assert (row.stamp, row.health, row.reasons) == (9, Health.SUSPECT, ("a, b", "c"))
-    assert (row.nis, row.directions, row.fit) == (2.5, 3, 0.75)
+    assert (row.nis, row.directions, row.fit, row.unexplained) == (2.5, 3, 0.75, 0.2)
     assert row.covariance.tolist() == covariance.tolist()
 
 
@@ -64,9 +66,9 @@ def test_file_opens_as_a_table(tmp_path: Path) -> None:
     write_trace(tmp_path / "t.csv", [TraceRow(5, Health.LOST, np.eye(6), reasons=("no match",))])
     header, line = (tmp_path / "t.csv").read_text().splitlines()
     assert header.startswith("stamp_ns,health,cov_x_x,cov_x_y,")
-    assert header.endswith("cov_rz_rz,nis,directions,fit,reasons")
+    assert header.endswith("cov_rz_rz,nis,directions,fit,unexplained,reasons")
     assert line.startswith("5,lost,1.0,0.0,")
-    assert line.endswith(',1.0,,,,"[""no match""]"')
+    assert line.endswith(',1.0,,,,,"[""no match""]"')
 
 
 def test_what_is_no_trace_is_refused_in_one_line(tmp_path: Path) -> None:
@@ -80,7 +82,7 @@ def test_what_is_no_trace_is_refused_in_one_line(tmp_path: Path) -> None:
     good = path.read_text()
     for before, after, expected in (
         ("lost", "fine", "line 2: 'fine'"),
-        (",[]", "", "line 2: want 27 cells, got 26"),
+        (",[]", "", "line 2: want 28 cells, got 27"),
         ("[]", "3", "line 2: reasons must be a JSON list"),
         ("1.0", "one", "line 2: could not convert"),
     ):
