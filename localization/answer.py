@@ -16,6 +16,7 @@ def state_of(
     *,
     slipping: bool,
     silent: tuple[str, ...],
+    unseeing: bool,
     searching: bool,
     asked: bool,
     places: tuple[Candidate, ...],
@@ -27,6 +28,7 @@ def state_of(
         monitor: what the sweeps and second opinions said of it.
         slipping: whether the wheels slip.
         silent: sensors that are overdue.
+        unseeing: whether no scanner is left that speaks.
         searching: whether a search is under way.
         asked: whether other places may explain what is seen.
         places: between which it is not settled yet.
@@ -35,7 +37,9 @@ def state_of(
     reasons: tuple[str, ...] = ("no pose yet: give a hint",)
     if belief.placed:
         sigma = horizontal_sigma(belief.covariance)
-        health, reasons = monitor.state(sigma=sigma, slipping=slipping, silent=silent)
+        health, reasons = monitor.state(
+            sigma=sigma, slipping=slipping, silent=silent, unseeing=unseeing
+        )
     if searching and (not belief.placed or health is Health.LOST):
         health, reasons = Health.RELOCALISING, ("searching", *reasons)
     if asked and belief.placed and health in _SURE:

@@ -102,7 +102,7 @@ class HealthMonitor:
             self._differ = 0
 
     def state(
-        self, *, sigma: float, slipping: bool, silent: tuple[str, ...]
+        self, *, sigma: float, slipping: bool, silent: tuple[str, ...], unseeing: bool = False
     ) -> tuple[Health, tuple[str, ...]]:
         """Return the state and its reasons.
 
@@ -110,6 +110,7 @@ class HealthMonitor:
             sigma: of the horizontal position [m].
             slipping: whether the wheels slip.
             silent: sensors that are overdue.
+            unseeing: whether no scanner is left that speaks.
         """
         missing = tuple(f"nothing from {name}" for name in silent)
         if sigma > self.config.lost_sigma:
@@ -119,6 +120,9 @@ class HealthMonitor:
             return Health.LOST, (self._why, *missing)
         if self._bad >= self.config.suspect_after or self._differ:
             return Health.SUSPECT, (self._why, *missing)
+        if unseeing:
+            # Wheels that slip now mislead it by any distance, and nobody would notice.
+            return Health.SUSPECT, ("no scanner speaks: only its own motion is known", *missing)
         if slipping:
             return Health.SLIPPING, ("the wheels contradict gyro or scanners", *missing)
         if self._blind or missing:

@@ -222,11 +222,13 @@ class Localizer:
         belief, places = self._belief(), self._seeker.candidates(self._odom)
         sources = (*sorted(self._mounts), *self.config.suite.expected)
         silence = self.config.health.silence
+        silent = tuple(n for n in sources if self._stamp - self._heard.get(n, 0) > silence)
         health, reasons = state_of(
             belief,
             self._health,
             slipping=self._wheels.slipping(self._stamp),
-            silent=tuple(n for n in sources if self._stamp - self._heard.get(n, 0) > silence),
+            silent=silent,
+            unseeing=set(self._mounts) <= set(silent),
             searching=self._seeker.busy,
             asked=self._seeker.asked,
             places=places,
