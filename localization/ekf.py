@@ -5,84 +5,40 @@ skid-steer parameters kappa = (s, B, y0, xv): log of the wheel-speed scale, effe
 and longitudinal offset of the instantaneous centres of rotation [m] (Mandow 2007; Pentzer 2014). The 13
 errors are (dp in map, dtheta in base with R Exp(dtheta), db, dkappa). filterpy holds error and
 covariance; the error is put into the nominal state after each update and is zero in between.
+
+Every reading predicts, so what runs then is written in plain floats: for three or four numbers they are
+several times quicker than arrays.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from localization.geometry import FloatArray, euler_from_rotation, hat, so3_exp
+from localization.covariance import CovarianceError, inverse, planar_covariance, pose_covariance
+from localization.ekf_config import EkfConfig as EkfConfig
+from localization.geometry import (
+    FloatArray,
+    Quaternion,
+    euler_from_rotation,
+    quaternion_exp,
+    quaternion_product,
+    rotation_entries,
+)
 from localization.registration import LEVER, difference
-from localization.types import Match, Pose, Twist
+from localization.standstill import MOVING, Rest, Triple, quiet, rest_after, wheels_stand
+from localization.types import InvalidReadingError, Match, Pose, Twist
 
 GRAVITY = 9.81
 """[m/s^2]."""
 _P, _T, _B = slice(0, 3), slice(3, 6), slice(6, 9)
 _S, _TRACK, _Y0, _XV = 9, 10, 11, 12
 STATES = 13
-_EYE = np.eye(STATES)
-
-
-@dataclass(frozen=True, slots=True)
-class EkfConfig:
-    """Noise of the process and of the proprioceptive measurements; one sigma unless said otherwise."""
-
-    effective_track: float = 0.578
-    """P3-AT: 0.394 m between the wheels times the closed-form ratio 1.466 [m]."""
-    speed_noise: float = 0.013
-    """Of forward speed, as a fraction of speed [1/sqrt(Hz)]."""
-    speed_floor: float = 0.003
-    """Of forward speed while moving [m/s/sqrt(Hz)]."""
-    turn_noise: float = 0.010
-    """Of forward speed by turning [m/sqrt(Hz)]: times the yaw rate [rad/s]."""
-    side_noise: float = 0.006
-    """Of lateral speed while moving [m/s/sqrt(Hz)]."""
-    heave_noise: float = 0.006
-    """Of vertical speed while moving [m/s/sqrt(Hz)]."""
-    still_noise: float = 0.0005
-    """Of every speed while the wheels stand still [m/s/sqrt(Hz)]."""
-    slip_forward: float = 0.16
-    """Of forward speed while the wheels slip [m/s/sqrt(Hz)]: 0.5 m/s over 0.1 s."""
-    slip_side: float = 0.03
-    """Of lateral speed while the wheels slip [m/s/sqrt(Hz)]."""
-    gyro_noise: float = np.deg2rad(0.02)
-    """[rad/sqrt(s)]."""
-    turn_share: float = 0.0
-    """Of the yaw rate besides, as a fraction of it [1/sqrt(Hz)]; for what stands in for a gyro."""
-    turn_floor: float = 0.0
-    """Of the yaw rate besides, however small it is [rad/sqrt(s)]."""
-    gyro_bias_walk: float = np.deg2rad(0.003)
-    """[rad/s/sqrt(s)]."""
-    gyro_bias: float = np.deg2rad(0.3)
-    """At the start [rad/s]."""
-    kappa: tuple[float, float, float, float] = (0.04, 0.06, 0.02, 0.02)
-    """Of (s, B, y0, xv) at the start [1, m, m, m]."""
-    kappa_walk: tuple[float, float, float, float] = (0.0005, 0.002, 0.0005, 0.0005)
-    """Random walk of (s, B, y0, xv) per sqrt(s)."""
-    wheel_yaw_floor: float = np.deg2rad(1.2)
-    """Of the wheels' yaw rate against the gyro's [rad/s]."""
-    wheel_yaw_share: float = 0.05
-    """The same as a fraction of the yaw rate."""
-    wheel_yaw_gate: float = 9.0
-    """chi-square, 1 degree of freedom, 99.7 %; beyond it one side's wheels slip."""
-    tilt: float = np.deg2rad(3.5)
-    """Of one tilt measurement at 10 Hz [rad]: an accelerometer's 0.35 degrees of bias, which the next
-    hundred measurements share, so that each counts a hundredth."""
-    level: float = np.deg2rad(0.1)
-    """How level a floor is that is known to be [rad], at each ``update_level``."""
-    tilt_gate: float = 13.8
-    """chi-square, 2 degrees of freedom, 99.9 %."""
-    still_speed: float = 0.002
-    """Rim speeds below this mean that the robot stands [m/s]."""
-    still_rate: float = np.deg2rad(1.5)
-    """... if the gyro shows no more than this [rad/s]."""
-    mount_position: float = 0.001
-    """How well the scanners' mounts are known, added to each match [m]."""
-    mount_angle: float = np.deg2rad(0.02)
-    """The same for angles [rad]."""
+_SHARED = 0.1
+"""Errors of the wheels' yaw rate last so long [s]: samples that follow faster inform together like one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,12 +61,13 @@ class EkfSnapshot:
     force_count: int
     speed_then: float | None
     """Forward speed at the last ``update_tilt`` [m/s]."""
+    rest: Rest
 
 
 class SkidSteerEkf:
     """The filter; owns pose, biases and skid-steer parameters."""
 
-    def __init__(self, config: EkfConfig = EkfConfig()) -> None:
+    def __init__(self, config: EkfConfig = EkfConfig()) -> None:  # noqa: B008  (frozen)
         self.config = config
         self._filter = ExtendedKalmanFilter(dim_x=STATES, dim_z=6)
         self._filter.x = np.zeros(STATES)
@@ -127,9 +84,20 @@ class SkidSteerEkf:
         self._filter.P = np.diag(variances)
         walk = (config.gyro_noise,) * 3 + (config.gyro_bias_walk,) * 3 + config.kappa_walk
         self._walk = np.diag(np.square((0.0, 0.0, 0.0, *walk)))
+        still = (config.still_turn,) * 3 + walk[3:]
+        self._walk_standing = np.diag(np.square((0.0, 0.0, 0.0, *still)))
+        # Filled anew by each prediction and each update.
+        self._filter.F, self._filter.Q = np.eye(STATES), np.zeros((STATES, STATES))
+        self._reset = np.eye(STATES)
         self._force_sum = np.zeros(3)
         self._force_count = 0
         self._speed_then: float | None = None
+        self._rest = MOVING
+
+    @property
+    def standing(self) -> bool:
+        """Whether the robot stands: its wheels do, and neither gyro nor accelerometer contradicts."""
+        return self._rest.stands(self.config)
 
     @property
     def covariance(self) -> FloatArray:
@@ -153,6 +121,7 @@ class SkidSteerEkf:
             _frozen(self._force_sum),
             self._force_count,
             self._speed_then,
+            self._rest,
         )
 
     def restore(self, snapshot: EkfSnapshot) -> None:
@@ -163,15 +132,20 @@ class SkidSteerEkf:
         self._filter.P = snapshot.covariance.copy()
         self._filter.x = np.zeros(STATES)
         self._force_sum, self._force_count = snapshot.force_sum.copy(), snapshot.force_count
-        self._speed_then = snapshot.speed_then
+        self._speed_then, self._rest = snapshot.speed_then, snapshot.rest
 
     def reset_pose(self, pose: Pose, covariance: FloatArray) -> None:
-        """Take over a pose (6, 6 covariance) and forget how it relates to biases and parameters."""
+        """Take over a pose (6, 6 covariance) and forget how it relates to biases and parameters.
+
+        Raises:
+            CovarianceError: if the covariance is none; one that is only singular is made fit.
+        """
+        fit = pose_covariance(covariance, "covariance of the new pose")
         self.pose = pose
         p = self._filter.P
         p[:6, :] = 0.0
         p[:, :6] = 0.0
-        p[:6, :6] = covariance
+        p[:6, :6] = fit
         self.mark()
 
     def mark(self) -> None:
@@ -201,109 +175,174 @@ class SkidSteerEkf:
             speed: forward speed to go by instead of the wheels' [m/s].
 
         Returns:
-            The motion ``base_then_from_base_now``.
+            The motion ``base_then_from_base_now``; none in heading while the robot stands.
+
+        Raises:
+            InvalidReadingError: if a reading is not finite; the filter is as it was.
         """
-        _, _, y0, xv = self.kappa
-        omega = gyro - self.gyro_bias
-        rolled = self.rolling_speed(left, right) if speed is None else speed
-        yaw_rate = float(omega[2])
-        velocity = np.array([rolled + y0 * yaw_rate, -xv * yaw_rate, 0.0])
-        half = so3_exp(0.5 * dt * omega)
-        turn = half @ half
-        motion = Pose.from_rotation(half @ velocity * dt, turn)
+        f = self._filter
+        gx, gy, gz = (gyro - self.gyro_bias).tolist()
+        fx, fy, fz = force.tolist()
+        if not math.isfinite(gx + gy + gz + fx + fy + fz + left + right + dt):
+            raise InvalidReadingError(
+                "what predicts must be finite: gyro, force, wheels or time is not"
+            )
+        self._watch_rest(dt, (gx, gy, gz), (fx, fy, fz), left, right, slipping)
+        standing = self.standing
+        if standing:
+            # The rate is known to be zero, better than a gyro tells: it is its bias that it shows.
+            gx = gy = gz = 0.0
+        s, _, y0, xv = self.kappa.tolist()
+        rolled = math.exp(s) * 0.5 * (left + right) if speed is None else speed
+        vx, vy = rolled + y0 * gz, -xv * gz
+        half = quaternion_exp(0.5 * dt * gx, 0.5 * dt * gy, 0.5 * dt * gz)
+        h = rotation_entries(half)
+        way = [(h[k] * vx + h[k + 1] * vy) * dt for k in (0, 3, 6)]
+        turn = quaternion_product(half, half)
+        motion = Pose(np.array(way), np.array(turn))
+        now: Quaternion = tuple(self.pose.quaternion_wxyz.tolist())
+        middle = rotation_entries(quaternion_product(now, half))
 
-        rotation = self.pose.rotation @ half
-        f = _EYE.copy()
-        f[_P, _T] = -rotation @ hat(velocity) * dt
-        f[_P, 8] = -rotation @ np.array([y0, -xv, 0.0]) * dt
-        f[_P, _S] = rotation[:, 0] * rolled * dt if speed is None else 0.0
-        f[_P, _Y0] = rotation[:, 0] * omega[2] * dt
-        f[_P, _XV] = -rotation[:, 1] * omega[2] * dt
-        f[_T, _T] = turn.T
-        f[3, 6] = f[4, 7] = f[5, 8] = -dt
-        q = self._process_noise(dt, rotation, left, right, omega, slipping)
-        self._filter.F, self._filter.Q = f, q
-        self._filter.predict()
-        moved = f[:6, :6]
-        self.accrued = moved @ self.accrued @ moved.T + q[:6, :6]
+        f.F[_T, _T] = motion.rotation.T
+        f.F[3, 6] = f.F[4, 7] = f.F[5, 8] = 0.0 if standing else -dt
+        for row in range(3):
+            a, b, c = middle[3 * row : 3 * row + 3]
+            f.F[row, 3:] = (
+                c * vy * dt, -c * vx * dt, (b * vx - a * vy) * dt,
+                0.0, 0.0, 0.0 if standing else (b * xv - a * y0) * dt,
+                a * rolled * dt if speed is None else 0.0, 0.0, a * gz * dt, -b * gz * dt,
+            )  # fmt: skip
+        self._set_process_noise(dt, middle, 0.5 * (left + right), gz, slipping)
+        f.predict()
+        moved = f.F[:6, :6]
+        self.accrued = moved @ self.accrued @ moved.T + f.Q[:6, :6]
 
-        self.pose = self.pose @ motion
-        self.twist = Twist(velocity, omega)
-        centripetal = np.array([0.0, velocity[0] * omega[2], 0.0])
-        self._force_sum = self._force_sum + force - centripetal
+        there = zip(self.pose.position.tolist(), (0, 3, 6), strict=True)
+        position = [p + (middle[k] * vx + middle[k + 1] * vy) * dt for p, k in there]
+        self.pose = Pose(np.array(position), np.array(quaternion_product(now, turn)))
+        self.twist = Twist(np.array([vx, vy, 0.0]), np.array([gx, gy, gz]))
+        # A robot in a curve feels the centripetal force besides.
+        self._force_sum = self._force_sum + np.array([fx, fy - vx * gz, fz])
         self._force_count += 1
         return motion
 
+    def _watch_rest(
+        self, dt: float, rate: Triple, force: Triple, left: float, right: float, slipping: bool
+    ) -> None:
+        c = self.config
+        rests = not slipping and wheels_stand(left, right, c)
+        if rests and quiet(rate, self._bias_variance(), dt, c):
+            self._rest = rest_after(self._rest, force, dt, c)
+        else:
+            self._rest = MOVING
+
+    def _bias_variance(self) -> Triple:
+        p = self._filter.P
+        return float(p[6, 6]), float(p[7, 7]), float(p[8, 8])
+
     def rolling_speed(self, left: float, right: float) -> float:
         """Return the forward speed [m/s] that rim speeds amount to where nothing slips."""
-        return float(np.exp(self.kappa[0])) * 0.5 * (left + right)
+        return math.exp(self.kappa[0]) * 0.5 * (left + right)
 
     def rolling_noise(self, speed: float, turn: float) -> float:
         """Return one sigma of that speed [m/s/sqrt(Hz)], at a yaw rate [rad/s]."""
         c = self.config
-        return float(
-            np.sqrt((c.speed_noise * speed) ** 2 + c.speed_floor**2 + (c.turn_noise * turn) ** 2)
+        return math.sqrt(
+            (c.speed_noise * speed) ** 2 + c.speed_floor**2 + (c.turn_noise * turn) ** 2
         )
 
-    def _still(self, left: float, right: float, omega: FloatArray) -> bool:
+    def _set_process_noise(
+        self, dt: float, rotation: tuple[float, ...], rolled: float, turn: float, slipping: bool
+    ) -> None:
         c = self.config
-        return max(abs(left), abs(right)) < c.still_speed and bool(
-            np.abs(omega).max() < c.still_rate
-        )
-
-    def _process_noise(
-        self,
-        dt: float,
-        rotation: FloatArray,
-        left: float,
-        right: float,
-        omega: FloatArray,
-        slipping: bool,
-    ) -> FloatArray:
-        c = self.config
-        mean = 0.5 * (left + right)
         if slipping:
-            speed = np.array([c.slip_forward, c.slip_side, c.heave_noise])
-        elif self._still(left, right, omega):
-            speed = np.full(3, c.still_noise)
+            ahead, side, up = c.slip_forward, c.slip_side, c.heave_noise
+        elif self._rest.seconds > 0.0:
+            ahead = side = up = c.still_noise
         else:
-            forward = self.rolling_noise(mean, float(omega[2]))
-            speed = np.array([forward, c.side_noise, c.heave_noise])
-        q = self._walk * dt
-        q[_P, _P] = rotation * (speed**2 * dt) @ rotation.T
-        q[5, 5] += ((c.turn_share * float(omega[2])) ** 2 + c.turn_floor**2) * dt
-        return q
+            ahead, side, up = self.rolling_noise(rolled, turn), c.side_noise, c.heave_noise
+        q = self._filter.Q
+        np.multiply(self._walk_standing if self.standing else self._walk, dt, out=q)
+        ahead, side, up = ahead * ahead * dt, side * side * dt, up * up * dt
+        for i in range(3):
+            a, b, d = rotation[3 * i], rotation[3 * i + 1], rotation[3 * i + 2]
+            for j in range(i, 3):
+                k = 3 * j
+                q[i, j] = q[j, i] = (
+                    a * ahead * rotation[k] + b * side * rotation[k + 1] + d * up * rotation[k + 2]
+                )
+        if not self.standing:
+            q[5, 5] += ((c.turn_share * turn) ** 2 + c.turn_floor**2) * dt
 
-    def update_wheel_yaw(self, gyro: FloatArray, left: float, right: float) -> bool:
+    def update_wheel_yaw(
+        self, gyro: FloatArray, left: float, right: float, *, seconds: float = 0.02
+    ) -> bool:
         """Compare the wheels' yaw rate with the gyro's; return whether they agree.
 
         Where they do, track, scale and gyro bias learn from it; where they do not, one side slips and
-        nothing is learned.
+        nothing is learned. Wheels that stand teach nothing that ``update_standstill`` does not.
+
+        Args:
+            gyro: angular velocity (3,) [rad/s].
+            left: rim speed [m/s].
+            right: rim speed [m/s].
+            seconds: over which all three are means [s].
         """
         c = self.config
-        alpha, track = float(np.exp(self.kappa[0])), self.kappa[1]
-        wheels = alpha * (right - left) / track
-        turning = gyro[2] - self.gyro_bias[2]
-        h = np.zeros((1, STATES))
-        h[0, 8], h[0, _S], h[0, _TRACK] = 1.0, wheels, -wheels / track
-        # Consecutive samples share their error for about a tenth of a second, five samples at 50 Hz.
-        sd = np.hypot(c.wheel_yaw_floor, c.wheel_yaw_share * turning) * np.sqrt(5.0)
-        innovation = np.array([turning - wheels])
-        # One number: written out, for this runs with every wheel reading.
-        spread = float((h @ self._filter.P @ h.T)[0, 0]) + sd**2
-        if float(innovation[0]) ** 2 / spread > c.wheel_yaw_gate:
+        s, track, _, _ = self.kappa.tolist()
+        wheels = math.exp(s) * (right - left) / track
+        turning = float(gyro[2] - self.gyro_bias[2])
+        innovation = turning - wheels
+        _require_finite(innovation)
+        shared = max(1.0, _SHARED / seconds)
+        variance = (c.wheel_yaw_floor**2 + (c.wheel_yaw_share * turning) ** 2) * shared
+        hs, ht = wheels, -wheels / track
+        (bb, bs, bt), (_, ss, st), (_, _, tt) = self._filter.P[8:11, 8:11].tolist()
+        spread = bb + hs * (2.0 * bs + hs * ss) + ht * (2.0 * bt + 2.0 * hs * st + ht * tt)
+        if innovation**2 / (spread + variance) > c.wheel_yaw_gate:
             return False
-        self._update(innovation, h, np.array([[sd**2]]))
+        if not wheels_stand(left, right, c):
+            self._learn_yaw(innovation, np.array([1.0, hs, ht]), spread + variance)
         return True
 
-    def update_standstill(self, gyro: FloatArray, left: float, right: float) -> None:
-        """Learn the gyro's bias while wheels and gyro agree that the robot stands."""
-        if not self._still(left, right, gyro - self.gyro_bias):
+    def _learn_yaw(self, innovation: float, slope: FloatArray, spread: float) -> None:
+        """Update by one number that depends on gyro bias, wheel scale and track only.
+
+        filterpy would do the same with matrices that are nearly empty, and take as long as the whole
+        prediction; this comes with every reading.
+
+        Args:
+            innovation: measured less expected.
+            slope: (3,) its derivative by those three errors.
+            spread: its variance, the noise included.
+        """
+        shared = self._filter.P[:, 8:11] @ slope / math.sqrt(spread)
+        self._filter.P = self._filter.P - np.multiply.outer(shared, shared)
+        self._filter.x = shared * (innovation / math.sqrt(spread))
+        self._inject()
+
+    def update_standstill(
+        self, gyro: FloatArray, left: float, right: float, *, seconds: float = 0.02
+    ) -> None:
+        """Learn the gyro's bias while the robot stands: what it shows then is nothing else.
+
+        That the robot moves nowhere meanwhile, ``predict`` knows by itself.
+
+        Args:
+            gyro: angular velocity (3,) [rad/s].
+            left: rim speed [m/s].
+            right: rim speed [m/s].
+            seconds: over which all three are means [s].
+        """
+        c = self.config
+        if not (self.standing and wheels_stand(left, right, c)):
             return
-        h = np.zeros((3, STATES))
-        h[:, _B] = np.eye(3)
-        sd = max(self.config.gyro_noise / np.sqrt(0.02), 1e-5)
-        self._update(gyro - self.gyro_bias, h, np.eye(3) * sd**2)
+        innovation = gyro - self.gyro_bias
+        x, y, z = innovation.tolist()
+        if quiet((x, y, z), self._bias_variance(), seconds, c):
+            h = np.zeros((3, STATES))
+            h[0, 6] = h[1, 7] = h[2, 8] = 1.0
+            self._update(innovation, h, np.eye(3) * (c.gyro_noise**2 / seconds))
 
     def update_tilt(self, elapsed: float) -> None:
         """Correct roll and pitch by the mean specific force of the ``elapsed`` seconds since the last call."""
@@ -341,7 +380,7 @@ class SkidSteerEkf:
         h = np.zeros((len(w), STATES))
         h[:, :6] = rows
         unscaled = w / scale
-        r = np.linalg.inv(unscaled @ match.information @ unscaled.T)
+        r = inverse(unscaled @ match.information @ unscaled.T, "information of a match")
         mount = np.diag(np.repeat([self.config.mount_position**2, self.config.mount_angle**2], 3))
         return rows @ difference(self.pose, match.map_from_base), h, r + rows @ mount @ rows.T
 
@@ -376,7 +415,7 @@ class SkidSteerEkf:
             covariance: (3, 3) of x, y [m] and yaw [rad].
             used: (k, 6) directions (see ``Match``) that are left alone.
         """
-        _require_finite(covariance)
+        covariance = planar_covariance(covariance, "covariance of an observed motion")
         h = np.zeros((3, 6))
         h[:2, :3] = self.pose.rotation.T[:2]
         h[2, 5] = 1.0
@@ -404,24 +443,28 @@ class SkidSteerEkf:
         return float(innovation @ np.linalg.solve(s, innovation))
 
     def _update(self, innovation: FloatArray, h: FloatArray, r: FloatArray) -> None:
-        _require_finite(innovation)
-        _require_finite(r)
-        self._filter.update(
-            innovation, HJacobian=lambda _: h, Hx=lambda _: np.zeros(len(innovation)), R=r
-        )
+        _require_finite(float(innovation.sum() + r.sum()))
+        expected = np.zeros(len(innovation))
+        try:
+            self._filter.update(innovation, HJacobian=lambda _: h, Hx=lambda _: expected, R=r)
+        except np.linalg.LinAlgError:
+            raise CovarianceError("an innovation's covariance is singular") from None
         self._inject()
 
     def _inject(self) -> None:
         """Put the error into the nominal state and turn the covariance into the new tangent space."""
-        x = self._filter.x
-        turn = so3_exp(x[_T])
-        self.pose = Pose.from_rotation(self.pose.position + x[_P], self.pose.rotation @ turn)
-        self.gyro_bias = self.gyro_bias + x[_B]
-        self.kappa = self.kappa + x[9:]
-        g = _EYE[_T, _T] - 0.5 * hat(x[_T])
-        p = self._filter.P
-        p[_T] = g @ p[_T]
-        p[:, _T] = p[:, _T] @ g.T
+        error = self._filter.x
+        dx, dy, dz, x, y, z = error[:6].tolist()
+        px, py, pz = self.pose.position.tolist()
+        now: Quaternion = tuple(self.pose.quaternion_wxyz.tolist())
+        turned = quaternion_product(now, quaternion_exp(x, y, z))
+        self.pose = Pose(np.array([px + dx, py + dy, pz + dz]), np.array(turned))
+        self.gyro_bias = self.gyro_bias + error[_B]
+        self.kappa = self.kappa + error[9:]
+        g = self._reset
+        g[3, 4], g[3, 5], g[4, 5] = 0.5 * z, -0.5 * y, 0.5 * x
+        g[4, 3], g[5, 3], g[5, 4] = -0.5 * z, 0.5 * y, -0.5 * x
+        p = g @ self._filter.P @ g.T
         self._filter.P = 0.5 * (p + p.T)
         self._filter.x = np.zeros(STATES)
 
@@ -440,7 +483,7 @@ def _tilt_jacobian(roll: float, pitch: float) -> FloatArray:
     return h
 
 
-def _require_finite(measurement: FloatArray) -> None:
+def _require_finite(measurement: float) -> None:
     """Stop what would poison the state for good: filterpy takes NaN without a word."""
-    if not np.isfinite(measurement).all():
+    if not math.isfinite(measurement):
         raise ArithmeticError("a non-finite measurement reached the filter")

@@ -24,6 +24,44 @@ def hat(v: npt.ArrayLike) -> FloatArray:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
+Quaternion = tuple[float, float, float, float]
+"""``wxyz`` as plain floats: for one rotation at a time they are quicker than small arrays."""
+
+
+def quaternion_exp(x: float, y: float, z: float) -> Quaternion:
+    """Return the unit quaternion of a rotation vector [rad]."""
+    angle = math.sqrt(x * x + y * y + z * z)
+    scale = 0.5 if angle < _SMALL_ANGLE else math.sin(0.5 * angle) / angle
+    return math.cos(0.5 * angle), scale * x, scale * y, scale * z
+
+
+def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Return the quaternion of rotating by ``b`` first, then by ``a``."""
+    aw, ax, ay, az = a
+    bw, bx, by, bz = b
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
+
+
+def rotation_entries(
+    q: Quaternion,
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """Return the rotation matrix of a unit quaternion, row by row."""
+    w, x, y, z = q
+    xx, yy, zz = x * x, y * y, z * z
+    xy, xz, yz = x * y, x * z, y * z
+    wx, wy, wz = w * x, w * y, w * z
+    return (
+        1.0 - 2.0 * (yy + zz), 2.0 * (xy - wz), 2.0 * (xz + wy),
+        2.0 * (xy + wz), 1.0 - 2.0 * (xx + zz), 2.0 * (yz - wx),
+        2.0 * (xz - wy), 2.0 * (yz + wx), 1.0 - 2.0 * (xx + yy),
+    )  # fmt: skip
+
+
 def so3_exp(rotation_vector: npt.ArrayLike) -> FloatArray:
     """Return the rotation matrix (3, 3) of a rotation vector (3,) [rad] (Rodrigues)."""
     x, y, z = np.asarray(rotation_vector, dtype=float).tolist()
@@ -92,13 +130,7 @@ def quaternion_from_rotation(rotation: FloatArray) -> FloatArray:
 def rotation_from_quaternion(quaternion_wxyz: npt.ArrayLike) -> FloatArray:
     """Return the rotation matrix (3, 3) of a unit quaternion (4,) ``wxyz``."""
     w, x, y, z = np.asarray(quaternion_wxyz, dtype=float).tolist()
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return np.array(rotation_entries((w, x, y, z))).reshape(3, 3)
 
 
 def rotation_from_euler(roll: float, pitch: float, yaw: float) -> FloatArray:

@@ -25,6 +25,11 @@ class Spy(SkidSteerEkf):
     def _update(self, innovation: np.ndarray, h: np.ndarray, r: np.ndarray) -> None:
         self.seen = innovation, h
 
+    def _learn_yaw(self, innovation: float, slope: np.ndarray, spread: float) -> None:
+        h = np.zeros((1, STATES))
+        h[0, 8:11] = slope
+        self.seen = np.array([innovation]), h
+
 
 def disturbed(kind: type[SkidSteerEkf], error: np.ndarray, seed: int) -> SkidSteerEkf:
     """A filter somewhere, whose nominal state is off by an error (13,)."""
@@ -57,6 +62,12 @@ GOOD = np.array([0.01, 0.01, 0.01, 0.002, 0.002, 0.002])
 def a_little(ekf: SkidSteerEkf, n: int, *, left: float = 0.4, right: float = 0.5) -> None:
     for _ in range(n):
         ekf.predict(DT, np.array([0.0, 0.0, 0.17]), DOWN, left, right, slipping=False)
+
+
+def stand(ekf: SkidSteerEkf, seconds: float, gyro: np.ndarray | None = None) -> None:
+    """Let nothing move for a while."""
+    for _ in range(round(seconds / DT)):
+        ekf.predict(DT, np.zeros(3) if gyro is None else gyro, DOWN, 0.0, 0.0, slipping=False)
 
 
 def healthy(ekf: SkidSteerEkf) -> None:
@@ -118,6 +129,7 @@ def test_standstill_jacobian_is_the_slope_of_its_innovation(seed: int) -> None:
     def seen(error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         ekf = disturbed(Spy, error, seed)
         assert isinstance(ekf, Spy)
+        stand(ekf, 0.5)
         ekf.update_standstill(np.zeros(3), 0.0, 0.0)
         assert ekf.seen is not None
         return ekf.seen
@@ -239,6 +251,25 @@ def test_wheels_that_turn_as_the_gyro_says_are_believed_and_others_are_not() -> 
     assert not ekf.update_wheel_yaw(gyro, 0.3, 0.3 + 2.0)
     assert bits(ekf.full_covariance) == bits(before)
     assert not ekf.update_wheel_yaw(np.zeros(3), -0.3, 0.3)
+
+
+@given(seed=st.integers(0, 500), turn=floats(-0.8, 0.8), off=floats(-0.05, 0.05))
+@settings(max_examples=20)
+def test_wheels_yaw_is_weighed_as_filterpy_weighs_it(seed: int, turn: float, off: float) -> None:
+    ekf = SkidSteerEkf()
+    wander(ekf, seed)
+    gyro = np.array([0.0, 0.0, turn])
+    across = 0.5 * ekf.config.effective_track * (turn + off)
+    h = np.zeros((1, STATES))
+    wheels = np.exp(ekf.kappa[0]) * 2.0 * across / ekf.kappa[1]
+    h[0, 8], h[0, 9], h[0, 10] = 1.0, wheels, -wheels / ekf.kappa[1]
+    variance = 5.0 * (ekf.config.wheel_yaw_floor**2 + (0.05 * (turn - ekf.gyro_bias[2])) ** 2)
+    dense = SkidSteerEkf()
+    dense.restore(ekf.snapshot())
+    dense._update(np.array([turn - ekf.gyro_bias[2] - wheels]), h, np.array([[variance]]))
+    assert ekf.update_wheel_yaw(gyro, 0.3 - across, 0.3 + across)
+    assert state_difference(ekf, dense) == pytest.approx(np.zeros(STATES), abs=1e-12)
+    assert ekf.full_covariance == pytest.approx(dense.full_covariance, rel=1e-8, abs=1e-15)
 
 
 def test_track_is_learned_from_turns() -> None:
@@ -438,7 +469,7 @@ def test_observed_motion_changes_nothing_where_nothing_was_added() -> None:
     ekf.mark()
     pose, before = ekf.pose, ekf.full_covariance
     ekf.update_relative(then, then.inverse() @ pose @ Pose.planar(1, 1, 1), SEEN, NONE)
-    assert apart(pose, ekf.pose)[0] == 0.0
+    assert bits(ekf.pose) == bits(pose)
     assert ekf.full_covariance == pytest.approx(before, rel=1e-12, abs=1e-18)
 
 

@@ -1,0 +1,72 @@
+"""Covariances kept fit to work with: symmetric, finite, and never surer than anything is.
+
+A covariance without an inverse claims to know something exactly. Operators, logs and other matchers send
+such: rows of zeros, a sigma of nought, rounding that leaves an eigenvalue of -1e-19.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from localization.geometry import FloatArray
+
+SUREST_POSITION = 1e-5
+"""Nobody knows where anything is better than this, one sigma [m]."""
+SUREST_ANGLE = 1e-6
+"""The same for angles, one sigma [rad]: 1 cm in 10 km."""
+_INDEFINITE = 1e-6
+"""An eigenvalue this far below zero, as a share of the largest, is no rounding."""
+
+
+class CovarianceError(ArithmeticError):
+    """A covariance or an information that cannot be one; the message names it and says why."""
+
+
+def pose_covariance(matrix: FloatArray, name: str) -> FloatArray:
+    """Return the covariance of a pose, made symmetric, with no direction surer than anything is.
+
+    Args:
+        matrix: (6, 6) of position [m] and rotation [rad]; may be singular.
+        name: what it is of, for the message.
+
+    Raises:
+        CovarianceError: if it is not finite, or has a negative variance in some direction.
+    """
+    return _floored(matrix, np.repeat([SUREST_POSITION, SUREST_ANGLE], 3), name)
+
+
+def planar_covariance(matrix: FloatArray, name: str) -> FloatArray:
+    """Return the covariance (3, 3) of x, y [m] and yaw [rad], as ``pose_covariance`` does."""
+    return _floored(matrix, np.array([SUREST_POSITION, SUREST_POSITION, SUREST_ANGLE]), name)
+
+
+def inverse(matrix: FloatArray, name: str) -> FloatArray:
+    """Return the inverse (N, N) of a covariance or an information.
+
+    Raises:
+        CovarianceError: if it is not finite, or singular.
+    """
+    if not np.isfinite(matrix).all():
+        raise CovarianceError(f"{name} is non-finite")
+    try:
+        inverted = np.asarray(np.linalg.inv(matrix), dtype=float)
+    except np.linalg.LinAlgError:
+        raise CovarianceError(f"{name} is singular: some direction in it has no weight") from None
+    return inverted
+
+
+def _floored(matrix: FloatArray, surest: FloatArray, name: str) -> FloatArray:
+    """Make symmetric and raise the eigenvalues, in units of the surest there is, to one."""
+    if not np.isfinite(matrix).all():
+        raise CovarianceError(f"{name} is non-finite")
+    symmetric = np.asarray(0.5 * (matrix + matrix.T), dtype=float)
+    unit = np.outer(surest, surest)
+    values, vectors = np.linalg.eigh(symmetric / unit)
+    if values[0] >= 1.0:
+        return symmetric
+    if values[0] < -max(1.0, _INDEFINITE * values[-1]):
+        raise CovarianceError(
+            f"{name} has a negative variance in some direction; no covariance has"
+        )
+    floored = (vectors * np.maximum(values, 1.0)) @ vectors.T * unit
+    return np.asarray(0.5 * (floored + floored.T), dtype=float)
