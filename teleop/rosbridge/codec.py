@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import json
 import math
-from binascii import b2a_base64
-from collections.abc import Mapping
+import os
+import struct
+from collections.abc import Iterator, Mapping
+from itertools import groupby
 from typing import Any, Final, Literal, TypeAlias
 
 import cbor2
 import numpy as np
+import pybase64
 from numpy.typing import NDArray
 
 from teleop.rosbridge.errors import FrameError, MessageError
@@ -47,6 +50,9 @@ TAGS: Final = {
 
 _ARRAYS: Final = {tag: DTYPES[kind] for kind, tag in TAGS.items()}
 
+_LONG: Final = 65_536
+"""Arrays from so many bytes on are not copied before the whole message is joined."""
+
 _DEEPEST: Final = 100
 """Levels of CBOR; a message of ROS has about ten."""
 
@@ -68,12 +74,20 @@ class Codec:
         Raises:
             MessageError: If the message does not fit its type, or holds what JSON cannot.
         """
-        out: list[str] = []
+        return b"".join(self.json_pieces(kind, message)).decode("ascii")
+
+    def json_pieces(self, kind: MessageType, message: Message) -> list[bytes]:
+        """Return a message as JSON text in pieces: large arrays are whole ones, to be copied once.
+
+        Raises:
+            MessageError: If the message does not fit its type, or holds what JSON cannot.
+        """
+        out: list[str | bytes] = []
         try:
             self._json(kind, message, out)
         except (TypeError, ValueError, OverflowError) as error:
             raise _unfit(kind, error) from error
-        return "".join(out)
+        return list(_joined(out))
 
     def cbor(self, kind: MessageType, message: Message) -> Message:
         """Return a message as ``write_cbor`` takes it: typed arrays in the place of arrays.
@@ -86,7 +100,7 @@ class Codec:
         except (TypeError, ValueError, OverflowError) as error:
             raise _unfit(kind, error) from error
 
-    def _json(self, kind: MessageType, message: Message, out: list[str]) -> None:
+    def _json(self, kind: MessageType, message: Message, out: list[str | bytes]) -> None:
         if kind.name in (TIME, DURATION):
             out.append(json.dumps(self._stamp(message), separators=(",", ":")))
             return
@@ -97,12 +111,12 @@ class Codec:
             self._json_value(field, value, out)
         out.append("{}" if separator == "{" else "}")
 
-    def _json_value(self, field: Field, value: Any, out: list[str]) -> None:
+    def _json_value(self, field: Field, value: Any, out: list[str | bytes]) -> None:
         if not field.repeated:
             self._json_element(field, value, out)
         elif field.kind in BLOBS:
             # Base64 needs no escapes: we spare the JSON writer the reading of a megabyte.
-            out += ('"', b2a_base64(_blob(value), newline=False).decode("ascii"), '"')
+            out += ('"', pybase64.b64encode(_blob(value)), '"')
         elif field.kind in DTYPES:
             out.append(_numbers_text(field, _numbers(field, value)))
         else:
@@ -113,7 +127,7 @@ class Codec:
                 self._json_element(field, part, out)
             out.append("[]" if separator == "[" else "]")
 
-    def _json_element(self, field: Field, value: Any, out: list[str]) -> None:
+    def _json_element(self, field: Field, value: Any, out: list[str | bytes]) -> None:
         if field.nested:
             self._json(self._registry[field.kind], value, out)
             return
@@ -134,7 +148,7 @@ class Codec:
         if field.repeated and field.kind in BLOBS:
             return _blob(value)
         if field.repeated and field.kind in DTYPES:
-            return cbor2.CBORTag(TAGS[field.kind], _numbers(field, value).tobytes())
+            return cbor2.CBORTag(TAGS[field.kind], _bytes(_numbers(field, value)))
         parts = value if field.repeated else (value,)
         if field.nested:
             kind = self._registry[field.kind]
@@ -180,8 +194,27 @@ def write_json(value: object) -> str:
 
 
 def write_cbor(value: object) -> bytes:
-    """Return an operation in CBOR."""
-    return cbor2.dumps(value)
+    """Return an operation in CBOR; a ``memoryview`` in it is a byte string that is copied once."""
+    views: list[memoryview] = []
+
+    def mark(encoder: cbor2.CBOREncoder, view: memoryview) -> None:
+        views.append(view)
+        encoder.encode_bytes(_MARK)
+
+    first, *rest = cbor2.dumps(value, encoders={memoryview: mark}).split(_MARKED)
+    pieces: list[bytes | memoryview] = [first]
+    for view, after in zip(views, rest, strict=True):
+        pieces += struct.pack("!BI", _LONG_BYTES, view.nbytes), view, after
+    return b"".join(pieces)
+
+
+_MARK: Final = os.urandom(16)
+"""Stands for a long byte string until all is written; nobody who sends messages can know it."""
+
+_MARKED: Final = cbor2.dumps(_MARK)
+
+_LONG_BYTES: Final = 0x5A
+"""Begins a byte string whose length has four bytes (RFC 8949, section 3.1)."""
 
 
 def read_cbor(data: bytes) -> Any:
@@ -222,14 +255,32 @@ def _plain_element(field: Field, value: Any) -> str | bool | int | float:
     return number
 
 
-def _blob(value: Any) -> bytes:
-    if isinstance(value, bytes):
-        return value
+def _blob(value: Any) -> bytes | memoryview:
     if isinstance(value, np.ndarray):
         if value.dtype != np.uint8:
             raise TypeError(f"bytes are uint8, got an array of {value.dtype}")
-        return value.tobytes()
-    return bytes(value)
+        return _bytes(value)
+    return bulk(value if isinstance(value, bytes) else bytes(value))
+
+
+def bulk(data: bytes) -> bytes | memoryview:
+    """Return bytes as ``write_cbor`` copies them least."""
+    return data if len(data) < _LONG else memoryview(data)
+
+
+def _bytes(array: NDArray[Any]) -> bytes | memoryview:
+    """Return the bytes of an array, without a copy if there are many."""
+    if array.nbytes < _LONG:
+        return array.tobytes()
+    return memoryview(np.ascontiguousarray(array).view(np.uint8).data)
+
+
+def _joined(out: list[str | bytes]) -> Iterator[bytes]:
+    for kind, parts in groupby(out, type):
+        if kind is bytes:
+            yield from parts  # type: ignore[misc]
+        else:
+            yield "".join(parts).encode("ascii")  # type: ignore[arg-type]
 
 
 def _numbers(field: Field, value: Any) -> NDArray[Any]:
@@ -239,13 +290,13 @@ def _numbers(field: Field, value: Any) -> NDArray[Any]:
     return array
 
 
-def _numbers_text(field: Field, array: NDArray[Any]) -> str:
+def _numbers_text(field: Field, array: NDArray[Any]) -> str | bytes:
     if array.dtype.kind == "f" and not np.isfinite(array).all():
         raise ValueError(f"field {field.name} holds NaN or infinity, which JSON does not have")
     if array.dtype == np.float32 and array.size:
         array = _shortest(array)
     if array.dtype == np.int8 and array.size:
-        return f"[{_small_numbers_text(array)}]"
+        return _small_numbers_text(array)
     # A list's text is JSON for numbers, but for its spaces.
     return str(array.tolist()).replace(" ", "")
 
@@ -254,13 +305,13 @@ _SMALL: Final = np.array([f"{i if i < 128 else i - 256},".encode() for i in rang
 """Texts of all bytes, by their bits, each filled up with zeros to the length of the longest."""
 
 
-def _small_numbers_text(array: NDArray[Any]) -> str:
+def _small_numbers_text(array: NDArray[Any]) -> bytes:
     """Return the numbers of a row of bytes, which occupancy grids have a million of.
 
     Looked up rather than written one by one: a fifth of the time.
     """
     bits = np.ascontiguousarray(array).view(np.uint8)
-    return _SMALL[bits].tobytes().translate(None, b"\0")[:-1].decode("ascii")
+    return b"[%b]" % _SMALL[bits].tobytes().translate(None, b"\0")[:-1]
 
 
 def _shortest(array: NDArray[Any]) -> NDArray[Any]:

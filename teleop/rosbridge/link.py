@@ -11,7 +11,8 @@ from typing import Final
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from teleop.rosbridge.outbox import Bounds, Outbox
+from teleop.rosbridge.opening import Opening
+from teleop.rosbridge.outbox import BULK, Bounds, Outbox
 from teleop.rosbridge.outgoing import Close, Outgoing, Output
 
 _LOG: Final = logging.getLogger(__name__)
@@ -77,8 +78,9 @@ class Link:
             timeout: How long the client may take for a frame [s] before it is cut off.
         """
         while True:
-            # What a tick gives rise to leaves in few packets: each one costs both sides a wake-up.
-            corked = len(self._outbox) > 1
+            # What a tick gives rise to leaves in few packets, and the head of a long frame with its
+            # body: each packet costs both sides a wake-up.
+            corked = len(self._outbox) > 1 or self._outbox.size >= BULK
             if corked:
                 _cork(self.socket, True)
             while (frame := self._outbox.pop()) is not None:
@@ -102,7 +104,10 @@ class Link:
 
     async def _send(self, frame: Outgoing) -> None:
         for piece in frame.frames:
-            await self.socket.send(piece, text=not frame.binary)
+            if len(piece) >= BULK and isinstance(self.socket, Opening):
+                await self.socket.send_long(piece, text=not frame.binary)
+            else:
+                await self.socket.send(piece, text=not frame.binary)
 
     async def _hang_up(self, close: Close) -> None:
         try:

@@ -7,11 +7,11 @@ A completed message has every field. Arrays of numbers are numpy arrays of the f
 from __future__ import annotations
 
 import math
-from base64 import b64decode
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
+import pybase64
 from numpy.typing import NDArray
 
 from teleop.rosbridge.errors import MessageError
@@ -237,7 +237,7 @@ class _Completion:
             return bytes(value)
         if isinstance(value, str):
             try:
-                return b64decode(value, validate=True)
+                return pybase64.b64decode(value, validate=True)
             except ValueError:
                 raise MessageError(f"{self._root} field {path} is not base64") from None
         return self._numbers(field, value, path).tobytes()

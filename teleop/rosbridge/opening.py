@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import struct
 from email.utils import formatdate
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
+from websockets.frames import Opcode
 from websockets.http11 import Request, Response
 
 from teleop.rosbridge.access import Access
@@ -18,6 +20,10 @@ HEADER_TIMEOUT: Final = 5.0
 
 DOWNLOAD_TIMEOUT: Final = 120.0
 """Time to take a page [s]: 10 MB at a megabit a second take 80 s."""
+
+
+_FINAL: Final = 0x80
+"""Bit of a WebSocket's frame that is the last of its message (RFC 6455, section 5.2)."""
 
 
 class Opening(ServerConnection):
@@ -43,6 +49,19 @@ class Opening(ServerConnection):
     def _expire(self) -> None:
         if self.request is None:
             self.transport.abort()
+
+    async def send_long(self, payload: bytes, *, text: bool) -> None:
+        """Send a message as ``send`` does, but without copying it: others are sent the same bytes.
+
+        Raises:
+            ConnectionClosed: If the connection is closed.
+        """
+        head = struct.pack(
+            "!BBQ", _FINAL | (Opcode.TEXT if text else Opcode.BINARY), 127, len(payload)
+        )
+        async with self.send_context():
+            # A view, so that what the kernel does not take at once is cut off without a copy.
+            self.protocol.writes += head, cast("bytes", memoryview(payload))
 
     def page(self, page: Page, more: dict[str, str]) -> Response:
         """Return a page as the library sends it, and leave time to take it."""

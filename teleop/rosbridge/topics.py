@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal, TypeAlias
 
-from teleop.rosbridge.codec import write_cbor
+from teleop.rosbridge.codec import bulk, write_cbor
 from teleop.rosbridge.encoders import Encoders
 from teleop.rosbridge.outgoing import Kind, Outgoing
 from teleop.rosbridge.png import packed
@@ -38,7 +38,7 @@ class Publication:
         self._kind = kind
         self._encoders = encoders
         self._now = now
-        self._json: str | None = None
+        self._json: list[bytes] | None = None
         self._cbor: Message | None = None
         self._raw: dict[Flavour, bytes] = {}
         self._frames: dict[tuple[str, Encoding, Flavour], bytes] = {}
@@ -58,15 +58,16 @@ class Publication:
             if flavour not in self._raw:
                 self._raw[flavour] = self._encoders.raw(flavour).bytes(self._kind, self.message)
             secs, nsecs = divmod(self._now, _SECOND)
-            content = {"secs": secs, "nsecs": nsecs, "bytes": self._raw[flavour]}
+            content = {"secs": secs, "nsecs": nsecs, "bytes": bulk(self._raw[flavour])}
             return write_cbor({"op": "publish", "topic": topic, "msg": content})
         if encoding == "cbor":
             if self._cbor is None:
                 self._cbor = codec.cbor(self._kind, self.message)
             return write_cbor({"op": "publish", "topic": topic, "msg": self._cbor})
         if self._json is None:
-            self._json = codec.json(self._kind, self.message)
-        return f'{{"op":"publish","topic":{json.dumps(topic)},"msg":{self._json}}}'.encode("ascii")
+            self._json = codec.json_pieces(self._kind, self.message)
+        head = f'{{"op":"publish","topic":{json.dumps(topic)},"msg":'.encode("ascii")
+        return b"".join((head, *self._json, b"}"))
 
 
 @dataclass(frozen=True, slots=True)
