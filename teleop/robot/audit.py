@@ -1,20 +1,29 @@
-"""Who did what to the robot: commands, hints, e-stops, comings and goings, as lines of a file."""
+"""Who did what to the robot, or tried to: commands, hints, e-stops, comings and goings, as lines."""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
 
-from localization.types import Hint
+from localization.types import Hint, HintVerdict
 from teleop.joystick import Wish
+from teleop.robot.rations import Rations
 from teleop.robot.robot import Drive, Snapshot
 from teleop.rosbridge.access import Access
+from teleop.rosbridge.refusals import Refusal
 from teleop.rosbridge.server import Server
 
 _DIGITS: Final = 6
 """Decimals of what is told: micrometres."""
+
+_HARMLESS: Final = ("subscribe", "unsubscribe", "unadvertise", "set_level", "status")
+"""Operations that ask for nothing to be done: to be refused one is no event."""
+
+_MOST_ASKED: Final = 64
+"""Hints whose senders are remembered until they are answered."""
 
 
 class Audit:
@@ -40,12 +49,16 @@ class Audit:
         self._stamp, self._wall = stamp, wall
         self._who: dict[str, dict[str, str]] = {}
         self._told: dict[str, tuple[Wish, str]] = {}
+        self._asked: deque[tuple[Hint, str]] = deque(maxlen=_MOST_ASKED)
+        self._rations = Rations()
         server.on_connect(self._connected)
         server.on_disconnect(self._disconnected)
         server.protocol.on_auth(self._judged)
+        server.protocol.on_refusal(self._refused)
 
     def hint(self, client: str, hint: Hint) -> None:
         """Tell of a hint, with the standard deviations its sender gave."""
+        self._asked.append((hint, client))
         pose, sigmas = hint.map_from_base, np.sqrt(np.clip(np.diag(hint.covariance), 0.0, None))
         self._line(
             "hint",
@@ -76,8 +89,28 @@ class Audit:
                 forward=round(float(wish.twist.linear[0]), _DIGITS),
                 turn=round(float(wish.twist.angular[2]), _DIGITS),
                 deadman=wish.enabled,
+                kind="drive refused" if refused else "drive",
                 **({"refused": refused} if refused else {}),
             )
+        for estimate in snapshot.estimates:
+            if estimate.verdict is not None:
+                self._answered(estimate.verdict)
+
+    def end(self) -> None:
+        """Tell how many lines were left out that no line has told of."""
+        self._count(last=True)
+
+    def _answered(self, verdict: HintVerdict) -> None:
+        for hint, client in self._asked:  # where the robot is put at the start is nobody's hint
+            if hint is verdict.hint:
+                found, why = verdict.verdict.value, verdict.reason
+                self._line("hint answered", client, verdict=found, reason=why)
+
+    def _refused(self, client: int, refusal: Refusal) -> None:
+        if refusal.op not in _HARMLESS:
+            asked = {"op": refusal.op, "name": refusal.name}
+            given = {key: value for key, value in asked.items() if value}
+            self._line("refused", self._server.name(client), **given, refused=refusal.why)
 
     def _connected(self, client: int, name: str) -> None:
         self._note(name, self._server.protocol.access(client))
@@ -87,6 +120,7 @@ class Audit:
         self._line("disconnected", name)
         self._who.pop(name, None)
         self._told.pop(name, None)
+        self._rations.leave(name)
 
     def _judged(self, client: int, access: Access | None, now: int) -> None:
         name = self._server.name(client)
@@ -101,9 +135,17 @@ class Audit:
             {} if access is None else {"holder": access.holder, "role": str(access.role)}
         )
 
-    def _line(self, what: str, client: str, **more: object) -> None:
+    def _line(self, what: str, client: str, *, kind: str = "", **more: object) -> None:
+        if not self._rations.take(kind or what, client, self._stamp()):
+            return
+        self._count()
         whose = {"client": client, **self._who.get(client, {})}
         self._write({"time": self._wall(), "stamp": self._stamp(), "what": what, **whose, **more})
+
+    def _count(self, *, last: bool = False) -> None:
+        if untold := self._rations.untold(self._stamp(), last=last):
+            when = {"time": self._wall(), "stamp": self._stamp()}
+            self._write({**when, "what": "not told", "lines": untold})
 
 
 def _rounded(values: np.ndarray[Any, Any]) -> list[float]:

@@ -168,6 +168,8 @@ async def serve(
         await server.close()
         if log is not None:
             log.close()
+        if audit is not None:
+            audit.end()
         if file is not None:
             file.close()
 

@@ -13,6 +13,7 @@ from teleop.rosbridge.limits import Allowance, Limits
 from teleop.rosbridge.operations import Operation
 from teleop.rosbridge.outgoing import Close, Kind, Outgoing, Output, Sink
 from teleop.rosbridge.png import packed
+from teleop.rosbridge.refusals import Refusal, Refused
 
 LEVELS: Final = {"none": 0, "error": 1, "warning": 2, "info": 3}
 
@@ -65,6 +66,9 @@ class Connections:
 
     def __init__(self, limits: Limits, sink: Sink | None) -> None:
         self.sink = sink
+        self.refused: Refused = lambda client, refusal: None
+        """Called when a client asks for too much, and by those who refuse it other things."""
+
         self._limits = limits
         self._all: dict[int, Connection] = {}
         self._next = 1
@@ -155,8 +159,10 @@ class Connections:
         """Tell a client that it is not heard; close it if it does not take the hint."""
         client.refused += 1
         if client.refused == 1:  # one is enough: the client is flooded or floods already
+            self.refused(client.id, Refusal.of({}, text))
             self.tell(client, "error", f"{text}: not heard")
         elif client.refused > self._limits.messages * self._limits.burst:
+            self.refused(client.id, Refusal.of({}, f"{text}: disconnected"))
             self.close(client, POLICY, text)
 
     def close(self, client: Connection, code: int, reason: str) -> None:

@@ -27,6 +27,7 @@ from teleop.rosbridge.operations import (
     text,
 )
 from teleop.rosbridge.raw import Flavour
+from teleop.rosbridge.refusals import Refusal
 from teleop.rosbridge.services import Later, Service, Services
 from teleop.rosbridge.timers import Timers
 from teleop.rosbridge.topics import ENCODINGS, Request
@@ -97,6 +98,7 @@ class Dispatch:
                 self._operate(client, operation, now)
         except FrameError as error:
             if joined or self._connections.admit(client, now):
+                self._refuse(client, {}, error)
                 self._connections.tell(client, "error", str(error))
 
     def _operate(self, client: Connection, operation: Operation, now: int) -> None:
@@ -111,11 +113,15 @@ class Dispatch:
             act(client, operation, now)
         except RosbridgeError as error:
             what = str(error) if act is None else f"{op}: {error}"
+            self._refuse(client, operation, error)
             self._connections.tell(client, "error", what, key)
         except Exception:
             # A mistake of the host's must not become the client's, nor end the connection.
             _LOG.exception("%s of %s failed", op, client.name)
             self._connections.tell(client, "error", f"{op}: internal error", key)
+
+    def _refuse(self, client: Connection, operation: Operation, why: object) -> None:
+        self._connections.refused(client.id, Refusal.of(operation, str(why)))
 
     def _advertise(self, client: Connection, operation: Operation, now: int) -> None:
         topic, kind = name(operation, "topic"), text(operation, "type")
@@ -162,6 +168,7 @@ class Dispatch:
         service = self._services.find(path)
         reply = partial(self._reply, client.id, operation, service)
         if refusal := _refusal(client, "call", path):
+            self._refuse(client, operation, refusal)
             reply(ServiceError(refusal))
             return
         if service is None:
@@ -172,6 +179,8 @@ class Dispatch:
             arguments = operation.get("args")
             answer = self._services.call(client.id, service, arguments, wait, now)
         except RosbridgeError as error:
+            if not isinstance(error, ServiceError):  # which is the service's own answer
+                self._refuse(client, operation, error)
             reply(ServiceError(str(error)))
         except Exception:
             _LOG.exception("service %s failed", path)
@@ -230,6 +239,8 @@ class Dispatch:
     def _send_action_goal(self, client: Connection, operation: Operation, now: int) -> None:
         action = operation.get("action")
         refusal = _refusal(client, "call", action) if isinstance(action, str) else None
+        if refusal is not None:
+            self._refuse(client, operation, refusal)
         self._actions.send(client.id, operation, _wrapping(operation), now, refusal)
 
     def _cancel_action_goal(self, client: Connection, operation: Operation, now: int) -> None:

@@ -22,6 +22,7 @@ from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.operations import named
 from teleop.rosbridge.outgoing import Output, Sink
 from teleop.rosbridge.raw import Flavour
+from teleop.rosbridge.refusals import Refusal, Refused
 from teleop.rosbridge.registry import Registry
 from teleop.rosbridge.services import Handler, Service, Services
 from teleop.rosbridge.timers import Alarm, Timer, Timers
@@ -88,6 +89,8 @@ class Protocol:
         )
         self._dispatch.judged = self._judged
         self._met: list[Callable[[int, Access | None, int], None]] = []
+        self._refusals: list[Refused] = []
+        self._connections.refused = self._refused
 
     # What the transport tells
 
@@ -135,7 +138,9 @@ class Protocol:
             return
         largest = self.limits.frame if state.access else min(self.limits.frame, _INTRODUCTION)
         if len(frame) > largest:
-            self._connections.close(state, _TOO_BIG, f"a frame has at most {largest} bytes")
+            why = f"a frame has at most {largest} bytes"
+            self._refused(client, Refusal.of({}, why))
+            self._connections.close(state, _TOO_BIG, why)
             return
         if not state.bytes.take(len(frame), now):
             self._connections.refuse(state, f"more than {self.limits.bytes:g} bytes a second")
@@ -205,6 +210,18 @@ class Protocol:
         There is no access if what it brought is not good; it is then disconnected.
         """
         self._met.append(callback)
+
+    def on_refusal(self, callback: Refused) -> None:
+        """Have ``callback(client, refusal)`` called for what a client asks for and is not given.
+
+        It is not called for what a service answers to a call that reaches it. Of what exceeds the
+        limits it is called for the first, and when the client is disconnected for it.
+        """
+        self._refusals.append(callback)
+
+    def _refused(self, client: int, refusal: Refusal) -> None:
+        for callback in self._refusals:
+            callback(client, refusal)
 
     def _judged(self, client: int, access: Access | None, now: int) -> None:
         for callback in self._met:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from websockets.asyncio.client import connect
 
 from localization.cloud import Cloud
 from robot_sim import World
@@ -101,6 +102,7 @@ async def test_what_is_done_to_the_robot_is_told_line_by_line_without_secrets(
         ("e-stop", "viewer"),
         ("disconnected", "viewer"),
         ("drive", "driver"),
+        ("hint answered", "driver"),
         ("disconnected", "driver"),
     ]
     drives = [line for line in told if line["what"] == "drive"]
@@ -110,9 +112,72 @@ async def test_what_is_done_to_the_robot_is_told_line_by_line_without_secrets(
     assert "refused" not in drives[0]
     (placed,) = (line for line in told if line["what"] == "hint")
     assert (placed["position"], placed["sigmas"]) == ([500.0, 0.0, 0.0], [0.0] * 6)
+    (answered,) = (line for line in told if line["what"] == "hint answered")
+    assert answered["verdict"] == "rejected"
+    assert "map" in answered["reason"]
     assert all(line["client"].startswith("client ") for line in told)
     assert all("127.0.0.1:" in line["client"] and "+00:00" in line["time"] for line in told)
     assert not any(token in text for token in (DRIVER, VIEWER))
+
+
+PUBLISH: dict[str, Any] = {"op": "publish"}
+POSE = {"position": {"x": 1.0}, "orientation": {"w": 1.0}}
+ATTEMPTS: tuple[tuple[str, dict[str, Any], str], ...] = (
+    (DRIVER, {**PUBLISH, "topic": "/joy", "msg": {"axes": [0.5]}}, "must have 2 entries"),
+    (DRIVER, {**PUBLISH, "topic": "/joy", "msg": {"axes": "full"}}, "requires a float32[]"),
+    (DRIVER, {**PUBLISH, "topic": "/cmd_vel", "msg": {"linear": {"x": "1"}}}, "requires a float64"),
+    (
+        DRIVER,
+        {"op": "advertise", "topic": "/cmd_vel", "type": "std_msgs/String"},
+        "already established with type geometry_msgs/Twist",
+    ),
+    (
+        DRIVER,
+        {
+            **PUBLISH,
+            "topic": "/initialpose",
+            "msg": {"header": {"frame_id": "odom"}, "pose": {"pose": POSE}},
+        },
+        "frame_id must be 'map'",
+    ),
+    (DRIVER, {**PUBLISH, "topic": "/odom", "msg": {}}, "published by the server only"),
+    (DRIVER, {"op": "call_service", "service": "/sim/step", "args": {"tick": 1}}, "field tick"),
+    (DRIVER, {"op": "fly", "topic": "/joy"}, "Unknown operation: fly"),
+    (VIEWER, {**PUBLISH, "topic": "/cmd_vel", "msg": {}}, "the role view may not publish"),
+    (VIEWER, {"op": "call_service", "service": "/teleop/take_over"}, "view may not call"),
+    (VIEWER, {"op": "send_action_goal", "action": "/dock"}, "view may not call"),
+)
+
+
+@in_a_loop
+async def test_what_somebody_tried_to_do_to_the_robot_and_could_not_is_told_as_well(
+    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "audit.jsonl"
+    config = ServeConfig(tokens=tokens(tmp_path), audit=path)
+    async with served(office, office_cloud, cache, config) as server:
+        for token in (DRIVER, VIEWER):
+            headers = {"Authorization": f"Bearer {token}"}
+            async with connect(server.url, additional_headers=headers) as client:
+                for who, operation, _ in ATTEMPTS:
+                    if who == token:
+                        await client.send(json.dumps(operation))
+                await client.send('{"op":"subscribe","topic":"/nobody/knows"}')
+                await client.send('{"op":"publish","topic":"/joy","msg":')
+                await client.send('{"op":"call_service","service":"/rosapi/get_time","id":"end"}')
+                while json.loads(await client.recv()).get("id") != "end":
+                    pass
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    for holder, token in (("driver", DRIVER), ("viewer", VIEWER)):
+        told = [line for line in lines if line["what"] == "refused" and line["holder"] == holder]
+        tried = [(operation, why) for who, operation, why in ATTEMPTS if who == token]
+        for line, (operation, why) in zip(told, tried, strict=False):
+            assert line["op"] == operation["op"]
+            assert line["name"] in operation.values()
+            assert why in line["refused"]
+        unread = told[len(tried) :]  # and nothing of the subscription
+        assert [line["refused"][:9] for line in unread] == ["not JSON:"]
+        assert "op" not in unread[0]
 
 
 @in_a_loop
