@@ -36,15 +36,14 @@ def quaternion_exp(x: float, y: float, z: float) -> Quaternion:
 
 
 def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return the quaternion of rotating by ``b`` first, then by ``a``."""
+    """Return the quaternion, with w >= 0, of rotating by ``b`` first, then by ``a``."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
-    return (
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-    )
+    w = aw * bw - ax * bx - ay * by - az * bz
+    x = aw * bx + ax * bw + ay * bz - az * by
+    y = aw * by - ax * bz + ay * bw + az * bx
+    z = aw * bz + ax * by - ay * bx + az * bw
+    return (w, x, y, z) if w >= 0.0 else (-w, -x, -y, -z)
 
 
 def rotation_entries(

@@ -18,10 +18,12 @@ import numpy.typing as npt
 
 from localization.geometry import (
     FloatArray,
+    Quaternion,
     euler_from_rotation,
     quaternion_from_rotation,
+    quaternion_product,
+    rotation_entries,
     rotation_from_euler,
-    rotation_from_quaternion,
 )
 
 IntArray = npt.NDArray[np.int64]
@@ -97,8 +99,9 @@ class Pose:
         # A quaternion that is already unit stays as it came, so that a pose survives a log bit for bit.
         if abs(norm2 - 1.0) > 1e-12:
             q = q / math.sqrt(norm2)
+            w, x, y, z = q.tolist()
         q.flags.writeable = False
-        rotation = rotation_from_quaternion(q)
+        rotation = np.array(rotation_entries((w, x, y, z))).reshape(3, 3)
         rotation.flags.writeable = False
         object.__setattr__(self, "position", position)
         object.__setattr__(self, "quaternion_wxyz", q)
@@ -129,8 +132,10 @@ class Pose:
 
     def __matmul__(self, other: Pose) -> Pose:
         """Compose: ``map_from_base @ base_from_laser == map_from_laser``."""
-        return Pose.from_rotation(
-            self.position + self.rotation @ other.position, self.rotation @ other.rotation
+        a: Quaternion = tuple(self.quaternion_wxyz.tolist())
+        b: Quaternion = tuple(other.quaternion_wxyz.tolist())
+        return Pose(
+            self.position + self.rotation @ other.position, np.array(quaternion_product(a, b))
         )
 
     def inverse(self) -> Pose:

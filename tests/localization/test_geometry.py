@@ -10,7 +10,9 @@ from localization.geometry import (
     FloatArray,
     euler_from_rotation,
     interpolate_many,
+    quaternion_exp,
     quaternion_from_rotation,
+    quaternion_product,
     rotation_from_euler,
     rotation_from_quaternion,
     so3_exp,
@@ -92,6 +94,22 @@ def test_quaternion_survives_the_matrix_but_for_its_sign(q: FloatArray) -> None:
 def test_matrix_survives_the_quaternion(w: FloatArray) -> None:
     r = so3_exp(w)
     assert rotation_from_quaternion(quaternion_from_rotation(r)) == pytest.approx(r, abs=1e-14)
+
+
+@given(a=rotation_vectors(), b=rotation_vectors())
+def test_quaternions_of_plain_floats_turn_as_the_matrices_do(a: FloatArray, b: FloatArray) -> None:
+    x, y = quaternion_exp(*a.tolist()), quaternion_exp(*b.tolist())
+    assert rotation_from_quaternion(x) == pytest.approx(so3_exp(a), abs=1e-14)
+    both = quaternion_product(x, y)
+    assert both[0] >= 0.0
+    assert rotation_from_quaternion(both) == pytest.approx(so3_exp(a) @ so3_exp(b), abs=1e-14)
+
+
+@pytest.mark.parametrize("angle", ANGLES_THAT_BREAK_FORMULAS)
+def test_quaternion_of_any_angle_is_a_unit(angle: float) -> None:
+    w, x, y, z = quaternion_exp(0.6 * angle, 0.0, -0.8 * angle)
+    assert w * w + x * x + y * y + z * z == pytest.approx(1.0, abs=1e-15)
+    assert 2.0 * np.arctan2(np.hypot(x, z), w) == pytest.approx(angle, rel=1e-12)
 
 
 @pytest.mark.parametrize("axis", np.eye(3))

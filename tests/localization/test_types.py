@@ -62,6 +62,14 @@ def test_inverse_undoes(a: Pose) -> None:
     assert_near(a.inverse() @ a, Pose.identity())
 
 
+def test_rotation_stays_one_however_often_poses_are_composed() -> None:
+    step, pose = Pose.from_euler([0.01, 0.0, 0.0], roll=0.3, pitch=-0.2, yaw=0.7), Pose.identity()
+    for _ in range(20_000):
+        pose = pose @ step
+    assert pose.quaternion_wxyz @ pose.quaternion_wxyz == pytest.approx(1.0, abs=2e-12)
+    assert pose.rotation.T @ pose.rotation == pytest.approx(np.eye(3), abs=1e-11)
+
+
 @given(a=poses(), b=poses(), points=vectors(12))
 def test_composition_applies_the_right_hand_motion_first(
     a: Pose, b: Pose, points: FloatArray
