@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -71,6 +71,10 @@ class Audit:
     def order(self, client: str, what: str, refused: str = "") -> None:
         """Tell of an e-stop, its reset, or a take-over."""
         self._line(what, client, **({"refused": refused} if refused else {}))
+
+    def renewed(self, gone: Sequence[str]) -> None:
+        """Tell that the tokens were read again, and who was disconnected for it."""
+        self._write({**self._when(), "what": "tokens read again", "disconnected": list(gone)})
 
     def hear(self, snapshot: Snapshot) -> None:
         """Tell of the commands of a tick: of each client's the newest, if it is not the last again."""
@@ -140,12 +144,14 @@ class Audit:
             return
         self._count()
         whose = {"client": client, **self._who.get(client, {})}
-        self._write({"time": self._wall(), "stamp": self._stamp(), "what": what, **whose, **more})
+        self._write({**self._when(), "what": what, **whose, **more})
 
     def _count(self, *, last: bool = False) -> None:
         if untold := self._rations.untold(self._stamp(), last=last):
-            when = {"time": self._wall(), "stamp": self._stamp()}
-            self._write({**when, "what": "not told", "lines": untold})
+            self._write({**self._when(), "what": "not told", "lines": untold})
+
+    def _when(self) -> dict[str, object]:
+        return {"time": self._wall(), "stamp": self._stamp()}
 
 
 def _rounded(values: np.ndarray[Any, Any]) -> list[float]:

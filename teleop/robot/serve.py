@@ -30,11 +30,12 @@ from teleop.robot.outfit import Outfit
 from teleop.robot.robot import Robot, Snapshot
 from teleop.rosbridge.access import DEFAULT_RULES, Role, Rules
 from teleop.rosbridge.gate import Gate
-from teleop.rosbridge.keyring import read_keyring
+from teleop.rosbridge.keyring import Keyring
 from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.protocol import Protocol
 from teleop.rosbridge.server import Server
 from teleop.rosbridge.tls import tls_context
+from teleop.rosbridge.token_file import TokenFile, TokenWatch
 
 ROLES: Final[Mapping[Role, Rules]] = {
     **DEFAULT_RULES,
@@ -114,7 +115,8 @@ async def serve(
         ServerError: if the port is taken, or tokens, certificate or origins are no good.
         AuditError: if the audit log cannot be written.
     """
-    tls, gate = _tls(config), _gate(config)
+    tls, tokens = _tls(config), _tokens(config)
+    gate = None if tokens is None else Gate(tokens.keyring, pacing.unix_seconds)
     simulation = Simulation(world, seed=config.seed, config=config.outfit.simulation())
     localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
     robot = Robot(simulation, localizer)
@@ -156,6 +158,7 @@ async def serve(
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
             loop.add_signal_handler(number, stop.set)
+    watch = None if tokens is None else _watch(tokens, server, audit)
     try:
         await server.start()
         ready(server)
@@ -165,6 +168,8 @@ async def serve(
         await stop.wait()
         return 0.0
     finally:
+        if watch is not None:
+            watch.close()
         await server.close()
         if log is not None:
             log.close()
@@ -180,10 +185,27 @@ def _tls(config: ServeConfig) -> ssl.SSLContext | None:
     return tls_context(config.tls_cert, config.tls_key)
 
 
-def _gate(config: ServeConfig) -> Gate | None:
-    if config.tokens is None:
-        return None
-    return Gate(read_keyring(config.tokens, ROLES), pacing.unix_seconds)
+def _tokens(config: ServeConfig) -> TokenFile | None:
+    return None if config.tokens is None else TokenFile(config.tokens, ROLES)
+
+
+def _watch(tokens: TokenFile, server: Server, audit: Audit | None) -> TokenWatch:
+    """Have the file of tokens read again when it changes, or by SIGHUP."""
+    loop = asyncio.get_running_loop()
+
+    def renew(keyring: Keyring) -> None:
+        gone = [server.name(client) for client in server.protocol.renew(keyring)]
+        if audit is not None:
+            audit.renewed(gone)
+
+    def renewed(keyring: Keyring) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            loop.call_soon_threadsafe(renew, keyring)
+
+    watch = TokenWatch(tokens, renewed)
+    with contextlib.suppress(NotImplementedError, RuntimeError, ValueError, AttributeError):
+        loop.add_signal_handler(signal.SIGHUP, watch.hurry)
+    return watch
 
 
 def _audit_file(config: ServeConfig, simulation: Simulation) -> AuditFile | None:

@@ -28,4 +28,5 @@ from teleop.rosbridge.rosapi import serve_rosapi as serve_rosapi
 from teleop.rosbridge.server import Server as Server
 from teleop.rosbridge.services import Later as Later
 from teleop.rosbridge.tls import tls_context as tls_context
+from teleop.rosbridge.token_file import TokenFile as TokenFile, TokenWatch as TokenWatch
 from teleop.rosbridge.types import Message as Message

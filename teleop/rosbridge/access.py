@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from fnmatch import fnmatchcase
 from functools import lru_cache
@@ -49,11 +49,11 @@ class Rules:
     """Services and actions to offer to other clients."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            for pattern in getattr(self, field.name):
+        for act in fields(self):
+            for pattern in getattr(self, act.name):
                 if not pattern.removeprefix("!").startswith(("/", "*")):
                     raise ValueError(
-                        f"{field.name}: {pattern!r} fits no name, since all names begin with a /"
+                        f"{act.name}: {pattern!r} fits no name, since all names begin with a /"
                     )
 
     def allow(self, act: Act, name: str) -> bool:
@@ -92,6 +92,8 @@ class Access:
 
     role: Role
     rules: Rules
+    key: bytes = field(default=b"", repr=False, compare=False)
+    """Digest of what it brought, by which it is found again; empty if it brought nothing."""
 
     def refusal(self, act: Act, name: str) -> str | None:
         """Return why a name may not be used so; None if it may."""

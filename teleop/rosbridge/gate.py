@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import hmac
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Final
 from urllib.parse import parse_qs, urlsplit
 
-from teleop.rosbridge.access import Access, Role
+from teleop.rosbridge.access import Access
 from teleop.rosbridge.errors import OperationError
 from teleop.rosbridge.keyring import Key, Keyring
 
@@ -51,6 +51,14 @@ class Gate:
         """What those may do who bring nothing; None if they must bring something."""
         return self._keyring.anonymous
 
+    def renew(self, keyring: Keyring) -> None:
+        """Let in by other keys from now on."""
+        self._keyring = keyring
+
+    def confirms(self, access: Access) -> bool:
+        """Return whether a client that was let in with an access would be let in with it now."""
+        return self._keyring.confirms(access)
+
     def token(self, token: str) -> Access | None:
         """Return what a token gives access to; None if it is not known."""
         return self._keyring.find(token)
@@ -83,7 +91,7 @@ class Gate:
         fresh = abs(now - made) < _WINDOW and end > now
         if found is None or not fresh or not self._first(mac.lower(), now):
             return None
-        return Admission(_lowered(found.access, level, self._keyring), end - now)
+        return Admission(self._keyring.lowered(found.holding, level), end - now)
 
     def _first(self, mac: str, now: float) -> bool:
         self._used = {code: until for code, until in self._used.items() if until > now}
@@ -101,13 +109,6 @@ def token_in(target: str, authorization: str | None) -> str | None:
             return token.strip()
     values = parse_qs(urlsplit(target).query, keep_blank_values=True).get("token")
     return values[0] if values else None
-
-
-def _lowered(access: Access, level: str, keyring: Keyring) -> Access:
-    """Return the access of the role that a code was made for, if that is less than its secret's."""
-    if level not in list(Role) or Role(level).rank >= access.role.rank:
-        return access
-    return replace(access, role=Role(level), rules=keyring.rules[Role(level)])
 
 
 def _text(operation: dict[str, Any], key: str) -> str:

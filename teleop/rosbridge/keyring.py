@@ -32,6 +32,19 @@ class Key:
 
     secret: str = field(default="", repr=False)
 
+    @property
+    def holding(self) -> Access:
+        """The access of who brought it, by which it can be found again."""
+        return replace(self.access, key=self._mark)
+
+    def fits(self, access: Access) -> bool:
+        """Return whether this is what an access was got by."""
+        return hmac.compare_digest(self._mark, access.key)
+
+    @property
+    def _mark(self) -> bytes:
+        return self.digest or _digest(self.secret)
+
 
 @dataclass(frozen=True, slots=True)
 class Keyring:
@@ -50,8 +63,23 @@ class Keyring:
         found = None
         for key in self.keys:
             if hmac.compare_digest(key.digest, digest):
-                found = key.access
+                found = key.holding
         return found
+
+    def confirms(self, access: Access) -> bool:
+        """Return whether who has an access would get the same now."""
+        if not access.key:
+            return access == self.anonymous
+        for key in self.keys:
+            if key.fits(access):
+                return access == self.lowered(key.access, access.role)
+        return False
+
+    def lowered(self, access: Access, level: str) -> Access:
+        """Return the access of a role that is less than an access's own, else the access itself."""
+        if level not in list(Role) or Role(level).rank >= access.role.rank:
+            return access
+        return replace(access, role=Role(level), rules=self.rules[Role(level)])
 
 
 def read_keyring(path: Path, rules: Mapping[Role, Rules] = DEFAULT_RULES) -> Keyring:

@@ -13,11 +13,12 @@ from teleop.rosbridge.access import UNGUARDED, Access
 from teleop.rosbridge.actions import Action, Actions
 from teleop.rosbridge.broker import Broker
 from teleop.rosbridge.codec import Stamps
-from teleop.rosbridge.connections import Connection, Connections
+from teleop.rosbridge.connections import POLICY, Connection, Connections
 from teleop.rosbridge.dispatch import Dispatch
 from teleop.rosbridge.encoders import Encoders
 from teleop.rosbridge.gate import Gate
 from teleop.rosbridge.goals import GoalHandler
+from teleop.rosbridge.keyring import Keyring
 from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.operations import named
 from teleop.rosbridge.outgoing import Output, Sink
@@ -118,6 +119,29 @@ class Protocol:
         for callback in self._came:
             callback(client, now)
         return client
+
+    def renew(self, keyring: Keyring) -> list[int]:
+        """Let clients in by other keys; disconnect those who would not get what they have.
+
+        Returns:
+            The clients that are disconnected.
+
+        Raises:
+            ValueError: If there is no gate.
+        """
+        if self.gate is None:
+            raise ValueError("a protocol without a gate lets everybody in, whatever they bring")
+        self.gate.renew(keyring)
+        gone = [
+            connection
+            for connection in self._connections
+            if connection.access is not None
+            and not connection.closing
+            and not self.gate.confirms(connection.access)
+        ]
+        for connection in gone:
+            self._connections.close(connection, POLICY, "what it was let in by has changed")
+        return [connection.id for connection in gone]
 
     def disconnect(self, client: int, now: int) -> None:
         """Forget a client and all it asked for and provides."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import re
+import signal
 import ssl
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -24,6 +26,7 @@ from teleop.rosbridge import Client, Role, Server
 from teleop.rosbridge.errors import ServerError, ServiceCallError
 from teleop.scenario.run import cloud_path
 from tests.teleop.rosbridge.test_auth import certificate
+from tests.teleop.rosbridge.test_server import until
 from tests.teleop.support import ROOT, command, in_a_loop, soon
 
 DRIVER, OTHER, ADMIN, VIEWER = (f"{name}-of-whom-nobody-knows" for name in "doav")
@@ -207,6 +210,35 @@ async def test_the_e_stop_of_another_is_reset_by_an_admin_only(
                 await viewer.call("/teleop/estop_reset")
     resets = [line for line in path.read_text().splitlines() if '"e-stop reset"' in line]
     assert ["refused" in line for line in resets] == [True, False, False, False]
+
+
+@in_a_loop
+async def test_a_token_taken_out_of_the_file_ends_its_connection_and_the_robot_brakes(
+    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    path, log = tokens(tmp_path), tmp_path / "audit.jsonl"
+    config = ServeConfig(tokens=path, audit=log)
+    async with (
+        served(office, office_cloud, cache, config) as server,
+        Client(server.url, token=OTHER) as other,
+    ):
+        driver = Client(server.url, token=DRIVER, reconnect=False)
+        await driver.connect()
+        await driver.call("/teleop/take_over")
+        path.write_text(TOKENS.replace(DRIVER, "some-other-token-of-the-driver"))
+        os.kill(os.getpid(), signal.SIGHUP)  # it would be seen within two seconds anyway
+        await until(lambda: not driver.connected)
+        await driver.close()
+        await other.call("/sim/step", {"ticks": 1})
+        assert other.connected
+    lines = [json.loads(line) for line in log.read_text().splitlines()]
+    (read,) = (line for line in lines if line["what"] == "tokens read again")
+    (name,) = (
+        line["client"]
+        for line in lines
+        if line["what"] == "disconnected" and line["holder"] == "driver"
+    )
+    assert read["disconnected"] == [name]
 
 
 @in_a_loop
