@@ -257,7 +257,7 @@ class SkidSteerEkf:
         c = self.config
         if slipping:
             ahead, side, up = c.slip_forward, c.slip_side, c.heave_noise
-        elif self._rest.seconds > 0.0:
+        elif self.standing or self._rest.undisturbed:
             ahead = side = up = c.still_noise
         else:
             ahead, side, up = self.rolling_noise(rolled, turn), c.side_noise, c.heave_noise

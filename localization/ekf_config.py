@@ -30,7 +30,7 @@ class EkfConfig:
     heave_noise: float = 0.006
     """Of vertical speed while moving [m/s/sqrt(Hz)]: 2 cm/s over 0.1 s, a slope of 4 % at 0.5 m/s."""
     still_noise: float = 0.0005
-    """Of every speed while the wheels stand still [m/s/sqrt(Hz)]: 1.2 cm in ten minutes."""
+    """Of every speed while neither wheels nor gyro move [m/s/sqrt(Hz)]: 1.2 cm in ten minutes."""
     still_turn: float = math.radians(0.002)
     """Of every turn rate while the robot stands [rad/sqrt(s)]: 0.05 degrees in ten minutes."""
     slip_forward: float = 0.16
@@ -78,6 +78,9 @@ class EkfConfig:
     """chi-square, 3 degrees of freedom, 99.99 %: how far gyro or accelerometer may depart from rest."""
     still_settle: float = 0.2
     """A robot stands once nothing has moved for this long [s]: its body nods when it stops."""
+    still_recover: float = 1.0
+    """The same after a push or a lift [s]: who pushes a robot over its locked wheels does not speed it
+    up evenly for longer."""
     mount_position: float = 0.001
     """How well the scanners' mounts are known, added to each match [m]."""
     mount_angle: float = math.radians(0.02)

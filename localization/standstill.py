@@ -21,10 +21,17 @@ class Rest:
     """[s]; 0 while the robot moves."""
     force: Triple = (0.0, 0.0, 0.0)
     """Specific force [m/s^2]."""
+    pushed: bool = False
+    """Whether it began when the force changed; the robot may glide."""
+
+    @property
+    def undisturbed(self) -> bool:
+        """Whether nothing moves at the moment, and nobody pushed."""
+        return self.seconds > 0.0 and not self.pushed
 
     def stands(self, config: EkfConfig) -> bool:
         """Return whether that is long enough for the robot to stand."""
-        return 0.0 < self.seconds >= config.still_settle
+        return 0.0 < self.seconds >= (config.still_recover if self.pushed else config.still_settle)
 
 
 MOVING = Rest()
@@ -65,8 +72,8 @@ def rest_after(rest: Rest, force: Triple, seconds: float, config: EkfConfig) -> 
         return Rest(seconds, force)
     x, y, z = (a - b for a, b in zip(force, rest.force, strict=True))
     if x * x + y * y + z * z > config.still_gate * config.still_force**2:
-        return Rest(seconds, force)
+        return Rest(seconds, force, pushed=True)
     total = rest.seconds + seconds
     share = seconds / min(total, _MEMORY)
     mx, my, mz = rest.force
-    return Rest(total, (mx + share * x, my + share * y, mz + share * z))
+    return Rest(total, (mx + share * x, my + share * y, mz + share * z), rest.pushed)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.ekf import GRAVITY, STATES, EkfConfig, SkidSteerEkf
-from localization.geometry import so3_exp
+from localization.geometry import so3_exp, wrap_angle
 from localization.registration import LEVER, difference
 from localization.types import Match, Pose
 from tests.support import bits, floats, vectors
@@ -221,22 +221,88 @@ def test_uncertainty_grows_faster_while_slipping_than_rolling_than_standing() ->
     assert 5.0 * spreads[0] < spreads[1] < spreads[2] / 5.0
 
 
-def test_robot_at_rest_does_not_drift() -> None:
-    rng = np.random.default_rng(0)
+# Standing
+
+
+def settled(bias: np.ndarray, seed: int, seconds: float) -> SkidSteerEkf:
+    """A filter that has stood for a while; sensors are read ten times a second."""
+    rng = np.random.default_rng(seed)
+    ekf, dt = SkidSteerEkf(), 0.1
+    ekf.kappa[2] = 0.02
+    for _ in range(round(seconds / dt)):
+        gyro = bias + np.deg2rad(0.02) / np.sqrt(dt) * rng.standard_normal(3)
+        force = DOWN + [0.03, 0.0, -0.02] + 0.02 * rng.standard_normal(3)
+        assert ekf.update_wheel_yaw(gyro, 0.0, 0.0, seconds=dt)
+        ekf.update_standstill(gyro, 0.0, 0.0, seconds=dt)
+        ekf.predict(dt, gyro, force, 0.0, 0.0, slipping=False)
+        ekf.update_tilt(dt)
+    return ekf
+
+
+def test_robot_that_stands_for_ten_minutes_neither_drifts_nor_grows_unsure() -> None:
     bias = np.deg2rad([0.1, -0.2, 0.3])
-    ekf = SkidSteerEkf()
-    for i in range(50 * 60):
-        gyro = bias + np.deg2rad(0.1) * rng.standard_normal(3)
-        ekf.update_wheel_yaw(gyro, 0.0, 0.0)
+    yaw = settled(bias, 0, 10.0).pose.yaw
+    ekf = settled(bias, 0, 600.0)
+    assert ekf.standing
+    assert ekf.pose.position == pytest.approx(np.zeros(3), abs=1e-4)
+    # Unwatched, the bias would be 180 degrees, and the gyro's noise half a degree.
+    assert np.rad2deg(ekf.pose.yaw - yaw) == pytest.approx(0.0, abs=0.005)
+    sigma = np.sqrt(np.diag(ekf.full_covariance))
+    assert sigma[:3].max() < 0.013
+    assert np.rad2deg(sigma[5]) < 0.09
+    assert np.abs(ekf.gyro_bias - bias).max() < 4.0 * sigma[8] < np.deg2rad(0.04)
+    assert not ekf.twist.angular.any()
+    healthy(ekf)
+
+
+@pytest.mark.parametrize("rate", [1.0, 3.0, 20.0])
+def test_robot_that_is_turned_on_the_spot_by_hand_turns_in_the_filter(rate: float) -> None:
+    bias = np.deg2rad([0.1, -0.2, 0.3])
+    ekf = settled(bias, 1, 20.0)
+    yaw, known = ekf.pose.yaw, ekf.gyro_bias
+    for _ in range(500):
+        gyro = bias + np.deg2rad([0.0, 0.0, rate])
+        agrees = ekf.update_wheel_yaw(gyro, 0.0, 0.0)
         ekf.update_standstill(gyro, 0.0, 0.0)
-        ekf.predict(DT, gyro, DOWN + 0.02 * rng.standard_normal(3), 0.0, 0.0, slipping=False)
-        if i % 5 == 0:
-            ekf.update_tilt(0.1)
-    distance, angle = apart(ekf.pose, Pose.identity())
-    assert distance == 0.0
-    assert angle < np.deg2rad(0.3)  # without the bias learned: 18 degrees
-    assert ekf.gyro_bias == pytest.approx(bias, abs=np.deg2rad(0.02))
-    assert np.sqrt(ekf.covariance[0, 0]) < 0.02
+        ekf.predict(DT, gyro, DOWN, 0.0, 0.0, slipping=not agrees)
+        assert not ekf.standing
+    turned = wrap_angle(ekf.pose.yaw - yaw - np.deg2rad(10.0 * rate))
+    assert np.rad2deg(turned) == pytest.approx(0.0, abs=0.3)
+    assert ekf.gyro_bias == pytest.approx(known, abs=np.deg2rad(0.01))
+
+
+@pytest.mark.parametrize("push", [[0.4, 0.0, 0.0], [0.0, 0.4, 0.0], [0.0, 0.0, 1.0]])
+def test_robot_that_is_pushed_or_lifted_does_not_stand(push: list[float]) -> None:
+    ekf = settled(np.zeros(3), 2, 5.0)
+    spread = ekf.covariance[0, 0]
+    for _ in range(15):
+        ekf.predict(DT, np.zeros(3), DOWN + push, 0.0, 0.0, slipping=False)
+        assert not ekf.standing
+    # It may be moving at any speed by now: only a while of rest makes it stand again.
+    ekf.predict(DT, np.zeros(3), DOWN, 0.0, 0.0, slipping=False)
+    assert not ekf.standing
+    stand(ekf, 1.1)
+    assert ekf.standing
+    assert ekf.covariance[0, 0] > spread
+
+
+def test_robot_whose_wheels_are_distrusted_does_not_stand() -> None:
+    ekf = settled(np.zeros(3), 3, 5.0)
+    assert ekf.standing
+    bias = ekf.gyro_bias
+    for _ in range(50):
+        ekf.predict(DT, np.zeros(3), DOWN, 0.0, 0.0, slipping=True, speed=0.3)
+        ekf.update_standstill(np.zeros(3), 0.0, 0.0)
+    assert not ekf.standing
+    assert bits(ekf.gyro_bias) == bits(bias)
+    assert ekf.pose.position[0] == pytest.approx(0.3, abs=0.01)
+
+
+def test_robot_begins_to_drive_with_the_first_reading_of_its_wheels() -> None:
+    ekf = settled(np.zeros(3), 4, 5.0)
+    a_little(ekf, 1, left=0.02, right=0.02)
+    assert not ekf.standing
+    assert ekf.twist.angular[2] == pytest.approx(0.17, abs=0.01)
 
 
 # Corrections
