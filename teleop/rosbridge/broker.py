@@ -30,7 +30,7 @@ class Broker:
     """All topics; what a client may not do raises OperationError, which is its ``status``."""
 
     def __init__(self, registry: Registry, encoders: Encoders, limits: Limits, send: Sink) -> None:
-        self._registry = registry
+        self.registry = registry
         self._encoders = encoders
         self._limits = limits
         self._send = send
@@ -136,7 +136,7 @@ class Broker:
             raise OperationError(
                 f"Cannot infer topic type for topic {name} as it is not yet advertised"
             )
-        message = complete(self._registry, topic.kind, partial, now=now)
+        message = complete(self.registry, topic.kind, partial, now=now)
         if topic.listener is not None:
             topic.listener(client, message, now)
         publication = Publication(topic.kind, message, self._encoders, now)
@@ -244,10 +244,10 @@ class Broker:
 
     def _whole(self, topic: Topic, publication: Publication) -> Message:
         """Return a message with all fields; the host's may have only some."""
-        return complete(self._registry, topic.kind, publication.message, finite=False)
+        return complete(self.registry, topic.kind, publication.message, finite=False)
 
     def _establish(self, name: str, kind: str) -> Topic:
-        wanted: MessageType = self._registry[kind]
+        wanted: MessageType = self.registry[kind]
         topic = self.find(name)
         if topic is not None and topic.idle and topic.kind.name != wanted.name:
             self._forget(topic)

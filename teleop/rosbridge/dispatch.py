@@ -16,6 +16,7 @@ from teleop.rosbridge.errors import FrameError, OperationError, RosbridgeError, 
 from teleop.rosbridge.fragments import TIMEOUT_NS
 from teleop.rosbridge.frames import operations
 from teleop.rosbridge.gate import Gate
+from teleop.rosbridge.names import canonical
 from teleop.rosbridge.operations import (
     Operation,
     count,
@@ -29,9 +30,10 @@ from teleop.rosbridge.operations import (
 from teleop.rosbridge.raw import Flavour
 from teleop.rosbridge.refusals import Refusal
 from teleop.rosbridge.services import Later, Service, Services
+from teleop.rosbridge.shapes import LARGE, Place, Shapes
 from teleop.rosbridge.timers import Timers
 from teleop.rosbridge.topics import ENCODINGS, Request
-from teleop.rosbridge.types import Message
+from teleop.rosbridge.types import ActionType, Message, MessageType, ServiceType
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -58,6 +60,7 @@ class Dispatch:
         self._codec = codec
         self._flavour: Flavour = flavour
         self._gate = gate
+        self._shapes = Shapes(broker.registry, _places(broker, services, actions))
         self.judged: Callable[[int, Access | None, int], None] = lambda client, access, now: None
         """Called when a client has said who it is; without an access if that is not good."""
 
@@ -88,7 +91,8 @@ class Dispatch:
     ) -> None:
         """Do the operations in a frame, or in fragments that have been joined."""
         try:
-            for operation in operations(frame):
+            read = operations(frame) if len(frame) < LARGE else (self._shapes.read(frame),)
+            for operation in read:
                 if client.closing:
                     return
                 if joined and operation.get("op") == "fragment":
@@ -309,6 +313,32 @@ class Dispatch:
         """Answer an answer that nobody waits for: it timed out, or whoever asked has left."""
         what = f"{operation['op']}: nobody waits for {str(operation.get('id'))[:80]}"
         self._connections.tell(client, "warning", what, operation.get("id"))
+
+
+def _places(broker: Broker, services: Services, actions: Actions) -> dict[str, Place]:
+    """Return which operations may be large, and of what type they then are."""
+
+    def service(name: str) -> ServiceType | None:
+        found = services.find(name.partition("#")[0])
+        return found.kind if found else None
+
+    def action(name: str) -> ActionType | None:
+        wanted = canonical(name)
+        return next((one.kind for one in actions.all if canonical(one.name) == wanted), None)
+
+    def part(
+        find: Callable[[str], ServiceType | ActionType | None], which: str
+    ) -> Callable[[str], MessageType | None]:
+        return lambda name: getattr(find(name), which, None)
+
+    return {
+        "publish": Place("topic", "msg", lambda name: getattr(broker.find(name), "kind", None)),
+        "call_service": Place("service", "args", part(service, "request")),
+        "service_response": Place("service", "values", part(service, "response"), or_text=True),
+        "send_action_goal": Place("action", "args", part(action, "goal")),
+        "action_feedback": Place("action", "values", part(action, "feedback")),
+        "action_result": Place("action", "values", part(action, "result"), or_text=True),
+    }
 
 
 def _refusal(client: Connection, act: Act, name: str) -> str | None:
