@@ -104,8 +104,11 @@ class Connections:
         return connection
 
     def remove(self, client: int) -> Connection | None:
-        """Forget a client."""
-        return self._all.pop(client, None)
+        """Forget a client, and at once what it has sent of messages that are not whole."""
+        gone = self._all.pop(client, None)
+        if gone is not None:
+            gone.assembly.clear()
+        return gone
 
     # What goes out
 

@@ -79,6 +79,11 @@ class Assembly:
             self._forget(identity)
         return over
 
+    def clear(self) -> None:
+        """Forget all."""
+        self._partials.clear()
+        self._size = 0
+
     def _forget(self, identity: str | int) -> None:
         partial = self._partials.pop(identity)
         self._size -= sum(map(len, partial.pieces.values()))

@@ -66,6 +66,9 @@ class _Stream:
     send: Callable[[Message, int], bool]
     """Takes a ``TFArray``; returns whether somebody heard it."""
 
+    abandon: Callable[[int], object] = lambda now: None
+    """Called when the client has left."""
+
     told: dict[str, Transform] = field(default_factory=dict)
     timer: Timer | None = None
 
@@ -76,6 +79,7 @@ class _Republisher:
         self._tree = TransformTree()
         self._streams: list[_Stream] = []
         self._number = 0
+        protocol.on_disconnect(self._leave)
 
     def begin(self, goal: Goal) -> None:
         """Carry out a goal: until it is cancelled."""
@@ -104,11 +108,21 @@ class _Republisher:
                     self._protocol.publish(topic, message, now)
                 return True
             if now - heard >= wait:
-                self._stop(stream)
-                self._protocol.unadvertise(topic, now)
+                end(now)
             return False
 
+        def end(now: int) -> None:
+            self._stop(stream)
+            self._protocol.unadvertise(topic, now)
+
+        def abandon(now: int) -> None:
+            nonlocal wait
+            wait = 0  # others may have subscribed, and it ends when they have left as well
+            if not self._protocol.wanted(topic):
+                end(now)
+
         stream = self._stream(client, request, send)
+        stream.abandon = abandon
         self._number += 1
         self._protocol.advertise(topic, "tf2_web_republisher/TFArray")
         self._start(stream, now)
@@ -151,6 +165,11 @@ class _Republisher:
             self._tree.clear()
             for source in _SOURCES:
                 self._protocol.untap(source, self._hear, self._protocol.now)
+
+    def _leave(self, client: int, now: int) -> None:
+        for stream in list(self._streams):
+            if stream.client == client:
+                stream.abandon(now)
 
     def _hear(self, message: Message, now: int) -> None:
         self._tree.add(message)

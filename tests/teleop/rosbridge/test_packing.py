@@ -177,6 +177,15 @@ def test_who_left_is_told_nothing_of_its_fragments() -> None:
     assert wire.protocol.drain() == []
 
 
+def test_who_leaves_takes_its_fragments_along_before_their_time_is_over() -> None:
+    wire = Wire()
+    (connection,) = wire.protocol.connections
+    wire.send(fragments(publish("x" * 1000), 2)[0])
+    assert "f" in connection.assembly
+    wire.protocol.disconnect(wire.clients[0], wire.now)
+    assert "f" not in connection.assembly  # though a timer still knows the connection
+
+
 def test_fragments_that_wait_are_bounded_in_bytes_and_number() -> None:
     wire = Wire(limits=Limits(assembly=100))
     piece = {"op": "fragment", "id": "f", "num": 0, "total": 3, "data": "x" * 60}

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import gc
 import json
 import tracemalloc
 from typing import Any
 
+import pytest
+
+from benchmarks._crowd import come_and_go, crowded_server, open_files, publish
 from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.protocol import Protocol
 from teleop.rosbridge.standard import serve_standard
 from tests.teleop.rosbridge.support import REGISTRY, SECOND
+from tests.teleop.rosbridge.test_server import in_a_loop
 
 GOAL = {"source_frames": ["a"], "target_frame": "b"}
 
@@ -85,3 +90,32 @@ def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
     assert {topic.name for topic in protocol.topics} == names
     assert all(service.provider == -1 for service in protocol.services)
     assert protocol.due is None
+
+
+@pytest.mark.slow
+@in_a_loop
+async def test_over_sockets_too_nothing_stays_of_clients_that_go_vanish_or_stall() -> None:
+    tracemalloc.start()
+    try:
+        async with crowded_server(REGISTRY) as server:
+            protocol = server.protocol
+            known = {topic.name for topic in protocol.topics}
+            services = {service.name for service in protocol.services}
+            tasks, files = len(asyncio.all_tasks()), open_files()
+            publisher = asyncio.create_task(publish(server))
+            sizes = []
+            for number in range(6):
+                await come_and_go(server, number)
+                gc.collect()
+                sizes.append(tracemalloc.get_traced_memory()[0])
+            publisher.cancel()
+            await asyncio.sleep(1.1)  # a topic's time of grace
+            # A third of a cloud: the caches of the interpreter itself grow at first.
+            assert sizes[-1] - sizes[2] < 100_000, sizes
+            assert (len(asyncio.all_tasks()), open_files()) == (tasks, files)
+            protocol.tick(server.now)
+            assert {topic.name for topic in protocol.topics} == known
+            assert {service.name for service in protocol.services} == services
+            assert (protocol.actions[0].provider, len(protocol.actions)) == (-1, 1)
+    finally:
+        tracemalloc.stop()

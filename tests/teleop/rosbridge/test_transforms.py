@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -167,7 +168,7 @@ def test_a_client_is_told_of_what_has_moved_enough_until_it_wants_no_more(
     assert not wire.protocol.wanted("/tf")
 
 
-@pytest.mark.parametrize("form", ["action", "actionlib"])
+@pytest.mark.parametrize("form", ["service", "action", "actionlib"])
 def test_a_client_that_leaves_is_followed_no_more(wire: Wire, form: str) -> None:
     begin(wire, form)
     wire.protocol.disconnect(wire.clients[0], wire.now)
@@ -182,6 +183,32 @@ def test_a_topic_that_nobody_fetches_ends(wire: Wire) -> None:
     wire.wait(2000)
     assert not wire.protocol.wanted("/tf")
     assert "/tf_repub_0" not in {topic.name for topic in wire.protocol.topics}
+
+
+def test_a_topic_outlives_who_asked_for_it_while_another_hears_it(wire: Wire) -> None:
+    begin(wire, "service")
+    wire.send({"op": "subscribe", "topic": "/tf_repub_0"}, 1)
+    wire.protocol.disconnect(wire.clients[0], wire.now)
+    move(wire, 1.0)
+    wire.wait(100)
+    assert told(wire.heard(1)) == [("map", "base", 1.0)]
+    wire.protocol.disconnect(wire.clients[1], wire.now)
+    wire.wait(200)
+    assert not wire.protocol.wanted("/tf")
+
+
+def test_clients_that_ask_and_go_leave_no_topics_behind_however_long_these_were_to_wait(
+    wire: Wire,
+) -> None:
+    args = {**GOAL, "timeout": {"secs": 2**31 - 1}}
+    call = json.dumps({"op": "call_service", "service": "/republish_tfs", "args": args})
+    for _ in range(300):
+        client = wire.protocol.connect(wire.now)
+        wire.protocol.receive(client, call, wire.now)
+        wire.protocol.disconnect(client, wire.now)
+    assert not wire.protocol.wanted("/tf")
+    wire.wait(1000)
+    assert not [topic.name for topic in wire.protocol.topics if "repub_" in topic.name]
 
 
 def test_a_client_has_so_many_streams_and_frames(wire: Wire) -> None:
