@@ -17,6 +17,7 @@ from typing import Annotated, TypeAlias
 
 import tyro
 
+from teleop.calibrate_cli import Calibrate
 from teleop.localize_cli import Localize
 from teleop.mapping_cli import Map
 from teleop.robot.outfit import Outfit
@@ -38,6 +39,8 @@ examples:
                                             a ROS bag, begun near x 3 m, y 2 m, facing 90 degrees
   farsteer localize intel.log.gz --map map.yaml --truth reference.tum
                                             a CARMEN text in an occupancy grid, judged by a reference
+  farsteer calibrate drive.mcap --map map.ply
+                                            where the scanners really sit, by a drive through a map
   farsteer map office                       drive the survey and build the scene's cloud anew
   farsteer map drive.mcap --out map.ply     a cloud from readings alone, of anybody's drive
   farsteer world generate --seed 7          make up a furnished building, to drive in and localise in
@@ -288,6 +291,7 @@ Command: TypeAlias = (
     Annotated[Sim, tyro.conf.subcommand("sim")]
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
     | Annotated[Localize, tyro.conf.subcommand("localize")]
+    | Annotated[Calibrate, tyro.conf.subcommand("calibrate")]
     | Annotated[Map, tyro.conf.subcommand("map")]
     | Annotated[Worlds, tyro.conf.subcommand("world")]
     | Annotated[Serve, tyro.conf.subcommand("serve")]
