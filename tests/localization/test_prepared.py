@@ -28,7 +28,7 @@ def world() -> PreparedMap:
 
 
 def same(a: NearestGrid, b: NearestGrid) -> bool:
-    names = ("origin", "cell", "directory", "blocks")
+    names = ("origin", "cell", "directory", "blocks", "first", "owners")
     return all(bits(getattr(a, n)) == bits(getattr(b, n)) for n in names)
 
 
@@ -76,7 +76,7 @@ def test_far_parts_share_no_blocks_and_need_no_room_between() -> None:
     world = prepare(Cloud(points, np.tile([0, 0, 1.0], (2, 1)), name="two"))
     assert world.grid.nearest(points).tolist() == [0, 1]
     assert world.grid.nearest(points.mean(axis=0, keepdims=True)).tolist() == [-1]
-    assert len(world.grid.blocks) <= 1 + 2 * 8
+    assert len(world.grid.blocks) <= 1 + 2 * 4**3
 
 
 @given(seed=st.integers(0, 1000), shift=st.integers(-400, 400))
@@ -89,6 +89,37 @@ def test_grid_does_not_depend_on_where_the_map_begins(seed: int, shift: int) -> 
     there = prepare(moved).grid.nearest(queries + shift * 4 * CELL)
     # Rounding may put a query into the next cell.
     assert (here == there).mean() > 0.9
+
+
+def test_each_cell_knows_the_point_nearest_to_its_middle() -> None:
+    world = prepare(scattered(150, 3))
+    low, high = world.cloud.bounds
+    rng = np.random.default_rng(3)
+    cells = np.floor((rng.uniform(low - 0.5, high + 0.5, (4000, 3)) - world.grid.origin) / CELL)
+    middles = world.grid.origin + (cells + 0.5) * CELL
+    found = world.grid.nearest(middles)
+    # Occupied cells stand for their points.
+    held = np.floor((world.cloud.points - world.grid.origin) / CELL)
+    away, _ = cKDTree(held).query(cells)
+    assert (found >= 0).tolist() == (away <= REACH / CELL).tolist()
+    near = found >= 0
+    taken = np.linalg.norm(held[found[near]] - cells[near], axis=1)
+    assert taken == pytest.approx(away[near])
+
+
+def test_surfaces_so_ragged_that_a_byte_is_too_little_are_told_apart_all_the_same() -> None:
+    points = CELL * (np.stack(np.meshgrid(*[np.arange(10.0)] * 3), axis=-1).reshape(-1, 3) + 0.5)
+    world = prepare(Cloud(points, np.tile([0, 0, 1.0], (1000, 1)), name="solid"))
+    assert world.grid.blocks.dtype == np.uint16
+    assert world.grid.nearest(points).tolist() == list(range(1000))
+
+
+def test_cell_takes_little_more_than_a_byte() -> None:
+    x, y = np.meshgrid(np.arange(0.0, 20.0, 0.05), np.arange(0.0, 10.0, 0.05), indexing="ij")
+    floor = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    grid = prepare(Cloud(floor, np.tile([0, 0, 1.0], (len(floor), 1)), name="floor")).grid
+    cells = 20.8 / CELL * 10.8 / CELL * 17
+    assert grid.nbytes < 2.0 * cells
 
 
 def test_reach_beyond_a_block_is_refused() -> None:
@@ -118,7 +149,7 @@ def test_cache_is_read_rather_than_the_grid_built_anew(tmp_path: Path) -> None:
     (file,) = tmp_path.glob("*.npz")
     with np.load(file) as data:
         kept = dict(data)
-    kept["blocks"] = np.full_like(kept["blocks"], 7)
+    kept["owners"] = np.where(kept["owners"] >= 0, 7, -1)
     np.savez(file, **kept)
     assert prepare(cloud, cache=tmp_path).grid.nearest(cloud.points[:1]).tolist() == [7]
 
@@ -141,6 +172,7 @@ def test_damaged_cache_is_rebuilt(tmp_path: Path, kept: int) -> None:
     assert same(prepare(cloud, cache=tmp_path).grid, true)
     with np.load(file) as data:
         assert bits(data["blocks"]) == bits(true.blocks)
+        assert bits(data["owners"]) == bits(true.owners)
 
 
 def test_cache_with_flipped_bits_is_rebuilt(tmp_path: Path) -> None:
