@@ -1,205 +1,252 @@
-"""The rosbridge server alone: scans, maps, stick under load, crowds and garbage, one client's view.
+"""The rosbridge server beside foxglove-sdk's and a plain one, on one machine, by the same client.
 
-Clouds beside other servers are in ``wire``. Server and client are two processes on one machine, so
-stamps of the monotonic clock can be compared.
+Contenders take turns; each server is a process of its own, of which the time on processors counts.
 """
 
 from __future__ import annotations
 
 import asyncio
-import json
-import multiprocessing
-import re
-import time
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
-from multiprocessing.connection import Connection
-from typing import Any
+import platform
+from collections.abc import Awaitable, Callable
+from contextlib import AsyncExitStack
+from dataclasses import dataclass, field
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from typing import TypeAlias
 
 import numpy as np
-from websockets.asyncio.client import ClientConnection, connect
 
-from teleop.rosbridge import Limits, Protocol, Registry, Server, serve_rosapi
-from teleop.rosbridge.codec import read_cbor
+from benchmarks._bridge_client import (
+    Figures,
+    Peer,
+    advertise,
+    behind,
+    crowd,
+    running,
+    stick,
+    stream,
+)
+from benchmarks._bridges import KINDS
+from benchmarks._large_frames import GARBAGE, LARGE
 
-CLOUD, SCAN, GRID = "sensor_msgs/PointCloud2", "sensor_msgs/LaserScan", "nav_msgs/OccupancyGrid"
-RNG = np.random.default_rng(0)
-POINTS = RNG.integers(0, 256, 1_000_000, np.uint8)
-RANGES = RNG.uniform(0.1, 30.0, 1080).astype(np.float32)
-CELLS = RNG.choice(np.array([-1, 0, 100], np.int8), 1_000_000)
-SECONDS = 6.0
-"""Of each stream."""
+ROUNDS = 3
+
+Measure: TypeAlias = Callable[[Peer], Awaitable[tuple[list[float], Figures]]]
+"""Returns times [s], and other figures."""
 
 
-def stamped(**fields: Any) -> dict[str, Any]:
-    sec, nanosec = divmod(time.monotonic_ns(), 1_000_000_000)
-    return {"header": {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": "map"}, **fields}
+@dataclass
+class Row:
+    """One line: a goal, and what each contender makes of it."""
+
+    name: str
+    measure: Measure
+    show: str
+    """How the figures are written; what stands behind a bar is ours only."""
+
+    goal: str = ""
+    met: Callable[[Figures], bool] | None = None
+    reference: str = ""
+    """What rosbridge_suite had, measured on such a machine before."""
+
+    foxglove: bool = False
+    """Whether foxglove-sdk takes part: it has one encoding, and its own protocol."""
+
+    by: dict[str, list[Figures]] = field(default_factory=dict)
+    times: dict[str, list[float]] = field(default_factory=dict)
+
+    async def round(self, peer: Peer) -> None:
+        """Measure a contender once more."""
+        if peer.kind != "foxglove" or self.foxglove:
+            times, figures = await self.measure(peer)
+            self.times.setdefault(peer.kind, []).extend(times)
+            self.by.setdefault(peer.kind, []).append(figures)
+
+    def figures(self, kind: str) -> Figures:
+        """Return percentiles of all rounds' times [ms], and medians of the other figures."""
+        rounds = self.by[kind]
+        done = {name: float(np.median([f[name] for f in rounds])) for name in rounds[0]}
+        p50, p95, p99 = np.percentile(np.array(self.times[kind]) * 1e3, [50, 95, 99])
+        return done | {"p50": p50, "p95": p95, "p99": p99}
+
+    def line(self) -> str:
+        """Return it as a row of Markdown."""
+        cells = [self.name, self.goal]
+        for kind in KINDS:
+            if kind not in self.by:
+                cells.append("")
+                continue
+            figures = self.figures(kind)
+            shared, _, own = self.show.partition("|")
+            text = (shared + own if kind == "ours" else shared).format(**figures)
+            if kind == "ours" and self.met is not None:
+                text += ", **met**" if self.met(figures) else ", **missed**"
+            cells.append(text)
+        return f"| {' | '.join((*cells, self.reference))} |"
 
 
-async def _serve(pipe: Connection) -> None:
-    protocol = Protocol(Registry(), limits=Limits(messages=1e6, bytes=1e9, clients=200))
-    server = Server(protocol, port=0)
-    serve_rosapi(protocol)
-    for topic, kind in (("/cloud", CLOUD), ("/scan", SCAN), ("/grid", GRID)):
-        server.advertise(topic, kind)
-    server.serve(
-        "/cpu",
-        "std_srvs/Trigger",
-        lambda *_: {"success": True, "message": str(time.process_time())},
-    )
+CLOUD = "1 MB cloud at 10 Hz"
+SENT = "p95 {p95:.1f} ms, {cpu:.1f} % CPU"
+SHARED = "{cpu:.1f} % CPU|: {encode:.2f} ms to encode, {send:.2f} to send"
+BESIDE = (
+    "p99 {p99:.1f} ms, {rate:.1f} Hz, {held:+.0f} MB|: {queue:.1f} wait, {unsent:.1f} half sent"
+)
+BEHIND = "others {p50:.2f} ms, itself {own:.2f}, {used:.2f} ms CPU"
 
-    async def every(topic: str, period: float, build: Callable[[], dict[str, Any]]) -> None:
-        while True:
-            server.publish(topic, build)
-            await asyncio.sleep(period)
+ONE = Row(f"{CLOUD}, JSON, 1 client", partial(stream, topic="/cloud", coding="none"), SHARED)
+EIGHT = Row(
+    f"{CLOUD}, JSON, 8 clients",
+    partial(stream, topic="/cloud", coding="none", clients=8),
+    SHARED,
+    goal="to encode <= 1.5 x that for one",
+    met=lambda f: f["encode"] <= 1.5 * ONE.figures("ours")["encode"],
+    reference="8 % (320 kB)",
+)
 
-    async def flood() -> None:
-        """Publish the next scan when the last has been sent to all."""
-        while True:
-            await asyncio.sleep(0 if server.wanted("/scan") else 0.05)
-            server.publish("/scan", lambda: stamped(ranges=RANGES, intensities=RANGES))
-            for client in list(protocol.clients):
-                await server.flush(client)
 
-    async with server:
-        pipe.send(server.url)
-        await asyncio.gather(
-            every("/cloud", 0.1, lambda: stamped(width=50_000, point_step=20, data=POINTS)),
-            every("/grid", 0.5, lambda: stamped(info={"width": 1000, "height": 1000}, data=CELLS)),
-            flood(),
+def rows() -> list[Row]:
+    """Return what is measured, in the order of the table."""
+    return [*_streams(), ONE, EIGHT, *_stalls(), *_sticks(), *_frames()]
+
+
+def _streams() -> list[Row]:
+    scan = "{rate:.0f} Hz, p95 {p95:.1f} ms"
+    grid = "p50 {p50:.1f} ms, p95 {p95:.1f}"
+    return [
+        Row(
+            f"{CLOUD}, JSON",
+            partial(stream, topic="/cloud", coding="none"),
+            SENT,
+            "p95 <= 10 ms, <= 4 % CPU",
+            lambda f: f["p95"] <= 10 and f["cpu"] <= 4,
+            "p95 204 ms, 5 %",
+        ),
+        Row(
+            f"{CLOUD}, CBOR",
+            partial(stream, topic="/cloud", coding="cbor"),
+            SENT,
+            "<= 2 % CPU",
+            lambda f: f["cpu"] <= 2,
+            "p50 7.0 ms, 2 %",
+            foxglove=True,
+        ),
+        Row(
+            "scan of 1080, intensities, JSON",
+            partial(stream, topic="/scan", coding="none"),
+            scan,
+            ">= 1000 Hz",
+            lambda f: f["rate"] >= 1000,
+            "392 Hz",
+        ),
+        Row(
+            "scan of 1080, intensities, CBOR",
+            partial(stream, topic="/scan", coding="cbor"),
+            scan,
+            ">= 2000 Hz",
+            lambda f: f["rate"] >= 2000,
+            "783 Hz",
+            foxglove=True,
+        ),
+        Row(
+            "grid of 1000 x 1000, JSON",
+            partial(stream, topic="/grid", coding="none"),
+            grid,
+            "p95 <= 40 ms",
+            lambda f: f["p95"] <= 40,
+            "144 ms",
+        ),
+        Row(
+            "grid of 1000 x 1000, CBOR",
+            partial(stream, topic="/grid", coding="cbor"),
+            grid,
+            reference="26 ms",
+            foxglove=True,
+        ),
+    ]
+
+
+def _stalls() -> list[Row]:
+    """Return a stream alone, and beside a client that does not read."""
+    table = []
+    for name, coding, size in (("JSON", "none", 1.4), ("CBOR", "cbor", 1.1)):
+        alone = partial(stream, topic="/cloud", coding=coding)
+        binary = coding == "cbor"
+        table.append(Row(f"{CLOUD}, {name}, alone", alone, BESIDE, foxglove=binary))
+        table.append(
+            Row(
+                f"{CLOUD}, {name}, beside one that does not read",
+                partial(alone, stalled=True),
+                BESIDE,
+                "as alone; one waits",
+                lambda f, size=size: f["queue"] <= size and f["rate"] >= 9.5,  # type: ignore[misc]
+                "" if binary else "a gap of 8.0 s",
+                foxglove=binary,
+            )
         )
+    return table
 
 
-def _process(pipe: Connection) -> None:
-    asyncio.run(_serve(pipe))
+def _sticks() -> list[Row]:
+    times = "p50 {p50:.1f} ms, p99 {p99:.1f}"
+    return [
+        Row("stick and back", partial(stick, load=False), times, reference="p99 3.7 ms"),
+        Row(
+            "stick and back, 1 MB stream in JSON on its socket",
+            partial(stick, load=True),
+            times,
+            "p99 <= 10 ms",
+            lambda f: f["p99"] <= 10,
+            "p99 146 ms",
+        ),
+        Row(
+            "100 clients connect, call and leave",
+            crowd,
+            "{p50:.0f} ms",
+            "< 1 s",
+            lambda f: f["p50"] < 1000,
+            "2.4 s",
+            foxglove=True,
+        ),
+    ]
 
 
-@asynccontextmanager
-async def client(url: str) -> AsyncIterator[ClientConnection]:
-    async with connect(url, compression=None, max_size=None, proxy=None) as connection:
-        yield connection
+def _frames() -> list[Row]:
+    """Return what large frames delay; the plain server does not look into them."""
+    table = [Row("answer behind a status", partial(behind, frame='{"op":"status"}'), BEHIND)]
+    for what, frame in GARBAGE.items():
+        row = Row(f"answer behind {what}", partial(behind, frame=frame), BEHIND, "< 1 ms")
+        row.met = lambda f: f["p50"] < 1
+        row.reference = "31.7 s" if what.startswith("2401") else ""
+        table.append(row)
+    for what, frame in LARGE.items():
+        name = f"answer behind {what}, {len(frame) / 1e6:.1f} MB"
+        table.append(Row(name, partial(behind, frame=frame), BEHIND, "is read"))
+    return table
 
 
-async def cpu(url: str) -> float:
-    """Return the server's time on a processor so far [s]."""
-    async with client(url) as asking:
-        await asking.send('{"op":"call_service","service":"/cpu"}')
-        return float(json.loads(await asking.recv())["values"]["message"])
-
-
-def age(frame: str | bytes) -> float:
-    """Return how old a message is [s]."""
-    if isinstance(frame, bytes):
-        stamp = read_cbor(frame)["msg"]["header"]["stamp"]
-        then = int(stamp["sec"]) * 10**9 + int(stamp["nanosec"])
-    else:
-        found = re.search(r'"sec":(\d+),"nanosec":(\d+)', frame[:300])
-        assert found is not None
-        then = int(found[1]) * 10**9 + int(found[2])
-    return (time.monotonic_ns() - then) / 1e9
-
-
-async def stream(url: str, topic: str, compression: str, clients: int = 1) -> str:
-    """Return what subscribers to a topic see, and what it costs the server."""
-    ages: list[float] = []
-
-    async def hear() -> None:
-        async with client(url) as hearer:
-            operation = {"op": "subscribe", "topic": topic, "compression": compression}
-            await hearer.send(json.dumps(operation))
-            await hearer.recv()
-            async for frame in hearer:
-                ages.append(age(frame))
-
-    begun, before = time.monotonic(), await cpu(url)
-    hearers = [asyncio.create_task(hear()) for _ in range(clients)]
-    await asyncio.sleep(SECONDS)
-    used, passed = await cpu(url) - before, time.monotonic() - begun
-    for hearer in hearers:
-        hearer.cancel()
-    await asyncio.gather(*hearers, return_exceptions=True)
-    p50, p95 = np.percentile(ages, [50, 95]) * 1e3
-    rate = len(ages) / passed / clients
-    return f"{rate:7.1f} Hz  p50 {p50:6.1f} ms  p95 {p95:6.1f} ms  CPU {100 * used / passed:5.1f} %"
-
-
-async def stick(url: str, load: bool) -> str:
-    """Return the time from a Joy to its echo, with clouds in JSON on the same socket or without."""
-    trips: list[float] = []
-    async with client(url) as driver:
-        await driver.send('{"op":"subscribe","topic":"/joy","type":"sensor_msgs/Joy"}')
-        if load:
-            await driver.send('{"op":"subscribe","topic":"/cloud"}')
-        joy = '{"op":"publish","topic":"/joy","msg":{"axes":[0.0,1.0],"buttons":[0,0,0,0,1]}}'
-        for _ in range(400):
-            begun = time.perf_counter()
-            await driver.send(joy)
-            while '"/joy"' not in (await driver.recv())[:60]:
-                pass
-            trips.append(time.perf_counter() - begun)
-            await asyncio.sleep(0.013)
-    p50, p95, p99 = np.percentile(trips, [50, 95, 99]) * 1e3
-    return f"p50 {p50:.1f} ms  p95 {p95:.1f} ms  p99 {p99:.1f} ms"
-
-
-async def crowd(url: str) -> str:
-    """Return how long a hundred clients take to connect at once, call and leave."""
-
-    async def one() -> None:
-        async with client(url) as caller:
-            await caller.send('{"op":"call_service","service":"/rosapi/get_time"}')
-            await caller.recv()
-
-    begun = time.perf_counter()
-    await asyncio.gather(*(one() for _ in range(100)))
-    return f"{time.perf_counter() - begun:.2f} s"
-
-
-async def garbage(url: str, frame: str) -> str:
-    """Return how long an answer to a call behind a frame takes."""
-    times = []
-    async with client(url) as rude:
-        for _ in range(20):
-            begun = time.perf_counter()
-            await rude.send(frame)
-            await rude.send('{"op":"call_service","service":"/rosapi/get_time"}')
-            while "service_response" not in await rude.recv():
-                pass
-            times.append(time.perf_counter() - begun)
-    return f"p50 {np.median(times) * 1e3:.2f} ms  most {max(times) * 1e3:.2f} ms"
-
-
-async def _measure(url: str) -> None:
-    for topic, what in (
-        ("/cloud", "cloud 1 MB"),
-        ("/scan", "scan 1080"),
-        ("/grid", "grid 1000x1000"),
-    ):
-        for compression in ("none", "cbor"):
-            name = "json" if compression == "none" else "cbor"
-            print(f"{what:15} {name:5} {await stream(url, topic, compression)}", flush=True)
-    print(f"cloud 1 MB      json  {await stream(url, '/cloud', 'none', 8)}  8 clients", flush=True)
-    print(f"stick           idle  {await stick(url, False)}")
-    print(f"stick           under a cloud in JSON at 10 Hz  {await stick(url, True)}", flush=True)
-    print(f"100 connects and calls at once  {await crowd(url)}")
-    for what, frame in (
-        ("nothing", '{"op":"status"}'),
-        ("2401 brackets", "{" * 2401),
-        ("1 MB brackets", "[" * 999_999),
-        ("1 MB empty arrays", "[" + "[]," * 333_000 + "[]]"),
-        ("1 MB letters", "x" * 999_999),
-    ):
-        print(f"answer behind {what:18}  {await garbage(url, frame)}", flush=True)
+async def _measure(kinds: list[str]) -> None:
+    async with AsyncExitStack() as stack:
+        peers = [await stack.enter_async_context(running(kind)) for kind in kinds]
+        keep = await advertise(next(peer for peer in peers if peer.kind == "ours"))
+        for row in rows():
+            for turn in range(ROUNDS):
+                # Each round begins with another, so that no place in the row is anybody's.
+                for peer in peers[turn % len(peers) :] + peers[: turn % len(peers)]:
+                    await row.round(peer)
+            print(row.line(), flush=True)
+        await keep.close()
 
 
 def main() -> None:
-    """Measure, and print a line for each."""
-    context = multiprocessing.get_context("spawn")
-    here, there = context.Pipe()
-    process = context.Process(target=_process, args=(there,), daemon=True)
-    process.start()
+    """Measure, and print the table in Markdown, each row when it is there."""
+    kinds = list(KINDS)
     try:
-        asyncio.run(_measure(here.recv()))
-    finally:
-        process.terminate()
-        process.join()
+        sdk = version("foxglove-sdk")
+    except PackageNotFoundError:
+        kinds.remove("foxglove")
+        sdk = "is not installed: pip install foxglove-sdk"
+    print(f"{platform.system()} loopback; websockets {version('websockets')}, foxglove-sdk {sdk};")
+    print("rosbridge_suite 0.11.17 was measured before, on such a machine, and is not run here.\n")
+    heads = ("", "goal", "farsteer", "foxglove-sdk", "websockets, encoded beforehand")
+    print(f"| {' | '.join((*heads, 'rosbridge_suite'))} |\n{'|---' * 6}|")
+    asyncio.run(_measure(kinds))
