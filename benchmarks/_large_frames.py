@@ -29,6 +29,9 @@ GARBAGE: dict[str, str | bytes] = {
     "1 MB of empty arrays": ARRAYS,
     "1 MB of empty arrays as axes": _stick(f'"axes":{ARRAYS}'),
     "1 MB of empty arrays in no known op": f'{{"op":"no","msg":{ARRAYS}}}',
+    "1 MB of empty objects as poses": (
+        f'{{"op":"publish","topic":"/path","msg":{{"poses":[{"{}," * 333_000}{{}}]}}}}'
+    ),
     "1 MB of keys as a stick": _stick(KEYS),
     "1 MB of one string as axes": _stick(f'"axes":"{"x" * 999_900}"'),
     "1 MB of digits as an axis": _stick(f'"axes":[{"1" * 999_900}]'),

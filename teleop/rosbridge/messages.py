@@ -59,6 +59,12 @@ _STAMPS: Final = {"sec": "sec", "secs": "sec", "nanosec": "nanosec", "nsecs": "n
 
 _SECOND: Final = 1_000_000_000
 
+_FREE: Final = 1000
+"""Messages within one that may be left out in any case; beyond, two for each field that is given.
+
+A megabyte of ``{}`` would else be a third of a million poses that stand nowhere.
+"""
+
 
 def stamp(now: int) -> Message:
     """Return ``builtin_interfaces/Time`` of a time [ns]."""
@@ -125,6 +131,9 @@ class _Completion:
         self._root = root
         self._now = now
         self._finite = finite
+        self._given = 0
+        self._made = 0
+        """Fields that are there, and messages in fields that are not, so far."""
 
     def message(self, kind: MessageType, value: object, path: str) -> Message:
         if kind.name in (TIME, DURATION):
@@ -141,11 +150,17 @@ class _Completion:
             if field.name in given:
                 done[field.name] = self._value(field, given[field.name], path + field.name)
             else:
+                self._made += field.nested and not field.repeated
                 done[field.name] = default_value(self._registry, kind, field)
         if len(given) > len(done) or any(name not in done for name in given):
             stray = next(name for name in given if name not in done)
             raise MessageError(
                 f"Message type {self._root} does not have a field {path}{str(stray)[:80]}"
+            )
+        self._given += len(given)
+        if self._made > _FREE + 2 * self._given:
+            raise MessageError(
+                f"{self._root} message leaves out more than it says: {self._made} parts by {path[:-1]}"
             )
         return done
 

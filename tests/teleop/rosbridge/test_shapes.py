@@ -195,3 +195,17 @@ def test_half_a_character_and_a_second_operation_are_refused_in_a_large_frame_to
     for end in ('\\ud800"}}', '"}}{"op":"publish"}'):
         with pytest.raises(FrameError, match="not JSON"):
             reader.read(frame + end)
+
+
+def test_a_message_that_leaves_out_more_than_it_says_is_refused() -> None:
+    there = wire()
+    path = {"op": "publish", "topic": "/path"}
+    there.send({**path, "msg": {"poses": [{}] * 400}})
+    assert there.heard() == []
+    there.send({**path, "msg": {"poses": [{"pose": {"position": {"x": 1.0}}}] * 3000}})
+    assert there.heard() == []
+    all_poses: list[list[Any]] = [[{}] * 300_000, [{"pose": {}}] * 80_000, [{}] * 5000]
+    for poses in all_poses:
+        there.send({**path, "msg": {"poses": poses}})
+        (said,) = there.heard()
+        assert "leaves out more than it says" in said["msg"]
