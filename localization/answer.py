@@ -2,12 +2,34 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from localization.health import HealthMonitor, horizontal_sigma
 from localization.seeker import Belief
-from localization.types import Candidate, Health
+from localization.types import Candidate, Health, Match, Mismatch, Pose, Sweep
 
 _SURE = (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)
 """States of an estimate that is believed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SweepNews:
+    """A sweep and what came of it, to be told once."""
+
+    sweep: Sweep
+    match: Match | None
+    nis: float | None
+    mismatch: Mismatch | None
+    odom_then: Pose
+    """``odom_from_base`` at the sweep's stamp."""
+
+    def seen_from(self, odom: Pose, stamp: int) -> Sweep:
+        """Return the sweep as of another ``odom_from_base``, at another stamp [ns]."""
+        if stamp == self.sweep.stamp:
+            return self.sweep
+        moved = odom.inverse() @ self.odom_then
+        points, origins = moved.apply(self.sweep.points), moved.apply(self.sweep.origins)
+        return Sweep(stamp, points, origins, self.sweep.horizontal)
 
 
 def state_of(

@@ -11,6 +11,7 @@ from localization.health import HealthConfig
 from localization.hypotheses import HypothesesConfig
 from localization.kiss import KissConfig
 from localization.matching import FixedCovariance, Matcher
+from localization.past import RewindConfig
 from localization.registration import RegistrationConfig
 from localization.relocalization import SearchConfig
 from localization.suites import Suite
@@ -65,6 +66,7 @@ class LocalizerConfig:
     like one in this time [s]. What a sweep is worth was set at 10 Hz."""
     scanner_patience: int = 60_000_000
     """How long a scan waits for the other scanners' [ns]."""
+    rewind: RewindConfig = field(default_factory=RewindConfig)
     lost_search_period: int = 2 * SECOND
     """Between searches around a lost estimate [ns]."""
 

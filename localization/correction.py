@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -19,11 +19,12 @@ from localization.configuration import LocalizerConfig
 from localization.ekf import SkidSteerEkf
 from localization.geometry import FloatArray
 from localization.health import HealthMonitor, opinion_offset
-from localization.kiss import KissOdometry, KissOpinion
+from localization.kiss import KissOdometry, KissOpinion, KissSnapshot
 from localization.matching import Matcher, MatchSweep, matcher_of
 from localization.mismatch import MapBeams, explanation
 from localization.prepared import PreparedMap
-from localization.types import SECOND, Match, Mismatch, Pose, Sweep
+from localization.recall import SweepRecord
+from localization.types import SECOND, Match, Mismatch, Pose
 from localization.wheel_watch import WheelWatch
 
 Stage = Callable[[str], AbstractContextManager[object]]
@@ -38,6 +39,20 @@ _UNLIKE = "the map does not explain the sweep"
 """Why a sweep is refused that fits nowhere near; in what way is looked at before it is told."""
 _UNUSED = np.zeros((0, 6))
 """No direction of a match was used."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CorrectionSnapshot:
+    """What the next sweep will be compared with."""
+
+    odom_then: Pose
+    """``odom_from_base`` at the last sweep."""
+    pose_then: Pose
+    """``map_from_base`` then."""
+    stamp: int
+    """Of the last sweep [ns]."""
+    opinion_due: int
+    odometry: KissSnapshot
 
 
 class Correction:
@@ -66,6 +81,7 @@ class Correction:
             matcher: registers sweeps instead of what ``config.matcher`` names.
         """
         self._config, self._stage = config, stage
+        self._same = config.rewind.same
         self._ekf, self._wheels, self._health = ekf, wheels, health
         self._matcher = matcher
         if matcher is None and config.matcher is not Matcher.NONE:
@@ -77,12 +93,6 @@ class Correction:
         self._opinion = KissOpinion(world.cloud, config.kiss) if config.second_opinion else None
         self._odom_then, self._pose_then = Pose.identity(), Pose.identity()
         self._stamp, self._opinion_due = 0, 0
-        self.match: Match | None = None
-        """The last sweep's registration; None if it was not registered."""
-        self.nis: float | None = None
-        """Its squared normalised innovation."""
-        self.mismatch: Mismatch | None = None
-        """What the map does not explain of the last sweep."""
 
     @property
     def matches(self) -> bool:
@@ -94,22 +104,26 @@ class Correction:
         self._pose_then = self._ekf.pose
         self._opinion_due = 0
 
-    def clear(self) -> None:
-        """Forget the last registration, which is news but once."""
-        self.match, self.nis, self.mismatch = None, None, None
-
-    def take(self, sweep: Sweep, odom: Pose, *, placed: bool) -> None:
-        """Correct the filter by a sweep.
+    def take(
+        self, record: SweepRecord, odom: Pose, *, placed: bool
+    ) -> tuple[Match | None, float | None, Mismatch | None]:
+        """Correct the filter by a sweep, and put on record what it said.
 
         Args:
-            sweep: deskewed to now.
+            record: of the sweep, deskewed to now; what it holds already is not found out again.
             odom: ``odom_from_base`` now.
             placed: whether the filter's pose is one in the map.
+
+        Returns:
+            The sweep's registration, the squared normalised innovation of it, and what the map does not
+            explain; all None if it was not registered.
         """
+        sweep = record.sweep
         elapsed = (sweep.stamp - self._stamp) / SECOND
         self._stamp = sweep.stamp
+        match, nis, mismatch = None, None, None
         moved, self._odom_then = self._odom_then.inverse() @ odom, odom
-        seen = self._seen_motion(sweep, moved, elapsed) if self._config.kiss_odometry else None
+        seen = self._seen_motion(record, moved, elapsed) if self._config.kiss_odometry else None
         self._wheels.rest()
         with self._stage("ekf"):
             if self._config.suite.flat:
@@ -117,16 +131,21 @@ class Correction:
             else:
                 self._ekf.update_tilt(elapsed)
         if placed and self._matcher is not None:
-            self._match(sweep, seen, self._matcher, elapsed)
+            match, nis, mismatch = self._match(record, seen, self._matcher, elapsed)
         elif placed and seen is not None:
             self._ekf.update_relative(self._pose_then, *seen, _UNUSED)
         self._ekf.mark()
         self._pose_then = self._ekf.pose
+        return match, nis, mismatch
 
-    def _seen_motion(self, sweep: Sweep, moved: Pose, elapsed: float) -> Seen | None:
+    def _seen_motion(self, record: SweepRecord, moved: Pose, elapsed: float) -> Seen | None:
         """Let KISS-ICP say how the robot moved, and hold its wheels to it."""
         with self._stage("kiss odometry"):
-            seen = self._odometry.add(sweep, moved)
+            if record.view is not None and self._odometry.knows(record.view):
+                seen = self._odometry.repeat(record.view)
+            else:
+                seen = self._odometry.add(record.sweep, moved)
+                record.view = self._odometry.view
         if seen is None:
             return None
         motion, covariance = seen
@@ -141,14 +160,16 @@ class Correction:
             self._blame_wheels()
         return seen
 
-    def _match(self, sweep: Sweep, seen: Seen | None, matcher: MatchSweep, elapsed: float) -> None:
+    def _match(
+        self, record: SweepRecord, seen: Seen | None, matcher: MatchSweep, elapsed: float
+    ) -> tuple[Match, float, Mismatch | None]:
         """Register a sweep, judge what came of it, and take it over."""
         share = min(1.0, elapsed / self._config.sweep_period)
-        match, nis = self._register(sweep, matcher, share)
+        match, nis = self._register(record, matcher, share)
         refusal = self._refusal(match, nis)
         if refusal is not None and self._wheels_to_blame(match, seen is None):
             self._blame_wheels()
-            match, nis = self._register(sweep, matcher, share)
+            match, nis = self._register(replace(record, match=None), matcher, share)
             refusal = self._refusal(match, nis)
         with self._stage("ekf"):
             if seen is not None:
@@ -156,19 +177,27 @@ class Correction:
                 self._ekf.update_relative(self._pose_then, *seen, used)
             if refusal is None:
                 self._ekf.update_match(match)
-        self.match, self.nis = match, nis
         with self._stage("mismatch"):
-            self.mismatch = self._beams.mismatch(sweep, self._ekf.pose, match.distances)
+            if record.mismatch is None:
+                record.mismatch = self._beams.mismatch(
+                    record.sweep, self._ekf.pose, match.distances
+                )
         if refusal is _UNLIKE:
-            refusal = explanation(match.fit, self.mismatch)
-        self._health.sweep(match, self._ekf.pose, refusal, self.mismatch)
+            refusal = explanation(match.fit, record.mismatch)
+        self._health.sweep(match, self._ekf.pose, refusal, record.mismatch)
         if self._opinion and (self._health.doubtful or self._stamp >= self._opinion_due):
-            self._ask_kiss(self._opinion, sweep, match)
+            self._ask_kiss(self._opinion, record, match)
+        return match, nis, record.mismatch
 
-    def _register(self, sweep: Sweep, matcher: MatchSweep, share: float) -> tuple[Match, float]:
+    def _register(
+        self, record: SweepRecord, matcher: MatchSweep, share: float
+    ) -> tuple[Match, float]:
         """Return a match that informs by a share of what it would by itself, and its NIS."""
-        with self._stage("registration"):
-            match = matcher(sweep, self._ekf.pose, self._ekf.covariance)
+        prior, match = self._ekf.pose, record.match
+        if match is None or record.prior is None or not self._same(record.prior, prior):
+            with self._stage("registration"):
+                match = matcher(record.sweep, prior, self._ekf.covariance)
+            record.prior, record.match, record.mismatch = prior, match, None
         if share != 1.0:
             match = replace(match, information=share * match.information)
         return match, self._ekf.match_nis(match) if len(match.directions) else 0.0
@@ -194,12 +223,30 @@ class Correction:
         fits = len(match.directions) > 0 and match.fit >= self._config.blame_fit
         return fits and (self._wheels.slipping(self._stamp) or unwitnessed)
 
-    def _ask_kiss(self, opinion: KissOpinion, sweep: Sweep, match: Match) -> None:
+    def _ask_kiss(self, opinion: KissOpinion, record: SweepRecord, match: Match) -> None:
         """Get a second opinion; at most five a second, however deep the doubt."""
         if self._stamp < self._opinion_due - self._config.opinion_period * 4 // 5:
             return
         self._opinion_due = self._stamp + self._config.opinion_period
-        with self._stage("kiss opinion"):
-            other = opinion.locate(sweep, self._ekf.pose)
-        if other is not None:
-            self._health.opinion(*opinion_offset(self._ekf.pose, other, match))
+        pose = self._ekf.pose
+        if record.asked is None or not self._same(record.asked, pose):
+            with self._stage("kiss opinion"):
+                record.asked, record.opinion = pose, opinion.locate(record.sweep, pose)
+        if record.opinion is not None:
+            self._health.opinion(*opinion_offset(pose, record.opinion, match))
+
+    def snapshot(self) -> CorrectionSnapshot:
+        """Return what the next sweep will be compared with, for ``restore``."""
+        return CorrectionSnapshot(
+            self._odom_then,
+            self._pose_then,
+            self._stamp,
+            self._opinion_due,
+            self._odometry.snapshot(),
+        )
+
+    def restore(self, snapshot: CorrectionSnapshot) -> None:
+        """Compare the next sweep with what it would have been compared with at a snapshot."""
+        self._odom_then, self._pose_then = snapshot.odom_then, snapshot.pose_then
+        self._stamp, self._opinion_due = snapshot.stamp, snapshot.opinion_due
+        self._odometry.restore(snapshot.odometry)

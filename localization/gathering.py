@@ -6,6 +6,9 @@ from collections.abc import Mapping
 
 from localization.types import SECOND, PointScan, Scan
 
+_LONGEST_WAIT = 2 * SECOND
+"""A scan whose motion is still unknown when one that ends so much later has come is given up [ns]."""
+
 
 class Gathering:
     """Owns the scans of the sweep that is coming together."""
@@ -19,10 +22,13 @@ class Gathering:
         """
         self._scanners, self._patience = scanners, patience
         self._waiting: Mapping[str, Scan | PointScan] = {}
+        self._ahead: tuple[Scan | PointScan, ...] = ()
 
     def take(self, scan: Scan | PointScan) -> None:
-        """Let a scan wait; an older one of the same scanner gives way."""
-        self._waiting = {**self._waiting, scan.scanner: scan}
+        """Let a scan wait until its motion is known, and then for the others."""
+        newest = max(scan.end_stamp, *(s.end_stamp for s in self._ahead), 0)
+        recent = (s for s in self._ahead if s.end_stamp >= newest - _LONGEST_WAIT)
+        self._ahead = tuple(sorted((*recent, scan), key=lambda s: s.end_stamp))
 
     def due(self, span: tuple[int, int] | None) -> bool:
         """Return whether a sweep is complete, or has waited long enough, and its motion is known.
@@ -30,13 +36,20 @@ class Gathering:
         Args:
             span: first and last stamp of the motion that is remembered [ns]; None if there is none.
         """
-        if not self._waiting or span is None:
+        if span is None:
+            return False
+        if self._ahead:
+            # Of two scans of one scanner, the older one gives way.
+            known = {s.scanner: s for s in self._ahead if s.end_stamp <= span[1]}
+            self._ahead = tuple(s for s in self._ahead if s.end_stamp > span[1])
+            self._waiting = {**self._waiting, **known}
+        if not self._waiting:
             return False
         ends = [scan.end_stamp for scan in self._waiting.values()]
         begun = min(scan.stamp for scan in self._waiting.values())
         complete = len(self._waiting) == self._scanners
         waited = span[1] - min(ends) > self._patience
-        return begun >= span[0] and max(ends) <= span[1] and (complete or waited)
+        return begun >= span[0] and (complete or waited)
 
     def drop_stale(self, span: tuple[int, int] | None, now: int) -> tuple[str, ...]:
         """Give up scans from before the remembered motion, which nothing can bring to now.

@@ -99,6 +99,8 @@ class Hypotheses:
 
     def candidates(self, odom_from_base: Pose) -> tuple[Candidate, ...]:
         """Return the places as of now, best first."""
+        if not self._places:
+            return ()
         moved = self._odom.inverse() @ odom_from_base
         return tuple(Candidate(p.map_from_base @ moved, p.score) for p in self._places)
 

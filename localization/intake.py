@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, insort
+
 import numpy as np
 
 from localization.types import (
@@ -40,13 +42,24 @@ _FARTHEST_AHEAD = SECOND
 
 
 class Intake:
-    """Checks readings one by one; remembers the last stamp of each source."""
+    """Checks readings one by one; remembers the last stamps of each source."""
 
-    def __init__(self, mounts: Mounts, leader: tuple[type[Reading], ...] = (Inertial,)) -> None:
-        """Build for scanners by frame name, and the kind of reading that moves time on."""
-        self._mounts = mounts
-        self._leader = leader
-        self._last: dict[str, int] = {}
+    def __init__(
+        self,
+        mounts: Mounts,
+        leader: tuple[type[Reading], ...] = (Inertial,),
+        horizon: int = 2 * SECOND,
+    ) -> None:
+        """Build.
+
+        Args:
+            mounts: ``base_from_scanner`` by the scanner's frame.
+            leader: the kinds of readings that move time on.
+            horizon: how late a reading may come [ns]; with 0, stamps must increase.
+        """
+        self._mounts, self._leader, self._horizon = mounts, leader, horizon
+        self._heard: dict[str, list[int]] = {}
+        self._leapt: int | None = None
         self.refused = 0
         """How many readings were turned away."""
 
@@ -60,33 +73,67 @@ class Intake:
         """
         why = self._order(reading, now) or self._content(reading)
         if why is None:
-            self._last[_source(reading)] = reading.stamp
+            self._hear(_source(reading), reading.stamp)
         else:
             self.refused += 1
         return why
 
+    def _hear(self, source: str, stamp: int) -> None:
+        """Remember the stamps of a source within the horizon, in order."""
+        heard = self._heard.setdefault(source, [])
+        insort(heard, stamp)
+        if len(heard) > 1 and heard[0] < heard[-1] - self._horizon - 2 * SECOND:
+            del heard[: bisect_left(heard, heard[-1] - self._horizon - SECOND)]
+
     def _order(self, reading: Reading, now: int) -> str | None:
         source = _source(reading)
+        if isinstance(reading, Hint):
+            return None
+        leads = isinstance(reading, self._leader)
         ahead = reading.stamp - now
-        if now and ahead > _FARTHEST_AHEAD and not isinstance(reading, (*self._leader, Hint)):
+        if now and ahead > _FARTHEST_AHEAD and not leads:
             return (
                 f"refused {source} stamped {ahead / SECOND:.1f} s ahead of the {_PLURAL[self._leader[0]]}: "
                 "all sensors must share one clock"
             )
-        last = self._last.get(source)
-        if last is None or isinstance(reading, Hint):
-            return None
-        if reading.stamp <= last:
+        heard = self._heard.get(source)
+        last = heard[-1] if heard else None
+        if last is not None and reading.stamp <= last and not self._horizon:
             return (
                 f"refused {source} stamped {reading.stamp / SECOND:.3f} s, not after "
                 f"{last / SECOND:.3f} s: stamps must increase"
             )
-        if reading.stamp - last > _LONGEST_JUMP:
+        if heard and reading.stamp in heard:
             return (
-                f"refused {source} stamped {(reading.stamp - last) / SECOND:.0f} s after the one "
+                f"refused {source} stamped {reading.stamp / SECOND:.3f} s again: "
+                "each must have a stamp of its own"
+            )
+        late = now - end_of(reading)
+        if now and late > self._horizon > 0:
+            reset = "; start a new localiser after a reset of the clock"
+            return (
+                f"refused {source}: {late / SECOND:.1f} s late, with {self._horizon / SECOND:.1f} s to "
+                f"come in{reset if late > _LONGEST_JUMP else ''}"
+            )
+        return self._leap(source, reading, now) if leads and now else None
+
+    def _leap(self, source: str, reading: Reading, now: int) -> str | None:
+        """A leap of time is believed when the next reading follows it: one may have a bad stamp."""
+        step = reading.stamp - now
+        if step <= _FARTHEST_AHEAD:
+            return None
+        if step > _LONGEST_JUMP:
+            return (
+                f"refused {source} stamped {step / SECOND:.0f} s after the one "
                 "before: start a new localiser after a reset of the clock"
             )
-        return None
+        leapt, self._leapt = self._leapt, reading.stamp
+        if leapt is not None and 0 < reading.stamp - leapt <= _FARTHEST_AHEAD:
+            return None
+        return (
+            f"refused {source} stamped {step / SECOND:.1f} s after the one before: "
+            "the next ones are taken if they follow it"
+        )
 
     def _content(self, reading: Reading) -> str | None:
         match reading:
@@ -141,3 +188,8 @@ def _source(reading: Reading) -> str:
             return "odometry"
         case Hint():
             return "hint"
+
+
+def end_of(reading: Reading) -> int:
+    """Return the stamp at which a reading is complete [ns]."""
+    return reading.end_stamp if isinstance(reading, Scan | PointScan) else reading.stamp

@@ -50,6 +50,38 @@ class KissConfig:
     """The same for yaw [rad]."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class KissView:
+    """Where the odometry saw one sweep, in its local map."""
+
+    place: object
+    """The local map: each restart begins another."""
+    pose: Pose
+    points: FloatArray
+    """(N, 3) that it added to the local map [m]."""
+    covariance: FloatArray | None
+    """(3, 3) of the motion since the sweep before; None of the first."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class KissSnapshot:
+    """All that the odometry knows at one moment.
+
+    KISS-ICP's local map itself cannot be copied, but its points can be read out, and added to an empty
+    map they make the same one: each voxel gets the same points in the same order.
+    """
+
+    place: object
+    pose: Pose
+    ground: FloatArray
+    """(N, 3) points of the local map some sweeps ago [m]."""
+    layers: tuple[tuple[FloatArray, FloatArray], ...]
+    """What each sweep since then added (N, 3) [m], and where the robot was (3,) [m]."""
+
+
+_LAYERS = 10
+"""Sweeps after which the local map is read out anew; that takes 0.1 to 0.5 ms."""
+_NOTHING = np.zeros((0, 3))
 _JUMP = 0.5
 """Neighbouring beams that end farther apart meet different surfaces [m]."""
 
@@ -62,6 +94,12 @@ class KissOdometry:
         self._map = VoxelHashMap(config.voxel, config.odometry_range, config.points_per_voxel)
         self._registration = _registration(config)
         self._pose = Pose.identity()
+        self._place = object()
+        self._ground: FloatArray = _NOTHING
+        self._layers: tuple[tuple[FloatArray, FloatArray], ...] = ()
+        self._stale = False
+        self.view: KissView | None = None
+        """Of the last sweep; None if there was nothing to see in it."""
 
     def add(self, sweep: Sweep, motion: Pose) -> tuple[Pose, FloatArray] | None:
         """Align a sweep with the local map.
@@ -77,9 +115,11 @@ class KissOdometry:
         flat = sweep.points[sweep.horizontal] * [1.0, 1.0, 0.0]
         yaw = motion.yaw
         guess = self._pose @ Pose.planar(motion.position[0], motion.position[1], yaw)
+        self.view = None
         if len(flat) < 30:
             self._pose = guess
             return None
+        self._refresh()
         seen = None
         pose = guess
         if not self._map.empty():
@@ -88,14 +128,65 @@ class KissOdometry:
             pose = Pose.planar(aligned.position[0], aligned.position[1], aligned.yaw)
             seen = (self._pose.inverse() @ pose, self._covariance(flat))
         thinned = np.asarray(voxel_down_sample(flat, 0.5 * self.config.voxel))
-        self._map.add_points(pose.apply(thinned))
+        covariance = None if seen is None else seen[1]
+        self.view = KissView(self._place, pose, pose.apply(thinned), covariance)
+        self._lay(self.view)
+        self._map.add_points(self.view.points)
         self._map.remove_far_away_points(pose.position)
-        self._pose = pose
+        if len(self._layers) == _LAYERS:
+            self._ground, self._layers = np.array(self._map.point_cloud()), ()
         return seen
 
     def restart(self) -> None:
         """Forget where things were seen: the next sweep begins a new local map."""
         self._map.clear()
+        self._place, self._ground, self._layers, self._stale = object(), _NOTHING, (), False
+
+    def repeat(self, view: KissView) -> tuple[Pose, FloatArray] | None:
+        """See a sweep again where it was seen before, without aligning it; return as ``add`` does.
+
+        Raises:
+            ValueError: if the view is not of this local map (see ``knows``).
+        """
+        if not self.knows(view):
+            raise ValueError("a view can be repeated in its own local map only")
+        before = self._pose
+        self.view, self._stale = view, True
+        self._lay(view)
+        if view.covariance is None:
+            return None
+        return before.inverse() @ view.pose, view.covariance
+
+    def knows(self, view: KissView) -> bool:
+        """Return whether a view is one in the present local map."""
+        return view.place is self._place
+
+    def snapshot(self) -> KissSnapshot:
+        """Return all that the odometry knows, for ``restore``."""
+        return KissSnapshot(self._place, self._pose, self._ground, self._layers)
+
+    def restore(self, snapshot: KissSnapshot) -> None:
+        """Be as at a snapshot again: the same sweeps from there on give the same bits."""
+        self._place, self._pose = snapshot.place, snapshot.pose
+        self._ground, self._layers, self._stale = snapshot.ground, snapshot.layers, True
+        self.view = None
+
+    def _lay(self, view: KissView) -> None:
+        self._pose = view.pose
+        self._layers = (*self._layers, (view.points, view.pose.position))
+
+    def _refresh(self) -> None:
+        """Make KISS-ICP's local map anew if it is no longer that of the layers."""
+        if not self._stale:
+            return
+        self._stale = False
+        self._map.clear()
+        self._map.add_points(self._ground)
+        for points, centre in self._layers:
+            self._map.add_points(points)
+            self._map.remove_far_away_points(centre)
+        if len(self._layers) >= _LAYERS:
+            self._ground, self._layers = np.array(self._map.point_cloud()), ()
 
     def _covariance(self, flat: FloatArray) -> FloatArray:
         """What such a sweep can tell of x, y and yaw: its points hold it across their lines only.

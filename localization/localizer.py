@@ -11,26 +11,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from enum import Enum, auto
 
 import numpy as np
 
-from localization.answer import state_of
+from localization.answer import SweepNews, state_of
 from localization.configuration import LocalizerConfig as LocalizerConfig
-from localization.correction import Correction, Stage as Stage
-from localization.deskew import OdometryTrack, deskew
-from localization.ekf import SkidSteerEkf
+from localization.correction import Correction, CorrectionSnapshot, Stage as Stage
+from localization.deskew import OdometryTrack, TrackSnapshot, deskew
+from localization.ekf import EkfSnapshot, SkidSteerEkf
 from localization.gathering import Gathering
 from localization.ground import FLAT
 from localization.health import HealthMonitor
 from localization.intake import Intake
 from localization.matching import MatchSweep
+from localization.past import Past
 from localization.prepared import PreparedMap
-from localization.seeker import Belief, Placement, Seeker
+from localization.recall import Recall, SweepRecord
+from localization.seeker import Belief, Placement, Seeker, SeekerSnapshot
 from localization.suites import Increment, MotionSource
 from localization.types import (
     SECOND,
     Estimate,
+    Health,
     Hint,
     Inertial,
     Mounts,
@@ -39,10 +43,28 @@ from localization.types import (
     Pose,
     Reading,
     Scan,
-    Sweep,
     WheelSpeeds,
 )
 from localization.wheel_watch import WheelWatch
+
+
+class Order(Enum):
+    """What an operator may ask for."""
+
+    LOOK_EVERYWHERE = auto()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """All that the localiser is at one moment, but for what was told."""
+
+    own: tuple[int, Pose, bool, Mapping[str, int]]
+    ekf: EkfSnapshot
+    track: TrackSnapshot
+    correction: CorrectionSnapshot
+    seeker: SeekerSnapshot
+    parts: tuple[Mapping[str, object], ...]
+    """Of those that replace what they hold and never change it."""
 
 
 class Localizer:
@@ -72,12 +94,12 @@ class Localizer:
         if suite.flat:
             # Its height is that of its floor by definition: a log seldom says how high a scanner is.
             world = replace(world, ground=FLAT)
-        self._intake = Intake(self._mounts, suite.leader)
+        self._intake = Intake(self._mounts, suite.leader, config.rewind.horizon)
         self._motion = MotionSource(
             suite, track=config.ekf.effective_track, silence=config.health.silence
         )
         self._ekf = SkidSteerEkf(config.ekf)
-        self._track = OdometryTrack()
+        self._track = OdometryTrack(memory=max(2 * SECOND, config.rewind.horizon))
         self._gathering = Gathering(len(self._mounts), config.scanner_patience)
         self._wheels = WheelWatch(config)
         self._health = HealthMonitor(config.health)
@@ -86,11 +108,16 @@ class Localizer:
         )
         self._seeker = Seeker(world, self._mounts, config, keen=self._correction.matches)
 
+        self._parts = (self._motion, self._gathering, self._wheels, self._health)
         self._stamp, self._odom, self._placed = 0, Pose.identity(), False
         self._heard: Mapping[str, int] = {}
         self._news: tuple[str, ...] = ()
         self._refused: tuple[str, ...] = ()
-        self._sweep: Sweep | None = None
+        self._told = (0, "")
+        self._untold: SweepNews | None = None
+        self._past: Past[Snapshot, Order] = Past(config.rewind, suite)
+        self._recall = Recall(config.rewind)
+        self._judged = self._judge()
         self._last = self._estimate()
 
     @property
@@ -103,34 +130,59 @@ class Localizer:
 
         What it finds is told apart by driving on; until that is settled, the estimate stays as it is.
         """
-        self._seeker.look_everywhere()
+        self._past.note(Order.LOOK_EVERYWHERE, self._snapshot)
+        self._take(Order.LOOK_EVERYWHERE)
 
     def add(self, reading: Reading) -> Estimate:
         """Take one reading and return the estimate as it now stands.
 
         A reading that cannot be true changes nothing; the estimate's reasons then say what was refused.
         Time moves on with the inertial readings, or with what stands in for them; the others take effect
-        with the one that covers them.
+        with the one that covers them. One that comes late takes effect at its own time, and what came
+        after it is taken again; a sweep is then told with the reading that moves time on next.
         """
         refusal = self._intake.refusal(reading, self._stamp)
         if refusal is not None:
             self._refused = (*self._refused, refusal)
             return replace(self._unchanged(), reasons=(refusal, *self._last.reasons))
-        match reading:
+        if isinstance(reading, Hint):
+            self._seeker.expect(reading)
+        if self._past.late(reading):
+            self._rewind(reading)
+            self._last = self._estimate(late=True)
+            return self._last
+        self._past.note(reading, self._snapshot)
+        if not self._take(reading):
+            return self._unchanged()
+        self._last = self._estimate()
+        return self._last
+
+    def _rewind(self, reading: Reading) -> None:
+        """Be again what was before a reading that comes late, and take it and all that came since."""
+        state, again = self._past.rewind(reading)
+        self._restore(state)
+        for what in again:
+            self._past.note(what, self._snapshot)
+            self._take(what)
+
+    def _take(self, what: Reading | Order) -> bool:
+        """Take what comes next; return whether time moved on."""
+        match what:
+            case Order():
+                self._seeker.look_everywhere()
+                return False
             case Hint():
-                self._seeker.receive(reading, self._stamp, self._odom_at(reading.stamp))
+                self._seeker.receive(what, self._stamp, self._odom_at(what.stamp))
             case Scan() | PointScan():
-                self._gathering.take(reading)
-                self._heard = {**self._heard, reading.scanner: reading.stamp}
+                self._gathering.take(what)
+                self._hear(what.scanner, what.stamp)
             case WheelSpeeds():
-                self._heard = {**self._heard, "wheels": reading.stamp}
+                self._hear("wheels", what.stamp)
             case Inertial() | Odometry():
                 pass
-        increment = self._motion.take(reading, self._wheels.seen)
+        increment = self._motion.take(what, self._wheels.seen)
         if increment is None:
-            return self._unchanged()
-        self._sweep = None
-        self._correction.clear()
+            return False
         # Without any motion sensor, scanners that end together move time on but once.
         if increment.stamp > self._stamp or not self._stamp:
             self._predict(increment)
@@ -141,8 +193,11 @@ class Localizer:
         with self._stage("search"):
             place = self._seeker.advance(self._stamp, self._odom, self._belief())
         self._place(place)
-        self._last = self._estimate()
-        return self._last
+        self._judged = self._judge()
+        return True
+
+    def _hear(self, source: str, stamp: int) -> None:
+        self._heard = {**self._heard, source: max(stamp, self._heard.get(source, 0))}
 
     def _unchanged(self) -> Estimate:
         """The last estimate without its news, which are told once."""
@@ -189,12 +244,30 @@ class Localizer:
         position, rotation = self._track.at(at)
         return Pose.from_rotation(position[0], rotation[0])
 
+    def _since(self, stamp: int) -> Pose:
+        """``base_then_from_base_now`` since a stamp, or the last reading before it."""
+        position, rotation = self._track.near(stamp)
+        back = rotation.T
+        return Pose.from_rotation(
+            back @ (self._odom.position - position), back @ self._odom.rotation
+        )
+
     def _correct(self) -> None:
         """Deskew the sweep, ask KISS-ICP how the robot moved, register, and look where else it might be."""
-        with self._stage("deskew"):
-            sweep = deskew(self._gathering.release(), self._track, self._mounts, self._stamp)
-            self._sweep = sweep
-        self._correction.take(sweep, self._odom, placed=self._placed)
+        scans = self._gathering.release()
+        path = self._since(min(scan.stamp for scan in scans))
+        record = self._recall.find(scans, self._stamp, path)
+        if fresh := record is None:
+            with self._stage("deskew"):
+                sweep = deskew(scans, self._track, self._mounts, self._stamp)
+            record = SweepRecord(scans, path, sweep)
+            self._recall.keep(record)
+        sweep = record.sweep
+        found = self._correction.take(record, self._odom, placed=self._placed)
+        if self._placed and self._health.needs_check:
+            self._seeker.look_everywhere()
+        if fresh:
+            self._untold = SweepNews(sweep, *found, self._odom)
         if self._seeker.undecided:
             with self._stage("hypotheses"):
                 place = self._seeker.tell_apart(sweep, self._odom, self._belief())
@@ -209,7 +282,9 @@ class Localizer:
         self._placed = True
         self._correction.begin()
         self._health.reset()
-        self._news = (f"placed anew: {place.reason}",)
+        if (self._stamp, place.reason) != self._told:
+            self._told = (self._stamp, place.reason)
+            self._news = (f"placed anew: {place.reason}",)
 
     def _belief(self) -> Belief:
         health = self._health
@@ -217,36 +292,61 @@ class Localizer:
             self._ekf.pose, self._ekf.covariance, self._placed, health.lost, health.doubtful
         )
 
-    def _estimate(self) -> Estimate:
-        """Put the answer together."""
-        belief, places = self._belief(), self._seeker.candidates(self._odom)
+    def _judge(self) -> tuple[Health, tuple[str, ...]]:
+        """Return what state the estimate is in, and why."""
         sources = (*sorted(self._mounts), *self.config.suite.expected)
         silence = self.config.health.silence
         silent = tuple(n for n in sources if self._stamp - self._heard.get(n, 0) > silence)
-        health, reasons = state_of(
-            belief,
+        return state_of(
+            self._belief(),
             self._health,
             slipping=self._wheels.slipping(self._stamp),
             silent=silent,
             unseeing=set(self._mounts) <= set(silent),
             searching=self._seeker.busy,
             asked=self._seeker.asked,
-            places=places,
+            places=self._seeker.candidates(self._odom),
         )
+
+    def _estimate(self, *, late: bool = False) -> Estimate:
+        """Put the answer together; what is news waits for the next one if a reading came late."""
+        health, reasons = self._judged
+        news = None if late else self._untold
         estimate = Estimate(
             stamp=self._stamp,
-            map_from_base=belief.pose if self._placed else None,
+            map_from_base=self._ekf.pose if self._placed else None,
             odom_from_base=self._odom,
-            covariance=belief.covariance,
+            covariance=self._ekf.covariance,
             twist=self._ekf.twist,
             health=health,
             reasons=(*self._refused, *self._news, *reasons),
-            match=self._correction.match,
-            sweep=self._sweep,
-            verdict=self._seeker.next_answer(),
-            nis=self._correction.nis,
-            hypotheses=places,
-            mismatch=self._correction.mismatch,
+            match=news.match if news else None,
+            sweep=news.seen_from(self._odom, self._stamp) if news else None,
+            verdict=None if late else self._seeker.next_answer(),
+            nis=news.nis if news else None,
+            hypotheses=self._seeker.candidates(self._odom),
+            mismatch=news.mismatch if news else None,
         )
         self._news, self._refused = (), ()
+        if not late:
+            self._untold = None
         return estimate
+
+    def _snapshot(self) -> Snapshot:
+        return Snapshot(
+            (self._stamp, self._odom, self._placed, self._heard),
+            self._ekf.snapshot(),
+            self._track.snapshot(),
+            self._correction.snapshot(),
+            self._seeker.snapshot(),
+            tuple(dict(vars(part)) for part in self._parts),
+        )
+
+    def _restore(self, state: Snapshot) -> None:
+        self._stamp, self._odom, self._placed, self._heard = state.own
+        self._ekf.restore(state.ekf)
+        self._track.restore(state.track)
+        self._correction.restore(state.correction)
+        self._seeker.restore(state.seeker)
+        for part, held in zip(self._parts, state.parts, strict=True):
+            vars(part).update(held)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from localization.configuration import LocalizerConfig
 from localization.geometry import FloatArray
 from localization.health import horizontal_sigma
-from localization.hints import Found, HintDesk
+from localization.hints import DeskSnapshot, Found, HintDesk
 from localization.hypotheses import Hypotheses
 from localization.prepared import PreparedMap
 from localization.relocalization import FloorPlan, Window, same_place
@@ -30,6 +31,18 @@ class Belief:
     """Whether it must not be relied on."""
     doubtful: bool
     """Whether the last sweep left doubt."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeekerSnapshot:
+    """What is being looked for at one moment."""
+
+    asked: bool
+    everywhere: bool
+    due: int
+    everywhere_due: int
+    desk: DeskSnapshot
+    hypotheses: Mapping[str, object]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +73,7 @@ class Seeker:
         search = config.search
         heights = [p.position[2] for p in mounts.values() if p.rotation[2, 2] > 0.9] or [0.3]
         plan = FloorPlan(world, float(heights[0]), cell=search.cell, sigma=search.field_sigma)
-        self._desk = HintDesk(world, plan, search, config.map_search)
+        self._desk = HintDesk(world, plan, search, config.map_search, config.rewind)
         self._hypotheses = Hypotheses(world, search, config.hypotheses)
         self.asked = False
         """Whether the pose stands, but other places may explain what is seen."""
@@ -89,6 +102,10 @@ class Seeker:
         """Begin a search of the whole map with the next sweep."""
         self._everywhere = self.asked = True
         self._hypotheses.drop()
+
+    def expect(self, hint: Hint) -> None:
+        """Make ready to answer a hint that just came, though it may have been given before."""
+        self._desk.expect(hint)
 
     def receive(self, hint: Hint, now: int, odom_then: Pose) -> None:
         """Take a hint.
@@ -178,6 +195,24 @@ class Seeker:
         self._hypotheses.drop()
         self._everywhere = self.asked = unsure
         return Placement(place.map_from_base, reason, unsure)
+
+    def snapshot(self) -> SeekerSnapshot:
+        """Return what is being looked for, for ``restore``."""
+        return SeekerSnapshot(
+            self.asked,
+            self._everywhere,
+            self._due,
+            self._everywhere_due,
+            self._desk.snapshot(),
+            dict(vars(self._hypotheses)),
+        )
+
+    def restore(self, snapshot: SeekerSnapshot) -> None:
+        """Look for what was being looked for at a snapshot."""
+        self.asked, self._everywhere = snapshot.asked, snapshot.everywhere
+        self._due, self._everywhere_due = snapshot.due, snapshot.everywhere_due
+        self._desk.restore(snapshot.desk)
+        vars(self._hypotheses).update(snapshot.hypotheses)
 
 
 def _around(belief: Belief) -> Window:

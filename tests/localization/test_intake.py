@@ -87,8 +87,8 @@ KINDS = ["wheel speeds", "inertial reading", "scan of laser_horizontal", "scan o
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_stamps_of_a_source_must_increase(kind: str) -> None:
-    intake = Intake(MOUNTS)
+def test_without_a_horizon_stamps_of_a_source_must_increase(kind: str) -> None:
+    intake = Intake(MOUNTS, horizon=0)
     assert intake.refusal(made(kind, 5 * SECOND)) is None
     for late in (5 * SECOND, 3 * SECOND):
         why = intake.refusal(made(kind, late))
@@ -99,13 +99,55 @@ def test_stamps_of_a_source_must_increase(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_leap_of_the_clock_is_refused_with_what_to_do(kind: str) -> None:
+def test_same_stamp_again_is_refused_in_order_and_out_of_it(kind: str) -> None:
     intake = Intake(MOUNTS)
-    assert intake.refusal(made(kind, 0)) is None
-    why = intake.refusal(made(kind, 61 * SECOND))
+    for stamp in (5 * SECOND, 6 * SECOND, 5 * SECOND + 7):
+        assert intake.refusal(made(kind, stamp), 6 * SECOND) is None
+    for stamp in (5 * SECOND, 5 * SECOND + 7, 6 * SECOND):
+        why = intake.refusal(made(kind, stamp), 6 * SECOND)
+        assert why == (
+            f"refused {kind} stamped {stamp / SECOND:.3f} s again: each must have a stamp of its own"
+        )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_reading_later_than_the_horizon_is_refused_and_told_how_late_it_is(kind: str) -> None:
+    intake = Intake(MOUNTS)
+    assert intake.refusal(made(kind, 10 * SECOND), 10 * SECOND) is None
+    assert intake.refusal(made(kind, 8 * SECOND), 10 * SECOND) is None
+    why = intake.refusal(made(kind, 7 * SECOND), 10 * SECOND)
+    assert why == f"refused {kind}: 3.0 s late, with 2.0 s to come in"
+    why = intake.refusal(made(kind, 0), 100 * SECOND)
     assert why is not None
-    assert "61 s after the one before: start a new localiser" in why
-    assert intake.refusal(made(kind, 60 * SECOND)) is None
+    assert why.endswith("start a new localiser after a reset of the clock")
+
+
+def test_leap_of_what_moves_time_on_is_believed_when_the_next_reading_follows_it() -> None:
+    intake = Intake(MOUNTS)
+    now = 5 * SECOND
+    assert intake.refusal(inertial(now), 0) is None
+    why = intake.refusal(inertial(now + 30 * SECOND), now)
+    assert why == (
+        "refused inertial reading stamped 30.0 s after the one before: "
+        "the next ones are taken if they follow it"
+    )
+    assert intake.refusal(inertial(now + TICK), now) is None, "it was one bad stamp"
+    now += TICK
+    assert intake.refusal(inertial(now + 20 * SECOND), now) is not None
+    assert intake.refusal(inertial(now + 20 * SECOND + TICK), now) is None, "it was a pause"
+
+
+def test_leap_of_the_clock_is_refused_with_what_to_do() -> None:
+    intake = Intake(MOUNTS)
+    assert intake.refusal(inertial(SECOND)) is None
+    for leap in (61, 62):
+        why = intake.refusal(inertial((1 + leap) * SECOND), SECOND)
+        assert why is not None
+        assert f"{leap} s after the one before: start a new localiser" in why
+    for kind in set(KINDS) - {"inertial reading"}:
+        why = intake.refusal(made(kind, 62 * SECOND), SECOND)
+        assert why is not None
+        assert "ahead of the inertial readings: all sensors must share one clock" in why
 
 
 @given(order=st.permutations(KINDS))
@@ -179,9 +221,9 @@ def garbage(kind: int, now: int) -> Reading:
         case 4:
             return scan(now + 1, scanner="another")
         case 5:
-            return inertial(0)
+            return inertial(TICK)
         case 6:
-            return WheelSpeeds(0, 1.0, 1.0)
+            return WheelSpeeds(TICK, 1.0, 1.0)
         case 7:
             return inertial(now + 100 * SECOND)
         case _:

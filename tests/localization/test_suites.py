@@ -113,13 +113,16 @@ def test_what_a_suite_lacks_is_not_missed(hall: PreparedMap) -> None:
     assert not any("nothing from" in reason for reason in last.reasons)
 
 
-def test_odometry_that_runs_ahead_is_refused_only_where_it_does_not_lead(hall: PreparedMap) -> None:
-    late = Odometry(60 * SECOND, Pose.identity())
-    for suite, refused in ((Suite(Motion.ODOMETRY), 0), (Suite(Motion.WHEELS), 1)):
+def test_odometry_that_runs_ahead_is_taken_only_where_it_leads_and_goes_on(
+    hall: PreparedMap,
+) -> None:
+    ahead = [Odometry(60 * SECOND + i * TICK, Pose.identity()) for i in (0, 1, 2)]
+    for suite, refused in ((Suite(Motion.ODOMETRY), 1), (Suite(Motion.WHEELS), 3)):
         localizer = Localizer(hall, MOUNTS, LocalizerConfig.of(suite))
         localizer.add(Odometry(TICK, Pose.identity()))
         localizer.add(WheelSpeeds(TICK, 0.0, 0.0))
-        localizer.add(late)
+        for reading in ahead:
+            localizer.add(reading)
         assert localizer.refused == refused
 
 
