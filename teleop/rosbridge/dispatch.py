@@ -90,6 +90,7 @@ class Dispatch:
         self, client: Connection, frame: str | bytes, now: int, *, joined: bool = False
     ) -> None:
         """Do the operations in a frame, or in fragments that have been joined."""
+        paid = joined  # by its pieces, for one operation
         try:
             read = operations(frame) if len(frame) < LARGE else (self._shapes.read(frame),)
             for operation in read:
@@ -97,8 +98,9 @@ class Dispatch:
                     return
                 if joined and operation.get("op") == "fragment":
                     raise FrameError("a fragment holds no fragments")
-                if not joined and not self._connections.admit(client, now):
+                if not paid and not self._connections.admit(client, now):
                     return
+                paid = False
                 self._operate(client, operation, now)
         except FrameError as error:
             if joined or self._connections.admit(client, now):

@@ -11,6 +11,9 @@ from urllib.parse import urlsplit
 
 from teleop.rosbridge.errors import ServerError
 
+FILES: Final = "file://"
+"""Origin of pages that were opened as files, and of programs that are pages, as Foxglove's."""
+
 _LOCAL: Final = ("localhost", "127.0.0.1", "::1")
 
 
@@ -35,7 +38,7 @@ class Origins:
             plain = origin.isascii() and origin == origin.lower()
             parts = origin.split("/")
             whole = len(parts) == 3 and parts[0].endswith(":") and not parts[1] and _host(origin)
-            if not (plain and whole):
+            if not (plain and whole) and origin != FILES:
                 raise ServerError(f"{origin!r} is no origin; one is https://lab.example")
         return cls(host, frozenset(named))
 

@@ -13,6 +13,7 @@ import struct
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import pytest
@@ -349,6 +350,21 @@ async def floods(server: Server) -> None:
             await attacker.ping()
 
 
+async def mutates(server: Server) -> None:
+    """Send frames as they should be, but for some bits."""
+    random = Random(0)
+    call = masked(CALL.encode())
+    say = masked(published("/t", {"data": "x" * 200}).encode())
+    for _ in range(60):
+        _, writer = await opened(server)
+        frames = bytearray(b"".join(random.choices([call, say, masked(b"", 0x89)], k=8)))
+        for _ in range(random.randint(1, 12)):
+            frames[random.randrange(len(frames))] ^= 1 << random.randrange(8)
+        writer.write(frames)
+        await asyncio.sleep(0.001)
+        writer.close()
+
+
 async def reads_nothing(server: Server) -> None:
     async with client(server) as attacker:
         await say(attacker, IMAGE, CHATTER)
@@ -360,13 +376,36 @@ async def reads_nothing(server: Server) -> None:
         assert server.waiting(victim) <= Bounds().data
 
 
-@pytest.mark.parametrize("attack", [slow_loris, half_open, deep_and_wide, floods, reads_nothing])
+@pytest.mark.parametrize(
+    "attack", [slow_loris, half_open, deep_and_wide, floods, mutates, reads_nothing]
+)
 @in_a_loop
 async def test_who_does_harm_costs_the_others_no_message(
     attack: Callable[[Server], Awaitable[None]],
 ) -> None:
     async with beside_a_stream() as server:
         await attack(server)
+
+
+@pytest.mark.parametrize(
+    ("lines", "status"),
+    [
+        (b"GET /" + b"x" * 9000 + b" HTTP/1.1\r\nHost: x\r\n", 414),
+        (b"GET / HTTP/1.1\r\nHost: " + b"x" * 9000 + b"\r\n", 431),
+        (b"GET / HTTP/1.1\r\n" + b"X-A: b\r\n" * 200, 431),
+        (b"GET / HTTP/1.1\r\n" + b"X" * 500_000, 431),
+    ],
+    ids=["long-target", "long-header", "many-headers", "endless-header"],
+)
+@in_a_loop
+async def test_a_request_that_is_too_long_is_answered_with_its_code(
+    lines: bytes, status: int
+) -> None:
+    async with beside_a_stream() as server:
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+        writer.write(lines + b"\r\n")
+        assert f" {status} ".encode() in await reader.readline()
+        writer.close()
 
 
 @in_a_loop

@@ -26,6 +26,7 @@ def test_pages_of_this_machine_and_those_named_may_connect(origin: str, host: st
     [
         ("https://evil.example", "127.0.0.1:9090"),
         ("null", "127.0.0.1:9090"),
+        ("file://", "127.0.0.1:9090"),
         ("", "127.0.0.1:9090"),
         ("http://[", "127.0.0.1:9090"),
         ("http://192.168.1.8", "192.168.1.7:9090"),
@@ -35,3 +36,10 @@ def test_pages_of_this_machine_and_those_named_may_connect(origin: str, host: st
 )
 def test_pages_from_elsewhere_may_not(origin: str, host: str) -> None:
     assert not ORIGINS.allow(origin, host)
+
+
+def test_pages_that_are_files_may_connect_where_that_is_wished_and_others_not_for_it() -> None:
+    origins = Origins.of("127.0.0.1", ["file://"])
+    assert origins.allow("file://", "127.0.0.1:9090")
+    assert not origins.allow("null", "127.0.0.1:9090")
+    assert not origins.allow("https://evil.example", "127.0.0.1:9090")

@@ -198,6 +198,15 @@ def test_fragments_that_wait_are_bounded_in_bytes_and_number() -> None:
     assert "at most 8 messages can be begun" in status["msg"]
 
 
+def test_operations_in_fragments_are_counted_like_others() -> None:
+    wire = Wire(limits=Limits(messages=10, burst=1))
+    calls = '{"op":"call_service","service":"/nope"}' * 15
+    wire.send({"op": "fragment", "num": 0, "total": 1, "data": calls, "id": 1})
+    heard = wire.heard()
+    assert [h["op"] for h in heard] == ["service_response"] * 10 + ["status"]
+    assert heard[-1] == error("more than 10 operations a second: not heard")
+
+
 def test_a_message_does_not_change_its_number_of_pieces() -> None:
     wire = Wire()
     piece = {"op": "fragment", "id": "f", "num": 0, "total": 3, "data": "x"}
