@@ -28,6 +28,9 @@ class HealthConfig:
     """Passing through mapped surfaces for about a second, more than this share of the sweeps makes the
     pose suspect. Measured in the worlds, with people and with furniture moved: at most 0.06 where the
     pose is right; mostly 0.10 to 0.30 where it is wrong and the sweep fits all the same."""
+    off_map: float = 0.5
+    """If more than this share of a sweep ends where nothing is mapped, the robot has left the map: it goes
+    by its own motion, and to look for it in the map would only find places that it is not at."""
     check_again: int = 100
     """Sweeps between searches of the whole map while that lasts; 10 s at 10 Hz."""
     suspect_after: int = 3
@@ -64,6 +67,7 @@ class HealthMonitor:
         self._lost = False
         self._mismatch = Mismatch(0.0, 0.0, 0.0, 0.0)
         self._through = 0
+        self._off_map = False
 
     @property
     def doubtful(self) -> bool:
@@ -98,8 +102,12 @@ class HealthMonitor:
         doubt = refusal
         if doubt is None and match.fit < self.config.poor_fit:
             doubt = explanation(match.fit, mismatch)
+        self._off_map = mismatch is not None and mismatch.beyond > self.config.off_map
         if doubt is None:
             self._bad, self._good = 0, self._good + 1
+        elif self._off_map:
+            self._bad, self._good = max(self._bad, self.config.suspect_after), 0
+            self._why = f"{doubt}: the robot has left the map and goes by its own motion"
         else:
             self._bad, self._good, self._why = self._bad + 1, 0, doubt
         if self._bad >= self.config.lost_after or self._differ >= self.config.disagreements:
@@ -109,7 +117,10 @@ class HealthMonitor:
 
     def opinion(self, offset: float, turn: float) -> None:
         """Take note of how far [m, rad] a second opinion lies from the estimate."""
-        if offset > self.config.opinion_distance or abs(turn) > self.config.opinion_yaw:
+        if self._off_map:
+            # It knows the map and nothing else.
+            self._differ = 0
+        elif offset > self.config.opinion_distance or abs(turn) > self.config.opinion_yaw:
             self._differ += 1
             self._why = f"KISS-ICP places the robot {offset:.2f} m and {np.rad2deg(abs(turn)):.1f} degrees away"
         else:

@@ -34,7 +34,8 @@ class MismatchConfig:
     nearest: float = 0.3
     """Surfaces nearer to the scanner than this are not looked for [m]."""
     aside: float = 0.12
-    """A beam meets a mapped point that lies no farther from its line [m]: a cloud's spacing."""
+    """A beam meets a mapped surface if it cuts the plane of a point no farther from it [m]: a cloud's
+    spacing."""
 
 
 class MapBeams:
@@ -117,11 +118,12 @@ class MapBeams:
         normal = self._world.cloud.normals[index]
         offset = self._world.cloud.points[index] - place
         slope = np.einsum("ij,ij->i", normal, direction)
-        along = np.einsum("ij,ij->i", offset, direction)
-        aside = np.einsum("ij,ij->i", offset, offset) - along**2
+        meets = (index >= 0) & (np.abs(slope) > _GRAZING)
         # Along a surface a beam may run for metres; it is met where the line cuts its plane.
-        meets = (index >= 0) & (aside < c.aside**2) & (np.abs(along) < c.edge)
-        meets &= np.abs(slope) > _GRAZING
+        with np.errstate(divide="ignore", invalid="ignore"):
+            along = np.einsum("ij,ij->i", normal, offset) / slope
+        aside = offset - along[:, None] * direction
+        meets &= (np.einsum("ij,ij->i", aside, aside) < c.aside**2) & (np.abs(along) < c.edge)
         beam, at, slope = beam[meets], at[meets] + along[meets], slope[meets]
         met, facing = np.full(len(start), np.inf), np.zeros(len(start), dtype=bool)
         order = np.lexsort((at, beam))

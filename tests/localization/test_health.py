@@ -6,7 +6,7 @@ from hypothesis import given, strategies as st
 
 from localization.health import HealthConfig, HealthMonitor, blind_axes, opinion_offset
 from localization.registration import LEVER
-from localization.types import Health, Match, Pose
+from localization.types import Health, Match, Mismatch, Pose
 from tests.support import floats
 
 HERE = Pose.planar(1.0, 2.0, 0.0)
@@ -18,10 +18,15 @@ def match(fit: float = 0.9, directions: np.ndarray = ALL) -> Match:
 
 
 def feed(
-    monitor: HealthMonitor, n: int, refusal: str | None = None, *, fit: float = 0.9
+    monitor: HealthMonitor,
+    n: int,
+    refusal: str | None = None,
+    *,
+    fit: float = 0.9,
+    mismatch: Mismatch | None = None,
 ) -> HealthMonitor:
     for _ in range(n):
-        monitor.sweep(match(fit), HERE, refusal)
+        monitor.sweep(match(fit), HERE, refusal, mismatch)
     return monitor
 
 
@@ -188,3 +193,58 @@ def test_reset_forgets_everything(news: list[str]) -> None:
     assert not monitor.lost
     assert not monitor.doubtful
     assert ask(monitor) == (Health.TRACKING, ())
+
+
+# What the map does not explain
+
+CROWD = Mismatch(0.4, 0.37, 0.02, 0.01)
+THROUGH = Mismatch(0.3, 0.06, 0.2, 0.04)
+BEYOND = Mismatch(0.95, 0.0, 0.0, 0.95)
+
+
+def test_crowd_is_told_and_costs_no_trust() -> None:
+    monitor = feed(HealthMonitor(), 2, fit=0.6, mismatch=CROWD)
+    assert ask(monitor) == (Health.TRACKING, ())
+    health, (reason,) = ask(feed(monitor, 20, fit=0.6, mismatch=CROWD))
+    assert health is Health.TRACKING
+    assert "ends before mapped surfaces: people" in reason
+    assert not monitor.doubtful
+    assert ask(feed(monitor, 20, mismatch=Mismatch(0.02, 0.0, 0.0, 0.02)))[1] == ()
+
+
+def test_sweeps_that_pass_through_walls_make_suspect_within_two_seconds_but_never_lost() -> None:
+    monitor, checks, first = HealthMonitor(), 0, None
+    for i in range(150):
+        feed(monitor, 1, fit=0.7, mismatch=THROUGH)
+        checks += monitor.needs_check
+        if first is None and ask(monitor)[0] is Health.SUSPECT:
+            first = i
+    assert first is not None
+    assert first < 20
+    assert checks == 2
+    health, (reason,) = ask(monitor)
+    assert health is Health.SUSPECT
+    assert "passes through mapped surfaces: things gone, or a wrong pose" in reason
+    assert not monitor.lost
+    assert ask(feed(monitor, 20, mismatch=Mismatch(0.0, 0.0, 0.0, 0.0)))[0] is Health.TRACKING
+
+
+def test_robot_that_leaves_the_map_is_suspect_and_neither_lost_nor_told_by_kiss() -> None:
+    monitor = feed(HealthMonitor(), 5)
+    for _ in range(100):
+        feed(monitor, 1, "it fits badly", fit=0.05, mismatch=BEYOND)
+        monitor.opinion(3.0, 1.0)
+    health, (reason,) = ask(monitor)
+    assert health is Health.SUSPECT
+    assert reason == "it fits badly: the robot has left the map and goes by its own motion"
+    assert not monitor.lost
+    assert ask(feed(monitor, 1))[0] is Health.TRACKING
+    assert ask(feed(monitor, 12, "it fits badly", mismatch=THROUGH))[0] is Health.LOST
+
+
+def test_estimate_that_no_scanner_speaks_to_is_suspect() -> None:
+    monitor = feed(HealthMonitor(), 5)
+    health, reasons = monitor.state(sigma=0.02, slipping=False, silent=("a", "b"), unseeing=True)
+    assert health is Health.SUSPECT
+    assert reasons[0] == "no scanner speaks: only its own motion is known"
+    assert reasons[1:] == ("nothing from a", "nothing from b")

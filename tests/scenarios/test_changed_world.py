@@ -1,0 +1,185 @@
+"""A place that is not as it was mapped: what is new, gone or unknown moves no pose, and is told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from benchmarks._recordings import record
+from localization.cloud import Cloud
+from localization.localizer import Localizer
+from localization.prepared import PreparedMap, prepare
+from localization.types import SECOND, Estimate, Health, Pose
+from robot_sim import World, WorldOptions
+from robot_sim.worlds import parse_world
+from teleop.scenario.survey import StationConfig, survey_from_stations
+
+pytestmark = [pytest.mark.slow]
+
+FAR = 0.25
+"""Farther off is no pose to drive by [m]."""
+FLAGGED = (Health.WAITING, Health.SUSPECT, Health.LOST, Health.RELOCALISING)
+
+OPEN_DOOR, CLOSED_DOOR = "doors = [{ at = 2.5, width = 1.4 }]", ""
+INTO_THE_ROOM = "[[1.5, 2.5], [8.6, 2.5], [8.6, 3.2], [8.4, 2.5], [2.5, 2.5]]"
+IN_THE_HALL = "[[1.5, 2.5], [4.6, 2.5], [4.6, 3.4]]"
+PLAN = """
+bounds = [0.0, 0.0, 11.0, 5.0]
+height = 2.5
+spawn = [1.5, 2.5, 0.0]
+tour = {tour}
+survey = [[1.5, 2.5], [4.6, 2.5], [4.6, 4.2], [4.6, 2.5], [8.6, 2.5], [9.8, 4.0]]
+[[wall]]
+name = "south"
+from = [0.0, 0.0]
+to = [11.0, 0.0]
+[[wall]]
+name = "east"
+from = [11.0, 0.0]
+to = [11.0, 5.0]
+[[wall]]
+name = "north"
+from = [11.0, 5.0]
+to = [0.0, 5.0]
+[[wall]]
+name = "west"
+from = [0.0, 5.0]
+to = [0.0, 0.0]
+[[wall]]
+name = "between"
+from = [6.2, 0.0]
+to = [6.2, 5.0]
+{door}
+[[furniture]]
+type = "cabinet"
+at = [3.0, 4.6]
+[[furniture]]
+type = "counter"
+at = [4.2, 0.5]
+size = [1.8, 0.6, 1.1]
+[[furniture]]
+type = "pillar"
+at = [0.9, 4.2]
+[[furniture]]
+type = "cabinet"
+at = [10.5, 1.2]
+yaw = 90
+[[furniture]]
+type = "plant"
+at = [7.0, 4.5]
+[[person]]
+name = "ada"
+path = [[2.6, 1.4], [5.2, 1.4], [5.2, 3.7], [2.6, 3.7]]
+loop = true
+[[person]]
+name = "bob"
+path = [[5.4, 4.2], [3.8, 4.0], [5.6, 1.5]]
+loop = true
+"""
+
+
+def place(*, tour: str = IN_THE_HALL, door: str = OPEN_DOOR, options: WorldOptions) -> World:
+    return parse_world(PLAN.format(tour=tour, door=door), name="two rooms", options=options)
+
+
+@pytest.fixture(scope="module")
+def cloud() -> Cloud:
+    mapped = place(options=WorldOptions())
+    coarse = StationConfig(resolution=float(np.deg2rad(0.5)))
+    return survey_from_stations(mapped, station=coarse)
+
+
+@pytest.fixture(scope="module")
+def world(cloud: Cloud) -> PreparedMap:
+    return prepare(cloud)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Told:
+    estimate: Estimate
+    truth: Pose
+
+    @property
+    def off(self) -> float:
+        """[m]"""
+        assert self.estimate.map_from_base is not None
+        step = self.estimate.map_from_base.position - self.truth.position
+        return float(np.hypot(*step[:2]))
+
+
+def drive(actual: World, world: PreparedMap, seconds: float) -> list[Told]:
+    """What the localiser says at each sweep of a tour, from a second after it was placed."""
+    recording = record(actual, name=actual.name, seed=3, seconds=seconds)
+    localizer, told = Localizer(world, recording.mounts), []
+    for reading in recording.readings:
+        e = localizer.add(reading)
+        if e.sweep is not None and e.map_from_base is not None and e.mismatch is not None:
+            told.append(Told(e, recording.truth[e.stamp]))
+    return told[10:]
+
+
+def kinds(told: Sequence[Told]) -> dict[str, float]:
+    """Mean shares of what is not explained."""
+    seen = [t.estimate.mismatch for t in told]
+    names = ("before", "through", "beyond", "share")
+    return {n: float(np.mean([getattr(m, n) for m in seen])) for n in names}
+
+
+def said(told: Sequence[Told]) -> str:
+    return "\n".join(reason for t in told for reason in t.estimate.reasons)
+
+
+def test_place_as_it_was_mapped_is_explained(world: PreparedMap) -> None:
+    told = drive(place(options=WorldOptions()), world, 9.0)
+    assert max(t.off for t in told) < 0.03
+    assert kinds(told)["share"] < 0.08
+    assert "the map explains" not in said(told)
+
+
+def test_people_are_seen_before_the_walls_and_not_followed(world: PreparedMap) -> None:
+    told = drive(place(options=WorldOptions(alive=True)), world, 12.0)
+    assert max(t.off for t in told) < 0.05
+    seen = kinds(told)
+    assert seen["before"] > 0.04
+    assert seen["before"] > 2.0 * max(seen["through"], seen["beyond"])
+    assert not any(t.estimate.health in FLAGGED for t in told)
+
+
+def test_moved_furniture_is_not_followed(world: PreparedMap) -> None:
+    told = drive(place(options=WorldOptions(rearranged=4)), world, 9.0)
+    assert max(t.off for t in told) < 0.05
+    seen = kinds(told)
+    assert seen["share"] > 0.05
+    assert seen["before"] + seen["through"] > seen["beyond"]
+
+
+def test_closed_door_is_told_as_something_new_and_moves_nothing(world: PreparedMap) -> None:
+    told = drive(place(door=CLOSED_DOOR, options=WorldOptions()), world, 9.0)
+    assert max(t.off for t in told) < 0.05
+    near = kinds(told[-10:])
+    assert near["before"] > 0.06
+    assert near["before"] > 2.0 * max(near["through"], near["beyond"])
+    assert not any(t.estimate.health in FLAGGED for t in told)
+
+
+def test_robot_in_a_room_that_the_map_lacks_says_so_and_is_right_again_when_it_is_back(
+    cloud: Cloud,
+) -> None:
+    mapped = cloud.points[:, 0] < 6.25
+    lacking = prepare(replace(cloud, points=cloud.points[mapped], normals=cloud.normals[mapped]))
+    told = drive(place(tour=INTO_THE_ROOM, options=WorldOptions()), lacking, 60.0)
+    inside = [t for t in told if t.truth.position[0] > 7.0]
+    back = [t for t in told if t.estimate.stamp > inside[-1].estimate.stamp]
+    assert "ends where nothing is mapped" in said(inside)
+    assert kinds(inside)["beyond"] > 0.5
+    assert all(t.estimate.health in FLAGGED for t in inside)
+    assert "has left the map and goes by its own motion" in said(inside)
+    assert max(t.off for t in told) < FAR
+    assert len(back) * 0.1 > 5.0
+    for t in back[-10:]:
+        assert t.off < 0.05
+        assert t.estimate.health not in FLAGGED
+    assert back[-1].estimate.stamp < 60 * SECOND
