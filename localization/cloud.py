@@ -1,6 +1,6 @@
 """The prebuilt global cloud: load, check and save the PLY that robot and operator both hold.
 
-The file is a binary little-endian PLY with ``x y z nx ny nz`` as float32 and its name, frame and origin
+Our own file is a binary little-endian PLY with ``x y z nx ny nz`` as float32 and its name, frame and origin
 as comments; any point-cloud tool opens it. Its identity is the SHA-256 of its bytes.
 """
 
@@ -12,17 +12,16 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from plyfile import PlyData, PlyElement, PlyParseError
+from plyfile import PlyData, PlyElement
 
+from localization.cloud_files import CloudError as CloudError, read_points
 from localization.geometry import FloatArray
 
 _COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 _LARGEST_EXTENT = 5_000.0
 """[m]. A larger cloud is almost surely in millimetres or in geodetic coordinates."""
-
-
-class CloudError(ValueError):
-    """A cloud that cannot serve as a map; the message says why and what would."""
+_LARGE = 300.0
+"""[m]. A cloud that is larger is asked whether it is as dense as a scanned place."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,49 +53,57 @@ class Cloud:
         return self.points.min(axis=0), self.points.max(axis=0)
 
 
-def load_cloud(path: str | Path) -> Cloud:
-    """Read a cloud from a PLY file.
+def load_cloud(
+    path: str | Path, *, inside: npt.ArrayLike | None = None, cache: Path | None = None
+) -> Cloud:
+    """Read a cloud from a PLY, a PCD, or a text with lines x y z.
+
+    Where it has no normals they are made: each point's from its neighbours, turned to where it can be seen
+    from. That is the drive by which it was mapped, if a TUM file of the same name lies beside it; else
+    wherever somebody could stand on its floor.
+
+    Args:
+        path: of the file.
+        inside: a place in the open (3,) [m], for a cloud without normals, without a drive and without a
+            floor.
+        cache: folder for clouds whose normals had to be made, which takes seconds; None keeps no file.
 
     Raises:
-        CloudError: if the file is missing, damaged, not a PLY, has no normals, or holds coordinates
-            that cannot be a place in metres.
+        CloudError: if the file is missing, damaged, or of no kind that is known; if it holds coordinates
+            that cannot be a place in metres; or if it has no normals and nobody could see it.
     """
     path = Path(path)
     try:
         raw = path.read_bytes()
     except OSError as error:
         raise CloudError(f"cannot read cloud {path}: {error.strerror}") from None
-    if not raw.startswith(b"ply"):
-        raise CloudError(f"{path} is not a PLY file (it does not start with 'ply')")
-    try:
-        # From the file, not from `raw`: plyfile maps files, but reads streams number by number.
-        ply = PlyData.read(str(path))
-        vertex = ply["vertex"]
-    except (PlyParseError, KeyError, ValueError, EOFError, UnicodeDecodeError) as error:
-        raise CloudError(f"cloud {path} is damaged: {error}") from None
-    names = {p.name for p in vertex.properties}
-    missing = [c for c in _COLUMNS if c not in names]
-    if missing:
-        raise CloudError(
-            f"cloud {path} lacks the vertex properties {' '.join(missing)}: a map needs points "
-            "with normals (x y z nx ny nz); `farsteer map` makes one"
-        )
-    table = np.stack([np.asarray(vertex[c], dtype=float) for c in _COLUMNS], axis=1)
-    points, normals = table[:, :3], table[:, 3:]
-    _check(points, normals, path)
-    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    notes = dict(c.split(" ", 1) for c in ply.comments if " " in c)
+    table = read_points(path, raw)
+    sha256 = hashlib.sha256(raw).hexdigest()
+    _check(table.points, table.normals, path)
+    if table.normals is None:
+        # Derived from all of these; the reader of a cache must not mistake one for another.
+        from localization.bare_cloud import with_normals
+
+        return with_normals(path, table.points, sha256, inside=inside, cache=cache)
+    normals = table.normals / np.linalg.norm(table.normals, axis=1, keepdims=True)
     return Cloud(
-        points,
+        table.points,
         normals,
-        name=notes.get("name", path.stem),
-        frame=notes.get("frame", "map"),
-        sha256=hashlib.sha256(raw).hexdigest(),
+        name=table.notes.get("name", path.stem),
+        frame=table.notes.get("frame", "map"),
+        sha256=sha256,
     )
 
 
-def load_map(path: str | Path) -> Cloud:
+def load_map(
+    path: str | Path, *, inside: npt.ArrayLike | None = None, cache: Path | None = None
+) -> Cloud:
     """Read a map of either kind: a cloud, or a ROS occupancy grid by its ``map.yaml``.
+
+    Args:
+        path: of the file.
+        inside: see ``load_cloud``.
+        cache: see ``load_cloud``.
 
     Raises:
         CloudError: if it cannot be read, or cannot serve as a map.
@@ -106,21 +113,29 @@ def load_map(path: str | Path) -> Cloud:
         from localization.occupancy import load_grid
 
         return load_grid(path)
-    return load_cloud(path)
+    return load_cloud(path, inside=inside, cache=cache)
 
 
-def _check(points: FloatArray, normals: FloatArray, path: Path) -> None:
+def _check(points: FloatArray, normals: FloatArray | None, path: Path) -> None:
     if len(points) == 0:
         raise CloudError(f"cloud {path} is empty")
-    bad = int((~np.isfinite(points) | ~np.isfinite(normals)).any(axis=1).sum())
-    if bad:
-        raise CloudError(f"cloud {path} has {bad} points that are not finite")
-    if (np.abs(np.linalg.norm(normals, axis=1) - 1.0) > 0.1).any():
-        raise CloudError(f"cloud {path} has normals that are not of unit length")
+    told = points if normals is None else np.hstack([points, normals])
+    if bad := int((~np.isfinite(told)).any(axis=1).sum()):
+        raise CloudError(f"cloud {path} has {bad} points that are not finite; leave them out")
+    if normals is not None and (np.abs(np.linalg.norm(normals, axis=1) - 1.0) > 0.1).any():
+        raise CloudError(
+            f"cloud {path} has normals that are not of unit length; leave all of them out, and they are made"
+        )
     extent = float(np.ptp(points, axis=0).max())
     if extent > _LARGEST_EXTENT:
         raise CloudError(
             f"cloud {path} spans {extent:.0f} m; coordinates must be metres (is it in millimetres?)"
+        )
+    # What is large and yet thin was not measured in metres: a room of 4 m is 4000 mm.
+    if extent > _LARGE and len(points) < 2 * len(np.unique(np.floor(points), axis=0)):
+        raise CloudError(
+            f"cloud {path} spans {extent:.0f} m with its points a metre apart; coordinates must be metres"
+            " (is it in millimetres?)"
         )
 
 

@@ -87,9 +87,7 @@ def ground_of(cloud: Cloud) -> Ground:
     nowhere = Ground(origin, np.zeros((1, 1)), level=True)
     if len(upward) == 0:
         return nowhere
-    size = np.floor((cloud.bounds[1][:2] - origin) / CELL).astype(np.int64) + 1
-    lowest = _lowest_surfaces(upward, origin, (int(size[0]), int(size[1])))
-    ground = _drivable(lowest)
+    origin, ground = drivable_surfaces(upward, *cloud.bounds)
     nearest = ndimage.distance_transform_edt(
         np.isnan(ground), return_distances=False, return_indices=True
     )
@@ -98,6 +96,25 @@ def ground_of(cloud: Cloud) -> Ground:
     if np.abs(height).max() < _LEVEL:
         return nowhere
     return Ground(origin, height, level=False)
+
+
+def drivable_surfaces(
+    upward: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Find the largest surface that a robot can drive over from end to end.
+
+    Args:
+        upward: (N, 3) points of level surfaces, one at least [m].
+        low: (3,) smallest coordinates of the cloud [m].
+        high: (3,) largest [m].
+
+    Returns:
+        The corner (2,) of the first cell, and its height (nx, ny) in each cell [m], NaN where it is not.
+    """
+    origin = np.floor(low[:2] / CELL) * CELL
+    size = np.floor((high[:2] - origin) / CELL).astype(np.int64) + 1
+    lowest = _lowest_surfaces(upward, origin, (int(size[0]), int(size[1])))
+    return origin, _drivable(lowest)
 
 
 def _lowest_surfaces(upward: FloatArray, origin: FloatArray, size: tuple[int, int]) -> FloatArray:

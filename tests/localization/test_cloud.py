@@ -99,10 +99,10 @@ def test_folder_is_no_cloud(tmp_path: Path) -> None:
     assert "directory" in refusal(tmp_path)
 
 
-def test_foreign_file_is_told_from_a_ply(tmp_path: Path) -> None:
+def test_foreign_file_is_told_what_would_do(tmp_path: Path) -> None:
     path = tmp_path / "place.pcd"
-    path.write_text("# .PCD v0.7\nFIELDS x y z\n")
-    assert "not a PLY file" in refusal(path)
+    path.write_text("<html></html>")
+    assert "is no cloud: PLY, PCD and texts" in refusal(path)
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.05, 0.3, 0.6, 0.99])
@@ -134,12 +134,6 @@ def test_cloud_without_vertices_is_damaged(tmp_path: Path) -> None:
     assert "damaged" in refusal(tmp_path / "odd.ply")
 
 
-def test_cloud_without_normals_names_what_it_lacks_and_what_makes_them(tmp_path: Path) -> None:
-    line = refusal(write(tmp_path / "bare.ply", "x", "y", "z"))
-    assert "lacks the vertex properties nx ny nz" in line
-    assert "farsteer map" in line
-
-
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 @pytest.mark.parametrize("column", ["x", "nz"])
 def test_points_that_are_not_finite_are_counted(tmp_path: Path, bad: float, column: str) -> None:
@@ -152,7 +146,7 @@ def test_points_that_are_not_finite_are_counted(tmp_path: Path, bad: float, colu
     assert "2 points that are not finite" in refusal(path)
 
 
-@pytest.mark.parametrize("length", [0.0, 0.5, 2.0])
+@pytest.mark.parametrize("length", [0.5, 2.0])
 def test_normals_of_another_length_are_refused(tmp_path: Path, length: float) -> None:
     path = write(tmp_path / "place.ply", "x", "y", "z", "nx", "ny", "nz", fill=length)
     assert "unit length" in refusal(path)
