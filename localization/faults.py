@@ -135,14 +135,25 @@ def silent(readings: Iterable[Reading], source: str, span: Span) -> Iterator[Rea
             yield reading
 
 
-def late(readings: Iterable[Reading], source: str, delay: int) -> Iterator[Reading]:
-    """Let the readings of one source arrive ``delay`` [ns] after those that they came with.
+def late(
+    readings: Iterable[Reading], source: str, delay: int, *, jitter: int = 0, seed: int = 0
+) -> Iterator[Reading]:
+    """Let the readings of one source arrive later than those that they came with; stamps stay.
+
+    With more jitter than lies between two of them they overtake each other.
+
+    Args:
+        readings: in the order of arrival.
+        source: whose readings are late.
+        delay: of each [ns].
+        jitter: a reading's own share of it is added [ns], drawn from the seed and its stamp.
+        seed: of the jitter.
 
     Raises:
-        ValueError: if the delay is negative.
+        ValueError: if the delay or the jitter is negative.
     """
-    if delay < 0:
-        raise ValueError(f"delay must be >= 0 ns, got {delay}")
+    if delay < 0 or jitter < 0:
+        raise ValueError(f"delay must be >= 0 ns, got {delay} and a jitter of {jitter}")
     held: list[tuple[int, int, Reading]] = []
     now = 0
     for i, reading in enumerate(readings):
@@ -150,7 +161,8 @@ def late(readings: Iterable[Reading], source: str, delay: int) -> Iterator[Readi
         while held and held[0][0] <= now:
             yield heapq.heappop(held)[2]
         if source_of(reading) == source:
-            heapq.heappush(held, (now + delay, i, reading))
+            own = round(np.random.default_rng([seed, end_of(reading)]).uniform(0, jitter))
+            heapq.heappush(held, (now + delay + own, i, reading))
         else:
             yield reading
     while held:

@@ -18,7 +18,10 @@ from scipy import ndimage
 from localization.geometry import FloatArray, rotation_from_euler, so3_exp, wrap_angle
 from localization.prepared import PreparedMap
 from localization.registration import RegistrationConfig, difference, register
-from localization.types import Candidate, Pose, Sweep
+from localization.types import Candidate, Match, Pose, Sweep
+
+_NEAR = (0.05, 0.05, 0.03, 0.01, 0.01, 0.02)
+"""How near a pose is that only has to settle: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +40,10 @@ class SearchConfig:
     """Of the floor plan [m]."""
     refine: int = 8
     """How many of the best places are refined against the cloud."""
+    compared: int = 2
+    """How many of the distinct places are compared with their neighbours along the weakest direction."""
+    neighbours: float = 0.5
+    """... which lie so far to either side at most [m]."""
     budget: int = 6000
     """Candidates per tick; a refinement counts as many as this."""
     smallest_window: float = 0.5
@@ -195,12 +202,42 @@ def refined_places(
         upright = candidate.map_from_base.rotation[2] @ start.rotation[2] > np.cos(most_tilt)
         if upright:
             found.append(candidate)
-    found.sort(key=lambda c: -c.score)
+    distinct = _distinct(found, config)
+    for i, candidate in enumerate(distinct[: config.compared]):
+        distinct[i] = yield from _best_along(sweep, world, candidate, config)
+    # What was looked for along a corridor may be a place that was found already.
+    return tuple(_distinct(distinct, config))
+
+
+def _distinct(places: Sequence[Candidate], config: SearchConfig) -> list[Candidate]:
+    """Return the best of what is one place, best first."""
     distinct: list[Candidate] = []
-    for candidate in found:
-        if not any(same_place(candidate.map_from_base, d.map_from_base, config) for d in distinct):
-            distinct.append(candidate)
-    return tuple(distinct)
+    for one in sorted(places, key=lambda c: -c.score):
+        if not any(same_place(one.map_from_base, d.map_from_base, config) for d in distinct):
+            distinct.append(one)
+    return distinct
+
+
+def _best_along(
+    sweep: Sweep, world: PreparedMap, place: Candidate, config: SearchConfig
+) -> Generator[None, None, Candidate]:
+    """Look to and fro for a neighbour that fits closer, in the direction that holds the robot least.
+
+    Refining ends where walls lie on walls. In a corridor or between shelves that is so every few
+    decimetres, and of neighbours as near as that only one was refined.
+    """
+    best, closest, match = _settle(sweep, world, place.map_from_base)
+    _, directions = np.linalg.eigh(match.information[:2, :2])
+    pose = best.map_from_base
+    for way in np.arange(1, round(config.neighbours / config.step) + 1) * config.step:
+        yield
+        for sign in (-1.0, 1.0):
+            offset = np.append(sign * way * directions[:, 0], 0.0)
+            shifted = Pose(pose.position + offset, pose.quaternion_wxyz)
+            other, closeness, _ = _settle(sweep, world, shifted)
+            if closeness > closest:
+                best, closest = other, closeness
+    return best
 
 
 def window_of(
@@ -247,12 +284,20 @@ def explain(sweep: Sweep, world: PreparedMap, pose: Pose) -> Candidate:
     The pose's own tilt has a say: two planes of points hardly hold pitch, and alone would have it
     anything.
     """
-    sigma = np.array([0.05, 0.05, 0.03, 0.01, 0.01, 0.02])
+    return _settle(sweep, world, pose)[0]
+
+
+def _settle(sweep: Sweep, world: PreparedMap, pose: Pose) -> tuple[Candidate, float, Match]:
+    """Settle a pose; return what it explains, how closely in [0, 1], and the match that did it."""
+    sigma = np.array(_NEAR)
     match = register(sweep, world, pose, np.diag(sigma**2))
     pull = match.information @ difference(pose, match.map_from_base)
     step = np.linalg.solve(np.diag(sigma**-2) + match.information, pull)
     settled = Pose.from_rotation(pose.position + step[:3], pose.rotation @ so3_exp(step[3:]))
-    return Candidate(settled, match.fit)
+    # The shares count what is within 10 cm. Neighbours explain almost as much, but with centimetres left.
+    square, kernel2 = match.distances**2, RegistrationConfig().kernel ** 2
+    closeness = float(np.nansum((kernel2 / (kernel2 + square)) ** 2)) / max(len(square), 1)
+    return Candidate(settled, match.fit), closeness, match
 
 
 def _refine(sweep: Sweep, world: PreparedMap, start: Pose, config: SearchConfig) -> Candidate:

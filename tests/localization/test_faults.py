@@ -121,6 +121,20 @@ def test_no_delay_is_no_fault() -> None:
     )
     with pytest.raises(ValueError, match="delay must be >= 0"):
         list(late(drive(), WHEELS, -1))
+    with pytest.raises(ValueError, match="jitter of -1"):
+        list(late(drive(), WHEELS, 0, jitter=-1))
+
+
+def test_late_readings_overtake_each_other_when_each_has_a_delay_of_its_own() -> None:
+    def arrive(seed: int) -> list[Reading]:
+        return list(late(drive(), WHEELS, 100_000_000, jitter=300_000_000, seed=seed))
+
+    after = arrive(1)
+    stamps = [r.stamp for r in after if isinstance(r, WheelSpeeds)]
+    assert stamps != sorted(stamps)
+    assert sorted(map(str, all_bits(after))) == sorted(map(str, all_bits(drive())))
+    assert all_bits(after) == all_bits(arrive(1))
+    assert all_bits(after) != all_bits(arrive(2))
 
 
 def test_a_kidnapped_robots_clock_runs_on_while_its_readings_are_from_elsewhere() -> None:
