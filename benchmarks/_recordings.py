@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -49,19 +49,46 @@ def record(world: World, *, name: str, seed: int, seconds: float) -> Recording:
         seconds: how long [s], standing at the beginning included.
     """
     simulation = Simulation(world, seed=seed)
-    driver = TourDriver(world.tour)
     readings: list[Reading] = []
-    truth = {0: simulation.truth().map_from_base}
-    hint = Mission(seed=seed).hint(truth[0])
-    while simulation.stamp < seconds * SECOND and not driver.done:
-        here = truth[simulation.stamp]
-        if simulation.stamp == HINT_STAMP:
-            readings.append(hint)
+    truth: dict[int, Pose] = {}
+    for tick in driving(simulation, world, truth, seed=seed):
+        readings += tick
+        if simulation.stamp >= seconds * SECOND:
+            break
+    return Recording(name, tuple(readings), truth, simulation.mounts)
+
+
+def driving(
+    simulation: Simulation,
+    world: World,
+    truth: dict[int, Pose],
+    *,
+    seed: int,
+    again: bool = False,
+) -> Iterator[list[Reading]]:
+    """Drive a world's tour by the truth and yield what each tick brings, the hint among it.
+
+    Args:
+        simulation: of the world, not yet stepped.
+        world: whose tour is driven.
+        truth: filled with ``map_from_base`` by stamp [ns].
+        seed: of the hint's error.
+        again: whether to drive back when the end is reached, and there again, for ever.
+    """
+    tour = world.tour
+    driver = TourDriver(tour)
+    truth[simulation.stamp] = here = simulation.truth().map_from_base
+    hint = Mission(seed=seed).hint(here)
+    while again or not driver.done:
+        if driver.done:
+            tour = tour[::-1]
+            driver = TourDriver(tour)
+        readings: list[Reading] = [hint] if simulation.stamp == HINT_STAMP else []
         if simulation.stamp >= STANDS:
             simulation.command(driver.command(here, Health.TRACKING))
         readings += simulation.step()
-        truth[simulation.stamp] = simulation.truth().map_from_base
-    return Recording(name, tuple(readings), truth, simulation.mounts)
+        truth[simulation.stamp] = here = simulation.truth().map_from_base
+        yield readings
 
 
 @cache
@@ -73,9 +100,18 @@ def plan_of(scene: str) -> Plan:
     return generate(int(seed), float(area), name=scene).plan
 
 
-def world_of(scene: str, *, rearranged: int | None = None) -> World:
-    """Build a scene or a generated building, with its furniture moved by a seed if one is given."""
-    options = WorldOptions(rearranged=rearranged)
+def world_of(
+    scene: str, *, rearranged: int | None = None, alive: bool = False, timing: int = 0
+) -> World:
+    """Build a scene or a generated building.
+
+    Args:
+        scene: its name.
+        rearranged: seed by which its furniture was moved since it was mapped, if it was.
+        alive: whether people walk about in it.
+        timing: seed of when they are where.
+    """
+    options = WorldOptions(rearranged=rearranged, alive=alive, timing=timing)
     if not scene.startswith("building-"):
         return load_world(scene, options=options)
     return build_world(plan_of(scene), options=options)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -72,11 +72,24 @@ class Moment:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Word:
+    """What a method said at any time, with a sweep or without."""
+
+    stamp: int
+    odom_from_base: Pose
+    estimate: Pose | None
+    health: Health
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Run:
     """All that a method said on a recording."""
 
     moments: tuple[Moment, ...]
+    """At each sweep."""
     laps: Laps = field(default_factory=Laps)
+    words: tuple[Word, ...] = ()
+    """Each time that time had moved on."""
 
     def counted(self) -> tuple[Moment, ...]:
         """Return the moments whose errors count."""
@@ -87,10 +100,19 @@ class Run:
 
 
 def replay(recording: Recording, localizer: Localizer, laps: Laps | None = None) -> Run:
-    """Feed a recording to a localiser and keep what it said at each sweep."""
-    moments = []
+    """Feed a recording to a localiser and keep what it said."""
+    moments, words = [], list[Word]()
     for reading in recording.readings:
         estimate: Estimate = localizer.add(reading)
+        if not words or estimate.stamp > words[-1].stamp:
+            words.append(
+                Word(
+                    estimate.stamp,
+                    estimate.odom_from_base,
+                    estimate.map_from_base,
+                    estimate.health,
+                )
+            )
         truth = recording.truth.get(estimate.stamp)
         if estimate.sweep is None or truth is None:
             continue
@@ -106,7 +128,7 @@ def replay(recording: Recording, localizer: Localizer, laps: Laps | None = None)
                 estimate.reasons,
             )
         )
-    return Run(tuple(moments), laps or Laps())
+    return Run(tuple(moments), laps or Laps(), tuple(words))
 
 
 def replay_monte_carlo(run: Run, world: PreparedMap, *, height: float, seed: int = 0) -> Run:
@@ -136,7 +158,19 @@ def replay_monte_carlo(run: Run, world: PreparedMap, *, height: float, seed: int
                 (),
             )
         )
-    return Run(tuple(moments), laps)
+    return Run(tuple(moments), laps, tuple(_by_odometry(moments, run.words)))
+
+
+def _by_odometry(moments: Sequence[Moment], words: Sequence[Word]) -> Iterator[Word]:
+    """Carry what was said at sweeps on by odometry, as who publishes ``odom`` in ``map`` does."""
+    ahead, map_from_odom = list(reversed(moments)), None
+    for word in words:
+        while ahead and ahead[-1].stamp <= word.stamp:
+            moment = ahead.pop()
+            assert moment.estimate is not None
+            map_from_odom = moment.estimate @ moment.odom_from_base.inverse()
+        pose = None if map_from_odom is None else map_from_odom @ word.odom_from_base
+        yield replace(word, estimate=pose)
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,14 +247,3 @@ def bootstrap_rmse(far: FloatArray, *, block: int = 50, draws: int = 1000) -> tu
     drawn = np.sqrt(blocks[rng.integers(0, len(blocks), (draws, len(blocks)))].mean(axis=1))
     low, high = np.percentile(drawn, [2.5, 97.5])
     return float(low), float(high)
-
-
-def wilson(good: int, count: int) -> tuple[float, float]:
-    """Return Wilson's 95 % bounds of a share."""
-    if not count:
-        return 0.0, 1.0
-    z2 = 1.96**2
-    share = good / count
-    middle = (share + z2 / (2 * count)) / (1 + z2 / count)
-    half = np.sqrt(share * (1 - share) * z2 / count + z2**2 / (4 * count**2)) / (1 + z2 / count)
-    return max(0.0, float(middle - half)), min(1.0, float(middle + half))

@@ -10,15 +10,11 @@ import numpy as np
 
 from benchmarks._replaying import Moment
 from localization.geometry import wrap_angle
+from localization.hints import HintDesk
 from localization.hypotheses import Hypotheses, HypothesesConfig
 from localization.prepared import PreparedMap
-from localization.relocalization import (
-    FloorPlan,
-    SearchConfig,
-    Window,
-    distinguishable,
-)
-from localization.types import Candidate, Pose
+from localization.relocalization import FloorPlan, SearchConfig
+from localization.types import SECOND, Candidate, Hint, Pose, Verdict
 from localization.whole_map import Pyramid, search_map
 
 WITHIN, WITHIN_YAW = 0.10, np.deg2rad(2.0)
@@ -34,13 +30,15 @@ class Searcher:
     world: PreparedMap
     pyramid: Pyramid
     config: SearchConfig
+    desk: HintDesk
+    """The localiser's own, for hints."""
 
 
 def searcher_of(world: PreparedMap, height: float) -> Searcher:
     """Make a map ready; ``height`` is that of the horizontal scanner [m]."""
     config = SearchConfig()
     plan = FloorPlan(world, height, cell=config.cell, sigma=config.field_sigma)
-    return Searcher(world, Pyramid(plan), config)
+    return Searcher(world, Pyramid(plan), config, HintDesk(world, plan, config))
 
 
 def right(found: Pose, truth: Pose) -> bool:
@@ -53,12 +51,23 @@ def right(found: Pose, truth: Pose) -> bool:
 class HintTrial:
     """What became of a hint."""
 
+    verdict: Verdict
     right: bool
     """Whether the best place is the true one."""
-    accepted: bool
-    """Whether it was told apart from the others at once."""
     seconds: float
     """CPU time [s]."""
+    story: str
+    """What was found where, for whoever wants to look at it."""
+
+    @property
+    def taken(self) -> bool:
+        """Whether it was accepted and is right."""
+        return self.right and self.verdict is Verdict.ACCEPTED
+
+    @property
+    def wrong(self) -> bool:
+        """Whether it was accepted and is not right."""
+        return not self.right and self.verdict is Verdict.ACCEPTED
 
 
 def hint_trial(
@@ -69,27 +78,32 @@ def hint_trial(
     off: float = 3.0,
     turn: float = float(np.deg2rad(60.0)),
 ) -> HintTrial:
-    """Search around a hint that is off by so much, into any direction, and knows it."""
+    """Give a robot that knows nothing a hint that is off by so much, into any direction, and says so."""
     bearing, sign = rng.uniform(-np.pi, np.pi), rng.choice([-1.0, 1.0])
     x = float(moment.truth.position[0] + off * np.cos(bearing))
     y = float(moment.truth.position[1] + off * np.sin(bearing))
-    window = Window(x, y, moment.truth.yaw + sign * turn, off, turn + float(np.deg2rad(5.0)))
-    places, seconds = run(
-        search_map(
-            moment.sweep,
-            searcher.world,
-            searcher.pyramid,
-            level_of(moment),
-            searcher.config,
-            window,
-        )
-    )
-    if not places:
-        return HintTrial(False, False, seconds)
-    c = searcher.config
-    clear = len(places) < 2 or distinguishable(places[0].score, places[1].score, c)
-    accepted = places[0].score >= c.least_fit and clear
-    return HintTrial(right(places[0].map_from_base, moment.truth), accepted, seconds)
+    # Three sigma make the window; 5 degrees are for the grain of its headings.
+    sigma, sigma_yaw = off / 3.0, (turn + np.deg2rad(5.0)) / 3.0
+    variances = [sigma**2, sigma**2, 0.0, 0.0, 0.0, sigma_yaw**2]
+    hinted = Pose.planar(x, y, moment.truth.yaw + sign * turn)
+    hint = Hint(moment.stamp, hinted, np.diag(variances))
+    desk, odom = searcher.desk, moment.odom_from_base
+    desk.receive(hint, moment.stamp, odom)
+    begun, found = time.thread_time(), None
+    desk.begin(moment.sweep, odom, level_of(moment))
+    while found is None and desk.busy:
+        found = desk.advance(odom, None)
+    seconds = time.thread_time() - begun
+    while desk.next_answer() is not None:
+        pass
+    if found is None or not found.candidates:
+        return HintTrial(Verdict.REJECTED, False, seconds, "nothing was found")
+    best = found.candidates[0].map_from_base
+    far = float(np.hypot(*(best.position - moment.truth.position)[:2]))
+    degrees = np.rad2deg(wrap_angle(best.yaw - moment.truth.yaw))
+    scores = ", ".join(f"{c.score:.0%}" for c in found.candidates)
+    story = f"{moment.stamp / SECOND:.1f} s: {found.verdict} {far:.2f} m, {degrees:.1f} degrees off; {scores}"
+    return HintTrial(found.verdict, right(best, moment.truth), seconds, story)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,139 @@
+"""Hours of driving, and how often the localiser cried that it was lost when it was not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from benchmarks._figures import OURS, Figure, poisson, say
+from benchmarks._recordings import driving, map_of, world_of
+from benchmarks._replaying import SETTLING
+from localization.geometry import wrap_angle
+from localization.localizer import Localizer
+from localization.types import SECOND, Health, Pose
+from robot_sim import Simulation
+
+WRONG, WRONG_YAW = 0.25, np.deg2rad(10.0)
+"""An estimate is wrong beyond this [m, rad]; within it, whoever says it is lost cries wolf."""
+PATIENCE = 2 * SECOND
+"""A wrong estimate must be flagged within this time [ns]."""
+FLAGGED = (Health.LOST, Health.RELOCALISING)
+SECONDS = 600.0
+"""Length of a drive [s]: there and back on the tour, again and again."""
+_COUNTS = ("false alarms of being lost", "false doubts", "wrong for 2 s and not flagged")
+_DRIVEN = "driven"
+
+
+@dataclass(frozen=True, slots=True)
+class LongDrive:
+    """Where, and from which seed."""
+
+    scene: str
+    seed: int
+    alive: bool = False
+
+
+DRIVES = (
+    *(LongDrive("office", seed, alive=True) for seed in range(301, 306)),
+    *(LongDrive("warehouse", seed, alive=True) for seed in range(311, 314)),
+    *(LongDrive("courtyard", seed, alive=True) for seed in (321, 322)),
+    LongDrive("glasshouse", 331, alive=True),
+    LongDrive("corridor", 341),
+    *(LongDrive(f"building-{b}-400", s) for b in range(701, 705) for s in (351, 352)),
+    *(LongDrive(f"building-{b}-2000", s) for b in (901, 902) for s in (361, 362)),
+)
+"""Four hours: with none in it, Poisson's 95 % bound of alarms is below one an hour."""
+
+
+@dataclass(slots=True)
+class Watch:
+    """Counts alarms that begin while the estimate is right, and times it is wrong unflagged."""
+
+    lost: int = 0
+    """Alarms that it is lost, begun while it was right."""
+    suspect: int = 0
+    """The same of doubts."""
+    missed: int = 0
+    """Times it was wrong and not flagged in time."""
+    seconds: float = 0.0
+    """That were watched."""
+    stories: list[str] = field(default_factory=list)
+    """When and why, for whoever wants to look at it."""
+    _before: Health | None = None
+    _last: int = 0
+    _unflagged: int = 0
+    """For how long it has been wrong and not flagged [ns]."""
+
+    def see(self, stamp: int, far: float, turn: float, health: Health, reasons: str) -> None:
+        """Take note of one sweep's estimate and how far off it is [m, rad]."""
+        right = far <= WRONG and abs(turn) <= WRONG_YAW
+        told = f"{stamp / SECOND:.1f} s: {far * 100:.1f} cm off, {health}: {reasons}"
+        since = stamp - self._last if self._before is not None else 0
+        if self._before is not None and right and health is not self._before:
+            if health in FLAGGED and self._before not in FLAGGED:
+                self.lost += 1
+                self.stories.append(told)
+            self.suspect += health is Health.SUSPECT
+        self.seconds += since / SECOND
+        self._before, self._last = health, stamp
+        waited = self._unflagged
+        self._unflagged = 0 if right or health in FLAGGED else waited + since
+        if waited <= PATIENCE < self._unflagged:
+            self.missed += 1
+            self.stories.append(f"not flagged at {told}")
+
+
+def watch(drive: LongDrive, seconds: float = SECONDS) -> Watch:
+    """Drive and localise as it goes; nothing is kept but the counts."""
+    world = world_of(drive.scene, alive=drive.alive, timing=drive.seed)
+    simulation = Simulation(world, seed=drive.seed)
+    localizer = Localizer(map_of(drive.scene), simulation.mounts)
+    truth: dict[int, Pose] = {}
+    seen, counted = Watch(), None
+    for readings in driving(simulation, world, truth, seed=drive.seed, again=True):
+        if simulation.stamp > seconds * SECOND:
+            break
+        for reading in readings:
+            estimate = localizer.add(reading)
+            there = truth.get(estimate.stamp)
+            if estimate.sweep is None or estimate.map_from_base is None or there is None:
+                continue
+            counted = estimate.stamp + SETTLING if counted is None else counted
+            if estimate.stamp >= counted:
+                far, turn = _off(estimate.map_from_base, there)
+                seen.see(estimate.stamp, far, turn, estimate.health, "; ".join(estimate.reasons))
+    return seen
+
+
+def _off(estimate: Pose, truth: Pose) -> tuple[float, float]:
+    far = float(np.hypot(*(estimate.position - truth.position)[:2]))
+    return far, wrap_angle(estimate.yaw - truth.yaw)
+
+
+def alarms(known: tuple[Figure, ...] = ()) -> Iterator[Figure]:
+    """Yield each drive's counts, then all of them by the hour; what is known is not driven again."""
+    there = {(f.case, f.quantity): f.value for f in known}
+    total = dict.fromkeys(_COUNTS, 0.0)
+    hours = 0.0
+    for drive in DRIVES:
+        case = f"{drive.scene}, seed {drive.seed}" + (", alive" if drive.alive else "")
+        counts = {name: there.get((case, name)) for name in (*_COUNTS, _DRIVEN)}
+        if None in counts.values():
+            seen = watch(drive)
+            counts = dict(zip(_COUNTS, (seen.lost, seen.suspect, seen.missed), strict=True))
+            counts[_DRIVEN] = seen.seconds / 3600.0
+            for story in seen.stories:
+                say(f"    {case}, {story}")
+        for name, value in counts.items():
+            assert value is not None
+            yield Figure(case, OURS, name, float(value), "h" if name == _DRIVEN else "")
+            if name != _DRIVEN:
+                total[name] += value
+        hours += counts[_DRIVEN] or 0.0
+    for name, events in total.items():
+        low, high = (bound / hours for bound in poisson(round(events)))
+        most = 1.0 if name == _COUNTS[0] else None
+        case = f"{hours:.1f} h of driving"
+        yield Figure(case, OURS, name, events / hours, "per h", round(events), low, high, most=most)
