@@ -15,6 +15,7 @@ from itertools import groupby
 from typing import Any, Final, Literal, TypeAlias
 
 import cbor2
+import msgspec
 import numpy as np
 import pybase64
 from numpy.typing import NDArray
@@ -290,28 +291,16 @@ def _numbers(field: Field, value: Any) -> NDArray[Any]:
     return array
 
 
-def _numbers_text(field: Field, array: NDArray[Any]) -> str | bytes:
+def _numbers_text(field: Field, array: NDArray[Any]) -> bytes:
     if array.dtype.kind == "f" and not np.isfinite(array).all():
         raise ValueError(f"field {field.name} holds NaN or infinity, which JSON does not have")
     if array.dtype == np.float32 and array.size:
         array = _shortest(array)
-    if array.dtype == np.int8 and array.size:
-        return _small_numbers_text(array)
-    # A list's text is JSON for numbers, but for its spaces.
-    return str(array.tolist()).replace(" ", "")
+    return _ENCODER.encode(array.tolist())
 
 
-_SMALL: Final = np.array([f"{i if i < 128 else i - 256},".encode() for i in range(256)])
-"""Texts of all bytes, by their bits, each filled up with zeros to the length of the longest."""
-
-
-def _small_numbers_text(array: NDArray[Any]) -> bytes:
-    """Return the numbers of a row of bytes, which occupancy grids have a million of.
-
-    Looked up rather than written one by one: a fifth of the time.
-    """
-    bits = np.ascontiguousarray(array).view(np.uint8)
-    return b"[%b]" % _SMALL[bits].tobytes().translate(None, b"\0")[:-1]
+_ENCODER: Final = msgspec.json.Encoder()
+"""Writes rows of numbers: floats in a sixth of the time that Python takes."""
 
 
 def _shortest(array: NDArray[Any]) -> NDArray[Any]:
