@@ -155,6 +155,8 @@ class Serve:
     outfit: tyro.conf.OmitArgPrefixes[Outfit] = field(default_factory=Outfit)
     messages: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FOLDER ...")] = ()
     """Folders with your own .msg, .srv and .action files, each named like its package."""
+    ros1: bool = False
+    """Name types as ROS 1 does, for clients that know no other."""
     tokens: Path | None = None
     """File of those who may connect and what each may do; everybody everything unless given."""
     origins: Annotated[tuple[str, ...], tyro.conf.arg(metavar="ORIGIN ...")] = ()
@@ -183,6 +185,7 @@ class Serve:
             lockstep=self.lockstep,
             outfit=self.outfit,
             messages=self.messages,
+            ros1=self.ros1,
             tokens=self.tokens,
             origins=self.origins,
             tls_cert=self.tls_cert,

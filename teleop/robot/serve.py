@@ -67,6 +67,8 @@ class ServeConfig:
     """Of the robot; its world is built by the caller."""
     messages: tuple[Path, ...] = ()
     """Folders of further ``.msg``, ``.srv`` and ``.action`` files, for topics among clients."""
+    ros1: bool = False
+    """Whether to name types and write ``cbor-raw`` as ROS 1 does, for clients that know no other."""
     tokens: Path | None = None
     """File of those who may connect, see ``docs/security.md``; without it everybody may."""
     origins: tuple[str, ...] = ()
@@ -120,13 +122,15 @@ async def serve(
     simulation = Simulation(world, seed=config.seed, config=config.outfit.simulation())
     localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
     robot = Robot(simulation, localizer)
-    types = registry(config.messages)
+    protocol = Protocol(
+        registry(config.messages),
+        limits=Limits.unhurried() if config.lockstep else Limits(),
+        flavour="ros1" if config.ros1 else "ros2",
+        gate=gate,
+    )
+    clock: Callable[[], int] = pacing.monotonic
     if config.lockstep:
-        protocol = Protocol(types, limits=Limits.unhurried(), gate=gate)
-        clock: Callable[[], int] = lambda: simulation.stamp  # noqa: E731
-    else:
-        protocol = Protocol(types, gate=gate)
-        clock = pacing.monotonic
+        clock = lambda: simulation.stamp  # noqa: E731
     server = Server(
         protocol,
         config.host,

@@ -7,12 +7,15 @@ import http.client
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from localization.cloud import Cloud
 from robot_sim import World
 from teleop.robot.serve import ServeConfig, serve
 from teleop.rosbridge import Client, Server
 from teleop.scenario.run import cloud_path
 from tests.teleop.support import in_a_loop, soon
+from tests.teleop.test_security import served
 
 
 @in_a_loop
@@ -67,3 +70,21 @@ def _head(port: int) -> tuple[int, str | None, int]:
     response = connection.getresponse()
     connection.close()
     return response.status, response.headers["ETag"], int(response.headers["Content-Length"])
+
+
+@pytest.mark.parametrize(
+    ("ros1", "odometry", "log"),
+    [
+        (False, "nav_msgs/msg/Odometry", "rcl_interfaces/msg/Log"),
+        (True, "nav_msgs/Odometry", "rosgraph_msgs/Log"),
+    ],
+)
+@in_a_loop
+async def test_a_robot_names_its_types_as_the_ros_that_it_is_to_be(
+    ros1: bool, odometry: str, log: str, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    config = ServeConfig(ros1=ros1)
+    async with served(office, office_cloud, cache, config) as server, Client(server.url) as client:
+        listed = await client.call("/rosapi/topics")
+        types = dict(zip(listed["topics"], listed["types"], strict=True))
+        assert (types["/odom"], types["/rosout"]) == (odometry, log)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.parameters import Parameters
 from teleop.rosbridge.rosapi import serve_rosapi
-from tests.teleop.rosbridge.support import SECOND, Wire
+from tests.teleop.rosbridge.support import ROOT, SECOND, Wire
 
 
 @pytest.fixture
@@ -71,6 +72,14 @@ def test_every_service_is_there_and_answers_or_says_why(wire: Wire) -> None:
         # Of nothing there is no description, and it cannot be set.
         nothing = (name.endswith("_details") and "node" not in name) or name.endswith("/set_param")
         assert answer["result"] is not nothing
+
+
+def test_the_documentation_lists_every_service(wire: Wire) -> None:
+    page = (ROOT / "docs" / "rosbridge.md").read_text(encoding="utf-8")
+    table = page.partition("`/rosapi` has 30 services")[2].partition("\n\n**")[0]
+    listed = re.findall(r"`(\w+)`", table.partition("## ")[0])
+    names = [name for name in ask(wire, "services")["services"] if name.startswith("/rosapi/")]
+    assert sorted(f"/rosapi/{name}" for name in listed) == names
 
 
 def test_nodes_are_the_server_and_each_client(wire: Wire) -> None:
