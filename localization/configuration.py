@@ -66,6 +66,9 @@ class LocalizerConfig:
     like one in this time [s]. What a sweep is worth was set at 10 Hz."""
     scanner_patience: int = 60_000_000
     """How long a scan waits for the other scanners' [ns]."""
+    undo_memory: int = 60 * SECOND
+    """How long a placement can be taken back [ns]. By then KISS-ICP's motion has erred by some 0.3 % of
+    the way, 8 cm at half a metre a second."""
     rewind: RewindConfig = field(default_factory=RewindConfig)
     lost_search_period: int = 2 * SECOND
     """Between searches around a lost estimate [ns]."""

@@ -17,6 +17,7 @@ from scipy.stats import chi2
 
 from localization.configuration import LocalizerConfig
 from localization.ekf import SkidSteerEkf
+from localization.former import Former
 from localization.geometry import FloatArray
 from localization.health import HealthMonitor, opinion_offset
 from localization.kiss import KissOdometry, KissOpinion, KissSnapshot
@@ -53,6 +54,7 @@ class CorrectionSnapshot:
     """Of the last sweep [ns]."""
     opinion_due: int
     odometry: KissSnapshot
+    former: Former | None
 
 
 class Correction:
@@ -93,16 +95,23 @@ class Correction:
         self._opinion = KissOpinion(world.cloud, config.kiss) if config.second_opinion else None
         self._odom_then, self._pose_then = Pose.identity(), Pose.identity()
         self._stamp, self._opinion_due = 0, 0
+        self.former: Former | None = None
+        """What the last placement replaced, at the last sweep; None if it cannot be taken back any more."""
 
     @property
     def matches(self) -> bool:
         """Whether sweeps are registered at all."""
         return self._matcher is not None
 
-    def begin(self) -> None:
-        """Start from where the filter was just placed."""
+    def begin(self, former: Former | None) -> None:
+        """Start from where the filter was just placed.
+
+        Args:
+            former: what it believed before; None if that is not to be taken back.
+        """
         self._pose_then = self._ekf.pose
         self._opinion_due = 0
+        self.former = former
 
     def take(
         self, record: SweepRecord, odom: Pose, *, placed: bool
@@ -134,9 +143,26 @@ class Correction:
             match, nis, mismatch = self._match(record, seen, self._matcher, elapsed)
         elif placed and seen is not None:
             self._ekf.update_relative(self._pose_then, *seen, _UNUSED)
+        self._carry_former(odom, seen)
         self._ekf.mark()
         self._pose_then = self._ekf.pose
         return match, nis, mismatch
+
+    def _carry_former(self, odom: Pose, seen: Seen | None) -> None:
+        former = self.former
+        if former is None:
+            return
+        # The first sweep after a placement saw more than the way since then.
+        seen = seen if former.steps is not None else None
+        recent = self._stamp - former.stamp <= self._config.undo_memory
+        attitude = self._pose_then.rotation
+        self.former = former.went(odom, self._ekf, attitude, seen) if recent else None
+
+    def former_now(self, odom: Pose) -> Former | None:
+        """Return the estimate that the last placement replaced, as of ``odom_from_base`` now, if any is kept."""
+        if self.former is None:
+            return None
+        return self.former.went(odom, self._ekf, self._pose_then.rotation, None)
 
     def _seen_motion(self, record: SweepRecord, moved: Pose, elapsed: float) -> Seen | None:
         """Let KISS-ICP say how the robot moved, and hold its wheels to it."""
@@ -243,6 +269,7 @@ class Correction:
             self._stamp,
             self._opinion_due,
             self._odometry.snapshot(),
+            self.former,
         )
 
     def restore(self, snapshot: CorrectionSnapshot) -> None:
@@ -250,3 +277,4 @@ class Correction:
         self._odom_then, self._pose_then = snapshot.odom_then, snapshot.pose_then
         self._stamp, self._opinion_due = snapshot.stamp, snapshot.opinion_due
         self._odometry.restore(snapshot.odometry)
+        self.former = snapshot.former

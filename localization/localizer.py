@@ -1,70 +1,23 @@
-"""Localizer: readings in, estimates out; the whole story in one file.
+"""Localizer: readings in, estimates out.
 
-Wheels and gyro predict, or whatever stands in for them. When a sweep is complete it is deskewed, KISS-ICP
-says how the robot moved since the last one, the sweep is registered against the cloud with the prediction
-as prior, and the filter takes over what the registration truly saw. Hints and loss open a search that runs
-beside, a little each tick.
-Time is the readings' time; the same readings give the same bits.
+How a reading is taken is told in ``course``. Here it is seen to that only what can be true gets there, and
+that what comes late takes effect at its own time. Time is the readings' time; the same readings give the
+same bits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
-from enum import Enum, auto
+from dataclasses import replace
 
-import numpy as np
-
-from localization.answer import SweepNews, state_of
 from localization.configuration import LocalizerConfig as LocalizerConfig
-from localization.correction import Correction, CorrectionSnapshot, Stage as Stage
-from localization.deskew import OdometryTrack, TrackSnapshot, deskew
-from localization.ekf import EkfSnapshot, SkidSteerEkf
-from localization.gathering import Gathering
-from localization.ground import FLAT
-from localization.health import HealthMonitor
+from localization.correction import Stage as Stage
+from localization.course import Course, Order, Snapshot
 from localization.intake import Intake
 from localization.matching import MatchSweep
 from localization.past import Past
 from localization.prepared import PreparedMap
-from localization.recall import Recall, SweepRecord
-from localization.seeker import Belief, Placement, Seeker, SeekerSnapshot
-from localization.suites import Increment, MotionSource
-from localization.types import (
-    SECOND,
-    Estimate,
-    Health,
-    Hint,
-    Inertial,
-    Mounts,
-    Odometry,
-    PointScan,
-    Pose,
-    Reading,
-    Scan,
-    WheelSpeeds,
-)
-from localization.wheel_watch import WheelWatch
-
-
-class Order(Enum):
-    """What an operator may ask for."""
-
-    LOOK_EVERYWHERE = auto()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Snapshot:
-    """All that the localiser is at one moment, but for what was told."""
-
-    own: tuple[int, Pose, bool, Mapping[str, int]]
-    ekf: EkfSnapshot
-    track: TrackSnapshot
-    correction: CorrectionSnapshot
-    seeker: SeekerSnapshot
-    parts: tuple[Mapping[str, object], ...]
-    """Of those that replace what they hold and never change it."""
+from localization.types import SECOND, Estimate, Hint, Mounts, Reading
 
 
 class Localizer:
@@ -89,36 +42,10 @@ class Localizer:
             matcher: registers sweeps instead of what ``config.matcher`` names.
         """
         self.config = config
-        self._mounts, self._stage = dict(mounts), stage
-        suite = config.suite
-        if suite.flat:
-            # Its height is that of its floor by definition: a log seldom says how high a scanner is.
-            world = replace(world, ground=FLAT)
-        self._intake = Intake(self._mounts, suite.leader, config.rewind.horizon)
-        self._motion = MotionSource(
-            suite, track=config.ekf.effective_track, silence=config.health.silence
-        )
-        self._ekf = SkidSteerEkf(config.ekf)
-        self._track = OdometryTrack(memory=max(2 * SECOND, config.rewind.horizon))
-        self._gathering = Gathering(len(self._mounts), config.scanner_patience)
-        self._wheels = WheelWatch(config)
-        self._health = HealthMonitor(config.health)
-        self._correction = Correction(
-            world, config, self._ekf, self._wheels, self._health, stage=stage, matcher=matcher
-        )
-        self._seeker = Seeker(world, self._mounts, config, keen=self._correction.matches)
-
-        self._parts = (self._motion, self._gathering, self._wheels, self._health)
-        self._stamp, self._odom, self._placed = 0, Pose.identity(), False
-        self._heard: Mapping[str, int] = {}
-        self._news: tuple[str, ...] = ()
-        self._refused: tuple[str, ...] = ()
-        self._told = (0, "")
-        self._untold: SweepNews | None = None
-        self._past: Past[Snapshot, Order] = Past(config.rewind, suite)
-        self._recall = Recall(config.rewind)
-        self._judged = self._judge()
-        self._last = self._estimate()
+        self._course = Course(world, mounts, config, stage=stage, matcher=matcher)
+        self._intake = Intake(mounts, config.suite.leader, config.rewind.horizon)
+        self._past: Past[Snapshot, Order] = Past(config.rewind, config.suite)
+        self._last = self._course.estimate()
 
     @property
     def refused(self) -> int:
@@ -130,8 +57,29 @@ class Localizer:
 
         What it finds is told apart by driving on; until that is settled, the estimate stays as it is.
         """
-        self._past.note(Order.LOOK_EVERYWHERE, self._snapshot)
         self._take(Order.LOOK_EVERYWHERE)
+
+    @property
+    def undoable(self) -> bool:
+        """Whether the last placement can still be taken back."""
+        return self._course.undoable
+
+    def undo(self) -> Estimate:
+        """Take back the last accepted hint, or the last placement by a search, as if it had not come.
+
+        The estimate is then what it was, carried on by wheels, gyro and KISS-ICP's motion, with what that
+        adds to its covariance; from the next sweep on it is corrected by the map again. A robot that was
+        lost before is so again, and is not looked for until a hint or ``relocalize`` asks for it.
+
+        Returns:
+            The estimate as it now stands; its reasons say what was taken back, or that nothing was.
+        """
+        if not self.undoable:
+            why = f"nothing to take back from the last {self.config.undo_memory / SECOND:.0f} s"
+            return replace(self._unchanged(), reasons=(why, *self._last.reasons))
+        self._take(Order.UNDO)
+        self._last = self._course.estimate(late=True)
+        return self._last
 
     def add(self, reading: Reading) -> Estimate:
         """Take one reading and return the estimate as it now stands.
@@ -141,63 +89,31 @@ class Localizer:
         with the one that covers them. One that comes late takes effect at its own time, and what came
         after it is taken again; a sweep is then told with the reading that moves time on next.
         """
-        refusal = self._intake.refusal(reading, self._stamp)
+        refusal = self._intake.refusal(reading, self._course.stamp)
         if refusal is not None:
-            self._refused = (*self._refused, refusal)
+            self._course.refuse(refusal)
             return replace(self._unchanged(), reasons=(refusal, *self._last.reasons))
         if isinstance(reading, Hint):
-            self._seeker.expect(reading)
+            self._course.expect(reading)
         if self._past.late(reading):
             self._rewind(reading)
-            self._last = self._estimate(late=True)
+            self._last = self._course.estimate(late=True)
             return self._last
-        self._past.note(reading, self._snapshot)
         if not self._take(reading):
             return self._unchanged()
-        self._last = self._estimate()
+        self._last = self._course.estimate()
         return self._last
 
     def _rewind(self, reading: Reading) -> None:
         """Be again what was before a reading that comes late, and take it and all that came since."""
         state, again = self._past.rewind(reading)
-        self._restore(state)
+        self._course.restore(state)
         for what in again:
-            self._past.note(what, self._snapshot)
             self._take(what)
 
     def _take(self, what: Reading | Order) -> bool:
-        """Take what comes next; return whether time moved on."""
-        match what:
-            case Order():
-                self._seeker.look_everywhere()
-                return False
-            case Hint():
-                self._seeker.receive(what, self._stamp, self._odom_at(what.stamp))
-            case Scan() | PointScan():
-                self._gathering.take(what)
-                self._hear(what.scanner, what.stamp)
-            case WheelSpeeds():
-                self._hear("wheels", what.stamp)
-            case Inertial() | Odometry():
-                pass
-        increment = self._motion.take(what, self._wheels.seen)
-        if increment is None:
-            return False
-        # Without any motion sensor, scanners that end together move time on but once.
-        if increment.stamp > self._stamp or not self._stamp:
-            self._predict(increment)
-        if self._gathering.due(self._track.span):
-            self._correct()
-        else:
-            self._refused += self._gathering.drop_stale(self._track.span, self._stamp)
-        with self._stage("search"):
-            place = self._seeker.advance(self._stamp, self._odom, self._belief())
-        self._place(place)
-        self._judged = self._judge()
-        return True
-
-    def _hear(self, source: str, stamp: int) -> None:
-        self._heard = {**self._heard, source: max(stamp, self._heard.get(source, 0))}
+        self._past.note(what, self._course.snapshot)
+        return self._course.take(what)
 
     def _unchanged(self) -> Estimate:
         """The last estimate without its news, which are told once."""
@@ -207,146 +123,3 @@ class Localizer:
                 last, sweep=None, match=None, nis=None, verdict=None, mismatch=None
             )
         return self._last
-
-    def _predict(self, increment: Increment) -> None:
-        """Move on as wheels and gyro say."""
-        with self._stage("predict"):
-            dt = (increment.stamp - self._stamp) / SECOND
-            first, self._stamp = self._stamp == 0, increment.stamp
-            if not first:
-                left, right = increment.left, increment.right
-                if increment.witnessed:
-                    rolling = self._ekf.rolling_speed(left, right)
-                    self._wheels.grip(rolling, increment.covered, self._stamp)
-                    if not self._ekf.update_wheel_yaw(increment.witness, left, right):
-                        self._wheels.distrust(self._stamp)
-                    self._ekf.update_standstill(increment.witness, left, right)
-                self._wheels.roll(self._ekf.rolling_speed(left, right) * dt)
-                distrusted = self._wheels.slipping(self._stamp) or not increment.rolling
-                motion = self._ekf.predict(
-                    dt,
-                    increment.rate,
-                    increment.force,
-                    left,
-                    right,
-                    slipping=distrusted,
-                    speed=self._wheels.speed if distrusted else None,
-                )
-                self._odom = self._odom @ motion
-            self._track.add(self._stamp, self._odom)
-
-    def _odom_at(self, stamp: int) -> Pose:
-        """``odom_from_base`` at a stamp, or as near to it as is remembered."""
-        span = self._track.span
-        if span is None:
-            return self._odom
-        at = np.array([min(max(stamp, span[0]), span[1])], dtype=np.int64)
-        position, rotation = self._track.at(at)
-        return Pose.from_rotation(position[0], rotation[0])
-
-    def _since(self, stamp: int) -> Pose:
-        """``base_then_from_base_now`` since a stamp, or the last reading before it."""
-        position, rotation = self._track.near(stamp)
-        back = rotation.T
-        return Pose.from_rotation(
-            back @ (self._odom.position - position), back @ self._odom.rotation
-        )
-
-    def _correct(self) -> None:
-        """Deskew the sweep, ask KISS-ICP how the robot moved, register, and look where else it might be."""
-        scans = self._gathering.release()
-        path = self._since(min(scan.stamp for scan in scans))
-        record = self._recall.find(scans, self._stamp, path)
-        if fresh := record is None:
-            with self._stage("deskew"):
-                sweep = deskew(scans, self._track, self._mounts, self._stamp)
-            record = SweepRecord(scans, path, sweep)
-            self._recall.keep(record)
-        sweep = record.sweep
-        found = self._correction.take(record, self._odom, placed=self._placed)
-        if self._placed and self._health.needs_check:
-            self._seeker.look_everywhere()
-        if fresh:
-            self._untold = SweepNews(sweep, *found, self._odom)
-        if self._seeker.undecided:
-            with self._stage("hypotheses"):
-                place = self._seeker.tell_apart(sweep, self._odom, self._belief())
-            self._place(place)
-        self._seeker.open(sweep, self._odom, self._belief())
-
-    def _place(self, place: Placement | None) -> None:
-        """Begin anew where the robot was found, if it was."""
-        if place is None:
-            return
-        self._ekf.reset_pose(place.map_from_base, np.diag(np.array(self.config.placed) ** 2))
-        self._placed = True
-        self._correction.begin()
-        self._health.reset()
-        if (self._stamp, place.reason) != self._told:
-            self._told = (self._stamp, place.reason)
-            self._news = (f"placed anew: {place.reason}",)
-
-    def _belief(self) -> Belief:
-        health = self._health
-        return Belief(
-            self._ekf.pose, self._ekf.covariance, self._placed, health.lost, health.doubtful
-        )
-
-    def _judge(self) -> tuple[Health, tuple[str, ...]]:
-        """Return what state the estimate is in, and why."""
-        sources = (*sorted(self._mounts), *self.config.suite.expected)
-        silence = self.config.health.silence
-        silent = tuple(n for n in sources if self._stamp - self._heard.get(n, 0) > silence)
-        return state_of(
-            self._belief(),
-            self._health,
-            slipping=self._wheels.slipping(self._stamp),
-            silent=silent,
-            unseeing=set(self._mounts) <= set(silent),
-            searching=self._seeker.busy,
-            asked=self._seeker.asked,
-            places=self._seeker.candidates(self._odom),
-        )
-
-    def _estimate(self, *, late: bool = False) -> Estimate:
-        """Put the answer together; what is news waits for the next one if a reading came late."""
-        health, reasons = self._judged
-        news = None if late else self._untold
-        estimate = Estimate(
-            stamp=self._stamp,
-            map_from_base=self._ekf.pose if self._placed else None,
-            odom_from_base=self._odom,
-            covariance=self._ekf.covariance,
-            twist=self._ekf.twist,
-            health=health,
-            reasons=(*self._refused, *self._news, *reasons),
-            match=news.match if news else None,
-            sweep=news.seen_from(self._odom, self._stamp) if news else None,
-            verdict=None if late else self._seeker.next_answer(),
-            nis=news.nis if news else None,
-            hypotheses=self._seeker.candidates(self._odom),
-            mismatch=news.mismatch if news else None,
-        )
-        self._news, self._refused = (), ()
-        if not late:
-            self._untold = None
-        return estimate
-
-    def _snapshot(self) -> Snapshot:
-        return Snapshot(
-            (self._stamp, self._odom, self._placed, self._heard),
-            self._ekf.snapshot(),
-            self._track.snapshot(),
-            self._correction.snapshot(),
-            self._seeker.snapshot(),
-            tuple(dict(vars(part)) for part in self._parts),
-        )
-
-    def _restore(self, state: Snapshot) -> None:
-        self._stamp, self._odom, self._placed, self._heard = state.own
-        self._ekf.restore(state.ekf)
-        self._track.restore(state.track)
-        self._correction.restore(state.correction)
-        self._seeker.restore(state.seeker)
-        for part, held in zip(self._parts, state.parts, strict=True):
-            vars(part).update(held)

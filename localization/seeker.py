@@ -39,6 +39,7 @@ class SeekerSnapshot:
 
     asked: bool
     everywhere: bool
+    resting: bool
     due: int
     everywhere_due: int
     desk: DeskSnapshot
@@ -78,6 +79,7 @@ class Seeker:
         self.asked = False
         """Whether the pose stands, but other places may explain what is seen."""
         self._everywhere = False
+        self._resting = False
         self._due, self._everywhere_due = 0, 0
 
     @property
@@ -101,11 +103,18 @@ class Seeker:
     def look_everywhere(self) -> None:
         """Begin a search of the whole map with the next sweep."""
         self._everywhere = self.asked = True
+        self._resting = False
         self._hypotheses.drop()
 
     def expect(self, hint: Hint) -> None:
         """Make ready to answer a hint that just came, though it may have been given before."""
         self._desk.expect(hint)
+
+    def rest(self) -> None:
+        """Look for the robot no more by itself, until it is known where it is or somebody asks."""
+        self._hypotheses.drop()
+        self._everywhere = self.asked = False
+        self._resting = True
 
     def receive(self, hint: Hint, now: int, odom_then: Pose) -> None:
         """Take a hint.
@@ -131,7 +140,9 @@ class Seeker:
         if everywhere and not self._desk.busy and not self._hypotheses.open:
             self._everywhere = False
             self._desk.search_everywhere(sweep, odom, belief.pose)
-        if self._hypotheses.open or not self._keen:
+        if belief.placed and not belief.lost:
+            self._resting = False
+        if self._hypotheses.open or self._resting or not self._keen:
             return
         if belief.placed and belief.lost and now >= self._due:
             self._due = now + self._period
@@ -194,6 +205,7 @@ class Seeker:
     def _found(self, place: Candidate, reason: str, *, unsure: bool) -> Placement:
         self._hypotheses.drop()
         self._everywhere = self.asked = unsure
+        self._resting = False
         return Placement(place.map_from_base, reason, unsure)
 
     def snapshot(self) -> SeekerSnapshot:
@@ -201,6 +213,7 @@ class Seeker:
         return SeekerSnapshot(
             self.asked,
             self._everywhere,
+            self._resting,
             self._due,
             self._everywhere_due,
             self._desk.snapshot(),
@@ -210,6 +223,7 @@ class Seeker:
     def restore(self, snapshot: SeekerSnapshot) -> None:
         """Look for what was being looked for at a snapshot."""
         self.asked, self._everywhere = snapshot.asked, snapshot.everywhere
+        self._resting = snapshot.resting
         self._due, self._everywhere_due = snapshot.due, snapshot.everywhere_due
         self._desk.restore(snapshot.desk)
         vars(self._hypotheses).update(snapshot.hypotheses)

@@ -83,7 +83,7 @@ def bits(estimate: Estimate) -> tuple[object, ...]:
 
 
 @given(motion=st.sampled_from(SUITES), seed=st.integers(0, 1000), most=st.integers(TICK, SECOND))
-@settings(max_examples=8)
+@settings(max_examples=6)
 def test_readings_out_of_order_give_the_bits_of_those_in_order(
     hall: PreparedMap, drive: Drive, motion: Motion, seed: int, most: int
 ) -> None:
