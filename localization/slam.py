@@ -1,8 +1,8 @@
 """Mapping without truth: readings in, where every sweep was taken out, and the cloud of them all.
 
 Odometry is made of wheels, gyro and KISS-ICP; key frames are compared with earlier visits to the same
-place; a pose graph spreads what is found over the way between. Nothing is known beforehand but how the
-robot is built.
+place; a pose graph spreads what is found over the way between; and in the end all sweeps are held against
+each other. Nothing is known beforehand but how the robot is built.
 """
 
 from __future__ import annotations
@@ -14,14 +14,16 @@ import numpy as np
 
 from localization.closures import Closure, ClosureConfig, LoopCloser, Refusals
 from localization.cloud import Cloud
+from localization.evaluation import transformed
 from localization.geometry import FloatArray, wrap_angle
 from localization.mapping import CloudBuilder, MappingConfig
 from localization.odometer import Odometer, OdometerConfig, Step
 from localization.pose_graph import Edge, optimised
+from localization.refinement import RefinementConfig, refined
 from localization.submap import FlatSweep, between, compose
 from localization.suites import Suite
 from localization.trajectory import Trajectory
-from localization.types import Mounts, Pose, Reading
+from localization.types import SECOND, Mounts, Pose, Reading
 
 Progress = Callable[[float, str], None]
 """Called now and then with the share done and a line of text."""
@@ -37,10 +39,13 @@ class SlamConfig:
 
     odometer: OdometerConfig = field(default_factory=OdometerConfig)
     closures: ClosureConfig = field(default_factory=ClosureConfig)
+    refinement: RefinementConfig = field(default_factory=RefinementConfig)
     kept_way: float = 0.02
     """A sweep is kept after so much way [m] ..."""
     kept_turn: float = np.deg2rad(1.0)
-    """... or turning [rad]: the others show nothing new."""
+    """... or turning [rad] ..."""
+    kept_pause: int = SECOND // 2
+    """... or time [ns]: of a robot that stands, a few sharpen what it sees."""
     key_way: float = 0.5
     """A key frame is made after so much way [m] ..."""
     key_turn: float = np.deg2rad(20.0)
@@ -56,7 +61,10 @@ class SlamConfig:
     def of(cls, suite: Suite, *, level: bool = True) -> SlamConfig:
         """Return the settings for a suite of sensors, on level ground or not."""
         flat = suite.flat or level
-        return cls(odometer=OdometerConfig(suite=Suite(suite.motion, flat=flat)))
+        return cls(
+            odometer=OdometerConfig(suite=Suite(suite.motion, flat=flat)),
+            refinement=RefinementConfig(level=flat),
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,8 +77,10 @@ class Survey:
     """Numbers of the key frames among them."""
     odometry: Trajectory
     """Where each was taken as odometry has it."""
+    closed: Trajectory
+    """Where each was taken with loops closed."""
     trajectory: Trajectory
-    """Where each was taken with loops closed: ``map_from_base``."""
+    """Where each was taken with loops closed and all sweeps held against each other: ``map_from_base``."""
     closures: tuple[Closure, ...]
     refusals: Refusals
     way: float
@@ -128,12 +138,17 @@ def survey_of(
     origin = Pose.identity()
     if start is not None:
         origin = Pose.from_euler(start.position, yaw=start.yaw)
-    placed = _placed(steps, keys, closed.poses, closed.heights, origin)
+    # Where the map's origin is must not tell on its shape: cells of clouds lie in the drive's own axes.
+    placed = _placed(steps, keys, closed.poses, closed.heights)
+    finest = refined(
+        steps, placed, config.refinement, lambda share: progress(0.7 + 0.2 * share, "refining")
+    )
     return Survey(
         steps=tuple(steps),
         keys=tuple(keys),
         odometry=Trajectory.from_poses((s.sweep.stamp, origin @ s.pose) for s in steps),
-        trajectory=placed,
+        closed=transformed(placed, origin),
+        trajectory=transformed(finest, origin),
         closures=closed.closures,
         refusals=closed.refusals,
         way=float(way[-1]),
@@ -181,7 +196,7 @@ def close_loops(
     closer = LoopCloser(sweeps, _way(odometry), config.closures, patches)
     closures, refusals = list[Closure](), Refusals()
     for i in range(config.passes):
-        progress(0.6 + 0.3 * i / config.passes, f"closing loops, {len(closures)} so far")
+        progress(0.6 + 0.1 * i / config.passes, f"closing loops, {len(closures)} so far")
         before = len(closures)
         closures, refusals = closer.find(best[0], closures)
         if not closures:
@@ -207,7 +222,7 @@ def _drive(
             continue
         if steps:
             between_keys.add(step)
-        if steps and not _moved(steps[-1], step, config.kept_way, config.kept_turn):
+        if steps and not _worth_keeping(steps[-1], step, config):
             continue
         if not keys or _moved(steps[keys[-1]], step, config.key_way, config.key_turn):
             if keys:
@@ -268,6 +283,11 @@ def _turned(matrix: FloatArray, yaw: float) -> FloatArray:
     turn[:2, :2] = [[c, -s], [s, c]]
     turned: FloatArray = turn @ matrix @ turn.T
     return turned
+
+
+def _worth_keeping(a: Step, b: Step, config: SlamConfig) -> bool:
+    waited = b.sweep.stamp - a.sweep.stamp >= config.kept_pause
+    return waited or _moved(a, b, config.kept_way, config.kept_turn)
 
 
 def _moved(a: Step, b: Step, way: float, turn: float) -> bool:
@@ -346,13 +366,21 @@ def _spatial(planar: FloatArray, climb: float) -> FloatArray:
     return covariance
 
 
+_STOOD = (1e-3, np.deg2rad(0.5))
+"""Before the first sweep a robot that moved and turned by less stood still [m, rad]: no wheel turns
+slower, and a bias of 2 deg/s seems like that in the quarter of a second it takes."""
+
+
 def _placed(
-    steps: list[Step], keys: list[int], poses: FloatArray, heights: FloatArray, origin: Pose
+    steps: list[Step], keys: list[int], poses: FloatArray, heights: FloatArray
 ) -> Trajectory:
     """Return where all sweeps were taken: between key frames each takes over its share of both."""
-    # The map begins where the odometer did, a little before the first sweep.
+    # The map begins where the odometer did, a little before the first sweep. If the robot stood
+    # meanwhile, what it seemed to turn by was the gyro's bias, not known yet.
     begun = _raised(steps[0].at, steps[0].height)
-    to_map = origin @ begun @ _raised(poses[0], float(heights[0])).inverse()
+    if float(np.hypot(*steps[0].at[:2])) < _STOOD[0] and abs(begun.yaw) < _STOOD[1]:
+        begun = Pose.from_euler([0.0, 0.0, steps[0].height])
+    to_map = begun @ _raised(poses[0], float(heights[0])).inverse()
     placed = []
     segment = np.searchsorted(keys, np.arange(len(steps)), side="right") - 1
     for i, step in enumerate(steps):
