@@ -11,8 +11,9 @@ import numpy as np
 from localization.geometry import FloatArray, interpolate_many
 from localization.types import SECOND, IntArray, Mounts, PointScan, Pose, Scan, Sweep
 
-_MOST_POINTS = 4000
-"""Of a scanner of several planes; more cost time and add little."""
+_MOST_POINTS = 2000
+"""Of a scanner of several planes; more cost time and add little: of 28 800 of a scanner with 16 planes, 4000
+gave 2.8 mm, 2000 gave 3.0 mm, for two thirds of the time."""
 _SLICE = 0.15
 """Points of such a scanner this near to its own height make a horizontal scan [m]."""
 _LEVEL = 0.9
@@ -110,8 +111,14 @@ def deskew(
 def _beams(scan: Scan | PointScan) -> tuple[FloatArray, IntArray]:
     """Return where returns came from in the scanner's frame (N, 3) [m], and when (N,) [ns]."""
     if isinstance(scan, PointScan):
-        every = max(1, -(-len(scan.points) // _MOST_POINTS))
-        return scan.points[::every], scan.offsets[::every]
+        count = len(scan.points)
+        if count <= _MOST_POINTS:
+            return scan.points, scan.offsets
+        # Drawn by lot, the same each time. Every n-th point would be of a few planes only, for they come in
+        # turn: that was 7 mm off, and sure to be right.
+        drawn = np.random.default_rng(count).choice(count, _MOST_POINTS, replace=False)
+        drawn.sort()
+        return scan.points[drawn], scan.offsets[drawn]
     hit = np.isfinite(scan.ranges)
     hit &= (scan.ranges >= scan.range_min) & (scan.ranges <= scan.range_max)
     angle, distance = scan.angles[hit], scan.ranges[hit]
