@@ -18,14 +18,16 @@ import numpy as np
 from localization.cloud import load_map
 from localization.geometry import FloatArray, so3_exp
 from localization.logs import ReadingsLog
-from localization.mount_problem import ExtrinsicsConfig as ExtrinsicsConfig, MountProblem
+from localization.mount_problem import (
+    AXES as AXES,
+    ExtrinsicsConfig as ExtrinsicsConfig,
+    MountProblem,
+)
 from localization.prepared import PreparedMap, default_cache, prepare
 from localization.replay import config_of
-from localization.stations import Station, stations_of
+from localization.station import Station
+from localization.stations import stations_of
 from localization.types import Mounts, Pose
-
-AXES = ("x", "y", "z", "roll", "pitch", "yaw")
-"""Of a correction: displacement and small rotation, about ``base_link``'s axes through the scanner."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

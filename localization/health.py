@@ -98,10 +98,12 @@ class HealthMonitor:
         """
         self._blind = blind_axes(match, pose)
         self._mismatch = _smoothed(self._mismatch, mismatch)
-        self._through = self._through + 1 if self._mismatch.through > self.config.through else 0
         doubt = refusal
         if doubt is None and match.fit < self.config.poor_fit:
             doubt = explanation(match.fit, mismatch)
+        # What does not fit at all is counted below, and looked for nearby first.
+        seen_through = doubt is None and self._mismatch.through > self.config.through
+        self._through = self._through + 1 if seen_through else 0
         self._off_map = mismatch is not None and mismatch.beyond > self.config.off_map
         if doubt is None:
             self._bad, self._good = 0, self._good + 1

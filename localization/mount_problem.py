@@ -15,8 +15,11 @@ import numpy as np
 from localization.geometry import FloatArray, hat, so3_exp, so3_log
 from localization.prepared import PreparedMap
 from localization.registration import residuals
-from localization.stations import Station
+from localization.station import Station
 from localization.types import Mounts, Pose
+
+AXES = ("x", "y", "z", "roll", "pitch", "yaw")
+"""Of a correction: displacement and small rotation, about ``base_link``'s axes through the scanner."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +86,48 @@ class Stretch:
         return np.asarray(np.linalg.solve(self.poses, left), dtype=np.float64)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """Some linearised measurements of one pose, or of two that follow each other."""
+
+    shared: FloatArray
+    """(M, n) derivative by what all stations share."""
+    poses: FloatArray
+    """(M, 6) or (M, 12) derivative by the pose or poses: position in ``map``, rotation in base."""
+    residual: FloatArray
+    """(M,)."""
+    weight: FloatArray
+    """(M,)."""
+
+
+class OpenStretch:
+    """A stretch in the making: measurements are put into it one after another."""
+
+    def __init__(self, shared: int, poses: int) -> None:
+        """Build for so many shared unknowns, and for so many poses at most."""
+        m = 6 * poses
+        self._shared, self._pull = np.zeros((shared, shared)), np.zeros(shared)
+        self._poses, self._poses_pull = np.zeros((m, m)), np.zeros(m)
+        self._cross = np.zeros((shared, m))
+
+    def put(self, slot: int, rows: Rows) -> None:
+        """Add measurements of the pose in a slot, or of it and the next one."""
+        at = slice(6 * slot, 6 * slot + rows.poses.shape[1])
+        weighted = rows.shared * rows.weight[:, None]
+        self._shared += weighted.T @ rows.shared
+        self._pull -= weighted.T @ rows.residual
+        self._cross[:, at] += weighted.T @ rows.poses
+        self._poses[at, at] += (rows.poses * rows.weight[:, None]).T @ rows.poses
+        self._poses_pull[at] -= rows.poses.T @ (rows.weight * rows.residual)
+
+    def closed(self, poses: int) -> Stretch:
+        """Return the normal equations of the first so many poses."""
+        m = slice(0, 6 * poses)
+        return Stretch(
+            self._shared, self._pull, self._poses[m, m], self._cross[:, m], self._poses_pull[m]
+        )
+
+
 class MountProblem:
     """The mounts, the poses, and Gauss-Newton on both; shared are the mounts and the pivot (x, y)."""
 
@@ -109,25 +154,12 @@ class MountProblem:
         """Take one step of Gauss-Newton."""
         stretches = [self._stretch(group, kernel) for group in self._groups]
         reduced = [s.reduced() for s in stretches]
-        seen = np.asarray(sum(a for a, _ in reduced), dtype=np.float64)
-        pull = sum(b for _, b in reduced) + seen @ self._at
-        kept = self._told(seen)
-        small = kept.T @ (np.diag(self._prior) + seen) @ kept
-        # What the drive does not tell stays: noise would carry it about as far as the prior lets it.
-        goal = kept @ np.linalg.solve(small, kept.T @ pull)
-        step = np.asarray(goal - self._at, dtype=np.float64)
+        step = told_solution(reduced, self._prior, self._at, self._config.told) - self._at
         for group, stretch in zip(self._groups, stretches, strict=True):
             moves = stretch.poses_step(step).reshape(-1, 6)
             for k, move in zip(group, moves, strict=True):
                 self._poses[k] = _moved(self._poses[k], move)
         self._at = self._at + step
-
-    def _told(self, seen: FloatArray) -> FloatArray:
-        """Return the directions (n, k) that the drive tells, of length one sigma of the prior."""
-        scale = 1.0 / np.sqrt(self._prior)
-        values, vectors = np.linalg.eigh(seen * np.outer(scale, scale))
-        kept: FloatArray = scale[:, None] * vectors[:, values > 1.0 / self._config.told**2 - 1.0]
-        return kept
 
     @property
     def corrections(self) -> FloatArray:
@@ -135,21 +167,12 @@ class MountProblem:
         return self._at[:-2].reshape(-1, 6).copy()
 
     def covariance(self) -> FloatArray:
-        """Return the covariance (6 S, 6 S) of the corrections.
-
-        That of the normal equations, and a cluster-robust part (Liang and Zeger 1986): stretches of the
-        drive disagree by more than their noise, for maps have errors of their own.
-        """
+        """Return the covariance (6 S, 6 S) of the corrections."""
         c = self._config
         reduced = [s.reduced() for s in (self._stretch(g, c.kernels[-1]) for g in self._groups)]
-        inverse = np.linalg.inv(np.diag(self._prior) + sum(a for a, _ in reduced))
-        pulls = np.array([b for _, b in reduced])
-        pulls = pulls - pulls.mean(axis=0)
-        spread = pulls.T @ pulls * len(pulls) / (len(pulls) - 1.0)
-        whole = inverse + inverse @ spread @ inverse
         floor = np.tile(np.repeat(np.square(c.floor), 3), len(self._names))
         n = len(floor)
-        covariance: FloatArray = whole[:n, :n] + np.diag(floor)
+        covariance: FloatArray = honest_covariance(reduced, self._prior)[:n, :n] + np.diag(floor)
         return covariance
 
     def _mount(self, i: int) -> Pose:
@@ -160,33 +183,16 @@ class MountProblem:
         )
 
     def _stretch(self, group: Sequence[int], kernel: float) -> Stretch:
-        n, m = self._size, 6 * len(group)
-        shared, pull = np.zeros((n, n)), np.zeros(n)
-        poses, cross, poses_pull = np.zeros((m, m)), np.zeros((n, m)), np.zeros(m)
+        stretch = OpenStretch(self._size, len(group))
         for slot, k in enumerate(group):
-            own = slice(6 * slot, 6 * slot + 6)
-            for rows_shared, rows_own, residual, weight in self._seen(k, kernel):
-                weighted = rows_shared * weight[:, None]
-                shared += weighted.T @ rows_shared
-                pull -= weighted.T @ residual
-                cross[:, own] += weighted.T @ rows_own
-                poses[own, own] += (rows_own * weight[:, None]).T @ rows_own
-                poses_pull[own] -= rows_own.T @ (weight * residual)
+            for rows in self.seen(k, kernel):
+                stretch.put(slot, rows)
             if slot:
-                both = slice(6 * slot - 6, 6 * slot + 6)
-                rows_shared, rows, residual, weight = self._rolled(group[slot - 1], k)
-                weighted = rows_shared * weight[:, None]
-                shared += weighted.T @ rows_shared
-                pull -= weighted.T @ residual
-                cross[:, both] += weighted.T @ rows
-                poses[both, both] += (rows * weight[:, None]).T @ rows
-                poses_pull[both] -= rows.T @ (weight * residual)
-        return Stretch(shared, pull, poses, cross, poses_pull)
+                stretch.put(slot - 1, self.rolled(group[slot - 1], k))
+        return stretch.closed(len(group))
 
-    def _seen(
-        self, k: int, kernel: float
-    ) -> list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]]:
-        """Return what scanners and ground say of one pose: rows, residuals, weights."""
+    def seen(self, k: int, kernel: float) -> list[Rows]:
+        """Return what scanners and ground say of station ``k``'s pose."""
         c, station, pose = self._config, self._stations[k], self._poses[k]
         told = [self._stood(pose)]
         for scan in station.scans:
@@ -208,10 +214,10 @@ class MountProblem:
             rows[:, 6 * i + 3 : 6 * i + 6] = np.cross(sweep.points[near] - mount.position, facing)
             weight = (kernel**2 / (kernel**2 + distance**2)) ** 2
             weight *= min(1.0, c.effective_points / weight.sum()) / c.sigma**2
-            told.append((rows, own, distance, weight))
+            told.append(Rows(rows, own, distance, weight))
         return told
 
-    def _stood(self, pose: Pose) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def _stood(self, pose: Pose) -> Rows:
         """The robot stands on the ground: height, roll and pitch."""
         c, ground = self._config, self._world.ground
         x, y = float(pose.position[0]), float(pose.position[1])
@@ -226,9 +232,9 @@ class MountProblem:
         own = np.zeros(2) if ground.level else np.square(c.uneven)
         height, angle = len(self._stations) * np.square(c.ground) + own
         weight = 1.0 / np.array([height, angle, angle])
-        return np.zeros((3, self._size)), rows, residual, weight
+        return Rows(np.zeros((3, self._size)), rows, residual, weight)
 
-    def _rolled(self, j: int, k: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def rolled(self, j: int, k: int) -> Rows:
         """Between two stations the wheels roll forward, and turn the robot about its pivot."""
         c = self._config
         then, now = self._poses[j], self._poses[k]
@@ -249,8 +255,48 @@ class MountProblem:
         sigma = np.array([c.forward * way + 0.003, np.sqrt(c.side**2 * seconds + 0.001**2)])
         # What slips counts for little.
         weight = sigma**-2 / (1.0 + np.square(residual / (3.0 * sigma))) ** 2
-        return shared, rows, residual, weight
+        return Rows(shared, rows, residual, weight)
 
 
 def _moved(pose: Pose, move: FloatArray) -> Pose:
     return Pose.from_rotation(pose.position + move[:3], pose.rotation @ so3_exp(move[3:]))
+
+
+def told_solution(
+    reduced: Sequence[tuple[FloatArray, FloatArray]],
+    prior: FloatArray,
+    at: FloatArray,
+    told: float,
+) -> FloatArray:
+    """Return what stretches say of what they share (n,), zero in directions that they do not tell.
+
+    What is not told stays: noise would carry it about as far as the prior lets it.
+
+    Args:
+        reduced: information (n, n) and pull (n,) of each stretch.
+        prior: (n,) information known beforehand, about zero.
+        at: (n,) where the stretches were linearised.
+        told: a direction is told if its sigma falls to this share of the prior's.
+    """
+    seen = np.asarray(sum(a for a, _ in reduced), dtype=np.float64)
+    pull = sum(b for _, b in reduced) + seen @ at
+    scale = 1.0 / np.sqrt(prior)
+    values, vectors = np.linalg.eigh(seen * np.outer(scale, scale))
+    kept = scale[:, None] * vectors[:, values > 1.0 / told**2 - 1.0]
+    small = kept.T @ (np.diag(prior) + seen) @ kept
+    return np.asarray(kept @ np.linalg.solve(small, kept.T @ pull), dtype=np.float64)
+
+
+def honest_covariance(
+    reduced: Sequence[tuple[FloatArray, FloatArray]], prior: FloatArray
+) -> FloatArray:
+    """Return the covariance (n, n) of what stretches share.
+
+    That of the normal equations, and a cluster-robust part (Liang and Zeger 1986): stretches of the drive
+    disagree by more than their noise, for maps have errors of their own.
+    """
+    inverse = np.linalg.inv(np.diag(prior) + sum(a for a, _ in reduced))
+    pulls = np.array([b for _, b in reduced])
+    pulls = pulls - pulls.mean(axis=0)
+    spread = pulls.T @ pulls * len(pulls) / (len(pulls) - 1.0)
+    return np.asarray(inverse + inverse @ spread @ inverse, dtype=np.float64)

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from localization.deskew import OdometryTrack, deskew
+from localization.deskew import OdometryTrack
 from localization.localizer import Localizer, LocalizerConfig
 from localization.matching import Matcher
 from localization.prepared import PreparedMap
 from localization.replay import replay
+from localization.station import Station
 from localization.types import (
     SECOND,
     Estimate,
@@ -27,32 +28,12 @@ from localization.types import (
     Pose,
     Reading,
     Scan,
-    Sweep,
 )
 
 _SPAN = SECOND // 2
 """Motion remembered with a sweep: longer than any turn of a scanner [ns]."""
 _LEAST_FIT = 0.4
 """A sweep that is explained less tells more of people than of mounts."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Station:
-    """One instant of a drive: what every scanner saw, where the robot is believed to be."""
-
-    stamp: int
-    """[ns]."""
-    scans: tuple[Scan | PointScan, ...]
-    track: OdometryTrack
-    """The motion during them."""
-    map_from_base: Pose
-    """As the localiser has it, with the mounts it was given."""
-    odom_from_base: Pose
-    """Added up by wheels and gyro alone: no scanner has a part in it."""
-
-    def sweep_of(self, scan: Scan | PointScan, mount: Pose) -> Sweep:
-        """Return one scan's points in ``base_link`` at the stamp, were its scanner mounted so."""
-        return deskew([scan], self.track, {scan.scanner: mount}, self.stamp)
 
 
 def stations_of(

@@ -20,7 +20,8 @@ from localization.localizer import Localizer, LocalizerConfig
 from localization.log import ReadingsWriter
 from localization.mount_file import MountFileError, read_mounts, write_mounts
 from localization.prepared import PreparedMap
-from localization.stations import Station, stations_of
+from localization.station import Station
+from localization.stations import stations_of
 from localization.types import Hint, Mounts, Pose, Reading
 from teleop.__main__ import main
 from tests.support_rooms import HALL, MOUNTS, Drive
