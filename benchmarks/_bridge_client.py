@@ -6,7 +6,6 @@ import asyncio
 import json
 import re
 import socket
-import statistics
 import sys
 import time
 from collections.abc import AsyncIterator
@@ -202,34 +201,26 @@ async def crowd(peer: Peer) -> tuple[list[float], Figures]:
 
 
 async def behind(peer: Peer, frame: str | bytes) -> tuple[list[float], Figures]:
-    """Return how long others wait behind a frame [s], its sender [ms], and its CPU time [ms].
+    """Return how long a frame's sender waits for its next answer [s], and what others wait for [ms].
 
-    Both wait for as long as it takes to send and take in the frame, too.
+    The former takes in the time to send the frame, the server's CPU time that to receive it.
     """
-    own, others = [], []
-    async with peer.client() as rude, peer.client() as other:
-        begun_cpu = peer.cpu
+    delays = []
+    async with peer.client() as rude:
+        if peer.kind == "ours":
+            await peer.costs()
+        before = peer.cpu
         for _ in range(TIMES):
             begun = time.perf_counter()
             await rude.send(frame)
             await rude.send(CALL)
-            await _answered(rude)
-            own.append(time.perf_counter() - begun)
-        used = (peer.cpu - begun_cpu) / TIMES
-        for _ in range(TIMES):
-            await rude.send(frame)
-            begun = time.perf_counter()
-            await other.send(CALL)
-            await _answered(other)
-            others.append(time.perf_counter() - begun)
-            await rude.send(CALL)
-            await _answered(rude)
-    return others, {"own": 1e3 * statistics.median(own), "used": 1e3 * used}
-
-
-async def _answered(connection: ClientConnection) -> None:
-    while b"service_response" not in (await connection.recv(decode=False))[:40]:
-        pass
+            while b"service_response" not in (await rude.recv(decode=False))[:40]:
+                pass
+            delays.append(time.perf_counter() - begun)
+        figures = {"used": 1e3 * (peer.cpu - before) / TIMES}
+        if peer.kind == "ours":
+            figures["judged"] = 1e3 * (await peer.costs())[4]
+    return delays, figures
 
 
 async def advertise(peer: Peer) -> ClientConnection:

@@ -68,13 +68,15 @@ async def ours(said: Callable[[str], None]) -> None:
     serve_rosapi(server.protocol)
     for topic, kind in TOPICS.items():
         server.advertise(topic, kind)
-    encoding = _encoding_time()
+    encoding, judging = _encoding_time(), _judging_time(server.protocol)
 
     def costs(client: int, request: object, now: int) -> dict[str, Any]:
         links = server._links.values()
         held = max(x.waiting for x in links)
         unsent = max(x.socket.transport.get_write_buffer_size() for x in links)
-        return {"success": True, "message": json.dumps([*encoding, held, unsent])}
+        told = {"success": True, "message": json.dumps([*encoding, held, unsent, *judging])}
+        judging[0] = 0.0
+        return told
 
     server.serve("/costs", "std_srvs/Trigger", costs)
 
@@ -109,6 +111,20 @@ def _encoding_time() -> list[float]:
 
     Publication._encode = timed  # type: ignore[assignment, method-assign]
     return spent
+
+
+def _judging_time(protocol: Protocol) -> list[float]:
+    """Return the longest time that a frame has taken [s], during which nobody else is served."""
+    longest = [0.0]
+    receive = protocol.receive
+
+    def timed(client: int, frame: str | bytes, now: int) -> None:
+        begun = time.thread_time()
+        receive(client, frame, now)
+        longest[0] = max(longest[0], time.thread_time() - begun)
+
+    protocol.receive = timed  # type: ignore[method-assign]
+    return longest
 
 
 # A bare WebSocket server

@@ -13,7 +13,7 @@ from teleop.rosbridge.errors import FrameError
 
 _SPACE: Final = re.compile(r"[ \t\r\n]*")
 
-_LARGE: Final = 65_536
+_LARGE: Final = 4096
 """Length of a text from which on the collector of garbage pauses while it is read."""
 
 
