@@ -30,16 +30,16 @@ class Cloud:
 
     points: FloatArray
     """(N, 3) [m], in ``frame``."""
-    normals: FloatArray
-    """(N, 3), unit length."""
+    normals: npt.NDArray[np.floating]
+    """(N, 3), unit length; kept as float32, for what that rounds off is far below any normal's noise."""
     name: str
     frame: str = "map"
     sha256: str = ""
     """Hex digest of the file's bytes; empty for a cloud that was never saved."""
 
     def __post_init__(self) -> None:
-        for name in ("points", "normals"):
-            array = np.array(getattr(self, name), dtype=float)
+        for name, kind in (("points", np.float64), ("normals", np.float32)):
+            array = np.array(getattr(self, name), dtype=kind)
             if array.ndim != 2 or array.shape[1] != 3:
                 raise CloudError(f"cloud {name} must have shape (N, 3), got {array.shape}")
             array.flags.writeable = False

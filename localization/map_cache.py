@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import contextlib
 import os
-import struct
 import tempfile
 import zipfile
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,8 +21,6 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 
 LARGEST = 2**30
 """A folder of derived files holds no more [bytes]: nine maps of two million points."""
-_CHUNK = 2**20
-"""Read at once when a file is checked [bytes]."""
 
 
 def default_cache() -> Path:
@@ -32,28 +29,21 @@ def default_cache() -> Path:
     return (Path(base) if base else Path.home() / ".cache") / "farsteer"
 
 
-def load(file: Path, *, mapped: Collection[str] = ()) -> Arrays | None:
-    """Read what ``store`` has written; None if it is missing or damaged.
+def load(file: Path) -> Arrays | None:
+    """Read what ``store`` has written, read-only; None if it is missing or damaged.
 
-    Args:
-        file: an uncompressed ``.npz``.
-        mapped: names of arrays that stay in the file and are paged in where they are looked at.
-
-    Returns:
-        Read-only arrays by name.
+    All of it is read into memory. Mapped into memory instead, a file on a disk that fails, or on a server
+    that is gone, would end the process in the middle of a drive.
     """
     try:
-        with file.open("rb") as raw, zipfile.ZipFile(raw) as archive:
+        with zipfile.ZipFile(file) as archive:
             arrays = {
-                info.filename.removesuffix(".npy"): _member(file, raw, archive, info, mapped)
+                info.filename.removesuffix(".npy"): _member(archive, info)
                 for info in archive.infolist()
             }
         # When it was last used, for the bound.
         os.utime(file)
-    except (OSError, ValueError, KeyError, EOFError, struct.error, zipfile.BadZipFile):
-        return None
-    except NotImplementedError:
-        # A damaged file may ask for any compression.
+    except (OSError, ValueError, KeyError, EOFError, NotImplementedError, zipfile.BadZipFile):
         return None
     return arrays
 
@@ -103,30 +93,11 @@ def tidy(folder: Path, *, largest: int = LARGEST, spare: Path | None = None) -> 
             total -= size
 
 
-def _member(
-    file: Path,
-    raw: IO[bytes],
-    archive: zipfile.ZipFile,
-    info: zipfile.ZipInfo,
-    mapped: Collection[str],
-) -> npt.NDArray[Any]:
-    if info.filename.removesuffix(".npy") not in mapped:
-        with archive.open(info) as data:
-            array: npt.NDArray[Any] = np.lib.format.read_array(data, allow_pickle=False)
-        array.flags.writeable = False
-        return array
-    # Reading to the end checks the sum, and brings the file into the system's page cache; the pages
-    # count as this process's once they are looked at.
+def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> npt.NDArray[Any]:
     with archive.open(info) as data:
-        while data.read(_CHUNK):
-            pass
-    # A zip archive tells the lengths of a member's name and extra field before its data.
-    raw.seek(info.header_offset + 26)
-    lengths = struct.unpack("<HH", raw.read(4))
-    raw.seek(info.header_offset + 30 + sum(lengths))
-    if np.lib.format.read_magic(raw) != (1, 0) or info.compress_type != zipfile.ZIP_STORED:
-        raise ValueError(f"{file}: {info.filename} cannot be mapped")
-    shape, _, dtype = np.lib.format.read_array_header_1_0(raw)
-    where = np.memmap(file, dtype=dtype, mode="r", offset=raw.tell(), shape=shape)
-    # As a plain array, for indexing a memmap takes several times as long.
-    return where.view(np.ndarray)
+        array: npt.NDArray[Any] = np.lib.format.read_array(data, allow_pickle=False)
+        # To the very end, for only there is the sum compared.
+        if data.read(1):
+            raise ValueError(f"{info.filename} is longer than its array")
+    array.flags.writeable = False
+    return array

@@ -17,7 +17,7 @@ from scipy import ndimage
 from localization.geometry import FloatArray
 
 IndexArray = npt.NDArray[np.int32]
-CodeArray = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+CodeArray = npt.NDArray[np.unsignedinteger]
 
 _BITS = 3
 _BLOCK = 1 << _BITS
@@ -96,7 +96,8 @@ def build_grid(points: FloatArray, cell: float, reach: float) -> NearestGrid:
     cells = cells[owner]
 
     directory = np.zeros(tuple(shape.tolist()), dtype=np.int32)
-    codes, counts = [np.zeros((1, _BLOCK**3), dtype=np.uint16)], [np.ones(1, dtype=np.int64)]
+    codes: list[CodeArray] = [np.zeros((1, _BLOCK**3), dtype=np.uint8)]
+    counts = [np.ones(1, dtype=np.int64)]
     owners = [np.full(1, -1, dtype=np.int32)]
     number = 1
     for low, high, near in _chunks(cells, shape * _BLOCK, margin):
@@ -108,11 +109,10 @@ def build_grid(points: FloatArray, cell: float, reach: float) -> NearestGrid:
         codes.append(code)
         counts.append(count)
         owners.append(seen)
-    blocks = np.concatenate(codes).reshape(-1, _BLOCK, _BLOCK, _BLOCK)
+    # Where surfaces are so ragged that a block sees more than 255 points, all cells take two bytes.
+    blocks: CodeArray = np.concatenate(codes).reshape(-1, _BLOCK, _BLOCK, _BLOCK)
     first = np.concatenate([[0], np.cumsum(np.concatenate(counts))[:-1]]).astype(np.int32)
-    # Where surfaces are so ragged that a block sees more points, all take two bytes a cell.
-    narrow = blocks.astype(np.uint8) if blocks.max() < 256 else blocks
-    return NearestGrid(origin, cell, directory, narrow, first, np.concatenate(owners))
+    return NearestGrid(origin, cell, directory, blocks, first, np.concatenate(owners))
 
 
 def _owners(
@@ -181,7 +181,7 @@ def _coded(
     nearest: IndexArray,
 ) -> tuple[
     tuple[npt.NDArray[np.int64], ...],
-    npt.NDArray[np.uint16],
+    CodeArray,
     npt.NDArray[np.int64],
     IndexArray,
 ]:
@@ -210,5 +210,5 @@ def _coded(
     table = seen + np.repeat(row[:, 0], count)
     place = np.searchsorted(table, (blocks + row).ravel()).reshape(blocks.shape)
     start = np.cumsum(count) - count
-    code = (place - start[:, None]).astype(np.uint16)
+    code = (place - start[:, None]).astype(np.uint8 if count.max(initial=0) <= 256 else np.uint16)
     return np.unravel_index(held, (p, q, r)), code, count, seen

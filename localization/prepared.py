@@ -59,7 +59,7 @@ def prepare(
 
 
 def _load(file: Path, cloud: Cloud) -> PreparedMap | None:
-    kept = load(file, mapped=("blocks",))
+    kept = load(file)
     try:
         if kept is None or int(kept["points"]) != len(cloud.points):
             return None

@@ -68,7 +68,7 @@ def residuals(
     rotation, position = map_from_base.rotation, map_from_base.position
     points = sweep.points @ rotation.T + position
     index = world.grid.nearest(points)
-    normals = world.cloud.normals[index]
+    normals = world.cloud.normals[index].astype(float)
     offset = points - world.cloud.points[index]
     distance = np.einsum("ij,ij->i", normals, offset)
     distance[index < 0] = np.nan

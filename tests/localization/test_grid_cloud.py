@@ -58,7 +58,7 @@ def test_grid_lies_in_the_map_where_its_origin_says(origin: tuple[float, float, 
     here = cloud_from_grid(occupied, free, CELL, Pose.identity(), name="here")
     there = cloud_from_grid(occupied, free, CELL, pose, name="there")
     np.testing.assert_allclose(there.points, pose.apply(here.points), atol=1e-9)
-    np.testing.assert_allclose(there.normals, here.normals @ pose.rotation.T, atol=1e-9)
+    np.testing.assert_allclose(there.normals, here.normals @ pose.rotation.T, atol=1e-7)  # kept as float32
 
 
 def test_grid_that_nothing_can_be_seen_in_is_refused() -> None:
