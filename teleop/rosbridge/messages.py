@@ -138,21 +138,30 @@ class _Completion:
     def message(self, kind: MessageType, value: object, path: str) -> Message:
         if kind.name in (TIME, DURATION):
             value = self._stamp(kind, value, path)
-        if not isinstance(value, Mapping):
+        if type(value) is not dict and not isinstance(value, Mapping):  # the first is the quicker
             raise self._mismatch(short_name(kind.name), path[:-1], value)
         given: Mapping[str, Any] = value
         if kind.name == HEADER:
             given = {name: part for name, part in given.items() if name != "seq"}
             if self._now is not None:  # as rosbridge does; a header left out keeps a stamp of zero
                 given.setdefault("stamp", "now")
-        done = {}
+        done: Message = {}
+        used = 0
         for field in kind.fields:
-            if field.name in given:
-                done[field.name] = self._value(field, given[field.name], path + field.name)
-            else:
+            name = field.name
+            if name not in given:
                 self._made += field.nested and not field.repeated
-                done[field.name] = default_value(self._registry, kind, field)
-        if len(given) > len(done) or any(name not in done for name in given):
+                done[name] = default_value(self._registry, kind, field)
+                continue
+            used += 1
+            part = given[name]
+            # What most messages are made of needs no more than the first look.
+            plain = type(part) is float and field.kind == "float64" and not field.repeated
+            if plain and math.isfinite(part):
+                done[name] = part
+            else:
+                done[name] = self._value(field, part, path + name)
+        if used < len(given):
             stray = next(name for name in given if name not in done)
             raise MessageError(
                 f"Message type {self._root} does not have a field {path}{str(stray)[:80]}"
