@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import contextlib
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
 from localization import messages, ros_readings
@@ -47,11 +49,8 @@ class Bag:
             self._topics = {
                 c.topic: c.msgtype for c in reader.connections if _chosen(c.topic, self._layout)
             }
-            try:
-                self._read_frames(reader)
-                self._find_mounts(reader)
-            except AnyReaderError as error:
-                raise LogError(f"{self.path}: damaged: {error}") from error
+            self._read_frames(reader)
+            self._find_mounts(reader)
 
     @property
     def suite(self) -> Suite:
@@ -85,21 +84,43 @@ class Bag:
         with self._open() as reader:
             duration = max(1, reader.end_time - reader.start_time)
             wanted = [c for c in reader.connections if c.topic in self._topics]
+            for connection, stamp, data in self._messages(reader, wanted):
+                self.share = (stamp - reader.start_time) / duration
+                reading = self._reading(reader, connection.topic, connection.msgtype, data)
+                if reading is not None:
+                    yield stamp, reading
+
+    def _messages(
+        self, reader: AnyReader, connections: Sequence[Connection]
+    ) -> Iterator[tuple[Connection, int, bytes]]:
+        """Yield messages as they lie in the bag.
+
+        Raises:
+            LogError: Where the library stumbles, each format and each compression in its own way.
+        """
+        messages_of_it = reader.messages(connections)
+        while True:
             try:
-                for connection, stamp, data in reader.messages(wanted):
-                    self.share = (stamp - reader.start_time) / duration
-                    reading = self._reading(reader, connection.topic, connection.msgtype, data)
-                    if reading is not None:
-                        yield stamp, reading
-            except AnyReaderError as error:
-                raise LogError(f"{self.path}: damaged: {error}") from error
+                held = next(messages_of_it, None)
+            except Exception as error:
+                reason = " ".join(str(error).split()) or type(error).__name__
+                raise LogError(f"{self.path}: damaged: {reason}") from error
+            if held is None:
+                return
+            yield held
+
+    def _decoded(self, reader: AnyReader, kind: str, data: bytes) -> messages.Message:
+        try:
+            return reader.deserialize(data, kind)
+        except Exception as error:
+            raise MessageError(f"a damaged {kind}: {' '.join(str(error).split())}") from error
 
     def _reading(self, reader: AnyReader, topic: str, kind: str, data: bytes) -> Reading | None:
         hint = kind == messages.POSE_WITH_COVARIANCE
         try:
             if hint and topic != INITIALPOSE:
                 raise MessageError(f"{kind} holds no reading")
-            message = reader.deserialize(data, kind)
+            message = self._decoded(reader, kind, data)
             reading = ros_readings.read(kind, message, self._tree, self._layout)
             if reading is None:
                 raise MessageError(f"{kind} holds no reading")
@@ -113,10 +134,11 @@ class Bag:
         """Learn where things sit: all of /tf_static, and the beginning of /tf for the sake of tf 1."""
         tf = [c for c in reader.connections if c.msgtype == messages.TF]
         moving = [c for c in tf if not c.topic.endswith("_static")]
-        for connection, stamp, data in reader.messages(tf) if tf else ():
+        for connection, stamp, data in self._messages(reader, tf) if tf else ():
             if connection in moving and stamp > reader.start_time + _STATIC_SPAN:
                 continue
-            self._tree.add(reader.deserialize(data, connection.msgtype))
+            with contextlib.suppress(MessageError):
+                self._tree.add(self._decoded(reader, connection.msgtype, data))
 
     def _find_mounts(self, reader: AnyReader) -> None:
         scans = [
@@ -130,10 +152,13 @@ class Bag:
                 f"{self.path}: no scanner among its types {', '.join(kinds) or '(none)'}"
             )
         for scan in scans:
-            first = next(reader.messages([scan]), None)
+            first = next(self._messages(reader, [scan]), None)
             if first is None:
                 continue
-            frame = str(reader.deserialize(first[2], scan.msgtype).header.frame_id)  # type: ignore[attr-defined]
+            try:
+                frame = str(self._decoded(reader, scan.msgtype, first[2]).header.frame_id)
+            except MessageError as error:
+                raise LogError(f"{self.path}: damaged: {scan.topic} begins with {error}") from error
             mount = self._tree.base_from(frame)
             if mount is None:
                 known = ", ".join(self._tree.frames) or "none"
@@ -148,12 +173,23 @@ class Bag:
         try:
             reader = AnyReader([self.path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
             reader.open()
-        except (AnyReaderError, OSError, ValueError) as error:
-            raise LogError(f"{self.path}: is no bag that can be read: {error}") from error
+        except (AnyReaderError, OSError, ValueError, EOFError) as error:
+            reason = " ".join(str(error).split())
+            raise LogError(
+                f"{self.path}: is no bag that can be read: {reason}; {self._way_out()}"
+            ) from error
         try:
             yield reader
         finally:
             reader.close()
+
+    def _way_out(self) -> str:
+        """What mends a bag whose recorder never closed it."""
+        if self.path.is_dir():
+            return "if its recorder was cut off, `ros2 bag reindex` or `mcap recover` mends it"
+        if self.path.suffix == ".mcap":
+            return "if its recorder was cut off, `mcap recover` mends it"
+        return "if its recorder was cut off, `rosbag reindex` mends it"
 
 
 def _chosen(topic: str, layout: Layout) -> bool:
