@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,6 +20,8 @@ WRONG, WRONG_YAW = 0.25, np.deg2rad(10.0)
 PATIENCE = 2 * SECOND
 """A wrong estimate must be flagged within this time [ns]."""
 FLAGGED = (Health.LOST, Health.RELOCALISING)
+CHUNKS = 8
+"""Parts that the drives are measured in, each by itself."""
 SECONDS = 600.0
 """Length of a drive [s]: there and back on the tour, again and again."""
 _COUNTS = ("false alarms of being lost", "false doubts", "wrong for 2 s and not flagged")
@@ -112,28 +114,24 @@ def _off(estimate: Pose, truth: Pose) -> tuple[float, float]:
     return far, wrap_angle(estimate.yaw - truth.yaw)
 
 
-def alarms(known: tuple[Figure, ...] = ()) -> Iterator[Figure]:
-    """Yield each drive's counts, then all of them by the hour; what is known is not driven again."""
-    there = {(f.case, f.quantity): f.value for f in known}
-    total = dict.fromkeys(_COUNTS, 0.0)
-    hours = 0.0
-    for drive in DRIVES:
+def alarms(chunk: int) -> Iterator[Figure]:
+    """Drive one chunk of the drives and yield each drive's counts."""
+    for drive in DRIVES[chunk::CHUNKS]:
         case = f"{drive.scene}, seed {drive.seed}" + (", alive" if drive.alive else "")
-        counts = {name: there.get((case, name)) for name in (*_COUNTS, _DRIVEN)}
-        if None in counts.values():
-            seen = watch(drive)
-            counts = dict(zip(_COUNTS, (seen.lost, seen.suspect, seen.missed), strict=True))
-            counts[_DRIVEN] = seen.seconds / 3600.0
-            for story in seen.stories:
-                say(f"    {case}, {story}")
-        for name, value in counts.items():
-            assert value is not None
-            yield Figure(case, OURS, name, float(value), "h" if name == _DRIVEN else "")
-            if name != _DRIVEN:
-                total[name] += value
-        hours += counts[_DRIVEN] or 0.0
-    for name, events in total.items():
-        low, high = (bound / hours for bound in poisson(round(events)))
+        seen = watch(drive)
+        for story in seen.stories:
+            say(f"    {case}, {story}")
+        yield Figure(case, OURS, _DRIVEN, seen.seconds / 3600.0, "h")
+        for name, events in zip(_COUNTS, (seen.lost, seen.suspect, seen.missed), strict=True):
+            yield Figure(case, OURS, name, float(events))
+
+
+def by_the_hour(figures: Sequence[Figure]) -> Iterator[Figure]:
+    """Yield what drives add up to, with Poisson's bounds."""
+    hours = sum(f.value for f in figures if f.quantity == _DRIVEN)
+    case = f"{hours:.1f} h of driving, {len({f.case for f in figures})} drives"
+    for name in _COUNTS:
+        events = round(sum(f.value for f in figures if f.quantity == name))
+        low, high = (bound / hours for bound in poisson(events))
         most = 1.0 if name == _COUNTS[0] else None
-        case = f"{hours:.1f} h of driving"
-        yield Figure(case, OURS, name, events / hours, "per h", round(events), low, high, most=most)
+        yield Figure(case, OURS, name, events / hours, "per h", events, low, high, most=most)

@@ -235,9 +235,10 @@ def _fate(run: Run, recording: Recording, moved: int) -> Carried:
 def _of_carried(method: str, fates: Sequence[Carried]) -> Iterator[Figure]:
     case, n = "carried away in mid-drive", len(fates)
     in_time = sum(f.flagged <= 2.0 for f in fates)
+    doubted = sum(f.doubted <= 2.0 for f in fates)
     least = 99.0 if method == OURS else None
-    yield share(case, method, "said to be lost within 2 s", in_time, n, least=least)
-    yield share(case, method, "doubted within 2 s", sum(f.doubted <= 2.0 for f in fates), n)
+    yield share(case, method, "said to be suspect or lost within 2 s", doubted, n, least=least)
+    yield share(case, method, "said to be lost within 2 s", in_time, n)
     back = [f for f in fates if f.placed < float("inf")]
     yield share(case, method, "sure and right again within 25 s", len(back), n)
     yield share(case, method, "sure of a wrong place on the way", sum(f.wrong for f in fates), n)

@@ -13,9 +13,11 @@ import math
 import os
 import platform
 import sys
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.stats import chi2
@@ -149,13 +151,18 @@ class Sheet:
         try:
             held = json.loads(path.read_text(encoding="utf-8"))
             for name, part in held.items():
-                self.parts[name] = tuple(Figure(**f) for f in part["figures"])
+                self.parts[name] = tuple(_figure(f) for f in part["figures"])
                 self.facts[name] = dict(part["facts"])
         except (AttributeError, KeyError, TypeError, json.JSONDecodeError) as wrong:
             raise ValueError(f"{path} is no sheet of figures: move it away ({wrong})") from None
 
     def put(self, part: str, figures: Iterable[Figure], *, seconds: float) -> None:
-        """Take a part's figures, which took so much CPU time [s], and write the files."""
+        """Take a part's figures, which took so much CPU time [s], and write the files.
+
+        What somebody else has put into the file meanwhile stays.
+        """
+        if self.path is not None and self.path.is_file():
+            self._read(self.path)
         self.parts[part] = tuple(figures)
         self.facts[part] = {
             "date": f"{datetime.datetime.now():%Y-%m-%d %H:%M}",
@@ -185,6 +192,10 @@ class Sheet:
                 writer.writerows([part, *_plain(f).values(), f.verdict] for f in figures)
 
 
+def _figure(held: dict[str, Any]) -> Figure:
+    return Figure(**{**held, "value": math.nan if held["value"] is None else held["value"]})
+
+
 def _plain(figure: Figure) -> dict[str, str | float | int | None]:
     """Return a figure's fields; what is no number becomes None, for JSON has no NaN."""
     kept = asdict(figure)
@@ -200,3 +211,26 @@ def processor() -> str:
     lines = info.read_text(encoding="utf-8").splitlines() if info.is_file() else []
     named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     return next(named, platform.machine())
+
+
+def measure(parts: Mapping[str, Callable[[], Iterator[Figure]]], out: Path | None) -> None:
+    """Measure parts one after the other, print their figures, and keep them in a sheet if one is named."""
+    sheet = Sheet(out)
+    for name, part in parts.items():
+        begun, figures = time.process_time(), list[Figure]()
+        say(f" {name}")
+        for figure in part():
+            _show(figure, figures[-1] if figures else None)
+            figures.append(figure)
+        seconds = time.process_time() - begun
+        sheet.put(name, figures, seconds=seconds)
+        say(f"   ({seconds:.0f} s of CPU)")
+
+
+def _show(figure: Figure, before: Figure | None) -> None:
+    """Print a figure beneath its case and method, which are printed when they change."""
+    if before is None or (before.case, before.method) != (figure.case, figure.method):
+        say(f"  {figure.case}: {figure.method}")
+    count = f"n {figure.n}" if figure.n else ""
+    goal = f"goal {figure.goal}: {figure.verdict}" if figure.verdict else ""
+    say(f"    {figure.quantity:38s} {figure.text:28s} {count:8s} {goal}".rstrip())

@@ -11,7 +11,7 @@ from benchmarks._figures import OURS, Figure, share
 from benchmarks._recordings import STANDS, Recording, map_of, record, world_of
 from localization.faults import Span, end_of, silent, slipping, source_of
 from localization.geometry import wrap_angle
-from localization.localizer import Localizer
+from localization.localizer import Localizer, LocalizerConfig
 from localization.prepared import PreparedMap
 from localization.seeker import Placement
 from localization.types import SECOND, Estimate, Health, Hint, Pose, Reading, Scan
@@ -56,7 +56,7 @@ class Trial:
         return max(self.delay, self.sure) <= SOON / SECOND
 
 
-def lost(known: tuple[Figure, ...] = ()) -> Iterator[Figure]:
+def lost() -> Iterator[Figure]:
     """Estimates put wrong: the share that was said to be wrong in time, by what went wrong."""
     trials: list[Trial] = []
     for seed, scene in enumerate(SCENES):
@@ -80,7 +80,12 @@ def _of_trials(
 
 
 def lost_trials(
-    recording: Recording, world: PreparedMap, *, count: int, seed: int
+    recording: Recording,
+    world: PreparedMap,
+    *,
+    count: int,
+    seed: int,
+    config: LocalizerConfig = LocalizerConfig(),  # noqa: B008  (frozen)
 ) -> Iterator[Trial]:
     """Put the estimate wrong again and again, at places along a drive that are drawn by a seed.
 
@@ -90,7 +95,7 @@ def lost_trials(
     last = max(recording.truth) - SETTLE - WATCH
     for i in range(count):
         kind = KINDS[i % len(KINDS)]
-        stream, localizer = _Stream(recording), Localizer(world, recording.mounts)
+        stream, localizer = _Stream(recording), Localizer(world, recording.mounts, config)
         stream.jump(int(rng.integers(STANDS, last)))
         for _ in stream.feed(localizer, SECOND // 5):
             pass

@@ -73,7 +73,7 @@ def moments(scene: str, seed: int, condition: Condition = CLEAN) -> tuple[Moment
     return run.moments[20:]
 
 
-def hints(known: tuple[Figure, ...] = (), *, per_scene: int = 180) -> Iterator[Figure]:
+def hints(per_scene: int = 180) -> Iterator[Figure]:
     """Hints that are 3 m and 60 degrees wrong and say so, in the office and in buildings."""
     rng = np.random.default_rng(5)
     for condition in CONDITIONS:
@@ -107,12 +107,12 @@ def _of_hints(condition: Condition, trials: Sequence[HintTrial]) -> Iterator[Fig
     yield Figure(case, OURS, "computing, p99", p99, "ms", n, most=250.0)
 
 
-def kidnapped(known: tuple[Figure, ...] = ()) -> Iterator[Figure]:
+def kidnapped() -> Iterator[Figure]:
     """A robot somewhere in 400 m^2 that nobody placed; it drives on by up to 3 m."""
     yield from _everywhere(BUILDINGS, CONDITIONS, 64, "400 m2", seconds=1.0)
 
 
-def kidnapped_far(known: tuple[Figure, ...] = ()) -> Iterator[Figure]:
+def kidnapped_far() -> Iterator[Figure]:
     """The same in 2000 m^2."""
     large = replace(CLEAN, least=95.0)
     yield from _everywhere(LARGE, (large,), 128, "2000 m2", seconds=3.0)

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from benchmarks._figures import Figure, measure, share
+from benchmarks._lost import lost_trials
 from benchmarks._peers import KISS_PEER
 from benchmarks._recordings import Recording, map_of, record, world_of
 from benchmarks._replaying import Laps, Run, Score, replay, score
-from localization.faults import Clutter, Span, occluded, slipping
+from localization.faults import Clutter, Span, occluded, silent, slipping
 from localization.localizer import Localizer, LocalizerConfig
 from localization.matching import Matcher
 from localization.prepared import PreparedMap
 from localization.registration import RegistrationConfig
 from localization.suites import Motion, Suite
-from localization.types import SECOND
+from localization.types import SECOND, Reading
 
 SECONDS = 40.0
 SCENES = (("office", 11), ("building-701-400", 12))
@@ -26,6 +28,8 @@ SLIPS = (8.0, 16.0, 24.0, 32.0)
 """Under stress all wheels report twice their speed for a second at these times [s] ..."""
 HIDDEN = Clutter(0.3)
 """... and 30 % of the beams are hidden."""
+OUTAGES = (10.0, 20.0, 30.0)
+"""Both scanners say nothing for 4 s from these times [s]."""
 
 _BARE = RegistrationConfig(facing=False, debias=0.0)
 _ALONE = LocalizerConfig(
@@ -55,14 +59,20 @@ BUILT: dict[str, LocalizerConfig] = {
 }
 """Each adds to the row above; KISS-ICP to the map stands for itself."""
 
+_NO_GATE = RegistrationConfig(facing=False)
+_LONE = replace(_ALL, kiss_odometry=False)
+
 WITHOUT: dict[str, LocalizerConfig] = {
     "all": _ALL,
-    "without KISS-ICP odometry": replace(_ALL, kiss_odometry=False),
-    "without facing gate": replace(_ALL, registration=RegistrationConfig(facing=False)),
+    "without KISS-ICP odometry": _LONE,
+    "without facing gate": replace(_ALL, registration=_NO_GATE),
     "without debiasing": replace(_ALL, registration=RegistrationConfig(debias=0.0)),
     "without blame rule": replace(_ALL, blame_fit=2.0),
     "without second opinion": replace(_ALL, second_opinion=False),
+    "without KISS-ICP odometry and blame rule": replace(_LONE, blame_fit=2.0),
+    "without KISS-ICP odometry and facing gate": replace(_LONE, registration=_NO_GATE),
 }
+"""What KISS-ICP's odometry does, others do as well: some show only where it is missing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,15 +83,52 @@ class Drive:
     world: PreparedMap
 
 
-def drives(*, stressed: bool) -> Iterator[Drive]:
-    """Record the drives, with faults in them or without."""
-    spans = [Span(round(t * SECOND), round((t + 1.0) * SECOND)) for t in SLIPS]
+def _as_it_is(readings: Iterable[Reading], seed: int) -> Iterable[Reading]:
+    return readings
+
+
+def _slips(readings: Iterable[Reading], seed: int) -> Iterable[Reading]:
+    return slipping(readings, _spans(SLIPS, 1.0))
+
+
+def _slips_in_a_crowd(readings: Iterable[Reading], seed: int) -> Iterable[Reading]:
+    return _slips(occluded(readings, HIDDEN, seed=seed), seed)
+
+
+def _outages(readings: Iterable[Reading], seed: int) -> Iterable[Reading]:
+    for span in _spans(OUTAGES, 4.0):
+        for scanner in ("laser_horizontal", "laser_vertical"):
+            readings = silent(readings, scanner, span)
+    return readings
+
+
+def _spans(begins: Iterable[float], seconds: float) -> list[Span]:
+    return [Span(round(t * SECOND), round((t + seconds) * SECOND)) for t in begins]
+
+
+STRESSES: dict[str, Callable[[Iterable[Reading], int], Iterable[Reading]]] = {
+    "nominal": _as_it_is,
+    "slips": _slips,
+    "slips, 30 % hidden": _slips_in_a_crowd,
+    "scanners silent for 4 s": _outages,
+}
+CORRIDOR = "corridor"
+"""Where nothing holds the robot along it; driven as it is."""
+WRONG = "put wrong"
+"""Robots whose pose was put wrong: the share that says so within 2 s."""
+WRONG_TRIALS = 36
+
+
+def drives() -> dict[str, list[Drive]]:
+    """Record the drives, each once, and put the faults into them."""
+    found: dict[str, list[Drive]] = {name: [] for name in STRESSES}
     for scene, seed in SCENES:
         recording = record(world_of(scene), name=scene, seed=seed, seconds=SECONDS)
-        if stressed:
-            faulty = slipping(occluded(recording.readings, HIDDEN, seed=seed), spans)
-            recording = recording.with_fault(scene, tuple(faulty))
-        yield Drive(recording, map_of(scene))
+        for name, stress in STRESSES.items():
+            readings = tuple(stress(recording.readings, seed))
+            found[name].append(Drive(recording.with_fault(name, readings), map_of(scene)))
+    corridor = record(world_of(CORRIDOR), name=CORRIDOR, seed=41, seconds=SECONDS)
+    return {**found, CORRIDOR: [Drive(corridor, map_of(CORRIDOR))]}
 
 
 def run(drive: Drive, config: LocalizerConfig) -> Run:
@@ -91,47 +138,53 @@ def run(drive: Drive, config: LocalizerConfig) -> Run:
     return replay(drive.recording, localizer, laps)
 
 
-def cells(runs: Sequence[Run]) -> str:
-    """Return a row's figures over some drives: the whole error, not its mean over drives."""
+def figures_of(case: str, method: str, runs: Sequence[Run]) -> Iterator[Figure]:
+    """Yield a configuration's figures over some drives: the whole error, not its mean over drives."""
     scores: list[Score] = [score(r) for r in runs]
     n = np.array([s.sweeps for s in scores])
-    rmse = np.sqrt((n * np.array([s.rmse for s in scores]) ** 2).sum() / n.sum())
-    yaw = np.sqrt((n * np.array([s.yaw for s in scores]) ** 2).sum() / n.sum())
-    honest = (n * np.array([s.nees for s in scores])).sum() / n.sum()
-    inside = (n * np.array([s.inside for s in scores])).sum() / n.sum()
-    most = max(s.most for s in scores)
+    total = int(n.sum())
+    rmse = np.sqrt((n * np.array([s.rmse for s in scores]) ** 2).sum() / total)
+    honest = (n * np.array([s.nees for s in scores])).sum() / total
     busy = sum(sum(map(sum, r.laps.of.values())) for r in runs) * 1e3
     sweeps = sum(len(r.moments) for r in runs)
-    return (
-        f"{rmse * 100:8.2f} {most * 100:7.1f} {np.rad2deg(yaw):7.3f} {honest:9.1f} {inside:5.0%}"
-        f" {busy / sweeps:6.2f}"
-    )
+    yield Figure(case, method, "ATE", float(rmse) * 100.0, "cm", total)
+    yield Figure(case, method, "max", max(s.most for s in scores) * 100.0, "cm", total)
+    yield Figure(case, method, "NEES", float(honest), "", total)
+    yield Figure(case, method, "all stages", busy / sweeps, "ms", total)
 
 
-def table(rows: dict[str, LocalizerConfig]) -> None:
-    """Print a row for each configuration: nominal, then under stress."""
-    begun = [list(drives(stressed=False)), list(drives(stressed=True))]
-    head = f"{'ATE cm':>8s} {'max':>7s} {'yaw deg':>7s} {'NEES':>9s} {'in95':>5s} {'ms':>6s}"
-    print(f"  {'':28s} nominal: {head}   slips and 30 % hidden: {head}", flush=True)
+def table(rows: dict[str, LocalizerConfig], *, wrong: bool) -> Iterator[Figure]:
+    """Yield the figures of each configuration, in each kind of drive.
+
+    Args:
+        rows: configurations by name.
+        wrong: whether to put the pose wrong as well.
+    """
+    begun = drives()
     for name, config in rows.items():
-        found = ["".join(cells([run(d, config) for d in some])) for some in begun]
-        print(f"  {name:28s}          {found[0]}                          {found[1]}", flush=True)
+        for case, some in begun.items():
+            yield from figures_of(case, name, [run(d, config) for d in some])
+        if wrong:
+            scene, seed = SCENES[1]
+            recording = record(world_of(scene), name=scene, seed=seed, seconds=60.0)
+            trials = list(
+                lost_trials(recording, map_of(scene), count=WRONG_TRIALS, seed=5, config=config)
+            )
+            bad = [t for t in trials if t.wrong]
+            yield share(WRONG, name, "said within 2 s", sum(t.flagged for t in bad), len(bad))
 
 
-PARTS: dict[str, Callable[[], None]] = {
-    "built": lambda: table(BUILT),
-    "without": lambda: table(WITHOUT),
+PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
+    "built": lambda: table(BUILT, wrong=False),
+    "without": lambda: table(WITHOUT, wrong=True),
 }
 
 
-def main(parts: Sequence[str] = ()) -> None:
-    """Print the tables: built up part by part, and all but one."""
-    print(
-        f"  {', '.join(s for s, _ in SCENES)}: {SECONDS:.0f} s each; ms is CPU time of all stages per sweep"
-    )
-    for name in parts or PARTS:
-        PARTS[name]()
+def main(parts: Sequence[str] = (), *, out: Path | None = None) -> None:
+    """Measure: built up part by part, and all but one.
 
-
-if __name__ == "__main__":
-    main(sys.argv[1:])
+    Args:
+        parts: by name; all if none is named.
+        out: a sheet of figures, as for the localisation's.
+    """
+    measure({name: PARTS[name] for name in parts or PARTS}, out)

@@ -7,16 +7,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks._alarms import FLAGGED, Watch
+from benchmarks._drives import SLIPS
+from benchmarks._figures import Figure, Sheet, poisson, share, wilson
 from benchmarks._peers import SmallGicp, plain
 from benchmarks._recordings import Recording, record
-from benchmarks._replaying import Run, bootstrap_rmse, replay, replay_monte_carlo, score, wilson
+from benchmarks._replaying import Run, bootstrap_rmse, replay, replay_monte_carlo, score
 from benchmarks._searching import hint_trial, kidnap_trial, searcher_of
 from localization.cloud import Cloud
-from localization.faults import Clutter, occluded
+from localization.faults import Clutter, Span, end_of, kidnapped, occluded, slipping
 from localization.localizer import Localizer
 from localization.matching import Matcher
 from localization.prepared import PreparedMap, prepare
+from localization.types import SECOND, Health
 from robot_sim import MOUNTS, World
+from robot_sim.generate import generate
+from robot_sim.worlds import build_world
+from teleop.scenario.survey import survey_from_stations
 
 HEIGHT = float(MOUNTS["laser_horizontal"].position[2])
 
@@ -81,10 +88,108 @@ def test_hints_far_off_are_found_and_none_is_taken_wrongly(
     searcher, rng = searcher_of(world, HEIGHT), np.random.default_rng(1)
     trials = [hint_trial(searcher, nominal.moments[i], rng) for i in range(20, 116, 8)]
     assert sum(t.right for t in trials) >= len(trials) - 1
-    assert not [t for t in trials if t.accepted and not t.right]
+    assert not [t.story for t in trials if t.wrong]
     trial = kidnap_trial(searcher, nominal.moments[20:])
     assert trial.right
     assert not trial.wrong
+
+
+def test_the_goal_for_slipping_wheels_is_kept(recording: Recording, world: PreparedMap) -> None:
+    spans = [Span(round(t * SECOND), round((t + 1.0) * SECOND)) for t in (SLIPS[0], SLIPS[0] + 3.0)]
+    slipped = recording.with_fault("slip", tuple(slipping(recording.readings, spans)))
+    result = score(replay(slipped, Localizer(world, recording.mounts)))
+    assert result.sweeps > 90
+    assert result.most <= 0.05
+
+
+def test_a_building_that_nobody_tuned_in_is_driven_and_searched_as_well(cache: Path) -> None:
+    plan = generate(801, 60.0).plan
+    house = build_world(plan)
+    map_ = prepare(survey_from_stations(house), cache=cache)
+    drive = record(house, name="house", seed=6, seconds=12.0)
+    run = replay(drive, Localizer(map_, drive.mounts))
+    result = score(run)
+    assert result.sweeps > 70
+    assert result.rmse <= 0.01
+    assert result.most <= 0.05
+    assert result.yaw <= np.deg2rad(0.2)
+    searcher = searcher_of(map_, HEIGHT)
+    trial = kidnap_trial(searcher, run.moments[20:])
+    assert not trial.wrong
+
+
+def test_robot_that_is_carried_away_says_so_and_finds_itself(
+    recording: Recording, world: PreparedMap, office: World
+) -> None:
+    there = record(office, name="there", seed=5, seconds=44.0)
+    elsewhere = [r for r in there.readings if end_of(r) > 30 * SECOND]
+    begun = [r for r in recording.readings if end_of(r) < 8 * SECOND]
+    run = replay(
+        recording.with_fault("carried", tuple(kidnapped(begun, elsewhere))),
+        Localizer(world, recording.mounts),
+    )
+    after = [w for w in run.words if w.stamp > 8 * SECOND]
+    doubted = [w for w in after if w.health in (Health.SUSPECT, *FLAGGED)]
+    assert doubted
+    assert doubted[0].stamp <= 10 * SECOND
+    last = after[-1]
+    shift = last.stamp - max(end_of(r) for r in elsewhere)
+    truth = there.truth[min(there.truth, key=lambda s: abs(s + shift - last.stamp))]
+    assert last.estimate is not None
+    assert last.health not in FLAGGED
+    assert float(np.linalg.norm(last.estimate.position - truth.position)) <= 0.10
+
+
+def test_alarms_count_when_they_begin_and_only_while_the_pose_is_right() -> None:
+    seen = Watch()
+    states = [
+        (0.0, Health.TRACKING),
+        (0.01, Health.LOST),  # false
+        (0.01, Health.RELOCALISING),  # the same one
+        (0.01, Health.TRACKING),
+        (0.9, Health.LOST),  # true
+        (0.01, Health.SUSPECT),  # a false doubt
+    ]
+    for i, (far, health) in enumerate(states):
+        seen.see(i * SECOND // 10, far, 0.0, health, "")
+    assert (seen.lost, seen.suspect, seen.missed) == (1, 1, 0)
+    for i in range(30):
+        seen.see((i + 6) * SECOND // 10, 0.9, 0.0, Health.TRACKING, "")
+    assert seen.missed == 1
+    assert seen.seconds == pytest.approx(3.5)
+
+
+def test_figures_say_whether_their_goal_is_met_and_proved() -> None:
+    assert share("", "", "", 100, 100, least=95.0).verdict == "met"
+    assert share("", "", "", 98, 100, least=95.0).verdict == "met, not proved"
+    assert share("", "", "", 90, 100, least=95.0).verdict == "missed"
+    assert Figure("", "", "", float("nan"), most=1.0).verdict == "missed"
+    assert Figure("", "", "", 5.0).verdict == ""
+
+
+def test_a_part_measured_anew_takes_the_place_of_the_old_and_leaves_the_others(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "sheet.json"
+    one = Figure("case", "method", "what", 1.5, "cm", 3, 1.0, 2.0, most=2.0)
+    none = Figure("case", "method", "nothing", float("nan"))
+    Sheet(path).put("first", [one, none], seconds=1.0)
+    Sheet(path).put("second", [one], seconds=1.0)
+    Sheet(path).put("first", [none], seconds=1.0)
+    held = Sheet(path).parts
+    assert held["second"] == (one,)
+    assert [f.quantity for f in held["first"]] == ["nothing"]
+    assert np.isnan(held["first"][0].value)
+    assert path.with_suffix(".csv").read_text().count("\n") == 3
+    path.write_text("[1]")
+    with pytest.raises(ValueError, match="no sheet of figures"):
+        Sheet(path)
+
+
+def test_bounds_of_events_are_garwoods() -> None:
+    # Garwood 1936: 0 events are up to 3.69, 10 are 4.80 to 18.39.
+    assert poisson(0) == pytest.approx((0.0, 3.689), abs=1e-3)
+    assert poisson(10) == pytest.approx((4.795, 18.39), abs=1e-2)
 
 
 def test_bounds_of_a_share_are_wilsons() -> None:

@@ -1,0 +1,145 @@
+"""Tables for the docs, made of the kept figures: ``python -m benchmarks._tables`` puts them there.
+
+They stand between markers, so that no figure is typed by hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from benchmarks._alarms import by_the_hour
+from benchmarks._figures import OURS, Figure, Sheet, digits, say
+
+ROOT = Path(__file__).resolve().parent.parent
+
+DRIVES = ("nominal", "occluded", "furniture", "courtyard", "slips", "corridor", "latency")
+"""Parts whose cases are drives that every method was replayed."""
+PEERS = ("KISS to map", "small_gicp", "Monte Carlo")
+
+
+def drives(sheet: Sheet) -> str:
+    """Return the table of drives: ours in full, ATE and largest error of the others."""
+    lines = [
+        f"| case (n) | {OURS}: ATE cm (95 %), max, yaw, tilt deg, NEES | goal | {' | '.join(PEERS)} |",
+        "|---|---|---|" + "---|" * len(PEERS),
+    ]
+    for part in DRIVES:
+        for case, figures in _cases(sheet.parts.get(part, ())).items():
+            own = {f.quantity: f for f in figures if f.method == OURS}
+            ate, goals = own["ATE"], [f for f in own.values() if f.verdict]
+            told = ", ".join(digits(own[q].value) for q in ("max", "yaw", "tilt", "NEES"))
+            goal = ", ".join(f"{f.quantity} {_signs(f.goal)}: {_short(f)}" for f in goals)
+            cells = [_peer(figures, peer) for peer in PEERS]
+            bounds = f"{digits(ate.low or 0.0)}-{digits(ate.high or 0.0)}"
+            mine = f"**{digits(ate.value)}** ({bounds}), {told}"
+            lines.append(f"| {case} ({ate.n}) | {mine} | {goal} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _peer(figures: Sequence[Figure], peer: str) -> str:
+    said = {f.quantity: digits(f.value) for f in figures if f.method == peer}
+    return f"{said['ATE']}, {said['max']}" if said else "-"
+
+
+def others(sheet: Sheet) -> str:
+    """Return the table of everything else: a row for each figure."""
+    lines = ["| case | method | what | measured (95 %) | n | goal |", "|---|---|---|---|---|---|"]
+    rows: list[Figure] = []
+    for part, figures in sheet.parts.items():
+        if part.startswith("alarms") or (part in DRIVES and part != "corridor"):
+            continue
+        shown = [f for f in figures if part != "corridor" or "direction" in f.quantity]
+        rows += shown
+    driven = [f for name, part in sheet.parts.items() if name.startswith("alarms") for f in part]
+    rows += by_the_hour(driven) if driven else ()
+    last = ""
+    for f in rows:
+        goal = f"{_signs(f.goal)}: {_short(f)}" if f.verdict else ""
+        case, last = f.case if f.case != last else "", f.case
+        lines.append(f"| {case} | {f.method} | {f.quantity} | {f.text} | {f.n or ''} | {goal} |")
+    return "\n".join(lines)
+
+
+def facts(sheet: Sheet) -> str:
+    """Return when and where each part was measured, and what it took."""
+    lines = ["| part | measured | load | CPU s |", "|---|---|---|---|"]
+    for part, told in sheet.facts.items():
+        lines.append(f"| {part} | {told['date']} | {told['load']} | {told['cpu_seconds']} |")
+    machines = sorted(
+        {f"{told['machine']}, Python {told['python']}" for told in sheet.facts.values()}
+    )
+    return "\n".join([*lines, "", f"Machine: {'; '.join(machines)}."])
+
+
+def ablation(sheet: Sheet) -> str:
+    """Return the ablation: a row for each configuration, a column for each kind of drive."""
+    tables = []
+    for part, figures in sheet.parts.items():
+        kinds = list(dict.fromkeys(f.case for f in figures))
+        rows: dict[str, dict[str, dict[str, Figure]]] = {}
+        for f in figures:
+            rows.setdefault(f.method, {}).setdefault(f.case, {})[f.quantity] = f
+        lines = [f"| {part} | {' | '.join(kinds)} |", "|---|" + "---|" * len(kinds)]
+        for method, row in rows.items():
+            cells = [
+                ", ".join(digits(f.value) for f in row[kind].values()) if kind in row else "-"
+                for kind in kinds
+            ]
+            lines.append(f"| {method} | {' | '.join(cells)} |")
+        tables.append("\n".join(lines))
+    return "\n\n".join(tables)
+
+
+TABLES: dict[str, Callable[[Sheet], str]] = {
+    "localization-drives": drives,
+    "localization-others": others,
+    "localization-facts": facts,
+    "ablation": ablation,
+}
+"""By the name of the marker that they stand behind."""
+
+
+def filled(text: str, marker: str, table: str) -> str:
+    """Return a document with a table between ``<!-- marker -->`` and ``<!-- /marker -->``.
+
+    Raises:
+        ValueError: if the document does not have both, in this order.
+    """
+    begin, end = f"<!-- {marker} -->", f"<!-- /{marker} -->"
+    before, found, rest = text.partition(begin)
+    _, closed, after = rest.partition(end)
+    if not (found and closed):
+        raise ValueError(f"the document wants a line {begin} and later one {end}")
+    return f"{before}{begin}\n{table}\n{end}{after}"
+
+
+def _cases(figures: Sequence[Figure]) -> dict[str, list[Figure]]:
+    cases: dict[str, list[Figure]] = {}
+    for figure in figures:
+        cases.setdefault(figure.case, []).append(figure)
+    return cases
+
+
+def _short(figure: Figure) -> str:
+    return figure.verdict if figure.verdict != "missed" else "**missed**"
+
+
+def _signs(goal: str) -> str:
+    return goal.replace(">=", "≥").replace("<=", "≤").replace(" to ", "-")
+
+
+def main() -> None:
+    """Fill the docs with what there are figures of."""
+    path = ROOT / "docs" / "localization.md"
+    text = path.read_text(encoding="utf-8")
+    for marker, table in TABLES.items():
+        sheet = Sheet(ROOT / "benchmarks" / "results" / f"{marker.partition('-')[0]}.json")
+        if sheet.parts:
+            text = filled(text, marker, table(sheet))
+            say(f"{path.name}: {marker} filled")
+    path.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
