@@ -10,9 +10,9 @@ from dataclasses import dataclass
 class EkfConfig:
     """Noise of the process and of the proprioceptive measurements; one sigma unless said otherwise.
 
-    A density [unit/sqrt(Hz)] is the error of a rate: over t seconds its integral has the standard
-    deviation density * sqrt(t). Where no source is named, the number was chosen; ``python -m benchmarks
-    localization consistency`` shows that the covariances they make are honest.
+    A density [unit/sqrt(Hz)] is the error of a rate: over t seconds its integral errs by density times
+    sqrt(t). Where no source is named, the number was chosen; ``python -m benchmarks localization
+    consistency`` shows how honest the covariances are that they make.
     """
 
     effective_track: float = 0.578

@@ -22,11 +22,16 @@ from localization.types import Pose, Sweep
 
 @dataclass(frozen=True, slots=True)
 class KissConfig:
-    """Settings of KISS-ICP's parts."""
+    """Settings of KISS-ICP's parts, chosen on the shipped scenes for planar scanners indoors.
+
+    KISS-ICP's own defaults (Vizzo et al., RA-L 2023) are made for cars: voxels of 1 m and correspondences
+    within several.
+    """
 
     voxel: float = 0.2
     """Edge of the local and of the global map's voxels [m]."""
     points_per_voxel: int = 20
+    """At most; KISS-ICP's default."""
     keypoint_spacing: float = 0.1
     """Voxel for thinning a sweep before it is aligned [m]."""
     odometry_range: float = 30.0
@@ -36,7 +41,9 @@ class KissConfig:
     kernel: float = 0.1
     """Geman-McClure scale [m]."""
     iterations: int = 60
+    """At most."""
     convergence: float = 5e-4
+    """A step shorter than this ends the alignment [m, rad together]."""
     point_noise: float = 0.02
     """Of a point against the local map, one sigma [m]."""
     grain: float = 0.15

@@ -59,7 +59,7 @@ class SearchConfig:
     least_fit: float = 0.55
     """A pose must explain this share of the sweep to be believed."""
     least_margin: float = 0.1
-    """... and this much more of it than any other distinct place,"""
+    """... and this share more of it than any other distinct place,"""
     decisive: float = 2.0
     """or leave so many times less of it unexplained than any other place does,"""
     decisive_floor: float = 0.04

@@ -45,6 +45,7 @@ class Suite:
     """Which sensors a robot has besides its scanners, and what its ground is like."""
 
     motion: Motion = Motion.WHEELS_AND_GYRO
+    """What tells how the robot moves between sweeps."""
     flat: bool = False
     """Whether the ground is level: height, roll and pitch then stay as they are."""
 
