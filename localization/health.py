@@ -36,7 +36,10 @@ class HealthConfig:
     suspect_after: int = 3
     """Refused or doubtful sweeps in a row before the pose is suspect."""
     lost_after: int = 12
-    """... and before it is lost; 1.2 s at 10 Hz."""
+    """... and before it is lost, if they speak against the pose: fit the map where the robot cannot be,
+    or pass through mapped surfaces; 1.2 s at 10 Hz."""
+    blind_after: int = 50
+    """... and if they were refused, but for all that is known somebody stands before the scanners; 5 s."""
     disagreements: int = 3
     """Second opinions in a row that differ before the pose is lost."""
     trusted_after: int = 3
@@ -112,10 +115,22 @@ class HealthMonitor:
             self._why = f"{doubt}: the robot has left the map and goes by its own motion"
         else:
             self._bad, self._good, self._why = self._bad + 1, 0, doubt
-        if self._bad >= self.config.lost_after or self._differ >= self.config.disagreements:
+        if self._hopeless(match, refusal, mismatch) or self._differ >= self.config.disagreements:
             self._lost = True
         elif self._good >= self.config.trusted_after and not self._differ:
             self._lost = False
+
+    def _hopeless(self, match: Match, refusal: str | None, mismatch: Mismatch | None) -> bool:
+        """Return whether doubt has lasted for long enough.
+
+        A crowd about the robot hides the map and contradicts no pose; its sweeps may explain little
+        and agree with the prediction all the same.
+        """
+        c = self.config
+        crowded = match.fit < c.poor_fit and mismatch is not None
+        if crowded and self._mismatch.through <= c.through:
+            return refusal is not None and self._bad >= c.blind_after
+        return self._bad >= c.lost_after
 
     def opinion(self, offset: float, turn: float) -> None:
         """Take note of how far [m, rad] a second opinion lies from the estimate."""

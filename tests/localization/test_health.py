@@ -67,6 +67,28 @@ def test_poor_fit_is_doubtful_though_not_refused() -> None:
     assert reasons == ("the map explains only 49% of the sweep",)
 
 
+def test_crowd_before_the_scanners_raises_doubt_but_no_alarm_however_long_it_stays() -> None:
+    crowd = Mismatch(0.55, 0.5, 0.02, 0.03)
+    monitor = feed(HealthMonitor(), 200, fit=0.45, mismatch=crowd)
+    assert ask(monitor)[0] is Health.SUSPECT
+    assert not monitor.lost
+
+
+def test_sweeps_that_a_crowd_hides_altogether_are_lost_only_after_a_while() -> None:
+    crowd, c = Mismatch(0.8, 0.78, 0.02, 0.0), HealthConfig()
+    monitor = feed(HealthMonitor(), c.blind_after - 1, "it fits badly", fit=0.2, mismatch=crowd)
+    assert not monitor.lost
+    assert feed(monitor, 1, "it fits badly", fit=0.2, mismatch=crowd).lost
+
+
+def test_sweeps_that_pass_through_the_map_or_fit_elsewhere_are_lost_soon() -> None:
+    through, crowd = Mismatch(0.55, 0.2, 0.3, 0.05), Mismatch(0.3, 0.3, 0.0, 0.0)
+    after = HealthConfig().lost_after
+    assert feed(HealthMonitor(), after, fit=0.45, mismatch=through).lost
+    elsewhere = feed(HealthMonitor(), after, "it fits where it cannot be", fit=0.7, mismatch=crowd)
+    assert elsewhere.lost
+
+
 def test_one_good_sweep_ends_suspicion_but_not_loss() -> None:
     monitor = feed(feed(HealthMonitor(), 5, "bad"), 1)
     assert ask(monitor)[0] is Health.TRACKING
