@@ -39,6 +39,7 @@ def state_of(
     slipping: bool,
     silent: tuple[str, ...],
     unseeing: bool,
+    mounts: tuple[str, ...],
     searching: bool,
     asked: bool,
     places: tuple[Candidate, ...],
@@ -51,6 +52,7 @@ def state_of(
         slipping: whether the wheels slip.
         silent: sensors that are overdue.
         unseeing: whether no scanner is left that speaks.
+        mounts: what seems wrong with how the scanners are mounted.
         searching: whether a search is under way.
         asked: whether other places may explain what is seen.
         places: between which it is not settled yet.
@@ -60,7 +62,7 @@ def state_of(
     if belief.placed:
         sigma = horizontal_sigma(belief.covariance)
         health, reasons = monitor.state(
-            sigma=sigma, slipping=slipping, silent=silent, unseeing=unseeing
+            sigma=sigma, slipping=slipping, silent=silent, unseeing=unseeing, mounts=mounts
         )
     if searching and (not belief.placed or health is Health.LOST):
         health, reasons = Health.RELOCALISING, ("searching", *reasons)

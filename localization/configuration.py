@@ -11,6 +11,7 @@ from localization.health import HealthConfig
 from localization.hypotheses import HypothesesConfig
 from localization.kiss import KissConfig
 from localization.matching import FixedCovariance, Matcher
+from localization.mount_watch import MountWatchConfig
 from localization.past import RewindConfig
 from localization.registration import RegistrationConfig
 from localization.relocalization import SearchConfig
@@ -31,6 +32,7 @@ class LocalizerConfig:
     registration: RegistrationConfig = field(default_factory=RegistrationConfig)
     kiss: KissConfig = field(default_factory=KissConfig)
     health: HealthConfig = field(default_factory=HealthConfig)
+    mounts: MountWatchConfig = field(default_factory=MountWatchConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
     map_search: MapSearchConfig = field(default_factory=MapSearchConfig)
     hypotheses: HypothesesConfig = field(default_factory=HypothesesConfig)
@@ -64,6 +66,9 @@ class LocalizerConfig:
     sweep_period: float = 0.1
     """Sweeps that come faster share their errors, those of the map and of the mounts, and inform together
     like one in this time [s]. What a sweep is worth was set at 10 Hz."""
+    judged_over: float = 0.08
+    """Wheels and KISS-ICP are held to each other over at least this time [s]: each sweep of a scanner of
+    10 Hz, several of faster ones."""
     scanner_patience: int = 60_000_000
     """How long a scan waits for the other scanners' [ns]."""
     undo_memory: int = 60 * SECOND

@@ -8,7 +8,7 @@ beside, a little each tick.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 
@@ -24,6 +24,7 @@ from localization.gathering import Gathering
 from localization.ground import FLAT
 from localization.health import HealthMonitor
 from localization.matching import MatchSweep
+from localization.mount_watch import MountWatch
 from localization.prepared import PreparedMap
 from localization.recall import Recall, SweepRecord
 from localization.seeker import Belief, Placement, Seeker, SeekerSnapshot
@@ -34,6 +35,7 @@ from localization.types import (
     Health,
     Hint,
     Inertial,
+    Match,
     Mounts,
     Odometry,
     PointScan,
@@ -96,6 +98,7 @@ class Course:
             world, config, self._ekf, self._wheels, self._health, stage=stage, matcher=matcher
         )
         self._seeker = Seeker(world, self._mounts, config, keen=self._correction.matches)
+        self._mount_watch = MountWatch(world, self._mounts, config.mounts)
 
         self._parts = (self._motion, self._gathering, self._wheels, self._health)
         self._stamp, self._odom, self._placed = 0, Pose.identity(), False
@@ -221,12 +224,21 @@ class Course:
         if self._placed and self._health.needs_check:
             self._seeker.look_everywhere()
         if fresh:
+            self._watch_mounts(scans, found[0])
             self._untold = SweepNews(sweep, *found, self._odom)
         if self._seeker.undecided:
             with self._stage("hypotheses"):
                 place = self._seeker.tell_apart(sweep, self._odom, self._belief())
             self._place(place)
         self._seeker.open(sweep, self._odom, self._belief())
+
+    def _watch_mounts(self, scans: Sequence[Scan | PointScan], match: Match | None) -> None:
+        """Let a sweep that is beyond doubt say what it has to say of the scanners' mounts."""
+        if match is None or match.fit < self.config.blame_fit or self._health.doubtful:
+            self._mount_watch.interrupt()
+            return
+        with self._stage("mounts"):
+            self._mount_watch.take(scans, self._track, self._stamp, self._ekf.pose, self._odom)
 
     def _place(self, place: Placement | None) -> None:
         """Begin anew where the robot was found, if it was."""
@@ -274,6 +286,7 @@ class Course:
             slipping=self._wheels.slipping(self._stamp),
             silent=silent,
             unseeing=set(self._mounts) <= set(silent),
+            mounts=self._mount_watch.doubts,
             searching=self._seeker.busy,
             asked=self._seeker.asked,
             places=self._seeker.candidates(self._odom),

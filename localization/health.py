@@ -144,7 +144,13 @@ class HealthMonitor:
             self._differ = 0
 
     def state(
-        self, *, sigma: float, slipping: bool, silent: tuple[str, ...], unseeing: bool = False
+        self,
+        *,
+        sigma: float,
+        slipping: bool,
+        silent: tuple[str, ...],
+        unseeing: bool = False,
+        mounts: tuple[str, ...] = (),
     ) -> tuple[Health, tuple[str, ...]]:
         """Return the state and its reasons.
 
@@ -153,6 +159,7 @@ class HealthMonitor:
             slipping: whether the wheels slip.
             silent: sensors that are overdue.
             unseeing: whether no scanner is left that speaks.
+            mounts: what seems wrong with how the scanners are mounted.
         """
         missing = tuple(f"nothing from {name}" for name in silent)
         if sigma > self.config.lost_sigma:
@@ -169,9 +176,9 @@ class HealthMonitor:
             return Health.SUSPECT, ("no scanner speaks: only its own motion is known", *missing)
         if slipping:
             return Health.SLIPPING, ("the wheels contradict gyro or scanners", *missing)
-        if self._blind or missing:
+        if self._blind or missing or mounts:
             blind = (f"no hold in {', '.join(self._blind)}",) if self._blind else ()
-            return Health.DEGRADED, (*blind, *missing, *self._strange())
+            return Health.DEGRADED, (*blind, *missing, *mounts, *self._strange())
         return Health.TRACKING, self._strange()
 
     def _strange(self) -> tuple[str, ...]:
