@@ -44,15 +44,16 @@ def inverse(matrix: FloatArray, name: str) -> FloatArray:
     """Return the inverse (N, N) of a covariance or an information.
 
     Raises:
-        CovarianceError: if it is not finite, or singular.
+        CovarianceError: if it is not finite, or some direction in it has no weight or less than none.
     """
     if not np.isfinite(matrix).all():
         raise CovarianceError(f"{name} is non-finite")
     try:
-        inverted = np.asarray(np.linalg.inv(matrix), dtype=float)
+        # Inverting alone would pass what rounding keeps from being singular, and what is negative.
+        np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:
         raise CovarianceError(f"{name} is singular: some direction in it has no weight") from None
-    return inverted
+    return np.asarray(np.linalg.inv(matrix), dtype=float)
 
 
 def _floored(matrix: FloatArray, surest: FloatArray, name: str) -> FloatArray:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from localization.covariance import pose_covariance
 from localization.geometry import FloatArray, hat, so3_exp, so3_log
 from localization.prepared import PreparedMap
 from localization.types import Match, Pose, Sweep
@@ -104,14 +105,19 @@ def register(
         sweep: points in ``base_link``.
         world: the prepared cloud.
         prior: predicted ``map_from_base``.
-        covariance: (6, 6) of the prediction: position error in ``map``, rotation error in base.
+        covariance: (6, 6) of the prediction: position error in ``map``, rotation error in base; may be
+            singular.
         config: scales and gates.
 
     Returns:
         The match; its information is the sweep's alone (the prior is not in it), in the kept
         directions, and zero if nothing was near.
+
+    Raises:
+        CovarianceError: if the covariance is not finite, or has a negative variance in some direction.
     """
-    prior_information = np.linalg.inv(covariance)
+    # One that claims to know something exactly has no inverse.
+    prior_information = np.linalg.inv(pose_covariance(covariance, "covariance of the prediction"))
     pose = prior
     kernel = _first_kernel(covariance, config)
     for _ in range(config.iterations):
