@@ -132,8 +132,11 @@ class Correction:
         self._stamp = sweep.stamp
         match, nis, mismatch = None, None, None
         moved, self._odom_then = self._odom_then.inverse() @ odom, odom
-        seen = self._seen_motion(record, moved, elapsed) if self._config.kiss_odometry else None
-        self._wheels.rest()
+        if self._config.kiss_odometry:
+            seen = self._seen_motion(record, moved, elapsed)
+        else:
+            seen = None
+            self._wheels.rest()
         with self._stage("ekf"):
             if self._config.suite.flat:
                 self._ekf.update_level()
@@ -173,18 +176,22 @@ class Correction:
                 seen = self._odometry.add(record.sweep, moved)
                 record.view = self._odometry.view
         if seen is None:
+            self._wheels.rest()
             return None
         motion, covariance = seen
-        if not self._wheels.plausible(motion, elapsed):
+        if not self._wheels.look(motion, elapsed):
+            return seen
+        plausible = self._wheels.plausible()
+        if plausible:
+            self._wheels.believe()
+            if self._wheels.contradicted(covariance, self._ekf):
+                self._blame_wheels()
+        else:
             # Its next guess would start from there, and be worse: people who walk past the scanner
             # can talk it into running away with them.
             self._odometry.restart()
-            return None
-        self._wheels.see(motion, elapsed)
-        noise = self._ekf.rolling_noise(self._wheels.mean_rolling(elapsed), motion.yaw / elapsed)
-        if self._wheels.contradicted(motion, covariance, noise, elapsed):
-            self._blame_wheels()
-        return seen
+        self._wheels.rest()
+        return seen if plausible else None
 
     def _match(
         self, record: SweepRecord, seen: Seen | None, matcher: MatchSweep, elapsed: float

@@ -5,6 +5,7 @@ from __future__ import annotations
 from scipy.stats import chi2
 
 from localization.configuration import LocalizerConfig
+from localization.ekf import SkidSteerEkf
 from localization.geometry import FloatArray
 from localization.suites import Motion
 from localization.types import Pose
@@ -21,8 +22,9 @@ class WheelWatch:
         motion = config.suite.motion
         self._measured = config.suite.wheels or motion is Motion.ODOMETRY
         self._slip_until = -1
-        self._rolled = 0.0
-        self._rolling_before = 0.0
+        self._rolled, self._rolling_before = 0.0, 0.0
+        self._way: Pose | None = None
+        self._time = 0.0
         self.speed: float | None = None
         """Forward speed [m/s] to go by while the wheels slip; None until KISS-ICP saw one."""
         self._turn = 0.0
@@ -55,51 +57,62 @@ class WheelWatch:
             self.distrust(now)
 
     def roll(self, way: float) -> None:
-        """Add up how far the wheels rolled since the last sweep [m]."""
+        """Add up how far the wheels rolled [m]."""
         self._rolled += way
 
     def rest(self) -> None:
-        """Begin a new sweep: nothing rolled yet."""
-        self._rolled = 0.0
+        """Begin anew: nothing rolled yet, nothing seen."""
+        self._rolled, self._way, self._time = 0.0, None, 0.0
 
-    def plausible(self, motion: Pose, elapsed: float) -> bool:
-        """Return whether the robot can have moved as KISS-ICP says it did.
+    def look(self, motion: Pose, elapsed: float) -> bool:
+        """Take note of a motion that KISS-ICP saw; return whether it is time to judge by it.
+
+        Over a few hundredths of a second KISS-ICP's millimetres are a speed that no wheel has. So the
+        motions of sweeps that come fast are put together, and judged as one.
+
+        Args:
+            motion: ``base_then_from_base_now`` since the last sweep.
+            elapsed: how long that took [s].
+        """
+        self._way = motion if self._way is None else self._way @ motion
+        self._time += elapsed
+        return self._time >= self._config.judged_over
+
+    def plausible(self) -> bool:
+        """Return whether the robot can have moved as KISS-ICP saw it move.
 
         Wheels that spin or lock move a robot between not at all and as they roll, but for a shove.
         Without wheels, only a tyre's grip is known.
-
-        Args:
-            motion: ``base_then_from_base_now`` over the last sweep.
-            elapsed: how long it took [s].
         """
-        speed = float(motion.position[0]) / elapsed
+        speed, _ = self._seen_now()
         shove = self._config.shove
         if self._measured:
-            rolled = self._rolled / elapsed
+            rolled = self._rolled / self._time
             return min(0.0, rolled) - shove <= speed <= max(0.0, rolled) + shove
         gain = speed - (self.speed or 0.0)
-        return abs(gain) <= self._config.traction * elapsed + shove
+        return abs(gain) <= self._config.traction * self._time + shove
 
-    def see(self, motion: Pose, elapsed: float) -> None:
-        """Take over speed and turning from a motion that KISS-ICP saw in ``elapsed`` seconds."""
-        self.speed, self._turn = float(motion.position[0]) / elapsed, motion.yaw / elapsed
+    def believe(self) -> None:
+        """Take over speed and turning from what KISS-ICP saw."""
+        self.speed, self._turn = self._seen_now()
 
-    def contradicted(
-        self, motion: Pose, covariance: FloatArray, noise: float, elapsed: float
-    ) -> bool:
+    def contradicted(self, covariance: FloatArray, ekf: SkidSteerEkf) -> bool:
         """Return whether the wheels rolled farther or less far than KISS-ICP saw the robot go.
 
         Args:
-            motion: ``base_then_from_base_now`` as KISS-ICP saw it.
-            covariance: (3, 3) of its x, y [m] and yaw [rad].
-            noise: of wheels that do not slip, one sigma [m/s/sqrt(Hz)].
-            elapsed: how long it took [s].
+            covariance: (3, 3) of the x, y [m] and yaw [rad] that it saw last; since it goes by its local
+                map, its error does not grow with the number of sweeps.
+            ekf: knows how exact wheels are that do not slip.
         """
-        if not self._measured:
+        if not self._measured or self._way is None:
             return False
-        off = float(motion.position[0]) - self._rolled
-        return off**2 > _SLIP_GATE * (float(covariance[0, 0]) + noise**2 * elapsed)
+        _, turn = self._seen_now()
+        noise = ekf.rolling_noise(self._rolled / self._time, turn)
+        off = float(self._way.position[0]) - self._rolled
+        return off**2 > _SLIP_GATE * (float(covariance[0, 0]) + noise**2 * self._time)
 
-    def mean_rolling(self, elapsed: float) -> float:
-        """Return the mean speed that the wheels rolled with since the last sweep [m/s]."""
-        return self._rolled / elapsed
+    def _seen_now(self) -> tuple[float, float]:
+        """Forward speed [m/s] and yaw rate [rad/s] since the last judgement."""
+        if self._way is None:
+            return 0.0, 0.0
+        return float(self._way.position[0]) / self._time, self._way.yaw / self._time
