@@ -235,7 +235,9 @@ def _best_along(
             offset = np.append(sign * way * directions[:, 0], 0.0)
             shifted = Pose(pose.position + offset, pose.quaternion_wxyz)
             other, closeness, _ = _settle(sweep, world, shifted)
-            if closeness > closest:
+            # A level scan fits nothing closer than the floor, once it has sunk there.
+            climb = abs(float(other.map_from_base.position[2] - pose.position[2]))
+            if closeness > closest and climb < 3.0 * _NEAR[2]:
                 best, closest = other, closeness
     return best
 
