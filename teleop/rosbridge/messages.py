@@ -59,7 +59,7 @@ _STAMPS: Final = {"sec": "sec", "secs": "sec", "nanosec": "nanosec", "nsecs": "n
 
 _SECOND: Final = 1_000_000_000
 
-_FREE: Final = 1000
+FREE: Final = 1000
 """Messages within one that may be left out in any case; beyond, two for each field that is given.
 
 A megabyte of ``{}`` would else be a third of a million poses that stand nowhere.
@@ -167,7 +167,7 @@ class _Completion:
                 f"Message type {self._root} does not have a field {path}{str(stray)[:80]}"
             )
         self._given += len(given)
-        if self._made > _FREE + 2 * self._given:
+        if self._made > FREE + 2 * self._given:
             raise MessageError(
                 f"{self._root} message leaves out more than it says: {self._made} parts by {path[:-1]}"
             )

@@ -16,7 +16,7 @@ import msgspec
 
 from teleop.rosbridge.errors import FrameError
 from teleop.rosbridge.frames import uncollected
-from teleop.rosbridge.messages import BLOBS
+from teleop.rosbridge.messages import BLOBS, FREE
 from teleop.rosbridge.registry import Registry
 from teleop.rosbridge.types import DURATION, HEADER, TIME, Field, Message, MessageType
 
@@ -25,6 +25,9 @@ LARGE: Final = 16_384
 
 _ENDS: Final = 1024
 """Characters at either end in which a large frame says what it is; all but one field are small."""
+
+_LEAST: Final = 8
+"""Characters of the shortest message in a row of them, with a field in it: ``{"x":1},``."""
 
 _WORD: Final = re.compile(r'"(\w+)"\s{0,9}:\s{0,9}("(?:[^"\\]|\\.)*")')
 """A key of an object, and a string."""
@@ -74,6 +77,9 @@ class Shapes:
         self._registry = registry
         self._places = places
         self._structs: dict[str, Any] = {}
+        self._open: set[str] = set()
+        """Types whose messages may hold any number of others."""
+
         self._decoders: dict[tuple[str, str], msgspec.json.Decoder[Any]] = {}
 
     def read(self, frame: str | bytes) -> Message:
@@ -98,6 +104,9 @@ class Shapes:
                 place = self._places[op]
                 name, kind = _about(words, place, op)
                 decoder = self._decoder(op, kind)
+                parts = frame.count("{") if isinstance(frame, str) else frame.count(b"{")
+                if kind.name in self._open and parts > FREE + len(frame) // _LEAST:
+                    raise FrameError(f"{op}: {place.part} leaves out more than it says")
             said = decoder.decode(frame)
             # What is read twice must have said the same twice.
             if name is not None and getattr(said, self._places[op].name) != name:
@@ -150,6 +159,8 @@ class Shapes:
                 forbid_unknown_fields=True,
                 gc=False,
             )
+            if any(f.nested and (f.repeated or f.kind in self._open) for f in kind.fields):
+                self._open.add(kind.name)
             # A stamp may be the word "now".
             self._structs[kind.name] = struct | str if kind.name == TIME else struct
         return self._structs[kind.name]

@@ -87,6 +87,10 @@ def test_what_fits_a_type_fits_its_shape(kind: str, data: st.DataObject) -> None
         (AXES % ("[" + "[" * 999_000), "got `array` - at `$.msg.axes[0]`"),
         (AXES.replace("axes", "x") % ("[" + "1," * 499_000 + "1]"), "unknown field `x`"),
         (AXES.replace("/joy", "/path") % ("[" + "[]," * MANY + "[]]"), "unknown field `axes`"),
+        (
+            AXES.replace("/joy", "/path").replace("axes", "poses") % ("[" + "{}," * MANY + "{}]"),
+            "leaves out more",
+        ),
         ("{}" * 499_000, "says within its first or last 1024 that its op is one of"),
         (" " * 999_999, "says within its first or last 1024 that its op is one of"),
         (np.random.default_rng(0).bytes(999_999), "says within its first or last 1024"),
