@@ -20,6 +20,7 @@ from teleop.rosbridge.access import Role
 from teleop.rosbridge.errors import MessageError, ServiceError
 from teleop.rosbridge.server import Server
 from teleop.rosbridge.standard import serve_standard
+from teleop.rosbridge.traffic import announce_traffic
 
 Sink = Callable[[Snapshot], None]
 """Gets each snapshot, as a recorder or a referee does."""
@@ -70,6 +71,7 @@ class Host:
         ):
             server.serve(name, "std_srvs/srv/Trigger", partial(self._order, kind, done))
         serve_standard(server.protocol)
+        announce_traffic(server)
         server.on_disconnect(self._gone)
 
     def tick(self, now: int) -> Snapshot:

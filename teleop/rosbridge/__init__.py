@@ -29,4 +29,5 @@ from teleop.rosbridge.server import Server as Server
 from teleop.rosbridge.services import Later as Later
 from teleop.rosbridge.tls import tls_context as tls_context
 from teleop.rosbridge.token_file import TokenFile as TokenFile, TokenWatch as TokenWatch
+from teleop.rosbridge.traffic import announce_traffic as announce_traffic
 from teleop.rosbridge.types import Message as Message

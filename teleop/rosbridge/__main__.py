@@ -15,6 +15,7 @@ from teleop.rosbridge.protocol import Protocol
 from teleop.rosbridge.registry import Registry
 from teleop.rosbridge.server import Server
 from teleop.rosbridge.standard import serve_standard
+from teleop.rosbridge.traffic import announce_traffic
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -47,6 +48,7 @@ async def _serve(options: argparse.Namespace) -> None:
     protocol = Protocol(Registry(options.messages), flavour="ros1" if options.ros1 else "ros2")
     server = Server(protocol, options.host, options.port)
     serve_standard(protocol)
+    announce_traffic(server)
     if options.conformance:
         serve_fixtures(protocol)
     stop = asyncio.Event()

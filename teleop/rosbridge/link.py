@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import logging
 import socket
+from dataclasses import dataclass
 from typing import Final
 
 from websockets.asyncio.server import ServerConnection
@@ -22,6 +23,20 @@ _OVERFLOW: Final = 1013
 
 PATIENCE: Final = 3.0
 """Time to say goodbye in [s]; who does not is cut off."""
+
+
+@dataclass(frozen=True, slots=True)
+class Traffic:
+    """How a client's connection fares."""
+
+    waiting: int
+    """Bytes that wait to be sent."""
+
+    dropped: int
+    """Messages that gave way to newer ones, since it came."""
+
+    round_trip: float
+    """Of the last ping [s]; 0 before the first."""
 
 
 class Link:
@@ -46,6 +61,11 @@ class Link:
     def waiting(self) -> int:
         """Bytes that wait to be sent."""
         return self._outbox.size
+
+    @property
+    def traffic(self) -> Traffic:
+        """How it fares."""
+        return Traffic(self._outbox.size, self._outbox.dropped, self.socket.latency)
 
     def push(self, output: Output) -> None:
         """Have something sent; the client is disconnected if too much waits for it."""

@@ -17,7 +17,7 @@ from teleop.rosbridge.coroutines import AsyncHandler, Coroutines
 from teleop.rosbridge.door import Door
 from teleop.rosbridge.endpoint import Endpoint
 from teleop.rosbridge.goals import GoalHandler
-from teleop.rosbridge.link import Link
+from teleop.rosbridge.link import Link, Traffic
 from teleop.rosbridge.opening import Opening
 from teleop.rosbridge.origins import Origins
 from teleop.rosbridge.outbox import Bounds
@@ -190,6 +190,11 @@ class Server:
         """Return the bytes that wait to be sent to a client."""
         link = self._links.get(client)
         return link.waiting if link else 0
+
+    def traffic(self, client: int) -> Traffic | None:
+        """Return how a client's connection fares; None if it has left."""
+        link = self._links.get(client)
+        return link.traffic if link else None
 
     async def flush(self, client: int) -> None:
         """Wait until nothing waits to be sent to a client, or it has left."""

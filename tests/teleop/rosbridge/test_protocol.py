@@ -239,6 +239,16 @@ def test_a_throttle_that_is_no_number_is_refused(rate: object) -> None:
     assert status == error("subscribe: throttle_rate must be a number")
 
 
+def test_how_messages_leave_is_of_each_subscription_and_no_other_operation_changes_it() -> None:
+    wire = Wire()
+    wire.send(subscribe())
+    settings = {"fragment_size": 10, "png": True, "message_intervall": 1e6, "compression": "cbor"}
+    wire.send({**publish("x" * 100), **settings})
+    wire.send(publish("y" * 100))
+    outputs = wire.outputs()
+    assert [(output.binary, len(list(output.frames))) for output in outputs] == [(False, 1)] * 2
+
+
 def test_a_subscription_tells_the_queue_how_many_may_wait() -> None:
     wire = Wire()
     wire.send(subscribe(queue_length=5, id="a"))
