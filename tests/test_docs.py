@@ -123,7 +123,10 @@ LOCALIZE = block_with("README.md", "localize")
 DRIVE = block_with("README.md", "roslibpy")
 STEP = block_with("docs/teleoperation.md", "/sim/step")
 PICTURE = block_with("docs/quickstart.md", "ViewerClient")
-ALONE = [b for b in blocks("python") if b not in (LOCALIZE, DRIVE, STEP, PICTURE)]
+TUTORIAL = "docs/tutorial.md"
+ALONE = [
+    b for b in blocks("python") if b not in (LOCALIZE, DRIVE, STEP, PICTURE) and b.page != TUTORIAL
+]
 
 
 @pytest.mark.slow
@@ -141,6 +144,31 @@ def test_python_of_the_readme_finds_the_robot(clone: Path) -> None:
     last = (clone / "runs/first/estimate.tum").read_text().splitlines()[-1].split()
     assert "hint accepted - explains" in done.stdout
     assert f"x {float(last[1]):.3f} m, y {float(last[2]):.3f} m, tracking" in done.stdout
+
+
+@pytest.mark.slow
+def test_tutorial_leads_from_the_log_to_all_that_it_shows(clone: Path) -> None:
+    (line,) = (
+        line
+        for b in blocks("sh")
+        if b.page == TUTORIAL
+        for line in b.text.splitlines()
+        if "runs/first/readings.mcap" in line
+    )
+    done = in_clone(clone, "-W", "error", "-m", "teleop", *shlex.split(line)[1:])
+    assert done.returncode == 0, done.stderr
+    assert "ATE, position [mm]" in done.stdout
+    listed = {row[0].strip("`") for row in rows(TUTORIAL, "| file |")}
+    assert listed == {path.name for path in (clone / "runs/look").iterdir()}
+    written = (clone / "runs/look/health.csv").read_text().split("\n", 1)[0].split(",")
+    told = {name for row in rows(TUTORIAL, "| column |") for name in re.findall(r"`(\w+)`", row[0])}
+    assert told <= set(written)
+    assert {name for name in written if not name.startswith("kept_")} <= told
+    for block in (b for b in blocks("python") if b.page == TUTORIAL):
+        done = in_clone(clone, "-W", "error", "-c", block.text)
+        assert done.returncode == 0, f"{block}: {done.stderr}"
+        assert done.stdout
+        assert not done.stderr
 
 
 @contextmanager
