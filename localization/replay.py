@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar, cast, get_type_hints
 
 import numpy as np
+import numpy.typing as npt
 
 from localization.cloud import Cloud, load_map
 from localization.localizer import Localizer, LocalizerConfig
@@ -17,7 +18,17 @@ from localization.logs import ReadingsLog, open_log
 from localization.prepared import prepare
 from localization.ros_readings import Layout
 from localization.suites import Suite
-from localization.types import SECOND, Estimate, Hint, HintVerdict, PointScan, Pose, Scan
+from localization.types import (
+    SECOND,
+    Estimate,
+    Hint,
+    HintVerdict,
+    Mounts,
+    PointScan,
+    Pose,
+    Reading,
+    Scan,
+)
 
 CONFIG_KEY = "localizer"
 """Metadata of a log under which the localiser's configuration is kept, as JSON."""
@@ -26,7 +37,7 @@ _T = TypeVar("_T")
 
 
 def replay(
-    log: ReadingsLog, localizer: Localizer, *, start: Pose | None = None
+    log: Iterable[Reading], localizer: Localizer, *, start: Pose | None = None
 ) -> Iterator[Estimate]:
     """Feed a log to a localiser and yield its estimate each time that time has moved on.
 
@@ -74,6 +85,8 @@ class LogRun:
     log: ReadingsLog
     cloud: Cloud
     localizer: Localizer
+    mounts: dict[str, Pose]
+    """``base_from_scanner`` of each scanner, as used."""
     verdicts: list[HintVerdict]
     """The answers to the log's hints so far."""
 
@@ -85,13 +98,16 @@ class LogRun:
         suite: Suite | None = None,
         start: Pose | None = None,
         layout: Layout | None = None,
+        mounts: Mounts | None = None,
+        inside: npt.ArrayLike | None = None,
         cache: Path | None = None,
     ) -> None:
-        """Open log and map; see ``localize``."""
+        """Open log and map; see ``localize``, and ``load_cloud`` for ``inside``."""
         self.log = open_log(log_path, layout)
-        self.cloud = load_map(map_path)
+        self.mounts = {**self.log.mounts, **(mounts or {})}
+        self.cloud = load_map(map_path, inside=inside, cache=cache)
         config = config_of(self.log) if suite is None else LocalizerConfig.of(suite)
-        self.localizer = Localizer(prepare(self.cloud, cache=cache), self.log.mounts, config)
+        self.localizer = Localizer(prepare(self.cloud, cache=cache), self.mounts, config)
         self._start = start
         self.verdicts = []
         self._refusals: dict[str, None] = {}
@@ -135,6 +151,7 @@ def localize(
     suite: Suite | None = None,
     start: Pose | None = None,
     layout: Layout | None = None,
+    mounts: Mounts | None = None,
     cache: Path | None = None,
     progress: Callable[[float, str], None] = lambda share, text: None,
 ) -> Localized:
@@ -147,14 +164,17 @@ def localize(
         suite: which sensors to use; what the log has unless given.
         start: ``map_from_base`` about where the log begins, for logs without a hint.
         layout: how the robot is built, as far as a bag does not say.
-        cache: folder for the prepared map; None prepares it anew.
+        mounts: ``base_from_scanner`` of scanners, before what the log says; see ``mount_file``.
+        cache: folder for what is derived from the map; None derives it anew.
         progress: told the share of the log that is read, and a line of text.
 
     Raises:
         LogError: if the log cannot be read.
         CloudError: if the cloud cannot serve as a map.
     """
-    run = LogRun(log_path, map_path, suite=suite, start=start, layout=layout, cache=cache)
+    run = LogRun(
+        log_path, map_path, suite=suite, start=start, layout=layout, mounts=mounts, cache=cache
+    )
     estimates, told = [], 0
     for estimate in run:
         estimates.append(estimate)

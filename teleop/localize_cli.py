@@ -50,19 +50,25 @@ class Localize:
     log: Annotated[Path, tyro.conf.Positional]
     """Log of readings: a file, or a ROS 2 bag's folder."""
     map: Path
-    """Map to localise in: a cloud (.ply, .pcd, .xyz) or a ROS occupancy grid (map.yaml)."""
+    """Map to localise in: a cloud (PLY, PCD, or lines x y z) or a ROS occupancy grid (map.yaml). A cloud
+    without normals gets some, turned to where somebody could stand, or to the mapping drive if it lies
+    beside the cloud as a TUM file of the same name."""
     out: Path | None = None
     """Folder for the files; runs/<time> unless given."""
     start: tuple[float, float, float] | None = None
     """About where the log begins: x, y [m], heading [degrees]."""
     truth: Path | None = None
     """A reference trajectory (TUM) to hold the estimate against: ATE, RPE, heading, NEES."""
+    inside: tuple[float, float, float] | None = None
+    """A place in the open [m], for a cloud that has neither normals nor a floor."""
     motion: Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "scanner"] | None = None
     """What to take the motion from, if not from what the log has."""
     flat: bool | None = None
     """Whether the ground is level; taken to be if all scanners are, unless given."""
     mount: dict[str, tuple[float, float, float, float]] = field(default_factory=dict)
     """Where a frame sits on base_link, if a bag does not say: NAME x y z [m] yaw [degrees]."""
+    mounts: Path | None = None
+    """Where the scanners sit, before what the log says: a file that `farsteer calibrate` wrote."""
     topics: tuple[str, ...] = ()
     """Topics of a bag to read; all that are understood unless given."""
     recording: bool = True
@@ -104,6 +110,7 @@ class Localize:
         return int(not len(history.trajectory()))
 
     def _run(self) -> LogRun:
+        from localization.mount_file import read_mounts
         from localization.prepared import default_cache
         from localization.replay import LogRun
         from localization.ros_readings import Layout
@@ -118,6 +125,8 @@ class Localize:
             suite=self._suite(layout),
             start=_pose(self.start[0], self.start[1], 0.0, self.start[2]) if self.start else None,
             layout=layout,
+            inside=self.inside,
+            mounts=None if self.mounts is None else read_mounts(self.mounts),
             cache=default_cache(),
         )
 
@@ -148,7 +157,7 @@ class Localize:
             "log": f"{self.log}",
             "map": f"{self.map}: {len(run.cloud.points)} points, {size} m",
             "motion from": f"{suite.motion}, on {ground}",
-            "scanners": "; ".join(f"{n} at {_where(m)}" for n, m in run.log.mounts.items()),
+            "scanners": "; ".join(f"{n} at {_where(m)}" for n, m in run.mounts.items()),
         }
         return Review(
             self.log.name,
@@ -204,7 +213,7 @@ def _recording(path: Path, run: LogRun, truth: Trajectory | None) -> LogRecordin
         return None
     from teleop.operator.recording import LogRecording
 
-    return LogRecording(path, run.cloud, run.log.mounts, truth)
+    return LogRecording(path, run.cloud, run.mounts, truth)
 
 
 def _judgement(history: History, truth: Trajectory | None, *, flat: bool) -> Judgement | None:

@@ -19,6 +19,7 @@ from localization.geometry import FloatArray, so3_log
 from localization.localizer import Localizer, LocalizerConfig
 from localization.log import ReadingsWriter
 from localization.mount_file import MountFileError, read_mounts, write_mounts
+from localization.mount_watch import MountWatchConfig
 from localization.prepared import PreparedMap
 from localization.station import Station
 from localization.stations import stations_of
@@ -184,3 +185,24 @@ def test_log_is_calibrated_and_localised_with_what_came_of_it(
     arguments = ["localize", str(log), "--map", str(cloud), "--mounts", str(out), "--no-recording"]
     assert main([*arguments, "--no-report", "--out", str(tmp_path / "run")]) == 0
     assert len((tmp_path / "run" / "estimate.tum").read_text().splitlines()) > 100
+
+
+WATCH = LocalizerConfig(mounts=MountWatchConfig(stretches=3))
+
+
+def doubts(world: PreparedMap, readings: list[Reading], mounts: Mounts) -> set[str]:
+    """All reasons that speak of mounts."""
+    localizer = Localizer(world, mounts, WATCH)
+    told = {reason for r in readings for reason in localizer.add(r).reasons}
+    return {reason for reason in told if "mounted" in reason}
+
+
+def test_mount_that_seems_wrong_is_named_while_driving_and_sound_ones_are_not(
+    hall: PreparedMap, readings: list[Reading]
+) -> None:
+    assert doubts(hall, readings, MOUNTS) == set()
+    off = np.array([0.0, 0.03, 0.0, 0.0, 0.0, 0.0])
+    named = doubts(hall, readings, corrected(MOUNTS, "laser_vertical", off))
+    assert named
+    assert all("laser_vertical seems mounted about" in reason for reason in named)
+    assert all("cm off in y against laser_horizontal" in reason for reason in named)
