@@ -46,6 +46,9 @@ from localization.types import (
 )
 from localization.wheel_watch import WheelWatch
 
+_LONGEST_MEAN = 0.1
+"""Rim speeds are means over no more than this [s]; after a pause of the encoders the gyro's are."""
+
 
 class Order(Enum):
     """What an operator may ask for."""
@@ -175,9 +178,10 @@ class Course:
                 if increment.witnessed:
                     rolling = self._ekf.rolling_speed(left, right)
                     self._wheels.grip(rolling, increment.covered, self._stamp)
-                    if not self._ekf.update_wheel_yaw(increment.witness, left, right):
+                    witness, span = increment.witness, min(increment.covered, _LONGEST_MEAN)
+                    if not self._ekf.update_wheel_yaw(witness, left, right, seconds=span):
                         self._wheels.distrust(self._stamp)
-                    self._ekf.update_standstill(increment.witness, left, right)
+                    self._ekf.update_standstill(witness, left, right, seconds=span)
                 self._wheels.roll(self._ekf.rolling_speed(left, right) * dt)
                 distrusted = self._wheels.slipping(self._stamp) or not increment.rolling
                 motion = self._ekf.predict(

@@ -32,6 +32,8 @@ from localization.registration import LEVER, difference
 from localization.standstill import MOVING, Rest, Triple, quiet, rest_after, wheels_stand
 from localization.types import InvalidReadingError, Match, Pose, Twist
 
+_TILT_EVERY = 0.1
+"""Tilt measurements that come faster share their errors, and inform together like one in this time [s]."""
 GRAVITY = 9.81
 """[m/s^2]."""
 _P, _T, _B = slice(0, 3), slice(3, 6), slice(6, 9)
@@ -360,7 +362,7 @@ class SkidSteerEkf:
             [np.arctan2(force[1], force[2]), np.arctan2(-force[0], np.hypot(force[1], force[2]))]
         )
         sd = self.config.tilt * (1.0 + abs(float(np.linalg.norm(force)) - GRAVITY))
-        r = np.eye(2) * sd**2
+        r = np.eye(2) * (sd**2 * max(1.0, _TILT_EVERY / elapsed))
         innovation = measured - np.array([roll, pitch])
         if self._nis(innovation, h, r) <= self.config.tilt_gate:
             self._update(innovation, h, r)
