@@ -115,7 +115,7 @@ def kidnapped() -> Iterator[Figure]:
 def kidnapped_far() -> Iterator[Figure]:
     """The same in 2000 m^2."""
     large = replace(CLEAN, least=95.0)
-    yield from _everywhere(LARGE, (large,), 128, "2000 m2", seconds=3.0)
+    yield from _everywhere(LARGE, (large,), 100, "2000 m2", seconds=3.0)
 
 
 def _everywhere(
