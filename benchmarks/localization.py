@@ -1,7 +1,7 @@
 """The localiser beside its peers on the same readings, each figure with count, bounds and goal.
 
 Parts by name: nominal occluded furniture courtyard slips corridor consistency dropouts latency kidnap lost
-hints kidnapped speed map, and some that take long and go by name only: kidnapped-2000 alarms-1 to alarms-8.
+hints kidnapped speed, and some that take long and go by name only: kidnapped-2000 alarms-1 to alarms-8.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from benchmarks._drives import (
 )
 from benchmarks._faults import carried_away, dropouts, latency
 from benchmarks._figures import Figure, measure
-from benchmarks._large_map import large_map
 from benchmarks._lost import lost
 from benchmarks._trials import hints, kidnapped, kidnapped_far
 
@@ -44,7 +43,6 @@ PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
     "hints": hints,
     "kidnapped": kidnapped,
     "speed": speed,
-    "map": large_map,
     "kidnapped-2000": kidnapped_far,
     **{f"alarms-{i + 1}": partial(alarms, i) for i in range(CHUNKS)},
 }
