@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from localization.cloud import Cloud, CloudError
 from localization.geometry import FloatArray
+from localization.grid_cloud import HIGH, LOW
 from localization.types import IntArray, Pose, Sweep
 
 
@@ -33,6 +34,9 @@ class MappingConfig:
     """Smallest over summed eigenvalues of a neighbourhood; beyond it there is no plane."""
     highest: float = float("inf")
     """Points above this are dropped as they come [m]."""
+    upright: bool = False
+    """Whether walls were seen at one height only: they are then taken to stand upright, as those of an
+    occupancy grid are."""
 
 
 class CloudBuilder:
@@ -55,6 +59,8 @@ class CloudBuilder:
         view = map_from_base.apply(sweep.origins) - points
         low = points[:, 2] <= self.config.highest
         points, view = points[low], view[low]
+        if self.config.upright:
+            points[:, 2] = view[:, 2] = 0.0
         self._points.append(points)
         self._views.append(view / np.linalg.norm(view, axis=1, keepdims=True))
 
@@ -75,7 +81,11 @@ class CloudBuilder:
         points, views = self._average(
             np.concatenate(self._points), np.concatenate(self._views), c.raw_spacing
         )
+        if c.upright:
+            points, views = _stood(points, views, 0.5 * c.plane_radius)
         points, normals = self._planes(points, views)
+        if c.upright:
+            points, normals = _levelled(points, normals)
         points = _smooth(points, normals, c)
         points, normals = self._thin(points, normals)
         return Cloud(points, normals, name=name)
@@ -170,6 +180,23 @@ def import_open3d() -> ModuleType:
         ) from error
     module: ModuleType = open3d
     return module
+
+
+def _stood(points: FloatArray, views: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
+    """Return points and views (N, 3), each repeated from low to high every ``step`` [m]."""
+    heights = np.arange(LOW, HIGH + 0.5 * step, step)
+    stood = np.repeat(points, len(heights), axis=0)
+    stood[:, 2] = np.tile(heights, len(points))
+    return stood, np.repeat(views, len(heights), axis=0)
+
+
+def _levelled(points: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the points of upright walls, their normals made level: the rest are ends of walls."""
+    length = np.hypot(normals[:, 0], normals[:, 1])
+    kept = length > 0.9
+    level = normals[kept] / length[kept, None]
+    level[:, 2] = 0.0
+    return points[kept], level
 
 
 _CHUNK = 50_000

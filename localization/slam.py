@@ -8,7 +8,7 @@ each other. Nothing is known beforehand but how the robot is built.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -95,7 +95,7 @@ class Survey:
             CloudError: if too little was seen to make one.
             ImportError: if Open3D is missing.
         """
-        builder = CloudBuilder(config)
+        builder = CloudBuilder(replace(config, upright=_one_height(self.steps)))
         for i, step in enumerate(self.steps):
             builder.add(step.sweep, self.trajectory.pose(i))
         return builder.build(name)
@@ -140,8 +140,10 @@ def survey_of(
         origin = Pose.from_euler(start.position, yaw=start.yaw)
     # Where the map's origin is must not tell on its shape: cells of clouds lie in the drive's own axes.
     placed = _placed(steps, keys, closed.poses, closed.heights)
+    mapping = replace(config.refinement.mapping, upright=_one_height(steps))
+    refinement = replace(config.refinement, mapping=mapping)
     finest = refined(
-        steps, placed, config.refinement, lambda share: progress(0.7 + 0.2 * share, "refining")
+        steps, placed, refinement, lambda share: progress(0.7 + 0.2 * share, "refining")
     )
     return Survey(
         steps=tuple(steps),
@@ -283,6 +285,11 @@ def _turned(matrix: FloatArray, yaw: float) -> FloatArray:
     turn[:2, :2] = [[c, -s], [s, c]]
     turned: FloatArray = turn @ matrix @ turn.T
     return turned
+
+
+def _one_height(steps: Sequence[Step]) -> bool:
+    """Return whether nothing but horizontal scanners saw anything: no plane shows in what they see."""
+    return all(step.sweep.horizontal.all() for step in steps)
 
 
 def _worth_keeping(a: Step, b: Step, config: SlamConfig) -> bool:

@@ -329,7 +329,7 @@ def _known_errors() -> tuple[type[Exception], ...]:
         ("robot_sim.errors", "SimulationError"),
         ("teleop.rosbridge.errors", "RosbridgeError"),
         ("teleop.operator.sink", "SinkError"),
-        ("teleop.scenario.survey", "SurveyError"),
+        ("teleop.scenario.survey_drive", "SurveyError"),
     )
     # A family whose module was never imported cannot have been raised.
     loaded = [getattr(sys.modules[m], name) for m, name in families if m in sys.modules]

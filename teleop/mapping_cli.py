@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from localization.logs import ReadingsLog
     from localization.slam import Survey
     from localization.types import Pose
+    from robot_sim import SimulationConfig
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,13 @@ class Map:
     """Follow the ground's height and slope; unless given it is taken to be level."""
     motion: Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "scanner"] | None = None
     """What to take the motion of a log from, if not from what it has."""
+    mount: dict[str, tuple[float, float, float, float]] = field(default_factory=dict)
+    """Where a frame of a log sits on base_link, if a bag does not say: NAME x y z [m] yaw [degrees]."""
+    topics: tuple[str, ...] = ()
+    """Topics of a bag to read; all that are understood unless given."""
+    effects: bool = False
+    """Of a scene, by its drive: whether the scanners' light does what light does, so that panes are mapped
+    as such scanners see them."""
 
     def __call__(self) -> int:
         """Run it."""
@@ -54,8 +62,14 @@ class Map:
         if self.source is not None and not _is_scene(self.source):
             return self._map_log(Path(self.source))
         scene = self.scene or self.source or "office"
-        if self.start is not None or self.motion is not None:
-            raise ValueError("--start and --motion are for logs; a scene has its own")
+        if self.start is not None or self.motion is not None or self.mount or self.topics:
+            raise ValueError(
+                "--start, --motion, --mount and --topics are for logs; a scene has its own"
+            )
+        if self.quick and (self.effects or self.without_truth):
+            raise ValueError(
+                "--quick looks from stops: --effects and --without-truth need the drive"
+            )
         return self._map_blindly(scene) if self.without_truth else self._map_scene(scene)
 
     def _map_scene(self, scene: str) -> int:
@@ -65,18 +79,23 @@ class Map:
 
         world = load_world(scene)
         bar = Progress()
-        survey_it = survey_from_stations if self.quick else survey
-        cloud = survey_it(world, seed=self.seed, progress=bar)
+        if self.quick:
+            cloud = survey_from_stations(world, seed=self.seed, progress=bar)
+        else:
+            cloud = survey(world, seed=self.seed, sensors=self._sensors(), progress=bar)
         bar.end()
         _save(cloud, self.out or cloud_path(scene))
         return 0
 
     def _map_log(self, path: Path) -> int:
         from localization.logs import open_log
+        from teleop.log_layout import layout_of
 
-        if self.quick or self.without_truth:
-            raise ValueError(f"{path}: --quick and --without-truth are for scenes, not for logs")
-        log = open_log(path)
+        if self.quick or self.without_truth or self.effects:
+            raise ValueError(
+                f"{path}: --quick, --without-truth and --effects are for scenes, not for logs"
+            )
+        log = open_log(path, layout_of(self.mount, self.topics))
         bar = Progress()
         start = None
         if self.start is not None:
@@ -108,7 +127,9 @@ class Map:
         bar = Progress()
         out = self._own_out()
         readings = out.with_suffix(".mcap")
-        truth = record_survey(world, readings, seed=self.seed, progress=bar)
+        truth = record_survey(
+            world, readings, seed=self.seed, sensors=self._sensors(), progress=bar
+        )
         survey = self._survey(read_log(readings), world.spawn, bar)
         bar(0.9, f"fusing {len(survey.steps)} sweeps")
         cloud = survey.cloud(world.name, mapping_config(world))
@@ -120,6 +141,11 @@ class Map:
         quality.write(out.with_suffix(".json"))
         say(*quality.lines())
         return 0
+
+    def _sensors(self) -> SimulationConfig:
+        from teleop.robot.outfit import Outfit
+
+        return Outfit(effects=self.effects).simulation()
 
     def _survey(self, log: ReadingsLog, start: Pose | None, bar: Progress) -> Survey:
         from localization.slam import SlamConfig, survey_of

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from localization.cloud import Cloud
 from localization.evaluation import Statistics, align, ate
@@ -22,21 +22,19 @@ from localization.log import ReadingsWriter
 from localization.mapping import distances_to_mesh
 from localization.slam import Survey
 from localization.trajectory import Trajectory
-from localization.types import SECOND, Health, Pose, Reading, Twist
-from robot_sim import Simulation, World
+from localization.types import SECOND
+from robot_sim import Simulation, SimulationConfig, World
 from robot_sim.survey.still_mesh import still_mesh
-from teleop.scenario.driver import DriverConfig, TourDriver
-from teleop.scenario.survey import SurveyError
+from teleop.scenario.survey import visible_surface
+from teleop.scenario.survey_drive import Progress, survey_drive
 
-Progress = Callable[[float, str], None]
-"""Called now and then with the share done and a line of text."""
-
-_SPEED: Final = 0.4
-"""Of the drive [m/s]."""
 _REST: Final = 2 * SECOND
 """The robot stands still at first, so that the gyro's bias is known before it turns the map [ns]."""
 _NEAR: Final = 0.05
 """A point this near to a surface is as good as on it [m]: the cloud's spacing is more."""
+_COVERED: Final = 0.10
+"""A surface that has a point of the map this near is mapped [m]: in a cloud of points 0.08 m apart all of
+it has, and 0.05 m would count the gaps between them."""
 
 
 def record_survey(
@@ -44,6 +42,7 @@ def record_survey(
     path: Path,
     *,
     seed: int = 0,
+    sensors: SimulationConfig | None = None,
     progress: Progress = lambda share, text: None,
 ) -> Trajectory:
     """Drive the world's survey route, write all readings to a log, and return where the robot truly was.
@@ -52,42 +51,25 @@ def record_survey(
         world: a scene with a survey route.
         path: of the log; its folder is made if need be.
         seed: of the sensor noise.
+        sensors: what the robot carries; None for what it does by default.
         progress: called with the share done and a line of text.
 
     Raises:
         SurveyError: if the route took four times as long as its length lets expect.
     """
-    simulation = Simulation(world, seed=seed)
+    simulation = Simulation(world, seed=seed, config=sensors)
+
+    def halfway(share: float, text: str) -> None:
+        progress(0.5 * share, text)
+
     words = {"scene": world.name, "seed": str(seed), "drive": "survey"}
     with ReadingsWriter(path, simulation.mounts, words) as log:
         truth = []
-        for readings, pose in _drive(simulation, progress):
+        for readings, pose in survey_drive(simulation, rest=_REST, progress=halfway):
             for reading in readings:
                 log.write(reading, simulation.stamp)
             truth.append((simulation.stamp, pose))
     return Trajectory.from_poses(truth)
-
-
-def _drive(
-    simulation: Simulation, progress: Progress
-) -> Iterator[tuple[tuple[Reading, ...], Pose]]:
-    route = simulation.world.survey
-    driver = TourDriver(route, DriverConfig(speed=_SPEED))
-    length = float(np.hypot(*np.diff(np.array(route), axis=0).T).sum())
-    time_limit = round((60.0 + 4.0 * length / _SPEED) * SECOND)
-    pose = simulation.truth().map_from_base
-    while not driver.done:
-        begun = simulation.stamp >= _REST
-        twist = driver.command(pose, Health.TRACKING) if begun else Twist.planar(0.0, 0.0)
-        simulation.command(twist)
-        readings = tuple(simulation.step())
-        pose = simulation.truth().map_from_base
-        yield readings, pose
-        if simulation.stamp % SECOND == 0:
-            progress(0.5 * driver.progress, f"driving, {simulation.stamp // SECOND} s")
-        if simulation.stamp > time_limit:
-            at = np.round(pose.position[:2], 1).tolist()
-            raise SurveyError(f"the survey got stuck near {at}, {driver.progress:.0%} done")
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +116,9 @@ class MapQuality:
     """As it stands."""
     cloud_moved: Fit
     """Moved to the best fit of the drive."""
+    complete: float
+    """Share of the surface to be seen from along the survey route that has a point of the map within
+    10 cm."""
 
     def lines(self) -> list[str]:
         """Return it as lines of text."""
@@ -148,6 +133,7 @@ class MapQuality:
             + f"   {self.cloud_moved.near:.1%} within 5 cm",
             f"heading, moved: {np.degrees(self.heading_moved.rmse):.3f} degrees rmse, "
             f"{np.degrees(self.heading_moved.max):.3f} at most",
+            f"{self.complete:.1%} of what can be seen from the route is within 10 cm of a point",
         ]  # fmt: skip
 
     def write(self, path: Path) -> None:
@@ -170,7 +156,14 @@ def judge(survey: Survey, cloud: Cloud, truth: Trajectory, world: World) -> MapQ
         heading_moved=moved.heading,
         cloud=Fit.of(cloud.points, world),
         cloud_moved=Fit.of(motion.apply(cloud.points), world),
+        complete=completeness(cloud.points, world),
     )
+
+
+def completeness(points: FloatArray, world: World) -> float:
+    """Return which share of the surface that can be seen from a world's survey route a map's points cover."""
+    distance, _ = cKDTree(points).query(visible_surface(world), distance_upper_bound=_COVERED)
+    return float(np.isfinite(distance).mean())
 
 
 def _line(name: str, s: Statistics) -> str:

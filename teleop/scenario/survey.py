@@ -7,7 +7,6 @@ own, and so is the steering: this is a survey with a perfect total station, not 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -17,24 +16,15 @@ from localization.cloud import Cloud
 from localization.deskew import OdometryTrack, deskew
 from localization.geometry import FloatArray
 from localization.mapping import CloudBuilder, MappingConfig
-from localization.types import SECOND, Health, IntArray, Pose, Scan, Sweep
-from robot_sim import Simulation, World
+from localization.types import IntArray, Pose, Scan, Sweep
+from robot_sim import Simulation, SimulationConfig, World
 from robot_sim.plans.plan import CloudSpec
 from robot_sim.survey.total_station import TotalStation
-from teleop.scenario.driver import DriverConfig, TourDriver
-
-Progress = Callable[[float, str], None]
-"""Called now and then with the share done and a line of text."""
+from teleop.scenario.survey_drive import Progress, survey_drive
 
 _SPAN: Final = 1 << 20
 _HALF_SPAN: Final = _SPAN // 2
 """Cells of the sieve are numbered up to the span, half of it on either side of the origin."""
-_SPEED: Final = 0.4
-"""Of the survey drive [m/s]."""
-
-
-class SurveyError(RuntimeError):
-    """A survey that could not be made to its end."""
 
 
 def survey(
@@ -42,6 +32,7 @@ def survey(
     *,
     seed: int = 0,
     config: MappingConfig | None = None,
+    sensors: SimulationConfig | None = None,
     progress: Progress = lambda share, text: None,
 ) -> Cloud:
     """Drive the world's survey route and return its cloud.
@@ -50,33 +41,23 @@ def survey(
         world: a scene with a survey route.
         seed: of the sensor noise.
         config: how points become a map; None for what the world asks for.
+        sensors: what the robot carries; None for what it does by default.
         progress: called with the share done and a line of text.
 
     Raises:
         SurveyError: if the route took four times as long as its length lets expect.
     """
-    simulation = Simulation(world, seed=seed)
-    driver = TourDriver(world.survey, DriverConfig(speed=_SPEED))
+    simulation = Simulation(world, seed=seed, config=sensors)
     builder = CloudBuilder(config or mapping_config(world))
     track = OdometryTrack()
-    truth = simulation.truth()
-    track.add(truth.stamp, truth.map_from_base)
+    track.add(simulation.stamp, simulation.truth().map_from_base)
     waiting: list[Scan] = []
-    steps = np.diff(np.array(world.survey), axis=0)
-    time_limit = round((60.0 + 4.0 * float(np.hypot(*steps.T).sum()) / _SPEED) * SECOND)
-    while not driver.done:
-        simulation.command(driver.command(truth.map_from_base, Health.TRACKING))
-        waiting += [r for r in simulation.step() if isinstance(r, Scan)]
-        truth = simulation.truth()
-        track.add(truth.stamp, truth.map_from_base)
+    for readings, pose in survey_drive(simulation, progress=progress):
+        waiting += [r for r in readings if isinstance(r, Scan)]
+        track.add(simulation.stamp, pose)
         if waiting:
-            sweep = deskew(waiting, track, simulation.mounts, truth.stamp)
-            builder.add(sweep, truth.map_from_base)
+            builder.add(deskew(waiting, track, simulation.mounts, simulation.stamp), pose)
             waiting = []
-            progress(driver.progress, f"surveying, {builder.count / 1e6:.1f} M points")
-        if simulation.stamp > time_limit:
-            at = np.round(truth.map_from_base.position[:2], 1).tolist()
-            raise SurveyError(f"the survey got stuck near {at}, {driver.progress:.0%} done")
     progress(1.0, f"thinning {builder.count / 1e6:.1f} M points")
     return builder.build(world.name)
 
@@ -158,6 +139,33 @@ def survey_from_stations(
         progress((i + 1) / len(stops), f"stop {i + 1}, {builder.count / 1e6:.1f} M points")
     progress(1.0, f"thinning {builder.count / 1e6:.1f} M points")
     return builder.build(world.name)
+
+
+def visible_surface(
+    world: World,
+    *,
+    station: StationConfig = StationConfig(),
+    progress: Progress = lambda share, text: None,
+) -> FloatArray:
+    """Return points (N, 3) of all surface that a robot on the survey route can see, without error.
+
+    Each cell of it has one, on each side that is seen: so many points are so much surface.
+
+    Args:
+        world: any world.
+        station: how near one looks, and how densely.
+        progress: called with the share done and a line of text.
+    """
+    exact = replace(station, sigma=0.0)
+    rng = np.random.default_rng(0)
+    instrument = TotalStation(world)
+    fan, stops, sieve = _fan(exact), _stops(world, instrument, exact), _Sieve(exact.dense)
+    seen = []
+    for i, stop in enumerate(stops):
+        points = _panorama(instrument, stop, fan, exact, rng)
+        seen.append(points[sieve.new(points, points - stop)])
+        progress((i + 1) / len(stops), f"looking about, stop {i + 1}")
+    return np.concatenate(seen)
 
 
 def _fan(station: StationConfig) -> FloatArray:

@@ -17,6 +17,7 @@ from robot_sim import load_world
 from robot_sim.survey.still_mesh import still_mesh
 from robot_sim.survey.total_station import TotalStation
 from teleop.__main__ import main
+from teleop.scenario.blind_survey import completeness
 
 pytest.importorskip("open3d", reason="building maps needs Open3D")
 
@@ -81,6 +82,14 @@ def test_map_made_without_truth_lies_on_the_true_surfaces(mapped: Path) -> None:
     assert quality["drive_moved"]["rmse"] < 0.015
     assert quality["cloud_moved"]["distance"]["rmse"] < 0.012
     assert quality["cloud"]["near"] > 0.99
+    # Of walls ahead the vertical scanner, whose plane is transverse, never sees the upper part.
+    assert 0.8 < quality["complete"] < 0.9
+
+
+def test_map_without_a_wall_is_not_complete(mapped: Path, plan: Path) -> None:
+    world, points = load_world(str(plan)), load_cloud(mapped).points
+    whole = completeness(points, world)
+    assert completeness(points[points[:, 1] > 0.3], world) < whole - 0.05
 
 
 def test_quality_is_of_the_files_that_are_written(mapped: Path, plan: Path) -> None:
@@ -129,7 +138,9 @@ def test_mesh_is_where_rays_end(plan: Path) -> None:
         (["office.mcap", "--scene", "office"], "a log or a scene, not both"),
         (["nowhere.mcap"], "nowhere.mcap: No such file"),
         (["atrium"], "no scene named 'atrium'"),
-        (["office", "--start", "1", "2", "3"], "--start and --motion are for logs"),
+        (["office", "--start", "1", "2", "3"], "are for logs; a scene has its own"),
+        (["office", "--topics", "/scan"], "are for logs; a scene has its own"),
+        (["office", "--quick", "--effects"], "--effects and --without-truth need the drive"),
         (["nowhere.mcap", "--quick"], "are for scenes, not for logs"),
     ],
 )
