@@ -1,8 +1,8 @@
 """Faults recorded once and replayed to every method: silence, lateness, and being carried away.
 
 KISS-ICP to the map and small_gicp run in our filter, which takes late readings as it takes them from us.
-The Monte-Carlo localiser gets what arrives when it arrives, with the odometry of that moment; it has no
-way back from being carried away, and is left out there.
+The Monte-Carlo localiser gets sweeps when they arrive, with the odometry of their own time; it has no way
+back from being carried away, and is left out there.
 """
 
 from __future__ import annotations

@@ -139,11 +139,14 @@ def replay_monte_carlo(run: Run, world: PreparedMap, *, height: float, seed: int
     begin, laps = placed[0], Laps()
     peer = MonteCarlo(world, begin.truth, begin.odom_from_base, height=height, seed=seed)
     moments = []
+    odom_at = {w.stamp: w.odom_from_base for w in run.words}
     for m in placed:
         assert m.estimate is not None
+        # A sweep that came late is taken with the odometry of its own time, as AMCL takes it.
+        then = odom_at.get(m.sweep.stamp, m.odom_from_base)
         # Sweeps that it does not use cost it nothing, and do not count.
-        with laps.stage("registration" if peer.due(m.odom_from_base) else "waiting"):
-            pose = peer.add(m.sweep, m.odom_from_base, m.estimate)
+        with laps.stage("registration" if peer.due(then) else "waiting"):
+            pose = peer.add(m.sweep, then, m.estimate) @ then.inverse() @ m.odom_from_base
         # It has no height: it is given the true one, so that only its plane is judged.
         flat = Pose.from_euler([*pose.position[:2], m.truth.position[2]], yaw=pose.yaw)
         moments.append(
