@@ -39,7 +39,8 @@ class HealthConfig:
     """... and before it is lost, if they speak against the pose: fit the map where the robot cannot be,
     or pass through mapped surfaces; 1.2 s at 10 Hz."""
     blind_after: int = 50
-    """... and if they were refused, but for all that is known somebody stands before the scanners; 5 s."""
+    """... sweeps if they were refused, but for all that is known somebody stands before the scanners; 5 s
+    at 10 Hz."""
     disagreements: int = 3
     """Second opinions in a row that differ before the pose is lost."""
     trusted_after: int = 3
