@@ -85,7 +85,7 @@ def load_cloud(
         from localization.bare_cloud import with_normals
 
         return with_normals(path, table.points, sha256, inside=inside, cache=cache)
-    normals = table.normals / np.linalg.norm(table.normals, axis=1, keepdims=True)
+    normals = table.normals / _lengths(table.normals)[:, None]
     return Cloud(
         table.points,
         normals,
@@ -116,13 +116,19 @@ def load_map(
     return load_cloud(path, inside=inside, cache=cache)
 
 
+def _lengths(vectors: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
+
+
 def _check(points: FloatArray, normals: FloatArray | None, path: Path) -> None:
     if len(points) == 0:
         raise CloudError(f"cloud {path} is empty")
-    told = points if normals is None else np.hstack([points, normals])
-    if bad := int((~np.isfinite(told)).any(axis=1).sum()):
+    finite = np.isfinite(points).all() and (normals is None or np.isfinite(normals).all())
+    if not finite:
+        told = points if normals is None else np.hstack([points, normals])
+        bad = int((~np.isfinite(told)).any(axis=1).sum())
         raise CloudError(f"cloud {path} has {bad} points that are not finite; leave them out")
-    if normals is not None and (np.abs(np.linalg.norm(normals, axis=1) - 1.0) > 0.1).any():
+    if normals is not None and (np.abs(_lengths(normals) - 1.0) > 0.1).any():
         raise CloudError(
             f"cloud {path} has normals that are not of unit length; leave all of them out, and they are made"
         )
