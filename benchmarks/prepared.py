@@ -7,31 +7,38 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from benchmarks._figures import OURS, Figure, say
 from benchmarks._recordings import world_of
-from localization.cloud import load_cloud, save_cloud
+from localization.cloud import Cloud, load_cloud, save_cloud
 from localization.map_cache import default_cache
 from localization.prepared import PreparedMap, prepare
 from teleop.scenario.survey import survey_from_stations
 
-BUILDING = "building-903-3600"
-"""Generated; [m^2] is the last number. A point every 5 cm of its surfaces makes two million."""
+BUILDINGS = ("building-901-2000", "building-902-2000")
+"""Generated, and put side by side; [m^2] is the last number. They have a point every 5 cm of surface."""
+POINTS = 2_000_000
+"""Of both, those with the smallest x."""
+APART = 60.0
+"""From one building's origin to the next one's [m]: more than either is long."""
 GOAL_BYTES, GOAL_SECONDS = 200e6, 1.0
 
 
 def main() -> None:
     """Prepare in one fresh process, load in the next, and print what both took."""
-    cloud = surveyed(BUILDING)
-    with tempfile.TemporaryDirectory() as cache:
+    with tempfile.TemporaryDirectory() as folder:
+        cache = str(Path(folder) / "cache")
+        cloud = side_by_side(BUILDINGS, Path(folder) / "buildings.ply")
         first = _in_a_process(cloud, cache)
         again = _in_a_process(cloud, cache)
         (file,) = Path(cache).glob("*.npz")
         on_disk = file.stat().st_size
-    case, n = BUILDING, int(again["points"])
+    case, n = " and ".join(BUILDINGS), int(again["points"])
     cpu = "CPU of one thread"
     say(f"  {case}: {n} points, {again['cells'] / 1e6:.0f} M cells within reach")
     for figure in (
@@ -53,6 +60,17 @@ def surveyed(scene: str) -> Path:
     if not file.is_file():
         file.parent.mkdir(parents=True, exist_ok=True)
         save_cloud(survey_from_stations(world_of(scene)), file)
+    return file
+
+
+def side_by_side(scenes: Sequence[str], file: Path) -> Path:
+    """Write one cloud of several buildings that stand along x; return its file."""
+    clouds = [load_cloud(surveyed(scene)) for scene in scenes]
+    shifts = [np.array([i * APART, 0.0, 0.0]) for i in range(len(clouds))]
+    points = np.concatenate([c.points + d for c, d in zip(clouds, shifts, strict=True)])
+    normals = np.concatenate([c.normals for c in clouds])
+    kept = np.argsort(points[:, 0], kind="stable")[:POINTS]
+    save_cloud(Cloud(points[kept], normals[kept], name="side by side"), file)
     return file
 
 
