@@ -15,7 +15,17 @@ from robot_sim import TICK_NS
 from teleop.joystick import JoystickError, Layout, Wish, read_joy
 from teleop.robot import topics
 from teleop.robot.audit import Audit
-from teleop.robot.robot import Drive, Gone, Message, Reset, Robot, Snapshot, Stop, TakeOver
+from teleop.robot.robot import (
+    Drive,
+    Gone,
+    Message,
+    Reset,
+    Robot,
+    Snapshot,
+    Stop,
+    TakeOver,
+    Undo,
+)
 from teleop.rosbridge.access import Role
 from teleop.rosbridge.errors import MessageError, ServiceError
 from teleop.rosbridge.server import Server
@@ -70,6 +80,7 @@ class Host:
             ("/teleop/take_over", TakeOver, "yours; show a neutral stick to drive"),
         ):
             server.serve(name, "std_srvs/srv/Trigger", partial(self._order, kind, done))
+        server.serve("/localization/undo", "std_srvs/srv/Trigger", self._undo)
         serve_standard(server.protocol)
         announce_traffic(server)
         server.on_disconnect(self._gone)
@@ -168,6 +179,18 @@ class Host:
             raise ServiceError(refused)
         self._inbox.append(kind(name))
         return {"success": True, "message": done}
+
+    def _undo(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        name, refused = self._name(client), ""
+        if not self.robot.localizer.undoable:
+            seconds = self.robot.localizer.config.undo_memory / SECOND
+            refused = f"no hint or search has placed the robot within the last {seconds:.0f} s"
+        if self._audit is not None:
+            self._audit.order(name, "undo", refused)
+        if refused:
+            return {"success": False, "message": refused}
+        self._inbox.append(Undo(name))
+        return {"success": True, "message": "taken back with the next tick"}
 
     def _gone(self, client: int, name: str) -> None:
         self._clients.pop(name, None)

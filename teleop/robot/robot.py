@@ -48,13 +48,20 @@ class Reset:
 
 
 @dataclass(frozen=True, slots=True)
+class Undo:
+    """A client takes back the last accepted hint, or where a search has placed the robot."""
+
+    client: str
+
+
+@dataclass(frozen=True, slots=True)
 class Gone:
     """A client is no longer there."""
 
     client: str
 
 
-Message: TypeAlias = Drive | TakeOver | Stop | Reset | Gone | Hint
+Message: TypeAlias = Drive | TakeOver | Stop | Reset | Undo | Gone | Hint
 """What may come in from outside."""
 
 
@@ -154,6 +161,8 @@ class Robot:
                     self.safety.stop(message.client)
                 case Reset():
                     self.safety.reset(message.client)
+                case Undo():
+                    self.localizer.undo()
                 case Gone():
                     self.safety.disconnected(message.client)
         return hints, tuple(refusals)

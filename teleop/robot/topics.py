@@ -470,6 +470,11 @@ SERVICES: tuple[Input, ...] = (
     Input("/teleop/estop", "std_srvs/srv/Trigger", "brake and stay braked"),
     Input("/teleop/estop_reset", "std_srvs/srv/Trigger", "release the e-stop"),
     Input("/teleop/take_over", "std_srvs/srv/Trigger", "take the lease from whoever drives"),
+    Input(
+        "/localization/undo",
+        "std_srvs/srv/Trigger",
+        "take back the last accepted hint, or where a search has placed the robot",
+    ),
 )
 
 

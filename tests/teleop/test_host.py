@@ -467,6 +467,28 @@ async def test_hint_outside_the_map_is_rejected_with_a_reason(
 
 
 @in_a_loop
+async def test_hint_is_taken_back_on_request_and_but_once(
+    office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as client:
+        await client.subscribe("/localization/hint_verdict", "/localization/status")
+        good, values = await client.ask("/localization/undo")
+        assert good
+        assert not values["success"]
+        assert values["message"] == "no hint or search has placed the robot within the last 60 s"
+        await client.hint(hint_message(*SPAWN))
+        await client.step(60)
+        assert client.last("/localization/hint_verdict")["verdict"] == "accepted"
+        good, values = await client.ask("/localization/undo")
+        assert good
+        assert values["success"]
+        await client.step(10)
+        status = client.last("/localization/status")
+        assert status["health"] == "waiting"
+        assert not (await client.ask("/localization/undo"))[1]["success"]
+
+
+@in_a_loop
 async def test_late_subscriber_gets_what_is_latched(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
