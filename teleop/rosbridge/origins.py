@@ -49,6 +49,8 @@ class Origins:
         """
         if origin in self.named:
             return True
+        if origin == host and origin not in ("", "null"):
+            return True  # a program such as jrosbridge: no browser leaves the scheme out
         page, asked = _host(origin), _host(f"//{host}")
         if page is None:
             return False

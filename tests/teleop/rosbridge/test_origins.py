@@ -15,6 +15,7 @@ ORIGINS = Origins("127.0.0.1", frozenset({"https://lab.example"}))
         ("http://[::1]:8000", "[::1]:9090"),
         ("http://192.168.1.7:8000", "192.168.1.7:9090"),
         ("https://lab.example", "192.168.1.7:9090"),
+        ("robot.local:9090", "robot.local:9090"),  # jrosbridge, which is no page
     ],
 )
 def test_pages_of_this_machine_and_those_named_may_connect(origin: str, host: str) -> None:
@@ -26,6 +27,9 @@ def test_pages_of_this_machine_and_those_named_may_connect(origin: str, host: st
     [
         ("https://evil.example", "127.0.0.1:9090"),
         ("null", "127.0.0.1:9090"),
+        ("null", "null"),
+        ("", ""),
+        ("evil.example", "robot.local:9090"),
         ("file://", "127.0.0.1:9090"),
         ("", "127.0.0.1:9090"),
         ("http://[", "127.0.0.1:9090"),
