@@ -17,13 +17,15 @@ import gzip
 import lzma
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, InvalidOperation
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from localization.carmen_time import ZeroMender, lacks_zeros
 from localization.geometry import wrap_angle
 from localization.log import LogError, Skipped
 from localization.suites import Motion, Suite
@@ -34,6 +36,8 @@ SCANNER: Final = "laser"
 
 _MAX_RANGE: Final = 80.0
 """FLASER lines do not say how far the scanner reached; SICK's LMS-2xx tell 81.83 m for "nothing"."""
+_LOOKS_TO_JUDGE: Final = 200
+"""Scans from which it is read where the scanner sits, and whether the times are as they should be."""
 _LINES_TO_JUDGE: Final = 2000
 """A text without a line of the format among so many is something else."""
 _OPENERS: Final[dict[bytes, Callable[..., Any]]] = {
@@ -64,8 +68,8 @@ class CarmenLog:
     """By kind of line, what the last iteration passed over."""
     share: float
     """How much of the file the iteration has read so far, in [0, 1]."""
-    warning: str | None = None
-    """Always None: a text that ends too soon ends with the last whole line."""
+    warning: str | None
+    """One line if its times had to be mended; a text that ends too soon ends with the last whole line."""
 
     def __init__(self, path: Path | str) -> None:
         """Open a log, plain or compressed by gzip, bzip2 or xz.
@@ -74,7 +78,20 @@ class CarmenLog:
             LogError: If it cannot be read, or holds no scan.
         """
         self.path, self.metadata, self.skipped, self.share = Path(path), {}, {}, 0.0
-        self.mounts = {SCANNER: self._mount()}
+        self._zeros = False
+        begin = list(islice((e for e in self._entries() if isinstance(e, _Look)), _LOOKS_TO_JUDGE))
+        if not begin:
+            raise LogError(
+                f"{self.path}: holds no scan: logs are MCAP files, ROS bags or CARMEN texts with whole"
+                " lines FLASER or ROBOTLASER1"
+            )
+        self.mounts = {SCANNER: _mount(begin)}
+        self._zeros = lacks_zeros([look.scan.stamp for look in begin])
+        self.warning = (
+            f"{self.path}: its logger printed times without the zeros after the point; they are put back"
+            if self._zeros
+            else None
+        )
 
     @property
     def suite(self) -> Suite:
@@ -91,38 +108,17 @@ class CarmenLog:
         Lines that make no sense are passed over and counted in ``skipped``.
         """
         self.skipped = {}
+        mender = ZeroMender()
         for entry in self._entries():
             if isinstance(entry, Odometry):
-                yield entry.stamp, entry
+                stamp = mender.mended("odometry", entry.stamp) if self._zeros else entry.stamp
+                yield stamp, replace(entry, stamp=stamp)
             else:
+                stamp = entry.scan.stamp
+                stamp = mender.mended("scan", stamp) if self._zeros else stamp
                 # The scan first: it is complete when the odometry reaches its time.
-                yield entry.scan.stamp, entry.scan
-                yield entry.scan.stamp, Odometry(entry.scan.stamp, entry.odom_from_base)
-
-    def _mount(self) -> Pose:
-        """Where the scanner sits, if the first hundred scans agree on it.
-
-        In logs whose poses were corrected afterwards, the scanner's pose is the corrected one and says
-        nothing of where it sits.
-        """
-        mounts = []
-        for entry in self._entries():
-            if isinstance(entry, _Look):
-                mounts.append(entry.odom_from_base.inverse() @ entry.odom_from_scanner)
-            if len(mounts) == 100:
-                break
-        if not mounts:
-            raise LogError(
-                f"{self.path}: holds no scan: logs are MCAP files, ROS bags or CARMEN texts with whole"
-                " lines FLASER or ROBOTLASER1"
-            )
-        first = mounts[0]
-        same = all(
-            np.abs(m.position - first.position).max() < 1e-3
-            and abs(wrap_angle(m.yaw - first.yaw)) < 1e-3
-            for m in mounts
-        )
-        return first if same else Pose.identity()
+                yield stamp, replace(entry.scan, stamp=stamp)
+                yield stamp, Odometry(stamp, entry.odom_from_base)
 
     def _entries(self) -> Iterator[_Look | Odometry]:
         known = False
@@ -157,6 +153,22 @@ class CarmenLog:
             raise LogError(f"{self.path}: {error.strerror or error}") from error
         except (EOFError, lzma.LZMAError):
             return
+
+
+def _mount(looks: Sequence[_Look]) -> Pose:
+    """Where the scanner sits, if the first scans agree on it.
+
+    In logs whose poses were corrected afterwards, the scanner's pose is the corrected one and says
+    nothing of where it sits.
+    """
+    mounts = [look.odom_from_base.inverse() @ look.odom_from_scanner for look in looks]
+    first = mounts[0]
+    same = all(
+        np.abs(m.position - first.position).max() < 1e-3
+        and abs(wrap_angle(m.yaw - first.yaw)) < 1e-3
+        for m in mounts
+    )
+    return first if same else Pose.identity()
 
 
 def _flaser(words: Sequence[str]) -> _Look:

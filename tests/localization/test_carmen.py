@@ -126,6 +126,29 @@ def test_newer_laser_lines_carry_their_own_angles_and_poses(tmp_path: Path) -> N
     np.testing.assert_allclose(log.mounts[SCANNER].position, [0.2, 0.0, 0.0], atol=1e-12)
 
 
+def test_times_that_lost_their_zeros_get_them_back(tmp_path: Path) -> None:
+    """As in the log of the Intel Research Lab: ``976052917.910720`` was 0.091072 s past the second."""
+    rng = np.random.default_rng(5)
+    stamps = 976052917_000000000 + np.cumsum(rng.integers(40_000, 320_000, 120)) * 1000
+    lines = []
+    for stamp in stamps.tolist():
+        seconds, microseconds = divmod(stamp // 1000, 1_000_000)
+        printed = f"{microseconds}".ljust(6, "0")
+        lines.append(f"FLASER 3 1.5 2.0 2.5 0 0 0 0 0 0 {seconds}.{printed} nohost 1.0\n")
+    path = tmp_path / "intel.log"
+    path.write_text("".join(lines))
+    log = CarmenLog(path)
+    assert log.warning is not None
+    assert "zeros" in log.warning
+    told = np.array([r.stamp for r in log if isinstance(r, Scan)])
+    assert (np.diff(told) > 0).all()
+    assert (told == stamps).mean() > 0.97
+
+
+def test_sound_times_are_left_alone(log: Path) -> None:
+    assert CarmenLog(log).warning is None
+
+
 @pytest.mark.parametrize("pack", [gzip.compress, bz2.compress, lzma.compress])
 def test_compressed_logs_read_the_same(
     log: Path, text: str, tmp_path: Path, pack: Callable[[bytes], bytes]
