@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from benchmarks._lost import FLAGGED, KINDS, lost_trials
 from benchmarks._recordings import record
 from localization.cloud import Cloud
 from localization.localizer import Localizer
 from localization.prepared import PreparedMap, prepare
-from localization.types import SECOND, Estimate, Health, Pose
+from localization.types import SECOND, Estimate, Pose
 from robot_sim import World, WorldOptions
 from robot_sim.worlds import parse_world
 from teleop.scenario.survey import StationConfig, survey_from_stations
@@ -21,7 +22,6 @@ pytestmark = [pytest.mark.slow]
 
 FAR = 0.25
 """Farther off is no pose to drive by [m]."""
-FLAGGED = (Health.WAITING, Health.SUSPECT, Health.LOST, Health.RELOCALISING)
 
 OPEN_DOOR, CLOSED_DOOR = "doors = [{ at = 2.5, width = 1.4 }]", ""
 INTO_THE_ROOM = "[[1.5, 2.5], [8.6, 2.5], [8.6, 3.2], [8.4, 2.5], [2.5, 2.5]]"
@@ -183,3 +183,14 @@ def test_robot_in_a_room_that_the_map_lacks_says_so_and_is_right_again_when_it_i
         assert t.off < 0.05
         assert t.estimate.health not in FLAGGED
     assert back[-1].estimate.stamp < 60 * SECOND
+
+
+def test_estimates_that_are_put_wrong_are_said_to_be_wrong_within_two_seconds(
+    world: PreparedMap,
+) -> None:
+    actual = place(tour=INTO_THE_ROOM, options=WorldOptions())
+    recording = record(actual, name="put wrong", seed=5, seconds=22.0)
+    trials = [t for t in lost_trials(recording, world, count=9, seed=2) if t.wrong]
+    assert {t.kind for t in trials} == set(KINDS)
+    assert len(trials) >= 7
+    assert [t for t in trials if not t.flagged] == []
