@@ -32,6 +32,7 @@ from teleop.rosbridge.access import DEFAULT_RULES, Role, Rules
 from teleop.rosbridge.gate import Gate
 from teleop.rosbridge.keyring import Keyring
 from teleop.rosbridge.limits import Limits
+from teleop.rosbridge.origins import LOOPBACK
 from teleop.rosbridge.protocol import Protocol
 from teleop.rosbridge.server import Server
 from teleop.rosbridge.tls import tls_context
@@ -259,7 +260,7 @@ Ctrl-C ends."""
 
 def _warning(server: Server) -> str:
     """Return what to be warned of where others reach the address."""
-    if server.host in ("127.0.0.1", "localhost", "::1"):
+    if server.host in LOOPBACK:
         return ""
     gate = server.protocol.gate
     if gate is None or (gate.anonymous is not None and gate.anonymous.role is not Role.VIEW):

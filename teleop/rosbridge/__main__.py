@@ -11,6 +11,7 @@ from pathlib import Path
 
 from teleop.rosbridge.conformance import serve_fixtures
 from teleop.rosbridge.errors import RosbridgeError
+from teleop.rosbridge.origins import LOOPBACK
 from teleop.rosbridge.protocol import Protocol
 from teleop.rosbridge.registry import Registry
 from teleop.rosbridge.server import Server
@@ -58,6 +59,8 @@ async def _serve(options: argparse.Namespace) -> None:
             loop.add_signal_handler(number, stop.set)
     async with server:
         sys.stdout.write(f"rosbridge at {server.url}; Ctrl-C ends\n")
+        if options.host not in LOOPBACK:
+            sys.stdout.write("warning: anybody who reaches this address can join\n")
         sys.stdout.flush()
         await stop.wait()
 

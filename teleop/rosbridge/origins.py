@@ -14,7 +14,8 @@ from teleop.rosbridge.errors import ServerError
 FILES: Final = "file://"
 """Origin of pages that were opened as files, and of programs that are pages, as Foxglove's."""
 
-_LOCAL: Final = ("localhost", "127.0.0.1", "::1")
+LOOPBACK: Final = ("localhost", "127.0.0.1", "::1")
+"""What this machine alone can reach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +56,8 @@ class Origins:
         if page is None:
             return False
         with suppress(ValueError):
-            return page in (*_LOCAL, self.host, str(ip_address(asked or "")))
-        return page in (*_LOCAL, self.host)
+            return page in (*LOOPBACK, self.host, str(ip_address(asked or "")))
+        return page in (*LOOPBACK, self.host)
 
 
 def _host(url: str) -> str | None:

@@ -10,6 +10,8 @@ import sys
 from asyncio.subprocess import PIPE
 from pathlib import Path
 
+import pytest
+
 from teleop.rosbridge import Client
 from tests.teleop.rosbridge.support import ROOT
 from tests.teleop.rosbridge.test_server import in_a_loop, serving
@@ -38,6 +40,21 @@ async def test_it_serves_clients_with_their_own_types_until_told_to_stop(tmp_pat
         assert (await client.call("/rosapi/get_ros_version"))["version"] == 1
     process.send_signal(signal.SIGINT)
     assert await process.wait() == 0
+
+
+@pytest.mark.parametrize(("host", "warned"), [("127.0.0.1", False), ("0.0.0.0", True)])
+@in_a_loop
+async def test_whoever_has_it_listen_to_others_is_warned(host: str, warned: bool) -> None:
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "teleop.rosbridge", "--port", "0", "--host", host),
+        cwd=ROOT,
+        stdout=PIPE,
+    )
+    assert process.stdout is not None
+    await process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    said, _ = await process.communicate()
+    assert (b"warning: anybody who reaches this address can join" in said) == warned
 
 
 def run(*arguments: str) -> tuple[int, str]:
