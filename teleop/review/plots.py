@@ -36,6 +36,8 @@ _WALLS: Final = (0.15, 1.9)
 """Points between these heights over the robot's path are drawn: walls and furniture, no floor [m]."""
 _ELLIPSES: Final = 40
 """At most so many along the path."""
+_SET_OFF: Final = 0.1
+"""The first of them is so far along the path [m]."""
 _SCALES: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 _LINE_POINTS: Final = 20_000
 """Of a curve; a longer one is thinned."""
@@ -165,8 +167,8 @@ def _draw_ellipses(axes: Axes, history: History, known: Trajectory, size: float)
     covariances = history.covariances()[:, :2, :2]
     steps = np.linalg.norm(np.diff(known.positions[:, :2], axis=0), axis=1)
     way = np.concatenate([[0.0], np.cumsum(steps)])
-    wanted = np.linspace(0.0, way[-1], _ELLIPSES)
-    # Where the robot stood, as at the beginning, the last is the most certain.
+    # The very first tells of the hint, not of the map, and would hide the picture.
+    wanted = np.linspace(min(_SET_OFF, way[-1]), way[-1], _ELLIPSES)
     chosen = np.unique(np.searchsorted(way, wanted, side="right") - 1)
     values, vectors = np.linalg.eigh(covariances[chosen])
     half = np.sqrt(chi2.ppf(0.95, 2) * np.maximum(values, 0.0))
