@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from benchmarks._alarms import by_the_hour
-from benchmarks._figures import OURS, Figure, Sheet, digits, say
+from benchmarks._figures import OURS, Figure, Sheet, digits, say, share
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -51,6 +51,8 @@ def others(sheet: Sheet) -> str:
             continue
         shown = [f for f in figures if part != "corridor" or "direction" in f.quantity]
         rows += shown
+    for quantity in ("accepted wrongly", "settled wrongly"):
+        rows += pooled(quantity, [f for f in rows if f.quantity == quantity])
     driven = [f for name, part in sheet.parts.items() if name.startswith("alarms") for f in part]
     rows += by_the_hour(driven) if driven else ()
     last = ""
@@ -59,6 +61,13 @@ def others(sheet: Sheet) -> str:
         case, last = f.case if f.case != last else "", f.case
         lines.append(f"| {case} | {f.method} | {f.quantity} | {f.text} | {f.n or ''} | {goal} |")
     return "\n".join(lines)
+
+
+def pooled(quantity: str, figures: Sequence[Figure]) -> list[Figure]:
+    """Return what several rows of shares come to together: more trials prove smaller shares."""
+    events = sum(round(f.value * f.n / 100.0) for f in figures)
+    n = sum(f.n for f in figures)
+    return [share("all of these", OURS, quantity, events, n, most=0.5)] if len(figures) > 1 else []
 
 
 def facts(sheet: Sheet) -> str:

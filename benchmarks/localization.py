@@ -1,7 +1,8 @@
 """The localiser beside its peers on the same readings, each figure with count, bounds and goal.
 
 Parts by name: nominal occluded furniture courtyard slips corridor consistency dropouts latency kidnap lost
-hints kidnapped speed, and some that take long and go by name only: kidnapped-2000 alarms-1 to alarms-8.
+hints kidnapped speed, and some that take long and go by name only: kidnapped-changed
+kidnapped-2000 alarms-1 to alarms-8.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from benchmarks._drives import (
 from benchmarks._faults import carried_away, dropouts, latency
 from benchmarks._figures import Figure, measure
 from benchmarks._lost import lost
-from benchmarks._trials import hints, kidnapped, kidnapped_far
+from benchmarks._trials import hints, kidnapped, kidnapped_changed, kidnapped_far
 
 PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
     "nominal": lambda: compare(nominal()),
@@ -43,10 +44,11 @@ PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
     "hints": hints,
     "kidnapped": kidnapped,
     "speed": speed,
+    "kidnapped-changed": kidnapped_changed,
     "kidnapped-2000": kidnapped_far,
     **{f"alarms-{i + 1}": partial(alarms, i) for i in range(CHUNKS)},
 }
-LONG = ("kidnapped-2000", *(f"alarms-{i + 1}" for i in range(CHUNKS)))
+LONG = ("kidnapped-changed", "kidnapped-2000", *(f"alarms-{i + 1}" for i in range(CHUNKS)))
 """Done only if they are named."""
 
 
