@@ -63,7 +63,7 @@ def stations_of(
     localizer = Localizer(world, mounts, config)
     if anywhere:
         localizer.relocalize()
-    tap = _Tap(readings, Localizer(world, mounts, plain))
+    tap = _Tap(readings, mounts, Localizer(world, mounts, plain))
     knots: deque[tuple[int, Pose]] = deque()
     before: Pose | None = None
     for estimate in replay(tap, localizer, start=start):
@@ -86,14 +86,14 @@ def stations_of(
 class _Tap:
     """Hands readings on, and keeps what the localiser keeps to itself: scans, and plain odometry."""
 
-    def __init__(self, readings: Iterable[Reading], reckoner: Localizer) -> None:
-        self._readings, self._reckoner = readings, reckoner
+    def __init__(self, readings: Iterable[Reading], mounts: Mounts, reckoner: Localizer) -> None:
+        self._readings, self._mounts, self._reckoner = readings, mounts, reckoner
         self._recent: dict[str, Scan | PointScan] = {}
         self.odom_from_base = Pose.identity()
 
     def __iter__(self) -> Iterator[Reading]:
         for reading in self._readings:
-            if isinstance(reading, Scan | PointScan):
+            if isinstance(reading, Scan | PointScan) and reading.scanner in self._mounts:
                 self._recent[reading.scanner] = reading
             if not isinstance(reading, Hint):
                 self.odom_from_base = self._reckoner.add(reading).odom_from_base

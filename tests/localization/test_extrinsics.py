@@ -132,6 +132,16 @@ def test_sound_mounts_are_left_as_they_are(hall: PreparedMap, readings: list[Rea
     assert summary(found)[-1].startswith("all scanners are where they were said to be")
 
 
+def test_yaw_of_a_single_scanner_is_told_by_the_way_the_wheels_roll(
+    hall: PreparedMap, readings: list[Reading]
+) -> None:
+    alone = {"laser_horizontal": WRONG["laser_horizontal"]}
+    found = estimate_mounts(stations(hall, readings, alone), hall, alone)
+    (mount,) = found.mounts
+    assert mount.off == ("yaw",)
+    assert np.abs(left(found, "laser_horizontal")[5]) < 3.0 * mount.sigma[5] < np.deg2rad(1.5)
+
+
 def test_robot_that_stands_tells_too_little(hall: PreparedMap, readings: list[Reading]) -> None:
     standing = [r for r in readings if r.stamp < 1_500_000_000]
     with pytest.raises(TooLittleError, match="sweeps that the map explains"):
