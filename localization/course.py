@@ -102,6 +102,7 @@ class Course:
         )
         self._seeker = Seeker(world, self._mounts, config, keen=self._correction.matches)
         self._mount_watch = MountWatch(world, self._mounts, config.mounts)
+        self._watched = 0
 
         self._parts = (self._motion, self._gathering, self._wheels, self._health)
         self._stamp, self._odom, self._placed = 0, Pose.identity(), False
@@ -237,7 +238,13 @@ class Course:
         self._seeker.open(sweep, self._odom, self._belief())
 
     def _watch_mounts(self, scans: Sequence[Scan | PointScan], match: Match | None) -> None:
-        """Let a sweep that is beyond doubt say what it has to say of the scanners' mounts."""
+        """Let a sweep that is beyond doubt say what it has to say of the scanners' mounts.
+
+        It goes by the order of sweeps; one that was put together late says nothing.
+        """
+        if self._stamp <= self._watched:
+            return
+        self._watched = self._stamp
         if match is None or match.fit < self.config.blame_fit or self._health.doubtful:
             self._mount_watch.interrupt()
             return

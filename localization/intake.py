@@ -37,6 +37,8 @@ _PLURAL: dict[type[Reading], str] = {
     Odometry: "odometry",
 }
 
+_LONGEST_SCAN = 2 * SECOND
+"""No scanner takes longer for one turn [ns]."""
 _FARTHEST_AHEAD = SECOND
 """A scan may come before the inertial readings that cover it, but not from the future [ns]."""
 
@@ -74,6 +76,8 @@ class Intake:
         why = self._order(reading, now) or self._content(reading)
         if why is None:
             self._hear(_source(reading), reading.stamp)
+            if isinstance(reading, self._leader):
+                self._leapt = None
         else:
             self.refused += 1
         return why
@@ -90,7 +94,7 @@ class Intake:
         if isinstance(reading, Hint):
             return None
         leads = isinstance(reading, self._leader)
-        ahead = reading.stamp - now
+        ahead = end_of(reading) - now
         if now and ahead > _FARTHEST_AHEAD and not leads:
             return (
                 f"refused {source} stamped {ahead / SECOND:.1f} s ahead of the {_PLURAL[self._leader[0]]}: "
@@ -142,6 +146,8 @@ class Intake:
                     return self._stranger(reading.scanner)
                 if len(reading.ranges) == 0:
                     return f"refused an empty scan of {reading.scanner}"
+                if reading.end_stamp - reading.stamp > _LONGEST_SCAN:
+                    return _endless(reading)
                 if not np.isfinite(reading.angles).all():
                     return f"refused a scan of {reading.scanner}: angles must be finite"
             case PointScan():
@@ -149,6 +155,8 @@ class Intake:
                     return self._stranger(reading.scanner)
                 if len(reading.points) == 0:
                     return f"refused an empty scan of {reading.scanner}"
+                if reading.end_stamp - reading.stamp > _LONGEST_SCAN:
+                    return _endless(reading)
             case WheelSpeeds():
                 fastest = max(abs(reading.left), abs(reading.right))
                 if (
@@ -174,6 +182,13 @@ class Intake:
     def _stranger(self, scanner: str) -> str:
         known = ", ".join(sorted(self._mounts)) or "none"
         return f"refused a scan of unknown scanner {scanner!r}; known: {known}"
+
+
+def _endless(scan: Scan | PointScan) -> str:
+    took = (scan.end_stamp - scan.stamp) / SECOND
+    return (
+        f"refused a scan of {scan.scanner} that took {took:.0f} s: offsets must be in nanoseconds"
+    )
 
 
 def _source(reading: Reading) -> str:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -7,7 +9,18 @@ from hypothesis import given, settings, strategies as st
 from localization.intake import Intake
 from localization.localizer import Localizer
 from localization.prepared import PreparedMap
-from localization.types import SECOND, Estimate, Hint, Inertial, Pose, Reading, Scan, WheelSpeeds
+from localization.types import (
+    SECOND,
+    Estimate,
+    Hint,
+    Inertial,
+    Odometry,
+    PointScan,
+    Pose,
+    Reading,
+    Scan,
+    WheelSpeeds,
+)
 from tests.support import a_scan, bits
 from tests.support_rooms import HALL, MOUNTS, TICK, Drive
 
@@ -22,7 +35,7 @@ def scan(stamp: int = 1, **of: object) -> Scan:
     ranges = np.asarray(of.get("ranges", [1.0, 2.0]), dtype=float)
     n = len(ranges)
     angles = np.asarray(of.get("angles", np.linspace(0, 1, n)), dtype=float)
-    offsets = np.arange(n, dtype=np.int64)
+    offsets = np.arange(n, dtype=np.int64) * int(str(of.get("beam", 1)))
     name = str(of.get("scanner", "laser_horizontal"))
     return Scan(stamp, name, angles, ranges, np.zeros(0), offsets, 0.1, 30.0)
 
@@ -43,6 +56,19 @@ IMPOSSIBLE = {
     ),
     "no beams": (scan(ranges=[]), "empty scan of laser_horizontal"),
     "angles NaN": (scan(angles=[0.0, NAN]), "angles must be finite"),
+    "beams over an hour": (scan(beam=1800 * SECOND), "that took 1800 s: offsets must be in nanos"),
+    "points over an hour": (
+        PointScan(1, "laser_horizontal", np.ones((2, 3)), np.array([0, 3600 * SECOND])),
+        "that took 3600 s: offsets must be in nanoseconds",
+    ),
+    "no points": (
+        PointScan(1, "laser_horizontal", np.zeros((0, 3)), np.zeros(0, dtype=np.int64)),
+        "empty scan of laser_horizontal",
+    ),
+    "odometry in millimetres": (
+        Odometry(1, Pose.planar(2e6, 0.0, 0.0)),
+        "refused odometry: its position must be in metres",
+    ),
 }
 
 
@@ -226,12 +252,20 @@ def garbage(kind: int, now: int) -> Reading:
             return WheelSpeeds(TICK, 1.0, 1.0)
         case 7:
             return inertial(now + 100 * SECOND)
+        case 8:
+            return inertial(now + 30 * SECOND)
+        case 9:
+            return WheelSpeeds(now + 2 * SECOND, 0.5, 0.5)
+        case 10:
+            return scan(now + 5 * SECOND)
+        case 11:
+            return scan(now + 1, beam=10 * SECOND)
         case _:
             return scan(now + 1, ranges=[])
 
 
 @given(
-    thrown=st.lists(st.tuples(st.integers(5, 10_000), st.integers(0, 8)), min_size=1, max_size=30)
+    thrown=st.lists(st.tuples(st.integers(5, 10_000), st.integers(0, 12)), min_size=1, max_size=40)
 )
 @settings(max_examples=8)
 def test_garbage_in_between_leaves_every_estimate_as_it_was_to_the_last_bit(
@@ -251,6 +285,19 @@ def test_garbage_in_between_leaves_every_estimate_as_it_was_to_the_last_bit(
             assert (estimate.match, estimate.sweep, estimate.verdict) == (None, None, None)
         assert essence(localizer.add(reading)) == undisturbed[i]
     assert localizer.refused == len(thrown)
+
+
+def test_clock_that_is_set_back_is_refused_and_told_to_begin_anew(
+    hall: PreparedMap, good: list[Reading]
+) -> None:
+    localizer = Localizer(hall, MOUNTS)
+    shift = 100 * SECOND
+    for reading in good:
+        estimate = localizer.add(replace(reading, stamp=reading.stamp + shift))
+    told = [localizer.add(reading) for reading in good if not isinstance(reading, Hint)]
+    assert localizer.refused == len(told)
+    assert all(t.stamp == estimate.stamp for t in told)
+    assert all("start a new localiser after a reset of the clock" in t.reasons[0] for t in told)
 
 
 def test_next_estimate_says_what_was_refused_once(hall: PreparedMap) -> None:
