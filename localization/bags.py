@@ -83,7 +83,12 @@ class Bag:
         self.skipped, self.share = {}, 0.0
         with self._open() as reader:
             duration = max(1, reader.end_time - reader.start_time)
-            wanted = [c for c in reader.connections if c.topic in self._topics]
+            # Frames were read at the beginning, and are no readings that one could miss.
+            wanted = [
+                c
+                for c in reader.connections
+                if c.topic in self._topics and c.msgtype != messages.TF
+            ]
             for connection, stamp, data in self._messages(reader, wanted):
                 self.share = (stamp - reader.start_time) / duration
                 reading = self._reading(reader, connection.topic, connection.msgtype, data)

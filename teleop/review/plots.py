@@ -165,15 +165,19 @@ def _draw_path(axes: Axes, history: History, known: Trajectory) -> None:
 def _draw_ellipses(axes: Axes, history: History, known: Trajectory, size: float) -> int:
     """Draw some of the 95 % ellipses, so many times enlarged that they can be seen; return how many."""
     covariances = history.covariances()[:, :2, :2]
+    widest = np.linalg.eigvalsh(covariances[:: max(1, len(known) // 1000)])[:, 1]
+    reach = float(np.sqrt(chi2.ppf(0.95, 2)))
+    typical = max(reach * float(np.sqrt(np.median(widest))), 1e-6)
+    scale = max((s for s in _SCALES if s * typical <= 0.012 * size), default=1)
     steps = np.linalg.norm(np.diff(known.positions[:, :2], axis=0), axis=1)
     way = np.concatenate([[0.0], np.cumsum(steps)])
+    # Apart enough not to hide the path.
+    count = int(np.clip(way[-1] / (4.0 * scale * typical), 2, _ELLIPSES))
     # The very first tells of the hint, not of the map, and would hide the picture.
-    wanted = np.linspace(min(_SET_OFF, way[-1]), way[-1], _ELLIPSES)
+    wanted = np.linspace(min(_SET_OFF, way[-1]), way[-1], count)
     chosen = np.unique(np.searchsorted(way, wanted, side="right") - 1)
     values, vectors = np.linalg.eigh(covariances[chosen])
-    half = np.sqrt(chi2.ppf(0.95, 2) * np.maximum(values, 0.0))
-    typical = max(float(np.median(half[:, 1])), 1e-6)
-    scale = max((s for s in _SCALES if s * typical <= 0.012 * size), default=1)
+    half = reach * np.sqrt(np.maximum(values, 0.0))
     patches = [
         Ellipse(
             (float(known.positions[i, 0]), float(known.positions[i, 1])),
