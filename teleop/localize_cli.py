@@ -72,7 +72,7 @@ class Localize:
     topics: tuple[str, ...] = ()
     """Topics of a bag to read; all that are understood unless given."""
     recording: bool = True
-    """Whether to write recording.rrd: some 50 MB for each kilometre."""
+    """Whether to write recording.rrd: some 100 MB for each kilometre."""
     report: bool = True
     """Whether to write report.html."""
 

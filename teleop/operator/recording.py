@@ -22,7 +22,7 @@ from teleop.operator.palette import ORANGE, SKY, VERMILION
 from teleop.operator.scene import Scene
 from teleop.operator.sink import Canvas, Sink
 
-_MOVED: Final = 0.1
+_MOVED: Final = 0.2
 """A sweep is drawn when the robot has moved this far since the last one [m],"""
 _TURNED: Final = np.deg2rad(5.0)
 """or turned this far [rad],"""

@@ -79,7 +79,7 @@ def plan(
     handles, labels = axes.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     axes.legend(
-        once.values(), once.keys(), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=6,
+        once.values(), once.keys(), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=8,
         fontsize=8, frameon=False,
     )  # fmt: skip
     return _png(figure)

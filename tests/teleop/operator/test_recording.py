@@ -76,7 +76,7 @@ def test_map_paths_hypotheses_hint_and_plots_are_there(recording: Path) -> None:
 
 
 def test_robot_that_stands_fills_no_disk(recording: Path) -> None:
-    # Once a second while it stands, then every decimetre.
+    # Once a second while it stands, then every two decimetres.
     assert rows(recording)["map/live"] < 20
 
 
