@@ -43,16 +43,25 @@ class Localize:
       health.csv       of each sweep: state, fit, unexplained share, NIS, held directions, reasons
       report.html      all of it as figures and pictures, on one page
       recording.rrd    to look at with `rerun recording.rrd`: map, sweeps, path, health, hypotheses
+
     The pictures want `pip install 'farsteer[report]'`, the recording 'farsteer[operator]'; without
     them the rest is written all the same.
+
+    For example:
+      farsteer localize runs/first/readings.mcap --map scenes/office/cloud.ply --truth runs/first/truth.tum
+                                          our own log; errors against the truth
+      farsteer localize office.bag --map office.ply --start 3 2 90
+                                          a ROS bag, begun near x 3 m, y 2 m, facing 90 degrees
+      farsteer localize bag/ --map hall.pcd --mount laser 0.2 0 0.3 0 --topics /scan /odom
+                                          a bag without /tf_static, a map without normals
+      farsteer localize intel.log.gz --map map.yaml
+                                          a CARMEN text in an occupancy grid; where it begins is found
     """
 
     log: Annotated[Path, tyro.conf.Positional]
     """Log of readings: a file, or a ROS 2 bag's folder."""
     map: Path
-    """Map to localise in: a cloud (PLY, PCD, or lines x y z) or a ROS occupancy grid (map.yaml). A cloud
-    without normals gets some, turned to where somebody could stand, or to the mapping drive if it lies
-    beside the cloud as a TUM file of the same name."""
+    """Map to localise in: a cloud (PLY, PCD, lines x y z; normals are made if it has none) or map.yaml."""
     out: Path | None = None
     """Folder for the files; runs/<time> unless given."""
     start: tuple[float, float, float] | None = None

@@ -121,6 +121,15 @@ def test_faces_of_thin_walls_and_furniture_look_to_where_they_are_seen_from(
     assert rightly_faced(cloud, ROOMS.cloud(0.08)) > 0.99
 
 
+def test_scene_stripped_of_its_normals_gets_them_back(tmp_path: Path) -> None:
+    scene = load_cloud(Path(__file__).parents[2] / "scenes/corridor/cloud.ply")
+    near = scene.points[:, 0] < 9.0
+    truth = Cloud(scene.points[near], scene.normals[near], name="corridor")
+    bare = load_cloud(bare_ply(tmp_path / "bare.ply", truth.points))
+    assert len(bare.points) > 0.85 * len(truth.points)
+    assert rightly_faced(bare, truth) > 0.99
+
+
 def test_normals_are_those_of_the_planes() -> None:
     points, normals = planes(thinned(rough(HALL)))
     _, index = cKDTree(HALL.cloud(0.08).points).query(points)
