@@ -32,12 +32,12 @@ def pose_covariance(matrix: FloatArray, name: str) -> FloatArray:
     Raises:
         CovarianceError: if it is not finite, or has a negative variance in some direction.
     """
-    return _floored(matrix, np.repeat([SUREST_POSITION, SUREST_ANGLE], 3), name)
+    return floored(matrix, np.repeat([SUREST_POSITION, SUREST_ANGLE], 3), name)
 
 
 def planar_covariance(matrix: FloatArray, name: str) -> FloatArray:
     """Return the covariance (3, 3) of x, y [m] and yaw [rad], as ``pose_covariance`` does."""
-    return _floored(matrix, np.array([SUREST_POSITION, SUREST_POSITION, SUREST_ANGLE]), name)
+    return floored(matrix, np.array([SUREST_POSITION, SUREST_POSITION, SUREST_ANGLE]), name)
 
 
 def inverse(matrix: FloatArray, name: str) -> FloatArray:
@@ -56,8 +56,17 @@ def inverse(matrix: FloatArray, name: str) -> FloatArray:
     return np.asarray(np.linalg.inv(matrix), dtype=float)
 
 
-def _floored(matrix: FloatArray, surest: FloatArray, name: str) -> FloatArray:
-    """Make symmetric and raise the eigenvalues, in units of the surest there is, to one."""
+def floored(matrix: FloatArray, surest: FloatArray, name: str) -> FloatArray:
+    """Return a covariance (N, N), made symmetric, with no direction surer than some are at most.
+
+    Args:
+        matrix: the covariance; may be singular.
+        surest: (N,) one sigma in the unit of each row.
+        name: what it is of, for the message.
+
+    Raises:
+        CovarianceError: if it is not finite, or has a negative variance in some direction.
+    """
     if not np.isfinite(matrix).all():
         raise CovarianceError(f"{name} is non-finite")
     symmetric = np.asarray(0.5 * (matrix + matrix.T), dtype=float)
@@ -69,5 +78,5 @@ def _floored(matrix: FloatArray, surest: FloatArray, name: str) -> FloatArray:
         raise CovarianceError(
             f"{name} has a negative variance in some direction; no covariance has"
         )
-    floored = (vectors * np.maximum(values, 1.0)) @ vectors.T * unit
-    return np.asarray(0.5 * (floored + floored.T), dtype=float)
+    raised = (vectors * np.maximum(values, 1.0)) @ vectors.T * unit
+    return np.asarray(0.5 * (raised + raised.T), dtype=float)

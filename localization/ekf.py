@@ -18,7 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from localization.covariance import CovarianceError, inverse, planar_covariance, pose_covariance
+from localization.covariance import (
+    CovarianceError,
+    floored,
+    inverse,
+    planar_covariance,
+    pose_covariance,
+)
 from localization.ekf_config import EkfConfig as EkfConfig
 from localization.geometry import (
     FloatArray,
@@ -391,8 +397,17 @@ class SkidSteerEkf:
         return self._nis(*self.match_innovation(match))
 
     def update_match(self, match: Match) -> None:
-        """Take over a match in its kept directions."""
+        """Take over a match in its kept directions.
+
+        The errors of sweeps from one place are those of the map and of the mounts there, the same each
+        time: while the robot stands, however many sweeps leave it no surer than one of them can be.
+        """
         self._update(*self.match_innovation(match))
+        if self.standing:
+            c = self.config
+            surest = np.repeat([c.still_position, c.still_angle], 3)
+            p = self._filter.P
+            p[:6, :6] = floored(p[:6, :6], surest, "covariance of the pose")
 
     def widen(self, forward: float, side: float, vertical: float, yaw: float) -> None:
         """Admit that the prediction was wrong: add variance along the base's axes [m, m, m, rad]."""

@@ -255,6 +255,21 @@ def test_robot_that_stands_for_ten_minutes_neither_drifts_nor_grows_unsure() -> 
     healthy(ekf)
 
 
+def test_sweeps_from_one_place_make_nobody_surer_than_one_place_can() -> None:
+    ekf = settled(np.zeros(3), 5, 2.0)
+    ekf.reset_pose(Pose.identity(), np.diag([0.05**2] * 3 + [0.02**2] * 3))
+    there = Pose.planar(0.004, -0.002, 0.001)
+    for _ in range(200):
+        stand(ekf, 0.1)
+        ekf.update_match(match_of(there, GOOD))
+    sigma = np.sqrt(np.diag(ekf.covariance))
+    c = ekf.config
+    assert sigma[:3] == pytest.approx(np.full(3, c.still_position), rel=0.05)
+    assert sigma[3:] == pytest.approx(np.full(3, c.still_angle), rel=0.05)
+    assert apart(ekf.pose, there)[0] < 1e-3
+    healthy(ekf)
+
+
 @pytest.mark.parametrize("rate", [1.0, 3.0, 20.0])
 def test_robot_that_is_turned_on_the_spot_by_hand_turns_in_the_filter(rate: float) -> None:
     bias = np.deg2rad([0.1, -0.2, 0.3])
