@@ -99,6 +99,8 @@ class WheelWatch:
     def contradicted(self, covariance: FloatArray, ekf: SkidSteerEkf) -> bool:
         """Return whether the wheels rolled farther or less far than KISS-ICP saw the robot go.
 
+        Or whether it saw a robot go sideways that should stand: pushed, or carried off.
+
         Args:
             covariance: (3, 3) of the x, y [m] and yaw [rad] that it saw last; since it goes by its local
                 map, its error does not grow with the number of sweeps.
@@ -109,7 +111,10 @@ class WheelWatch:
         _, turn = self._seen_now()
         noise = ekf.rolling_noise(self._rolled / self._time, turn)
         off = float(self._way.position[0]) - self._rolled
-        return off**2 > _SLIP_GATE * (float(covariance[0, 0]) + noise**2 * self._time)
+        if off**2 > _SLIP_GATE * (float(covariance[0, 0]) + noise**2 * self._time):
+            return True
+        aside, loose = float(self._way.position[1]), ekf.config.side_noise**2 * self._time
+        return ekf.standing and aside**2 > _SLIP_GATE * (float(covariance[1, 1]) + loose)
 
     def _seen_now(self) -> tuple[float, float]:
         """Forward speed [m/s] and yaw rate [rad/s] since the last judgement."""
