@@ -19,17 +19,7 @@ from tests.support_rooms import HALL, MOUNTS, Drive
 
 ROOT = Path(__file__).parents[2]
 START = Pose.planar(2.6, 1.6, 0.2)
-EXTRAS = (
-    "mujoco",
-    "open3d",
-    "rerun",
-    "websockets",
-    "cbor2",
-    "msgspec",
-    "pybase64",
-    "matplotlib",
-    "embreex",
-)
+EXTRAS = ("mujoco", "open3d", "rerun", "websockets", "cbor2", "matplotlib", "embreex")
 """What the base install lacks."""
 
 
