@@ -122,12 +122,9 @@ class Localize:
         from localization.mount_file import read_mounts
         from localization.prepared import default_cache
         from localization.replay import LogRun
-        from localization.ros_readings import Layout
+        from teleop.log_layout import layout_of
 
-        layout = Layout(
-            mounts={name: _pose(*xyz_yaw) for name, xyz_yaw in self.mount.items()},
-            topics=self.topics,
-        )
+        layout = layout_of(self.mount, self.topics)
         return LogRun(
             self.log,
             self.map,
