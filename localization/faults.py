@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from localization.intake import end_of as end_of
 from localization.types import (
     SECOND,
     Hint,
@@ -82,11 +83,6 @@ def source_of(reading: Reading) -> str:
             return ODOMETRY
         case Hint():
             return HINT
-
-
-def end_of(reading: Reading) -> int:
-    """Return the stamp at which a reading is complete [ns]."""
-    return reading.end_stamp if isinstance(reading, Scan | PointScan) else reading.stamp
 
 
 def slipping(
