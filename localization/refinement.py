@@ -168,25 +168,37 @@ def _correction(
     size = _FREE * len(bending.knots)
     hessian, gradient = _odometry(bending, places)
     weight, pull = np.zeros(len(planes.cloud.points)), np.zeros(len(planes.cloud.points))
-    shared = sparse.csr_array((len(weight), size))
+    shared = []
     for start in range(0, len(poses), _BATCH):
-        rows, distance, plane = _rows(bending, planes, poses, slice(start, start + _BATCH))
+        part = slice(start, min(start + _BATCH, len(poses)))
+        rows, distance, plane = _rows(bending, planes, poses, part)
         kernel = bending.config.kernel
         trust = (kernel**2 / (kernel**2 + distance**2)) ** 2 / bending.config.sigma**2
         weighted = rows.multiply(trust[:, None]).tocsr()
-        hessian += np.asarray((rows.T @ weighted).toarray(), dtype=float)
+        # Sweeps that follow each other know of few knots.
+        first, last = bending.segment[[part.start, part.stop - 1]].tolist()
+        here = slice(_FREE * first, _FREE * (last + 2))
+        hessian[here, here] += np.asarray((rows.T @ weighted)[here, here].toarray(), dtype=float)
         gradient += weighted.T @ distance
         weight += np.bincount(plane, trust, len(weight))
         pull += np.bincount(plane, trust * distance, len(weight))
         index = (plane, np.arange(len(plane)))
         gathered = sparse.csr_array((np.ones(len(plane)), index), shape=(len(weight), len(plane)))
-        shared = shared + gathered @ weighted
+        shared.append((gathered @ weighted).tocoo())
+    binding = _summed(shared, (len(weight), size))
     # A plane's best shift is the mean of its points' distances: what remains binds the knots together.
-    mean = shared.multiply(1.0 / np.maximum(weight, 1e-9)[:, None]).tocsr()
-    hessian -= np.asarray((shared.T @ mean).toarray(), dtype=float)
+    mean = binding.multiply(1.0 / np.maximum(weight, 1e-9)[:, None]).tocsr()
+    hessian -= np.asarray((binding.T @ mean).toarray(), dtype=float)
     gradient -= mean.T @ pull
     step = -np.asarray(np.linalg.solve(hessian, gradient), dtype=float)
     return step.reshape(-1, _FREE)
+
+
+def _summed(parts: Sequence[sparse.coo_array], shape: tuple[int, int]) -> sparse.csr_array:
+    data, rows, columns = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("data", "row", "col")
+    )
+    return sparse.csr_array((data, (rows, columns)), shape=shape)
 
 
 def _rows(
