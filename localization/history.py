@@ -81,6 +81,9 @@ class History:
         self._known: dict[int, tuple[Pose, FloatArray]] = {}
         self._stamps: list[int] = []
         self._healths: list[Health] = []
+        # Of hours they take seconds to put together, and several ask for them.
+        self._trajectory: Trajectory | None = None
+        self._covariances: FloatArray | None = None
 
     def add(self, estimate: Estimate) -> None:
         """Take the next estimate."""
@@ -91,6 +94,7 @@ class History:
         self._healths.append(estimate.health)
         if estimate.map_from_base is not None:
             self._known[estimate.stamp] = estimate.map_from_base, estimate.covariance
+            self._trajectory = self._covariances = None
 
     @property
     def begin(self) -> int:
@@ -109,11 +113,18 @@ class History:
 
     def trajectory(self) -> Trajectory:
         """Return the poses of the estimates that know where the robot is."""
-        return Trajectory.from_poses((stamp, pose) for stamp, (pose, _) in self._known.items())
+        if self._trajectory is None:
+            poses = ((stamp, pose) for stamp, (pose, _) in self._known.items())
+            self._trajectory = Trajectory.from_poses(poses)
+        return self._trajectory
 
     def covariances(self) -> FloatArray:
         """Return the covariance of each pose of ``trajectory``, (M, 6, 6), as in ``Estimate``."""
-        return np.array([covariance for _, covariance in self._known.values()]).reshape(-1, 6, 6)
+        if self._covariances is None:
+            each = [covariance for _, covariance in self._known.values()]
+            self._covariances = np.array(each).reshape(-1, 6, 6)
+            self._covariances.flags.writeable = False
+        return self._covariances
 
 
 def write_covariances(path: Path | str, history: History) -> None:
