@@ -15,6 +15,8 @@ ROOT = Path(__file__).resolve().parent.parent
 
 DRIVES = ("nominal", "occluded", "furniture", "courtyard", "slips", "corridor", "latency")
 """Parts whose cases are drives that every method was replayed."""
+MORE = ("max", "yaw", "tilt", "NEES")
+"""Told of our own besides the ATE."""
 PEERS = ("KISS to map", "small_gicp", "Monte Carlo")
 
 
@@ -27,8 +29,8 @@ def drives(sheet: Sheet) -> str:
     for part in DRIVES:
         for case, figures in _cases(sheet.parts.get(part, ())).items():
             own = {f.quantity: f for f in figures if f.method == OURS}
-            ate, goals = own["ATE"], [f for f in own.values() if f.verdict]
-            told = ", ".join(digits(own[q].value) for q in ("max", "yaw", "tilt", "NEES"))
+            ate, goals = own["ATE"], [own[q] for q in ("ATE", *MORE) if own[q].verdict]
+            told = ", ".join(digits(own[q].value) for q in MORE)
             goal = ", ".join(f"{f.quantity} {_signs(f.goal)}: {_short(f)}" for f in goals)
             cells = [_peer(figures, peer) for peer in PEERS]
             bounds = f"{digits(ate.low or 0.0)}-{digits(ate.high or 0.0)}"
