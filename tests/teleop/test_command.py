@@ -56,7 +56,7 @@ def test_unknown_scene_is_answered_with_those_there_are(capsys: pytest.CaptureFi
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"not a cloud at all", "is not a PLY file"),
+        (b"not a cloud at all", "is no cloud: PLY, PCD and texts"),
         (b"ply\nformat binary_little_endian 1.0\nelement vertex 9\n", "damaged"),
     ],
 )
@@ -138,7 +138,7 @@ def test_ctrl_c_in_the_middle_leaves_files_that_can_be_read(tmp_path: Path) -> N
 def test_localize_says_what_was_wrong_with_a_log(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Readings that run backwards in time are refused, counted and told; the rest is used."""
+    """Readings that come twice are refused, counted and told; the rest is used."""
     from localization.log import ReadingsWriter
     from robot_sim import Simulation
     from teleop.scenario.mission import Mission
@@ -163,4 +163,4 @@ def test_localize_says_what_was_wrong_with_a_log(
     )
     said = capsys.readouterr().out
     assert "1 readings refused" in said
-    assert "stamps must increase" in said
+    assert "must have a stamp of its own" in said
