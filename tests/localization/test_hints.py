@@ -78,7 +78,7 @@ def test_hint_a_metre_and_twenty_degrees_off_is_accepted_where_the_robot_is(
     assert not desk.busy
 
 
-@pytest.mark.parametrize(("x", "y"), [(-2.0, 3.0), (9.5, 3.0), (4.0, 900.0)])
+@pytest.mark.parametrize(("x", "y"), [(-2.0, 3.0), (9.6, 3.0), (4.0, 900.0)])
 def test_hint_outside_the_map_is_rejected_at_once_and_told_where_the_map_is(
     desk: HintDesk, x: float, y: float
 ) -> None:
@@ -91,6 +91,15 @@ def test_hint_outside_the_map_is_rejected_at_once_and_told_where_the_map_is(
     assert f"({x:.1f}, {y:.1f}) lies outside the map" in answer.reason
     assert "x 0.0 to 8.0 and y 0.0 to 6.0" in answer.reason
     assert desk.next_answer() is None
+
+
+def test_hint_beyond_the_edge_of_the_map_is_looked_for_as_far_as_its_window_reaches(
+    desk: HintDesk,
+) -> None:
+    true = Pose.planar(6.8, 3.0, 0.0)
+    found = settle(desk, a_hint(Pose.planar(8.2, 3.0, 0.1)), HALL, true)
+    assert found.verdict is Verdict.ACCEPTED
+    assert apart(true, found.candidates[0].map_from_base)[0] < 0.10
 
 
 def test_hint_outside_the_map_does_not_end_a_search_under_way(desk: HintDesk) -> None:
