@@ -7,26 +7,23 @@ each other. Nothing is known beforehand but how the robot is built.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from localization.closures import Closure, ClosureConfig, LoopCloser, Refusals
+from localization.closures import Closure, ClosureConfig, Refusals
 from localization.cloud import Cloud
 from localization.evaluation import transformed
 from localization.geometry import FloatArray, wrap_angle
+from localization.loops import Progress as Progress, close_loops, raised, way_of
 from localization.mapping import CloudBuilder, MappingConfig
 from localization.odometer import Odometer, OdometerConfig, Step
-from localization.pose_graph import Edge, optimised
 from localization.refinement import RefinementConfig, refined
 from localization.submap import FlatSweep, between, compose
 from localization.suites import Suite
 from localization.trajectory import Trajectory
 from localization.types import SECOND, Mounts, Pose, Reading
-
-Progress = Callable[[float, str], None]
-"""Called now and then with the share done and a line of text."""
 
 
 class SlamError(ValueError):
@@ -126,7 +123,7 @@ def survey_of(
     odometer = Odometer(mounts, config.odometer)
     steps, keys, edges = _drive(readings, odometer, config, progress)
     odometry = np.array([steps[k].at for k in keys])
-    way = _way(odometry)
+    way = way_of(odometry)
     if way[-1] < config.least_way:
         raise SlamError(
             f"the robot moved {way[-1]:.1f} m only; a map wants a drive of {config.least_way:g} m at least"
@@ -134,7 +131,16 @@ def survey_of(
     sweeps = [FlatSweep.of(steps[k].sweep, *steps[k].tilt) for k in keys]
     heights = np.array([steps[k].height for k in keys])
     patches = _patches(steps, keys)
-    closed = close_loops(sweeps, odometry, heights, edges, config, patches, progress)
+    closed = close_loops(
+        sweeps,
+        odometry,
+        heights,
+        edges,
+        config.closures,
+        patches,
+        passes=config.passes,
+        progress=lambda share, text: progress(0.6 + 0.1 * share, text),
+    )
     origin = Pose.identity()
     if start is not None:
         origin = Pose.from_euler(start.position, yaw=start.yaw)
@@ -156,57 +162,6 @@ def survey_of(
         way=float(way[-1]),
         refused=odometer.refused,
     )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Closed:
-    """Key frames after loops were closed."""
-
-    poses: FloatArray
-    """(K, 3) planar."""
-    heights: FloatArray
-    """(K,) [m]."""
-    closures: tuple[Closure, ...]
-    refusals: Refusals
-
-
-def close_loops(
-    sweeps: Sequence[FlatSweep],
-    odometry: FloatArray,
-    heights: FloatArray,
-    covariances: Sequence[FloatArray],
-    config: SlamConfig = SlamConfig(),
-    patches: Sequence[FlatSweep] | None = None,
-    progress: Progress = lambda share, text: None,
-) -> Closed:
-    """Find loops among key frames and spread what they tell over the way between.
-
-    Args:
-        sweeps: of each key frame.
-        odometry: (K, 3) planar poses as odometry has them.
-        heights: (K,) the same for height [m].
-        covariances: (3, 3) of each key frame but the first, as seen from the one before, in its own axes.
-        config: all settings.
-        patches: what else was seen on the way from each key frame to the next, from the key frame;
-            None for no more than its sweep.
-        progress: called with the share done and a line of text.
-
-    Raises:
-        ImportError: if Open3D is missing.
-    """
-    known = best = (odometry, heights)
-    closer = LoopCloser(sweeps, _way(odometry), config.closures, patches)
-    closures, refusals = list[Closure](), Refusals()
-    for i in range(config.passes):
-        progress(0.6 + 0.1 * i / config.passes, f"closing loops, {len(closures)} so far")
-        before = len(closures)
-        closures, refusals = closer.find(best[0], closures)
-        if not closures:
-            break
-        best = _closed(best, known, covariances, closures)
-        if i and len(closures) <= before:
-            break
-    return Closed(*best, tuple(closures), refusals)
 
 
 def _drive(
@@ -302,77 +257,6 @@ def _moved(a: Step, b: Step, way: float, turn: float) -> bool:
     return float(np.hypot(step[0], step[1])) > way or abs(float(step[2])) > turn
 
 
-def _way(poses: FloatArray) -> FloatArray:
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
-
-
-_TILT = 1e-3
-"""The graph is of x, y, z and yaw: roll and pitch are gravity's, and are held by this [rad]."""
-_CLIMB = 0.01
-"""Error of the height that odometry adds, one sigma, from one key frame to the next [m]."""
-_SAME_GROUND = 0.03
-"""The ground where a robot comes by again has the height it had, within this [m] ..."""
-_SLOPE = 0.03
-"""... and this share of how far apart the two places are."""
-
-
-def _closed(
-    start: tuple[FloatArray, FloatArray],
-    odometry: tuple[FloatArray, FloatArray],
-    covariances: Sequence[FloatArray],
-    closures: Sequence[Closure],
-) -> tuple[FloatArray, FloatArray]:
-    """Spread what closures found over the way between.
-
-    Args:
-        start: planar poses (K, 3) and heights (K,) to begin from.
-        odometry: the same as odometry has them.
-        covariances: of each key frame as seen from the one before, in its own axes.
-        closures: what is believed.
-
-    Returns:
-        Planar poses (K, 3) and heights (K,).
-    """
-    poses, heights = odometry
-    edges = [
-        Edge(
-            k + 1,
-            k,
-            _raised(between(poses[k], poses[k + 1]), float(heights[k + 1] - heights[k])),
-            _spatial(covariance, _CLIMB),
-        )
-        for k, covariance in enumerate(covariances)
-    ]
-    for closure in closures:
-        apart = float(np.hypot(closure.motion[0], closure.motion[1]))
-        edges.append(
-            Edge(
-                closure.later,
-                closure.earlier,
-                _raised(closure.motion, 0.0),
-                _spatial(closure.covariance, _SAME_GROUND + _SLOPE * apart),
-                uncertain=True,
-            )
-        )
-    nodes = [_raised(pose, float(z)) for pose, z in zip(*start, strict=True)]
-    best = optimised(nodes, edges)
-    closed = np.array([[*p.position[:2], p.yaw] for p in best])
-    return closed, np.array([float(p.position[2]) for p in best])
-
-
-def _raised(pose: FloatArray, height: float) -> Pose:
-    x, y, yaw = pose.tolist()
-    return Pose.from_euler([x, y, height], yaw=yaw)
-
-
-def _spatial(planar: FloatArray, climb: float) -> FloatArray:
-    """Return the covariance (6, 6) that a planar one (3, 3) and a height's sigma make."""
-    covariance = np.diag(np.square([1.0, 1.0, climb, _TILT, _TILT, 1.0]))
-    chosen = [0, 1, 5]
-    covariance[np.ix_(chosen, chosen)] = planar
-    return covariance
-
-
 _STOOD = (1e-3, np.deg2rad(0.5))
 """Before the first sweep a robot that moved and turned by less stood still [m, rad]: no wheel turns
 slower, and a bias of 2 deg/s seems like that in the quarter of a second it takes."""
@@ -384,10 +268,10 @@ def _placed(
     """Return where all sweeps were taken: between key frames each takes over its share of both."""
     # The map begins where the odometer did, a little before the first sweep. If the robot stood
     # meanwhile, what it seemed to turn by was the gyro's bias, not known yet.
-    begun = _raised(steps[0].at, steps[0].height)
+    begun = raised(steps[0].at, steps[0].height)
     if float(np.hypot(*steps[0].at[:2])) < _STOOD[0] and abs(begun.yaw) < _STOOD[1]:
         begun = Pose.from_euler([0.0, 0.0, steps[0].height])
-    to_map = begun @ _raised(poses[0], float(heights[0])).inverse()
+    to_map = begun @ raised(poses[0], float(heights[0])).inverse()
     placed = []
     segment = np.searchsorted(keys, np.arange(len(steps)), side="right") - 1
     for i, step in enumerate(steps):

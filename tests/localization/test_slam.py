@@ -10,9 +10,10 @@ from localization.closures import Closure, ClosureConfig, LoopCloser
 from localization.evaluation import ate
 from localization.geometry import FloatArray
 from localization.localizer import Localizer, LocalizerConfig
+from localization.loops import close_loops
 from localization.odometer import Odometer, OdometerConfig
 from localization.prepared import prepare
-from localization.slam import SlamConfig, SlamError, Survey, close_loops, survey_of
+from localization.slam import SlamConfig, SlamError, Survey, survey_of
 from localization.submap import FlatSweep, Submap, between, compose
 from localization.suites import Motion, Suite
 from localization.trajectory import Trajectory
