@@ -10,6 +10,7 @@ from hypothesis import given, strategies as st
 from localization.ekf import SkidSteerEkf
 from localization.former import Step
 from localization.geometry import FloatArray
+from localization.health import HealthConfig
 from localization.localizer import Localizer, LocalizerConfig
 from localization.prepared import PreparedMap
 from localization.registration import difference, register
@@ -140,8 +141,10 @@ def test_placement_can_be_taken_back_for_as_long_as_is_set(square: PreparedMap) 
 def test_what_was_lost_before_is_not_looked_for_after_an_undo_until_somebody_asks(
     square: PreparedMap,
 ) -> None:
-    way = drive(6.0)
-    localizer = Localizer(square, MOUNTS, matcher=Moody(square, 2 * SECOND, 100 * SECOND))
+    way = drive(9.0)
+    config = replace(LocalizerConfig(), health=HealthConfig(blind_after=12))
+    matcher = Moody(square, 2 * SECOND, 100 * SECOND)
+    localizer = Localizer(square, MOUNTS, config, matcher=matcher)
     readings = hinted(way.readings(), (SECOND // 2, START))
     for reading in readings:
         told = localizer.add(reading)
