@@ -594,7 +594,7 @@ def everything(ekf: SkidSteerEkf) -> tuple[object, ...]:
         known.force_sum,
         np.array([known.force_count, np.nan if known.speed_then is None else known.speed_then]),
     )
-    return tuple(bits(a) for a in arrays)
+    return known.rest, *(bits(a) for a in arrays)
 
 
 @given(before=st.integers(0, 1000), astray=st.integers(0, 1000), after=st.integers(0, 1000))
