@@ -56,8 +56,8 @@ class RefinementConfig:
     """Error of wheels and gyro from knot to knot, one sigma: level, in height [m], and in heading [rad]."""
     level: bool = True
     """Whether the ground is: heights then stay as they are."""
-    mapping: MappingConfig = field(default_factory=MappingConfig)
-    """How planes are made."""
+    mapping: MappingConfig = field(default_factory=lambda: MappingConfig(raw_spacing=0.04))
+    """How planes are made: with points averaged coarser than for a finished cloud, in half the time."""
 
 
 def refined(

@@ -45,10 +45,13 @@ def replay(
         log: readings in the order of arrival.
         localizer: takes them.
         start: ``map_from_base`` about where the log begins: given as a hint, and again from wherever
-            odometry leads, until one is accepted.
+            odometry leads, until one is accepted. The log's own hints are then passed over: they may be of
+            another map, and each would take the other's place before it is answered.
     """
     stamp, asked, begun = 0, False, Pose.identity()
     for reading in log:
+        if start is not None and isinstance(reading, Hint):
+            continue
         estimate = localizer.add(reading)
         if estimate.verdict is not None:
             asked = False
@@ -162,7 +165,7 @@ def localize(
             the whole map, unless ``start`` is given.
         map_path: the cloud, or a ROS occupancy grid, by its ``map.yaml``.
         suite: which sensors to use; what the log has unless given.
-        start: ``map_from_base`` about where the log begins, for logs without a hint.
+        start: ``map_from_base`` about where the log begins, in place of the log's own hints.
         layout: how the robot is built, as far as a bag does not say.
         mounts: ``base_from_scanner`` of scanners, before what the log says; see ``mount_file``.
         cache: folder for what is derived from the map; None derives it anew.

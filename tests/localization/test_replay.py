@@ -155,3 +155,14 @@ def test_log_with_foreign_settings_is_refused_by_name(
 
 def test_log_without_settings_gets_the_default(tmp_path: Path, drive: list[Reading]) -> None:
     assert config_of(read_log(record(tmp_path / "log.mcap", drive[:3]))) == LocalizerConfig()
+
+
+def test_start_stands_in_for_the_hints_of_the_log(
+    tmp_path: Path, map_path: Path, drive: list[Reading]
+) -> None:
+    """The log's own may be of another map: here it is wrong by a room, and comes at the very first."""
+    away = Hint(TICK, START @ Pose.planar(40.0, 0.0, 1.0), np.zeros((6, 6)))
+    log = record(tmp_path / "log.mcap", [away, *drive])
+    done = localize(log, map_path, start=START @ Pose.planar(0.2, -0.1, 0.05), cache=None)
+    assert [v.verdict for v in done.verdicts] == [Verdict.ACCEPTED]
+    assert done.estimates[-1].map_from_base is not None
