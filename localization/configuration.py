@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from localization.continuity import ContinuityConfig
 from localization.ekf import EkfConfig
 from localization.health import HealthConfig
 from localization.hypotheses import HypothesesConfig
@@ -33,6 +34,7 @@ class LocalizerConfig:
     kiss: KissConfig = field(default_factory=KissConfig)
     health: HealthConfig = field(default_factory=HealthConfig)
     mounts: MountWatchConfig = field(default_factory=MountWatchConfig)
+    continuity: ContinuityConfig = field(default_factory=ContinuityConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
     map_search: MapSearchConfig = field(default_factory=MapSearchConfig)
     hypotheses: HypothesesConfig = field(default_factory=HypothesesConfig)

@@ -16,6 +16,7 @@ import numpy as np
 
 from localization.answer import SweepNews, state_of
 from localization.configuration import LocalizerConfig
+from localization.continuity import Continuity
 from localization.correction import Correction, CorrectionSnapshot, Stage
 from localization.deskew import OdometryTrack, TrackSnapshot, deskew
 from localization.ekf import EkfSnapshot, SkidSteerEkf
@@ -104,7 +105,14 @@ class Course:
         self._mount_watch = MountWatch(world, self._mounts, config.mounts)
         self._watched = 0
 
-        self._parts = (self._motion, self._gathering, self._wheels, self._health)
+        self._continuity = Continuity(config.continuity)
+        self._parts = (
+            self._motion,
+            self._gathering,
+            self._wheels,
+            self._health,
+            self._continuity,
+        )
         self._stamp, self._odom, self._placed = 0, Pose.identity(), False
         self._heard: Mapping[str, int] = {}
         self._news: tuple[str, ...] = ()
@@ -226,6 +234,8 @@ class Course:
             self._recall.keep(record)
         sweep = record.sweep
         found = self._correction.take(record, self._odom, placed=self._placed)
+        if self._continuity.broken(sweep, self._odom):
+            self._health.broken()
         if self._placed and self._health.needs_check:
             self._seeker.look_everywhere()
         if fresh:

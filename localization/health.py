@@ -33,6 +33,9 @@ class HealthConfig:
     by its own motion, and to look for it in the map would only find places that it is not at."""
     check_again: int = 100
     """Sweeps between searches of the whole map while that lasts; 10 s at 10 Hz."""
+    settling: int = 12
+    """Sweeps that must fit after what is seen changed at once, before the whole map is searched for where
+    else they would: until then a robot that is lost is looked for nearby."""
     suspect_after: int = 3
     """Refused or doubtful sweeps in a row before the pose is suspect."""
     lost_after: int = 12
@@ -72,6 +75,7 @@ class HealthMonitor:
         self._mismatch = Mismatch(0.0, 0.0, 0.0, 0.0)
         self._through = 0
         self._off_map = False
+        self._settling, self._settled = 0, False
 
     @property
     def doubtful(self) -> bool:
@@ -82,7 +86,11 @@ class HealthMonitor:
     def needs_check(self) -> bool:
         """Whether it is time to look whether another place explains what is seen."""
         c = self.config
-        return self._through % c.check_again == c.suspect_after
+        return self._settled or self._through % c.check_again == c.suspect_after
+
+    def broken(self) -> None:
+        """Take note that what is seen changed at once, or was not seen for a while: see ``Continuity``."""
+        self._settling = self.config.settling
 
     @property
     def lost(self) -> bool:
@@ -116,6 +124,8 @@ class HealthMonitor:
             self._why = f"{doubt}: the robot has left the map and goes by its own motion"
         else:
             self._bad, self._good, self._why = self._bad + 1, 0, doubt
+        self._settled = doubt is None and self._settling == 1
+        self._settling -= int(doubt is None and self._settling > 0)
         if self._hopeless(match, refusal, mismatch) or self._differ >= self.config.disagreements:
             self._lost = True
         elif self._good >= self.config.trusted_after and not self._differ:
@@ -172,6 +182,8 @@ class HealthMonitor:
             return Health.SUSPECT, (self._why, *missing)
         if self._through:
             return Health.SUSPECT, (*self._strange(), *missing)
+        if self._settling:
+            return Health.SUSPECT, ("all that is seen changed at once: was it carried?", *missing)
         if unseeing:
             # Wheels that slip now mislead it by any distance, and nobody would notice.
             return Health.SUSPECT, ("no scanner speaks: only its own motion is known", *missing)

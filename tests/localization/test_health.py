@@ -270,3 +270,17 @@ def test_estimate_that_no_scanner_speaks_to_is_suspect() -> None:
     assert health is Health.SUSPECT
     assert reasons[0] == "no scanner speaks: only its own motion is known"
     assert reasons[1:] == ("nothing from a", "nothing from b")
+
+
+def test_break_in_what_is_seen_is_suspect_until_enough_sweeps_fit_and_then_wants_a_check() -> None:
+    monitor = feed(HealthMonitor(), 5)
+    monitor.broken()
+    reason = "all that is seen changed at once: was it carried?"
+    assert ask(monitor) == (Health.SUSPECT, (reason,))
+    checks = []
+    for _ in range(HealthConfig().settling):
+        feed(monitor, 1)
+        checks.append(monitor.needs_check)
+    assert checks == [False] * (len(checks) - 1) + [True]
+    assert not feed(monitor, 1).needs_check
+    assert ask(monitor) == (Health.TRACKING, ())
