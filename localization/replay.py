@@ -109,7 +109,11 @@ class LogRun:
         self.log = open_log(log_path, layout)
         self.mounts = {**self.log.mounts, **(mounts or {})}
         self.cloud = load_map(map_path, inside=inside, cache=cache)
-        config = config_of(self.log) if suite is None else LocalizerConfig.of(suite)
+        self._left_out: tuple[str, ...] = ()
+        if suite is None:
+            config, self._left_out = config_of(self.log), settings_left_out(self.log)
+        else:
+            config = LocalizerConfig.of(suite)
         self.localizer = Localizer(prepare(self.cloud, cache=cache), self.mounts, config)
         self._start = start
         self.verdicts = []
@@ -133,6 +137,10 @@ class LogRun:
         """What there is to know about the log: readings refused, messages passed over, a broken end."""
         log, refused = self.log, self.localizer.refused
         notes = [log.warning] if log.warning else []
+        if self._left_out:
+            notes.append(
+                f"recorded by another version; settings left out: {', '.join(self._left_out)}"
+            )
         recorded = log.metadata.get("map_sha256", self.cloud.sha256)
         if recorded != self.cloud.sha256:
             notes.append(
@@ -191,16 +199,60 @@ def localize(
 def config_of(log: ReadingsLog) -> LocalizerConfig:
     """Return the configuration a log was recorded with, or what suits its sensors if it has none.
 
+    Settings that this version does not have are left out; see ``settings_left_out``.
+
     Raises:
-        LogError: if the log holds one that this version does not understand.
+        LogError: if the log holds one that cannot be read.
     """
-    text = log.metadata.get(CONFIG_KEY)
-    if text is None:
+    values = _settings(log)
+    if values is None:
         return LocalizerConfig.of(log.suite)
     try:
-        return from_json(LocalizerConfig, json.loads(text))
+        return from_json(LocalizerConfig, _known(LocalizerConfig, values))
     except (TypeError, ValueError) as error:
         raise LogError(f"{log.path}: its localiser configuration is not ours: {error}") from error
+
+
+def settings_left_out(log: ReadingsLog) -> tuple[str, ...]:
+    """Return which of a log's settings this version does not have, such as ``ekf.track``."""
+    values = _settings(log)
+    return () if values is None else tuple(_strange(LocalizerConfig, values))
+
+
+def _settings(log: ReadingsLog) -> dict[str, Any] | None:
+    """Return the settings a log holds as plain values, None if it holds none."""
+    text = log.metadata.get(CONFIG_KEY)
+    if text is None:
+        return None
+    try:
+        values = json.loads(text)
+    except ValueError as error:
+        raise LogError(f"{log.path}: its localiser configuration is not ours: {error}") from error
+    if not isinstance(values, dict):
+        raise LogError(f"{log.path}: its localiser configuration is not ours: no JSON object")
+    return values
+
+
+def _known(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values whose names a configuration dataclass has, at any depth."""
+    hints = get_type_hints(kind)
+    return {
+        name: _known(hints[name], value)
+        if dataclasses.is_dataclass(hints[name]) and isinstance(value, dict)
+        else value
+        for name, value in values.items()
+        if name in hints
+    }
+
+
+def _strange(kind: type[Any], values: dict[str, Any]) -> Iterator[str]:
+    """Yield the names that a configuration dataclass does not have, at any depth."""
+    hints = get_type_hints(kind)
+    for name, value in values.items():
+        if name not in hints:
+            yield name
+        elif dataclasses.is_dataclass(hints[name]) and isinstance(value, dict):
+            yield from (f"{name}.{inner}" for inner in _strange(cast("type", hints[name]), value))
 
 
 def config_metadata(config: LocalizerConfig) -> dict[str, str]:

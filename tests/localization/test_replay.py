@@ -153,6 +153,16 @@ def test_log_with_foreign_settings_is_refused_by_name(
         config_of(log)
 
 
+def test_settings_of_another_version_are_left_out_and_told(
+    tmp_path: Path, drive: list[Reading], map_path: Path
+) -> None:
+    text = '{"wizard": 3, "ekf": {"gyro_nose": 1.0, "slip_forward": 0.25}}'
+    path = record(tmp_path / "log.mcap", drive[:3], **{CONFIG_KEY: text})
+    assert config_of(read_log(path)) == LocalizerConfig(ekf=EkfConfig(slip_forward=0.25))
+    notes = localize(path, map_path).notes
+    assert "recorded by another version; settings left out: wizard, ekf.gyro_nose" in notes
+
+
 def test_log_without_settings_gets_the_default(tmp_path: Path, drive: list[Reading]) -> None:
     assert config_of(read_log(record(tmp_path / "log.mcap", drive[:3]))) == LocalizerConfig()
 
