@@ -235,7 +235,7 @@ class Course:
         sweep = record.sweep
         found = self._correction.take(record, self._odom, placed=self._placed)
         if self._continuity.broken(sweep, self._odom):
-            self._health.broken()
+            self._health.broken(found[2])
         if self._placed and self._health.needs_check:
             self._seeker.look_everywhere()
         if fresh:

@@ -33,6 +33,9 @@ class HealthConfig:
     by its own motion, and to look for it in the map would only find places that it is not at."""
     check_again: int = 100
     """Sweeps between searches of the whole map while that lasts; 10 s at 10 Hz."""
+    odd: float = 0.08
+    """When what is seen changed at once, the pose is suspect if more than this share of the sweep passes
+    through mapped surfaces or ends where nothing is mapped."""
     settling: int = 12
     """Sweeps that must fit after what is seen changed at once, before the whole map is searched for where
     else they would: until then a robot that is lost is looked for nearby."""
@@ -88,9 +91,14 @@ class HealthMonitor:
         c = self.config
         return self._settled or self._through % c.check_again == c.suspect_after
 
-    def broken(self) -> None:
-        """Take note that what is seen changed at once, or was not seen for a while: see ``Continuity``."""
-        self._settling = self.config.settling
+    def broken(self, mismatch: Mismatch | None) -> None:
+        """Take note that what is seen changed at once, or was not seen for a while: see ``Continuity``.
+
+        People who step before a scanner, or away from it, change it as well: but they hide the map, and
+        nothing of the sweep passes through it or leaves it.
+        """
+        if mismatch is None or mismatch.through + mismatch.beyond > self.config.odd:
+            self._settling = self.config.settling
 
     @property
     def lost(self) -> bool:

@@ -274,7 +274,9 @@ def test_estimate_that_no_scanner_speaks_to_is_suspect() -> None:
 
 def test_break_in_what_is_seen_is_suspect_until_enough_sweeps_fit_and_then_wants_a_check() -> None:
     monitor = feed(HealthMonitor(), 5)
-    monitor.broken()
+    monitor.broken(Mismatch(0.5, 0.48, 0.01, 0.01))
+    assert ask(monitor)[0] is Health.TRACKING
+    monitor.broken(THROUGH)
     reason = "all that is seen changed at once: was it carried?"
     assert ask(monitor) == (Health.SUSPECT, (reason,))
     checks = []
