@@ -21,8 +21,8 @@ from benchmarks._replaying import (
 )
 from localization.faults import Clutter, Span, occluded, slipping
 from localization.localizer import Localizer
+from localization.maps.prepared import PreparedMap
 from localization.matching import Matcher
-from localization.prepared import PreparedMap
 from localization.types import SECOND, Reading
 from robot_sim import MOUNTS, World
 

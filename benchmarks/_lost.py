@@ -12,7 +12,7 @@ from benchmarks._recordings import STANDS, Recording, map_of, record, world_of
 from localization.faults import Span, end_of, silent, slipping, source_of
 from localization.geometry import wrap_angle
 from localization.localizer import Localizer, LocalizerConfig
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.seeker import Placement
 from localization.types import SECOND, Estimate, Health, Hint, Pose, Reading, Scan
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import small_gicp
 
-from localization.cloud import Cloud
 from localization.geometry import FloatArray
 from localization.kiss import KissConfig
 from localization.localizer import LocalizerConfig
+from localization.maps.cloud import Cloud
+from localization.maps.prepared import PreparedMap
 from localization.matching import Matcher, match_at
-from localization.prepared import PreparedMap
 from localization.registration import LEVER, RegistrationConfig
 from localization.types import Match, Pose, Sweep
 

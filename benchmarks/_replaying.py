@@ -14,7 +14,7 @@ from benchmarks._recordings import Recording
 from localization.evaluation import nees
 from localization.geometry import FloatArray, so3_log, wrap_angle
 from localization.localizer import Localizer
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.types import SECOND, Estimate, Health, Pose, Sweep
 
 SETTLING = 2 * SECOND

@@ -10,12 +10,12 @@ import numpy as np
 
 from benchmarks._replaying import Moment
 from localization.geometry import wrap_angle
-from localization.hints import HintDesk
-from localization.hypotheses import Hypotheses, HypothesesConfig
-from localization.prepared import PreparedMap
-from localization.relocalization import FloorPlan, SearchConfig
+from localization.maps.prepared import PreparedMap
+from localization.search.hints import HintDesk
+from localization.search.hypotheses import Hypotheses, HypothesesConfig
+from localization.search.relocalization import FloorPlan, SearchConfig
+from localization.search.whole_map import Pyramid, search_map
 from localization.types import SECOND, Candidate, Hint, Pose, Verdict
-from localization.whole_map import Pyramid, search_map
 
 WITHIN, WITHIN_YAW = 0.10, np.deg2rad(2.0)
 """A place that is found is right within [m, rad]."""

@@ -15,8 +15,8 @@ from benchmarks._recordings import Recording, map_of, record, world_of
 from benchmarks._replaying import Laps, Run, Score, replay, score
 from localization.faults import Clutter, Span, occluded, silent, slipping
 from localization.localizer import Localizer, LocalizerConfig
+from localization.maps.prepared import PreparedMap
 from localization.matching import Matcher
-from localization.prepared import PreparedMap
 from localization.registration import RegistrationConfig
 from localization.suites import Motion, Suite
 from localization.types import SECOND, Reading

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from localization.prepared import default_cache
+from localization.maps.prepared import default_cache
 from robot_sim import load_world
 from teleop.scenario.mission import Mission
 from teleop.scenario.report import Summary

@@ -15,9 +15,9 @@ import numpy as np
 
 from benchmarks._figures import OURS, Figure, say
 from benchmarks._recordings import world_of
-from localization.cloud import Cloud, load_cloud, save_cloud
-from localization.map_cache import default_cache
-from localization.prepared import PreparedMap, prepare
+from localization.maps.cloud import Cloud, load_cloud, save_cloud
+from localization.maps.map_cache import default_cache
+from localization.maps.prepared import PreparedMap, prepare
 from teleop.scenario.survey import survey_from_stations
 
 BUILDINGS = ("building-901-2000", "building-902-2000")

@@ -25,19 +25,19 @@ from localization.types import (
 )
 
 if TYPE_CHECKING:
-    from localization.cloud import (
+    from localization.localizer import Localizer as Localizer, LocalizerConfig as LocalizerConfig
+    from localization.logs.log import (
+        LogError as LogError,
+        ReadingsWriter as ReadingsWriter,
+        read_log as read_log,
+    )
+    from localization.maps.cloud import (
         Cloud as Cloud,
         CloudError as CloudError,
         load_cloud as load_cloud,
         save_cloud as save_cloud,
     )
-    from localization.localizer import Localizer as Localizer, LocalizerConfig as LocalizerConfig
-    from localization.log import (
-        LogError as LogError,
-        ReadingsWriter as ReadingsWriter,
-        read_log as read_log,
-    )
-    from localization.prepared import PreparedMap as PreparedMap, prepare as prepare
+    from localization.maps.prepared import PreparedMap as PreparedMap, prepare as prepare
     from localization.replay import Localized as Localized, localize as localize
 
 _HOMES = {

@@ -6,19 +6,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from localization.calibration.mount_watch import MountWatchConfig
 from localization.continuity import ContinuityConfig
 from localization.ekf import EkfConfig
 from localization.health import HealthConfig
-from localization.hypotheses import HypothesesConfig
 from localization.kiss import KissConfig
 from localization.matching import FixedCovariance, Matcher
-from localization.mount_watch import MountWatchConfig
 from localization.past import RewindConfig
 from localization.registration import RegistrationConfig
-from localization.relocalization import SearchConfig
+from localization.search.hypotheses import HypothesesConfig
+from localization.search.relocalization import SearchConfig
+from localization.search.whole_map import MapSearchConfig
 from localization.suites import Suite
 from localization.types import SECOND
-from localization.whole_map import MapSearchConfig
 
 _PLACED_FLAT = (0.05, 0.05, 0.002, 0.001, 0.001, 0.02)
 """``LocalizerConfig.placed`` on a floor whose height and level are known."""

@@ -21,9 +21,9 @@ from localization.former import Former
 from localization.geometry import FloatArray
 from localization.health import HealthMonitor, opinion_offset
 from localization.kiss import KissOdometry, KissOpinion, KissSnapshot
+from localization.maps.prepared import PreparedMap
 from localization.matching import Matcher, MatchSweep, matcher_of
 from localization.mismatch import MapBeams, explanation
-from localization.prepared import PreparedMap
 from localization.recall import SweepRecord
 from localization.types import SECOND, Match, Mismatch, Pose
 from localization.wheel_watch import WheelWatch

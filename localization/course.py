@@ -15,6 +15,7 @@ from enum import Enum, auto
 import numpy as np
 
 from localization.answer import SweepNews, state_of
+from localization.calibration.mount_watch import MountWatch
 from localization.configuration import LocalizerConfig
 from localization.continuity import Continuity
 from localization.correction import Correction, CorrectionSnapshot, Stage
@@ -22,11 +23,10 @@ from localization.deskew import OdometryTrack, TrackSnapshot, deskew
 from localization.ekf import EkfSnapshot, SkidSteerEkf
 from localization.former import Former
 from localization.gathering import Gathering
-from localization.ground import FLAT
 from localization.health import HealthMonitor
+from localization.maps.ground import FLAT
+from localization.maps.prepared import PreparedMap
 from localization.matching import MatchSweep
-from localization.mount_watch import MountWatch
-from localization.prepared import PreparedMap
 from localization.recall import Recall, SweepRecord
 from localization.seeker import Belief, Placement, Seeker, SeekerSnapshot
 from localization.suites import Increment, MotionSource

@@ -15,8 +15,8 @@ from kiss_icp.mapping import VoxelHashMap
 from kiss_icp.registration import Registration
 from kiss_icp.voxelization import voxel_down_sample
 
-from localization.cloud import Cloud
 from localization.geometry import FloatArray
+from localization.maps.cloud import Cloud
 from localization.types import Pose, Sweep
 
 

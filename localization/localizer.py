@@ -14,9 +14,9 @@ from localization.configuration import LocalizerConfig as LocalizerConfig
 from localization.correction import Stage as Stage
 from localization.course import Course, Order, Snapshot
 from localization.intake import Intake
+from localization.maps.prepared import PreparedMap
 from localization.matching import MatchSweep
 from localization.past import Past
-from localization.prepared import PreparedMap
 from localization.types import SECOND, Estimate, Hint, Mounts, Reading
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.kiss import KissConfig, KissOpinion
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.registration import RegistrationConfig, register, residuals
 from localization.types import Match, Pose, Sweep
 

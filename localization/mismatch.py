@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from localization.geometry import FloatArray
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.types import Mismatch, Pose, Sweep
 
 BoolArray = npt.NDArray[np.bool_]

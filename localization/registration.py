@@ -13,7 +13,7 @@ import numpy as np
 
 from localization.covariance import pose_covariance
 from localization.geometry import FloatArray, hat, so3_exp, so3_log
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.types import Match, Pose, Sweep
 
 LEVER = 5.0

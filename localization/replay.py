@@ -11,12 +11,12 @@ from typing import Any, TypeVar, cast, get_type_hints
 import numpy as np
 import numpy.typing as npt
 
-from localization.cloud import Cloud, load_map
 from localization.localizer import Localizer, LocalizerConfig
-from localization.log import LogError
-from localization.logs import ReadingsLog, open_log
-from localization.prepared import prepare
-from localization.ros_readings import Layout
+from localization.logs.any_log import ReadingsLog, open_log
+from localization.logs.log import LogError
+from localization.logs.ros_readings import Layout
+from localization.maps.cloud import Cloud, load_map
+from localization.maps.prepared import prepare
 from localization.suites import Suite
 from localization.types import (
     SECOND,

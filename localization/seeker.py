@@ -10,10 +10,10 @@ import numpy as np
 from localization.configuration import LocalizerConfig
 from localization.geometry import FloatArray
 from localization.health import horizontal_sigma
-from localization.hints import DeskSnapshot, Found, HintDesk
-from localization.hypotheses import Hypotheses
-from localization.prepared import PreparedMap
-from localization.relocalization import FloorPlan, Window, same_place
+from localization.maps.prepared import PreparedMap
+from localization.search.hints import DeskSnapshot, Found, HintDesk
+from localization.search.hypotheses import Hypotheses
+from localization.search.relocalization import FloorPlan, Window, same_place
 from localization.types import Candidate, Hint, HintVerdict, Mounts, Pose, Sweep, Verdict
 
 

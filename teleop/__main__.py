@@ -350,7 +350,7 @@ def _folder(out: Path | None) -> Path:
 
 
 def _cache() -> Path:
-    from localization.prepared import default_cache
+    from localization.maps.prepared import default_cache
 
     return default_cache()
 

@@ -36,9 +36,9 @@ class Calibrate:
 
     def __call__(self) -> int:
         """Run it."""
-        from localization.extrinsics import calibrate, summary
-        from localization.logs import open_log
-        from localization.mount_file import read_mounts, write_mounts
+        from localization.calibration.extrinsics import calibrate, summary
+        from localization.calibration.mount_file import read_mounts, write_mounts
+        from localization.logs.any_log import open_log
         from localization.types import Pose
 
         log, bar = open_log(self.log), Progress()

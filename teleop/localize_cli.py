@@ -14,8 +14,8 @@ from teleop.terminal import Progress, say
 
 if TYPE_CHECKING:
     from localization.history import History
+    from localization.logs.ros_readings import Layout
     from localization.replay import LogRun
-    from localization.ros_readings import Layout
     from localization.suites import Suite
     from localization.trajectory import Trajectory
     from localization.types import Pose
@@ -119,8 +119,8 @@ class Localize:
         return int(not len(history.trajectory()))
 
     def _run(self) -> LogRun:
-        from localization.mount_file import read_mounts
-        from localization.prepared import default_cache
+        from localization.calibration.mount_file import read_mounts
+        from localization.maps.prepared import default_cache
         from localization.replay import LogRun
         from teleop.log_layout import layout_of
 
@@ -138,7 +138,7 @@ class Localize:
 
     def _suite(self, layout: Layout) -> Suite | None:
         """The suite that was asked for; None if it is the log's own."""
-        from localization.logs import open_log
+        from localization.logs.any_log import open_log
         from localization.suites import Motion, Suite
 
         if self.motion is None and self.flat is None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from localization.ros_readings import Layout
+    from localization.logs.ros_readings import Layout
 
 
 def layout_of(
@@ -19,7 +19,7 @@ def layout_of(
         mount: where frames sit on ``base_link``: x, y, z [m] and yaw [degrees].
         topics: to read; all that are understood if there are none.
     """
-    from localization.ros_readings import Layout
+    from localization.logs.ros_readings import Layout
     from localization.types import Pose
 
     mounts = {

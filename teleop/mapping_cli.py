@@ -12,9 +12,9 @@ import tyro
 from teleop.terminal import Progress, say
 
 if TYPE_CHECKING:
-    from localization.cloud import Cloud
-    from localization.logs import ReadingsLog
-    from localization.slam import Survey
+    from localization.logs.any_log import ReadingsLog
+    from localization.mapping.slam import Survey
+    from localization.maps.cloud import Cloud
     from localization.types import Pose
     from robot_sim import SimulationConfig
 
@@ -88,7 +88,7 @@ class Map:
         return 0
 
     def _map_log(self, path: Path) -> int:
-        from localization.logs import open_log
+        from localization.logs.any_log import open_log
         from teleop.log_layout import layout_of
 
         if self.quick or self.without_truth or self.effects:
@@ -117,7 +117,7 @@ class Map:
         return 0
 
     def _map_blindly(self, scene: str) -> int:
-        from localization.log import read_log
+        from localization.logs.log import read_log
         from localization.trajectory import write_tum
         from robot_sim import load_world
         from teleop.scenario.blind_survey import judge, record_survey
@@ -148,7 +148,7 @@ class Map:
         return Outfit(effects=self.effects).simulation()
 
     def _survey(self, log: ReadingsLog, start: Pose | None, bar: Progress) -> Survey:
-        from localization.slam import SlamConfig, survey_of
+        from localization.mapping.slam import SlamConfig, survey_of
         from localization.suites import Motion, Suite
 
         motion = log.suite.motion if self.motion is None else Motion(self.motion)
@@ -179,7 +179,7 @@ def _pose(x: float, y: float, degrees: float) -> Pose:
 
 
 def _save(cloud: Cloud, path: Path) -> None:
-    from localization.cloud import save_cloud
+    from localization.maps.cloud import save_cloud
 
     path.parent.mkdir(parents=True, exist_ok=True)
     saved = save_cloud(cloud, path)

@@ -78,7 +78,7 @@ class FromMap:
 
     def __call__(self) -> int:
         """Run it."""
-        from localization.occupancy import read_occupancy_map
+        from localization.maps.occupancy import read_occupancy_map
         from robot_sim.layout.extrude import plan_from_map
         from robot_sim.plans.plan import Placement
         from robot_sim.plans.plan_text import plan_to_toml

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from robot_sim import World, load_world
 from teleop.scenario.run import cloud_of
 

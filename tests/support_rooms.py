@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from localization.cloud import Cloud
 from localization.geometry import FloatArray, so3_exp_many
-from localization.prepared import PreparedMap, prepare
+from localization.maps.cloud import Cloud
+from localization.maps.prepared import PreparedMap, prepare
 from localization.types import SECOND, Inertial, Pose, Reading, Scan, Sweep, WheelSpeeds
 
 MOUNTS = {

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from localization.occupancy import OccupancyMap
+from localization.maps.occupancy import OccupancyMap
 from robot_sim.arrays import BoolArray
 from robot_sim.errors import WorldError
 from robot_sim.layout.routes import TOUR_LIMIT, FreeSpace, Ways

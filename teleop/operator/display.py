@@ -15,8 +15,8 @@ from typing import Any, Final
 import numpy as np
 import rerun as rr
 
-from localization.cloud import Cloud
 from localization.geometry import FloatArray
+from localization.maps.cloud import Cloud
 from localization.types import SECOND, Pose
 from teleop.operator import decode, palette
 from teleop.operator.blueprint import blueprint

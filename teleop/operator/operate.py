@@ -15,7 +15,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from localization.cloud import load_cloud
+from localization.maps.cloud import load_cloud
 from localization.types import Pose, Twist
 from teleop.interfaces import registry
 from teleop.operator.aside import Aside

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 import rerun as rr
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from localization.trajectory import Trajectory
 from localization.types import SECOND, Candidate, Estimate, Health, Mounts, Pose
 from teleop.operator import palette

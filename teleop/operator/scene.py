@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 import rerun as rr
 
-from localization.cloud import Cloud
 from localization.geometry import FloatArray
+from localization.maps.cloud import Cloud
 from localization.types import Pose
 from teleop.operator import blueprint as at, body
 from teleop.operator.decode import Floats

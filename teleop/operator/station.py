@@ -8,8 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from localization.cloud import Cloud
 from localization.geometry import FloatArray
+from localization.maps.cloud import Cloud
 from localization.types import SECOND, Health, Pose, Twist
 from teleop.joystick import Layout, write_joy
 from teleop.operator.aside import Shows

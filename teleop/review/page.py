@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from localization.cloud import Cloud
 from localization.evaluation import Statistics, health_shares
 from localization.history import History
+from localization.maps.cloud import Cloud
 from localization.types import SECOND, HintVerdict
 from teleop.review.judgement import STRETCH, Judgement
 

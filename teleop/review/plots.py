@@ -16,9 +16,9 @@ from matplotlib.patches import Ellipse
 from matplotlib.ticker import PercentFormatter
 from scipy.stats import chi2
 
-from localization.cloud import Cloud
 from localization.geometry import FloatArray
 from localization.history import History
+from localization.maps.cloud import Cloud
 from localization.trajectory import Trajectory
 from localization.types import SECOND, Health, HintVerdict, IntArray
 from teleop.operator.palette import HEALTH

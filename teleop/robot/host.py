@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from localization.types import SECOND, Hint, InvalidReadingError, Pose, Twist
 from robot_sim import TICK_NS
 from teleop.joystick import JoystickError, Layout, Wish, read_joy

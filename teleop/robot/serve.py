@@ -13,10 +13,10 @@ from typing import Final
 
 import numpy as np
 
-from localization.cloud import Cloud
 from localization.localizer import Localizer, LocalizerConfig
-from localization.log import ReadingsWriter
-from localization.prepared import prepare
+from localization.logs.log import ReadingsWriter
+from localization.maps.cloud import Cloud
+from localization.maps.prepared import prepare
 from localization.replay import config_metadata
 from localization.types import Hint
 from robot_sim import Simulation, World

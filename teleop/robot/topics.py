@@ -12,10 +12,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from localization import messages
-from localization.cloud import Cloud
 from localization.geometry import FloatArray
 from localization.health import horizontal_sigma
+from localization.logs import messages
+from localization.maps.cloud import Cloud
 from localization.types import Estimate, Health, Inertial, Mounts, Pose, Scan, Twist, WheelSpeeds
 from robot_sim import P3AT
 from robot_sim.drive.condition import Condition

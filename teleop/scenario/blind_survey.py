@@ -1,7 +1,7 @@
 """Survey drives as a robot without truth has them: the readings alone make the map.
 
 The simulator still steers the robot along the survey route, as a hand at the joystick would, and judges
-the map afterwards; what lies between, in ``localization.slam``, sees the readings and nothing else.
+the map afterwards; what lies between, in ``localization.mapping.slam``, sees the readings and nothing else.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from localization.cloud import Cloud
 from localization.evaluation import Statistics, align, ate
 from localization.geometry import FloatArray
-from localization.log import ReadingsWriter
-from localization.mapping import distances_to_mesh
-from localization.slam import Survey
+from localization.logs.log import ReadingsWriter
+from localization.mapping.fusion import distances_to_mesh
+from localization.mapping.slam import Survey
+from localization.maps.cloud import Cloud
 from localization.trajectory import Trajectory
 from localization.types import SECOND
 from robot_sim import Simulation, SimulationConfig, World

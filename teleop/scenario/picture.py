@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from localization.cloud import Cloud
 from localization.geometry import FloatArray
+from localization.maps.cloud import Cloud
 from localization.registration import difference
 from localization.types import SECOND, Estimate, Health
 from teleop.robot.robot import Snapshot

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from localization.cloud import Cloud
 from localization.localizer import LocalizerConfig
-from localization.log import ReadingsWriter
+from localization.logs.log import ReadingsWriter
+from localization.maps.cloud import Cloud
 from localization.replay import config_metadata, to_json
 from localization.trace import TraceRow, write_trace
 from localization.trajectory import Trajectory, write_tum

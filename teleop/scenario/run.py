@@ -6,9 +6,9 @@ from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 
-from localization.cloud import Cloud, CloudError, load_cloud
 from localization.localizer import Localizer, LocalizerConfig
-from localization.prepared import prepare
+from localization.maps.cloud import Cloud, CloudError, load_cloud
+from localization.maps.prepared import prepare
 from localization.types import SECOND
 from robot_sim import (
     PhysicsError,

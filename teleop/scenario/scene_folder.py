@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from localization.cloud import Cloud, save_cloud
+from localization.maps.cloud import Cloud, save_cloud
 from robot_sim.layout.routes import length
 from robot_sim.plans.plan import Plan
 from robot_sim.plans.scene_folders import PLAN_FILE

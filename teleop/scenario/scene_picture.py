@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from localization.cloud import Cloud
 from localization.geometry import FloatArray
+from localization.maps.cloud import Cloud
 from robot_sim.layout.footprints import footprints
 from robot_sim.layout.routes import Footprint
 from robot_sim.plans.plan import Plan

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from robot_sim import load_world, scene_names
 from robot_sim.survey.photograph import Camera, photograph
 from robot_sim.worlds import World

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from localization.cloud import load_cloud
+from localization.maps.cloud import load_cloud
 from localization.types import SECOND, Pose
 from teleop.interfaces import registry
 from teleop.operator.aside import Aside

@@ -12,10 +12,10 @@ from typing import Final
 
 import numpy as np
 
-from localization.cloud import Cloud
 from localization.deskew import OdometryTrack, deskew
 from localization.geometry import FloatArray
-from localization.mapping import CloudBuilder, MappingConfig
+from localization.mapping.fusion import CloudBuilder, MappingConfig
+from localization.maps.cloud import Cloud
 from localization.types import IntArray, Pose, Scan, Sweep
 from robot_sim import Simulation, SimulationConfig, World
 from robot_sim.plans.plan import CloudSpec

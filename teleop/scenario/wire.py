@@ -9,7 +9,7 @@ import signal
 import sys
 from pathlib import Path
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from localization.types import SECOND
 from robot_sim import PhysicsError, World
 from teleop.interfaces import registry

@@ -9,14 +9,14 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin, Writer as Ros2Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from localization import messages
-from localization.bags import Bag
-from localization.cloud import save_cloud
 from localization.geometry import FloatArray
-from localization.log import LogError, ReadingsWriter
-from localization.logs import open_log
+from localization.logs import messages
+from localization.logs.any_log import open_log
+from localization.logs.bags import Bag
+from localization.logs.log import LogError, ReadingsWriter
+from localization.logs.ros_readings import Layout
+from localization.maps.cloud import save_cloud
 from localization.replay import localize
-from localization.ros_readings import Layout
 from localization.suites import Motion, Suite
 from localization.types import (
     SECOND,

@@ -8,12 +8,12 @@ import pytest
 from plyfile import PlyData, PlyElement
 from scipy.spatial import cKDTree
 
-from localization.cloud import Cloud, CloudError, load_cloud, save_cloud
-from localization.cloud_files import read_points
-from localization.facing import face_viewers, standing_places
 from localization.geometry import FloatArray
-from localization.log import ReadingsWriter
-from localization.normals import planes, thinned
+from localization.logs.log import ReadingsWriter
+from localization.maps.cloud import Cloud, CloudError, load_cloud, save_cloud
+from localization.maps.cloud_files import read_points
+from localization.maps.facing import face_viewers, standing_places
+from localization.maps.normals import planes, thinned
 from localization.replay import localize
 from localization.trajectory import Trajectory, write_tum
 from localization.types import SECOND, Pose

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.carmen import SCANNER, CarmenLog
-from localization.cloud import save_cloud
-from localization.log import LogError
-from localization.logs import open_log
+from localization.logs.any_log import open_log
+from localization.logs.carmen import SCANNER, CarmenLog
+from localization.logs.log import LogError
+from localization.maps.cloud import save_cloud
 from localization.replay import localize
 from localization.types import Odometry, Pose, Scan
 from tests.support_rooms import HALL, MOUNTS, Drive, Place

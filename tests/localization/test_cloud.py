@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from plyfile import PlyData, PlyElement
 
-from localization.cloud import Cloud, CloudError, load_cloud, save_cloud
+from localization.maps.cloud import Cloud, CloudError, load_cloud, save_cloud
 from tests.support_rooms import HALL
 
 

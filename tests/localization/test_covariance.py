@@ -15,9 +15,9 @@ from localization.covariance import (
     pose_covariance,
 )
 from localization.ekf import SkidSteerEkf
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.registration import register
-from localization.relocalization import SearchConfig, window_of
+from localization.search.relocalization import SearchConfig, window_of
 from localization.types import Match, Pose, Sweep
 from tests.support import bits
 

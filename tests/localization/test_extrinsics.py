@@ -5,9 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.cloud import save_cloud
-from localization.evaluation import nees
-from localization.extrinsics import (
+from localization.calibration.extrinsics import (
     AXES,
     Extrinsics,
     TooLittleError,
@@ -15,14 +13,16 @@ from localization.extrinsics import (
     estimate_mounts,
     summary,
 )
+from localization.calibration.mount_file import MountFileError, read_mounts, write_mounts
+from localization.calibration.mount_watch import MountWatchConfig
+from localization.calibration.station import Station
+from localization.calibration.stations import stations_of
+from localization.evaluation import nees
 from localization.geometry import FloatArray, so3_log
 from localization.localizer import Localizer, LocalizerConfig
-from localization.log import ReadingsWriter
-from localization.mount_file import MountFileError, read_mounts, write_mounts
-from localization.mount_watch import MountWatchConfig
-from localization.prepared import PreparedMap
-from localization.station import Station
-from localization.stations import stations_of
+from localization.logs.log import ReadingsWriter
+from localization.maps.cloud import save_cloud
+from localization.maps.prepared import PreparedMap
 from localization.types import Hint, Mounts, Pose, Reading
 from teleop.__main__ import main
 from tests.support_rooms import HALL, MOUNTS, Drive

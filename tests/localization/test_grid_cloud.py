@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, strategies as st
 from PIL import Image
 
-from localization.cloud import CloudError, load_map
-from localization.grid_cloud import cloud_from_grid
 from localization.localizer import Localizer, LocalizerConfig
-from localization.prepared import prepare
+from localization.maps.cloud import CloudError, load_map
+from localization.maps.grid_cloud import cloud_from_grid
+from localization.maps.prepared import prepare
 from localization.suites import Motion, Suite
 from localization.types import Hint, Odometry, Pose, Reading, Scan, WheelSpeeds
 from tests.support import floats
@@ -58,7 +58,9 @@ def test_grid_lies_in_the_map_where_its_origin_says(origin: tuple[float, float, 
     here = cloud_from_grid(occupied, free, CELL, Pose.identity(), name="here")
     there = cloud_from_grid(occupied, free, CELL, pose, name="there")
     np.testing.assert_allclose(there.points, pose.apply(here.points), atol=1e-9)
-    np.testing.assert_allclose(there.normals, here.normals @ pose.rotation.T, atol=1e-7)  # kept as float32
+    np.testing.assert_allclose(
+        there.normals, here.normals @ pose.rotation.T, atol=1e-7
+    )  # kept as float32
 
 
 def test_grid_that_nothing_can_be_seen_in_is_refused() -> None:

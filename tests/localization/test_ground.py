@@ -3,12 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from localization.cloud import Cloud
 from localization.geometry import FloatArray
-from localization.ground import Ground, ground_of
-from localization.hints import HintDesk
-from localization.prepared import PreparedMap, prepare
-from localization.relocalization import FloorPlan
+from localization.maps.cloud import Cloud
+from localization.maps.ground import Ground, ground_of
+from localization.maps.prepared import PreparedMap, prepare
+from localization.search.hints import HintDesk
+from localization.search.relocalization import FloorPlan
 from localization.types import Hint, Pose, Sweep, Verdict
 from tests.support_rooms import CORRIDOR, HALL, SQUARE, Place, box
 

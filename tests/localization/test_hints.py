@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from localization.hints import Found, HintDesk
-from localization.prepared import PreparedMap
-from localization.relocalization import FloorPlan, SearchConfig, Window, same_place
+from localization.maps.prepared import PreparedMap
+from localization.search.hints import Found, HintDesk
+from localization.search.relocalization import FloorPlan, SearchConfig, Window, same_place
 from localization.types import Hint, Pose, Sweep, Verdict
 from tests.support import floats
 from tests.support_rooms import HALL, SQUARE, Place, apart

@@ -9,7 +9,7 @@ from localization.ekf import SkidSteerEkf
 from localization.geometry import FloatArray
 from localization.intake import end_of
 from localization.localizer import Localizer
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.types import SECOND, Hint, Inertial, Pose, Reading, Scan, WheelSpeeds
 from tests.support_rooms import HALL, MOUNTS, TRACK, Drive
 

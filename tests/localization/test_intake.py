@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from localization.intake import Intake
 from localization.localizer import Localizer
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.types import (
     SECOND,
     Estimate,

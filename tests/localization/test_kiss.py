@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.kiss import KissConfig, KissOdometry, KissOpinion
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.types import Pose, Sweep
 from tests.support import floats
 from tests.support_rooms import CORRIDOR, HALL, Place, apart

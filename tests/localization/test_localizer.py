@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from localization.localizer import Localizer, LocalizerConfig
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.types import (
     SECOND,
     Estimate,

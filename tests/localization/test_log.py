@@ -16,8 +16,8 @@ from mcap.writer import Writer
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from localization import messages
-from localization.log import LogError, ReadingsWriter, read_log
+from localization.logs import messages
+from localization.logs.log import LogError, ReadingsWriter, read_log
 from localization.types import Hint, Pose, Reading, WheelSpeeds
 from tests.support import MOUNTS, a_drive, a_scan, bits, readings
 
@@ -93,7 +93,7 @@ def test_interrupted_recording_is_a_whole_log(tmp_path: Path) -> None:
 
 KILLED = """
 import sys
-from localization.log import ReadingsWriter
+from localization.logs.log import ReadingsWriter
 from tests.support import MOUNTS, a_drive
 writer = ReadingsWriter(sys.argv[1], MOUNTS)
 for now, reading in a_drive(20.0):

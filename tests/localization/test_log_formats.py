@@ -20,9 +20,9 @@ from rosbags.rosbag2 import (
     Writer as Ros2Writer,
 )
 
-from localization import messages
-from localization.log import LogError, ReadingsWriter
-from localization.logs import open_log
+from localization.logs import messages
+from localization.logs.any_log import open_log
+from localization.logs.log import LogError, ReadingsWriter
 from localization.types import Pose, Reading
 from tests.localization.test_bags import ROS1, Messages, _as_ros1, recorded
 from tests.localization.test_carmen import flaser

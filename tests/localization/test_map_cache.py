@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from localization.map_cache import load, store, tidy
+from localization.maps.map_cache import load, store, tidy
 from tests.support import bits
 
 ARRAYS: dict[str, Any] = {

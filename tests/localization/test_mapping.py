@@ -5,9 +5,9 @@ import builtins
 import numpy as np
 import pytest
 
-from localization.cloud import Cloud, CloudError
-from localization.mapping import CloudBuilder, MappingConfig
-from localization.prepared import prepare
+from localization.mapping.fusion import CloudBuilder, MappingConfig
+from localization.maps.cloud import Cloud, CloudError
+from localization.maps.prepared import prepare
 from localization.registration import register
 from localization.types import Pose
 from tests.support_rooms import HALL, Place, box

@@ -10,8 +10,8 @@ import pytest
 
 from localization.kiss import KissConfig
 from localization.localizer import Localizer, LocalizerConfig
+from localization.maps.prepared import PreparedMap
 from localization.matching import FixedCovariance, Matcher, match_at, matcher_of
-from localization.prepared import PreparedMap
 from localization.registration import RegistrationConfig, register, residuals
 from localization.replay import from_json, to_json
 from localization.types import SECOND, Estimate, Hint, Match, Pose, Sweep

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from localization import messages
-from localization.messages import MessageError
+from localization.logs import messages
+from localization.logs.messages import MessageError
 from localization.types import Hint, Inertial, Pose, Reading, Scan, WheelSpeeds
 from tests.support import MOUNTS, a_scan, bits, floats, poses, readings, scans, wheel_speeds
 

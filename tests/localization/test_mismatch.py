@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from localization.maps.prepared import PreparedMap, prepare
 from localization.mismatch import MapBeams, explanation
-from localization.prepared import PreparedMap, prepare
 from localization.registration import residuals
 from localization.types import Mismatch, Pose, Sweep
 from tests.support_rooms import HALL, Place, box

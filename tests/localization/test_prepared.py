@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial import cKDTree
 
-from localization.cloud import Cloud, save_cloud
-from localization.prepared import NearestGrid, PreparedMap, default_cache, prepare
+from localization.maps.cloud import Cloud, save_cloud
+from localization.maps.prepared import NearestGrid, PreparedMap, default_cache, prepare
 from tests.support import bits
 
 CELL, REACH = 0.05, 0.4

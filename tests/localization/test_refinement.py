@@ -9,9 +9,9 @@ import pytest
 
 from localization.evaluation import ate
 from localization.geometry import FloatArray
-from localization.odometer import Step
-from localization.refinement import RefinementConfig, refined
-from localization.submap import between, compose
+from localization.mapping.odometer import Step
+from localization.mapping.refinement import RefinementConfig, refined
+from localization.mapping.submap import between, compose
 from localization.trajectory import Trajectory
 from localization.types import Pose
 from tests.support_rooms import HALL

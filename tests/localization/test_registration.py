@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from localization.cloud import Cloud
 from localization.geometry import so3_exp
-from localization.prepared import PreparedMap, prepare
+from localization.maps.cloud import Cloud
+from localization.maps.prepared import PreparedMap, prepare
 from localization.registration import LEVER, Residuals, difference, register, residuals
 from localization.types import Match, Pose, Sweep
 from tests.support import floats, poses, vectors

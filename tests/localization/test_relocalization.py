@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from localization.prepared import PreparedMap
-from localization.relocalization import (
+from localization.maps.prepared import PreparedMap
+from localization.search.relocalization import (
     FloorPlan,
     SearchConfig,
     Window,

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.cloud import CloudError, load_cloud, save_cloud
 from localization.ekf import EkfConfig
 from localization.localizer import Localizer, LocalizerConfig
-from localization.log import LogError, ReadingsWriter, read_log
-from localization.prepared import prepare
+from localization.logs.log import LogError, ReadingsWriter, read_log
+from localization.maps.cloud import CloudError, load_cloud, save_cloud
+from localization.maps.prepared import prepare
 from localization.registration import RegistrationConfig
 from localization.replay import CONFIG_KEY, config_of, from_json, localize, replay, to_json
 from localization.types import Estimate, Hint, Inertial, Pose, Reading, Verdict, WheelSpeeds

@@ -10,8 +10,8 @@ from hypothesis import given, settings, strategies as st
 
 from localization.intake import end_of
 from localization.localizer import Localizer, LocalizerConfig
+from localization.maps.prepared import PreparedMap
 from localization.past import Past, RewindConfig
-from localization.prepared import PreparedMap
 from localization.suites import Motion, Suite
 from localization.types import (
     SECOND,

@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from localization.closures import Closure, ClosureConfig, LoopCloser
 from localization.evaluation import ate
 from localization.geometry import FloatArray
 from localization.localizer import Localizer, LocalizerConfig
-from localization.loops import close_loops
-from localization.odometer import Odometer, OdometerConfig
-from localization.prepared import prepare
-from localization.slam import SlamConfig, SlamError, Survey, survey_of
-from localization.submap import FlatSweep, Submap, between, compose
+from localization.mapping.closures import Closure, ClosureConfig, LoopCloser
+from localization.mapping.loops import close_loops
+from localization.mapping.odometer import Odometer, OdometerConfig
+from localization.mapping.slam import SlamConfig, SlamError, Survey, survey_of
+from localization.mapping.submap import FlatSweep, Submap, between, compose
+from localization.maps.prepared import prepare
 from localization.suites import Motion, Suite
 from localization.trajectory import Trajectory
 from localization.types import Health, Hint, Inertial, Pose, Reading, Scan, WheelSpeeds

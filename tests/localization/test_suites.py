@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 
 from localization.ekf import EkfConfig, SkidSteerEkf
 from localization.localizer import Localizer, LocalizerConfig
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.suites import Motion, MotionSource, Suite
 from localization.types import (
     SECOND,

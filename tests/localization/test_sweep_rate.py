@@ -9,7 +9,7 @@ from localization.faults import Span, slipping
 from localization.intake import end_of
 from localization.kiss import KissOdometry
 from localization.localizer import Localizer
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.registration import difference
 from localization.types import SECOND, Health, Hint, Inertial, Pose, Reading, Scan
 from tests.support_rooms import HALL, MOUNTS, TICK, Drive

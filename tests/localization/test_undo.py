@@ -12,7 +12,7 @@ from localization.former import Step
 from localization.geometry import FloatArray
 from localization.health import HealthConfig
 from localization.localizer import Localizer, LocalizerConfig
-from localization.prepared import PreparedMap
+from localization.maps.prepared import PreparedMap
 from localization.registration import difference, register
 from localization.types import (
     SECOND,

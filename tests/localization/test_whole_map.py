@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from localization.localizer import Localizer
-from localization.prepared import PreparedMap
-from localization.relocalization import FloorPlan, SearchConfig, Window, same_place, search
+from localization.maps.prepared import PreparedMap
+from localization.search.relocalization import FloorPlan, SearchConfig, Window, same_place, search
+from localization.search.whole_map import MapSearchConfig, Pyramid, search_map
 from localization.types import SECOND, Candidate, Health, Pose, Scan
-from localization.whole_map import MapSearchConfig, Pyramid, search_map
 from tests.support_rooms import HALL, MOUNTS, SQUARE, Drive, Place, apart, box
 
 HEIGHT = float(MOUNTS["laser_horizontal"].position[2])

@@ -13,7 +13,7 @@ from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 from PIL import Image
 
-from localization.occupancy import (
+from localization.maps.occupancy import (
     GridOrigin,
     OccupancyError,
     OccupancyMap,

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from localization.cloud import Cloud, load_cloud
+from localization.maps.cloud import Cloud, load_cloud
 from localization.types import Health
 from robot_sim import Simulation, SimulationConfig, World, load_world, scene_names
 from robot_sim.arrays import FloatArray

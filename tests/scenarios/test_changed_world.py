@@ -10,9 +10,9 @@ import pytest
 
 from benchmarks._lost import FLAGGED, KINDS, lost_trials
 from benchmarks._recordings import record
-from localization.cloud import Cloud
 from localization.localizer import Localizer
-from localization.prepared import PreparedMap, prepare
+from localization.maps.cloud import Cloud
+from localization.maps.prepared import PreparedMap, prepare
 from localization.types import SECOND, Estimate, Pose
 from robot_sim import World, WorldOptions
 from robot_sim.worlds import parse_world

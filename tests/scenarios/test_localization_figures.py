@@ -14,11 +14,11 @@ from benchmarks._peers import SmallGicp, plain
 from benchmarks._recordings import Recording, record
 from benchmarks._replaying import Run, bootstrap_rmse, replay, replay_monte_carlo, score
 from benchmarks._searching import hint_trial, kidnap_trial, searcher_of
-from localization.cloud import Cloud
 from localization.faults import Clutter, Span, end_of, kidnapped, occluded, slipping
 from localization.localizer import Localizer
+from localization.maps.cloud import Cloud
+from localization.maps.prepared import PreparedMap, prepare
 from localization.matching import Matcher
-from localization.prepared import PreparedMap, prepare
 from localization.types import SECOND, Health
 from robot_sim import MOUNTS, World
 from robot_sim.generate import generate

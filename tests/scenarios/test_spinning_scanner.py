@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from localization import messages
 from localization.deskew import OdometryTrack
 from localization.evaluation import ate, consistency, errors, nees
 from localization.history import History
+from localization.logs import messages
+from localization.logs.ros_readings import Layout
 from localization.replay import LogRun
-from localization.ros_readings import Layout
 from localization.trajectory import Trajectory
 from localization.types import SECOND, Health, Inertial, PointScan, Pose, Twist, WheelSpeeds
 from robot_sim import Simulation, SimulationConfig, load_world

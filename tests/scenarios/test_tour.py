@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from localization.trajectory import EmptyTrajectoryError, read_tum
 from localization.types import Verdict
 from robot_sim import World

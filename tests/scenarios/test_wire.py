@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from localization.cloud import Cloud
-from localization.log import read_log
+from localization.logs.log import read_log
+from localization.maps.cloud import Cloud
 from localization.trace import read_trace
 from localization.trajectory import read_tum
 from localization.types import Verdict

@@ -18,9 +18,9 @@ import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from localization.cloud import Cloud
 from localization.localizer import Localizer
-from localization.prepared import prepare
+from localization.maps.cloud import Cloud
+from localization.maps.prepared import prepare
 from localization.types import Hint
 from robot_sim import Simulation, World
 from teleop.interfaces import registry

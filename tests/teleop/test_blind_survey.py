@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.cloud import load_cloud
-from localization.log import ReadingsWriter
-from localization.mapping import distances_to_mesh
+from localization.logs.log import ReadingsWriter
+from localization.mapping.fusion import distances_to_mesh
+from localization.maps.cloud import load_cloud
 from localization.trajectory import read_tum
 from localization.types import Pose
 from robot_sim import load_world

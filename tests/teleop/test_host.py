@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from robot_sim import TICK_NS, World
 from teleop.interfaces import registry
 from teleop.robot.topics import INPUTS, MAP_INFO, OUTPUTS, TF_STATIC, Topic

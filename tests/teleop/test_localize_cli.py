@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.cloud import save_cloud
-from localization.log import ReadingsWriter
+from localization.logs.log import ReadingsWriter
+from localization.maps.cloud import save_cloud
 from localization.trajectory import Trajectory, read_tum, write_tum
 from localization.types import SECOND, Pose
 from teleop.__main__ import main

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin
 
-from localization.cloud import load_cloud
 from localization.evaluation import ate
+from localization.maps.cloud import load_cloud
 from localization.replay import localize
 from localization.trajectory import Trajectory, read_tum
 from localization.types import Pose

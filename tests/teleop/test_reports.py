@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from localization.cloud import Cloud
 from localization.localizer import Localizer
-from localization.prepared import prepare
+from localization.maps.cloud import Cloud
+from localization.maps.prepared import prepare
 from localization.types import Health, Hint, Inertial, Pose, Twist, WheelSpeeds
 from robot_sim import DriveConfig, Simulation, SimulationConfig, World, sensor_suite
 from robot_sim.drive.firmware import FirmwareConfig

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.cloud import Cloud
 from localization.localizer import Localizer
-from localization.prepared import prepare
+from localization.maps.cloud import Cloud
+from localization.maps.prepared import prepare
 from localization.types import Hint, Inertial, Pose, Twist
 from robot_sim import TICK_NS, Simulation, World
 from teleop.joystick import Wish

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.cloud import Cloud, CloudError
-from localization.log import read_log
+from localization.logs.log import read_log
+from localization.maps.cloud import Cloud, CloudError
 from localization.replay import localize
 from localization.trace import TraceRow, write_trace
 from localization.trajectory import Trajectory, read_tum, write_tum

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 from websockets.asyncio.client import connect
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.operator.operate import OperateConfig
 from teleop.robot.audit_file import AuditError

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.robot.serve import ServeConfig, serve
 from teleop.rosbridge import Client, Server

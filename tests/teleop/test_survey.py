@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from robot_sim import World
 from robot_sim.plans.plan import Door, Piece, Placement, Plan, Wall, Window
 from robot_sim.survey.total_station import TotalStation
@@ -50,7 +50,8 @@ def test_points_lie_on_surfaces_with_normals_that_look_into_the_open(
     small: World, cloud: Cloud
 ) -> None:
     """Seen along its normal from 15 cm away, a point is where the surface is."""
-    ahead = TotalStation(small).look(cloud.points + 0.15 * cloud.normals, -cloud.normals, 0.5)
+    normals = cloud.normals.astype(np.float64)
+    ahead = TotalStation(small).look(cloud.points + 0.15 * normals, -normals, 0.5)
     error = ahead.distances - 0.15
     assert np.mean(np.isfinite(error)) > 0.995
     error = error[np.isfinite(error)]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.operator.display import Display
 from teleop.operator.sink import Sink

@@ -16,9 +16,9 @@ import pytest
 from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
 
-from localization.cloud import Cloud
 from localization.localizer import Localizer
-from localization.prepared import prepare
+from localization.maps.cloud import Cloud
+from localization.maps.prepared import prepare
 from localization.types import SECOND, Hint, Twist
 from robot_sim import Simulation, World
 from teleop.joystick import Wish

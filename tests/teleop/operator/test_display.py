@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from localization.types import SECOND, Pose
 from teleop.operator import blueprint as at
 from teleop.operator.display import HINT_SHOWN, Display

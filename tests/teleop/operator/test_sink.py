@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from localization.types import SECOND
 from teleop.operator.display import Display
 from teleop.operator.sink import Sink, SinkError, viewer_program
@@ -20,7 +20,7 @@ from tests.teleop.operator.support import Moment, column, headless_viewer, play,
 _LEAVE = """
 import sys
 import numpy as np
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from teleop.operator.display import Display
 from teleop.operator.sink import Sink, SinkError
 points = np.random.default_rng(0).uniform(0.0, 3.0, (100_000, 3))
@@ -37,7 +37,7 @@ _RECORD = """
 import sys, time
 from pathlib import Path
 import numpy as np
-from localization.cloud import Cloud
+from localization.maps.cloud import Cloud
 from teleop.operator.display import Display
 from teleop.operator.sink import Sink
 points = np.random.default_rng(0).uniform(0.0, 3.0, (1000, 3))

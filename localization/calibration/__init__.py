@@ -1,0 +1,1 @@
+"""Where the scanners are mounted: watched while driving, estimated from a drive."""

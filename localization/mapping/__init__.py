@@ -1,0 +1,1 @@
+"""Maps made of a drive, with known poses or without."""

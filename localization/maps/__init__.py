@@ -1,0 +1,1 @@
+"""What the robot is localised in: clouds and occupancy grids, read, given normals, prepared."""
