@@ -41,10 +41,10 @@ if TYPE_CHECKING:
     from localization.replay import Localized as Localized, localize as localize
 
 _HOMES = {
-    "cloud": ("Cloud", "CloudError", "load_cloud", "save_cloud"),
     "localizer": ("Localizer", "LocalizerConfig"),
-    "log": ("LogError", "ReadingsWriter", "read_log"),
-    "prepared": ("PreparedMap", "prepare"),
+    "logs.log": ("LogError", "ReadingsWriter", "read_log"),
+    "maps.cloud": ("Cloud", "CloudError", "load_cloud", "save_cloud"),
+    "maps.prepared": ("PreparedMap", "prepare"),
     "replay": ("Localized", "localize"),
 }
 """Which module each of the heavier names is in. They are imported when first asked for: whoever wants

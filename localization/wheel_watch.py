@@ -23,6 +23,7 @@ class WheelWatch:
         self._measured = config.suite.wheels or motion is Motion.ODOMETRY
         self._slip_until = -1
         self._rolled, self._rolling_before = 0.0, 0.0
+        self._judged = 0.0
         self._way: Pose | None = None
         self._time = 0.0
         self.speed: float | None = None
@@ -62,6 +63,7 @@ class WheelWatch:
 
     def rest(self) -> None:
         """Begin anew: nothing rolled yet, nothing seen."""
+        self._judged = self._rolled / self._time if self._time else self._judged
         self._rolled, self._way, self._time = 0.0, None, 0.0
 
     def look(self, motion: Pose, elapsed: float) -> bool:
@@ -111,10 +113,22 @@ class WheelWatch:
         _, turn = self._seen_now()
         noise = ekf.rolling_noise(self._rolled / self._time, turn)
         off = float(self._way.position[0]) - self._rolled
+        if self._outruns(off):
+            return False
         if off**2 > _SLIP_GATE * (float(covariance[0, 0]) + noise**2 * self._time):
             return True
         aside, loose = float(self._way.position[1]), ekf.config.side_noise**2 * self._time
         return ekf.standing and aside**2 > _SLIP_GATE * (float(covariance[1, 1]) + loose)
+
+    def _outruns(self, off: float) -> bool:
+        """Return whether the robot would run ahead of wheels that speed up, by ``off`` [m].
+
+        A tyre pulls towards its rim's speed, so no slip does that. KISS-ICP does: its local map has one
+        view of the place where a robot stood, holds it back by a centimetre as it sets off, and lets go.
+        """
+        rolled = self._rolled / self._time
+        gains = abs(rolled) - abs(self._judged) > self._config.traction_floor / 2
+        return gains and off * rolled > 0.0
 
     def _seen_now(self) -> tuple[float, float]:
         """Forward speed [m/s] and yaw rate [rad/s] since the last judgement."""
