@@ -132,6 +132,11 @@ def poisson(events: int) -> tuple[float, float]:
     return low, 0.5 * float(chi2.ppf(0.975, 2 * events + 2))
 
 
+def _native(value: np.generic) -> object:
+    """Return a number of numpy's as one of Python's."""
+    return value.item()
+
+
 class Sheet:
     """Figures by part; owns the file they are kept in, if there is one."""
 
@@ -182,7 +187,7 @@ class Sheet:
         }
         # Written beside and moved, so that a run that is ended leaves the sheet whole.
         beside = path.with_suffix(".part")
-        beside.write_text(json.dumps(held, indent=1) + "\n", encoding="utf-8")
+        beside.write_text(json.dumps(held, indent=1, default=_native) + "\n", encoding="utf-8")
         beside.replace(path)
         with path.with_suffix(".csv").open("w", encoding="utf-8", newline="") as file:
             names = [f.name for f in fields(Figure)]
