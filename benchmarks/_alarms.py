@@ -11,7 +11,7 @@ from benchmarks._figures import OURS, Figure, poisson, say
 from benchmarks._recordings import driving, map_of, world_of
 from benchmarks._replaying import SETTLING
 from localization.geometry import wrap_angle
-from localization.localizer import Localizer
+from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Health, Pose
 from robot_sim import Simulation
 

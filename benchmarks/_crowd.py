@@ -16,7 +16,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 
 from teleop.rosbridge import Client, Limits, Protocol, Pulse, Registry, Server
-from teleop.rosbridge.standard import serve_standard
+from teleop.rosbridge.compat.standard_services import serve_standard
 
 CLOUD = 300_000
 """Of a cloud [bytes]."""

@@ -19,10 +19,10 @@ from benchmarks._replaying import (
     replay_monte_carlo,
     score,
 )
-from localization.faults import Clutter, Span, occluded, slipping
-from localization.localizer import Localizer
-from localization.maps.prepared import PreparedMap
-from localization.matching import Matcher
+from localization.evaluation.fault_injection import Clutter, Span, occluded, slipping
+from localization.maps.prepared_map import PreparedMap
+from localization.matching.matchers import Matcher
+from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Reading
 from robot_sim import MOUNTS, World
 

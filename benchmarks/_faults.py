@@ -26,7 +26,7 @@ from benchmarks._figures import OURS, Figure, share
 from benchmarks._recordings import Recording, map_of, record, world_of
 from benchmarks._replaying import Run
 from benchmarks._searching import right
-from localization.faults import (
+from localization.evaluation.fault_injection import (
     INERTIAL,
     WHEELS,
     Span,

@@ -9,11 +9,11 @@ import numpy as np
 
 from benchmarks._figures import OURS, Figure, share
 from benchmarks._recordings import STANDS, Recording, map_of, record, world_of
-from localization.faults import Span, end_of, silent, slipping, source_of
+from localization.evaluation.fault_injection import Span, end_of, silent, slipping, source_of
 from localization.geometry import wrap_angle
-from localization.localizer import Localizer, LocalizerConfig
-from localization.maps.prepared import PreparedMap
-from localization.seeker import Placement
+from localization.maps.prepared_map import PreparedMap
+from localization.pipeline.localizer import Localizer, LocalizerConfig
+from localization.relocalization.relocalizer import Placement
 from localization.types import SECOND, Estimate, Health, Hint, Pose, Reading, Scan
 
 FAR, TURNED = 0.25, float(np.deg2rad(10.0))

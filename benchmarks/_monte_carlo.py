@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from localization.geometry import FloatArray, wrap_angle
-from localization.maps.prepared import PreparedMap
-from localization.search.relocalization import FloorPlan, level_points
+from localization.maps.prepared_map import PreparedMap
+from localization.relocalization.window_search import FloorPlan, level_points
 from localization.types import Pose, Sweep
 
 

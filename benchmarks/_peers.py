@@ -6,12 +6,12 @@ import numpy as np
 import small_gicp
 
 from localization.geometry import FloatArray
-from localization.kiss import KissConfig
-from localization.localizer import LocalizerConfig
 from localization.maps.cloud import Cloud
-from localization.maps.prepared import PreparedMap
-from localization.matching import Matcher, match_at
-from localization.registration import LEVER, RegistrationConfig
+from localization.maps.prepared_map import PreparedMap
+from localization.matching.matchers import Matcher, match_at
+from localization.matching.registration import LEVER, RegistrationConfig
+from localization.motion.kiss_odometry import KissConfig
+from localization.pipeline.localizer import LocalizerConfig
 from localization.types import Match, Pose, Sweep
 
 KISS_PEER = KissConfig(voxel=0.2, points_per_voxel=20, keypoint_spacing=0.01)

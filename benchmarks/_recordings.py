@@ -8,16 +8,16 @@ from functools import cache
 from pathlib import Path
 
 from localization.maps.cloud import Cloud, load_cloud, save_cloud
-from localization.maps.prepared import PreparedMap, default_cache, prepare
+from localization.maps.prepared_map import PreparedMap, default_cache, prepare
 from localization.types import SECOND, Health, Pose, Reading
 from robot_sim import Simulation, World, WorldOptions, load_world
-from robot_sim.generate import generate
-from robot_sim.plans.plan import Plan
-from robot_sim.worlds import build_world, load_plan
-from teleop.scenario.driver import TourDriver
+from robot_sim.building_generator import generate
+from robot_sim.floorplan.plan import Plan
+from robot_sim.worlds.worlds import build_world, load_plan
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.run import cloud_of
-from teleop.scenario.survey import survey_from_stations
+from teleop.scenario.tour_driver import TourDriver
+from teleop.world_building.survey import survey_from_stations
 
 STANDS = 8 * SECOND // 5
 """The robot sets off after this time [ns]: the hint is given and answered before."""

@@ -11,10 +11,10 @@ import numpy as np
 
 from benchmarks._monte_carlo import MonteCarlo
 from benchmarks._recordings import Recording
-from localization.evaluation import nees
+from localization.evaluation.metrics import nees
 from localization.geometry import FloatArray, so3_log, wrap_angle
-from localization.localizer import Localizer
-from localization.maps.prepared import PreparedMap
+from localization.maps.prepared_map import PreparedMap
+from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Estimate, Health, Pose, Sweep
 
 SETTLING = 2 * SECOND

@@ -10,11 +10,11 @@ import numpy as np
 
 from benchmarks._replaying import Moment
 from localization.geometry import wrap_angle
-from localization.maps.prepared import PreparedMap
-from localization.search.hints import HintDesk
-from localization.search.hypotheses import Hypotheses, HypothesesConfig
-from localization.search.relocalization import FloorPlan, SearchConfig
-from localization.search.whole_map import Pyramid, search_map
+from localization.maps.prepared_map import PreparedMap
+from localization.relocalization.branch_and_bound import Pyramid, search_map
+from localization.relocalization.hint_search import HintDesk
+from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig
+from localization.relocalization.window_search import FloorPlan, SearchConfig
 from localization.types import SECOND, Candidate, Hint, Pose, Verdict
 
 WITHIN, WITHIN_YAW = 0.10, np.deg2rad(2.0)

@@ -18,10 +18,10 @@ from benchmarks._searching import (
     kidnap_trial,
     searcher_of,
 )
-from localization.configuration import LocalizerConfig
-from localization.faults import Clutter, occluded
-from localization.localizer import Localizer
-from localization.matching import Matcher
+from localization.config import LocalizerConfig
+from localization.evaluation.fault_injection import Clutter, occluded
+from localization.matching.matchers import Matcher
+from localization.pipeline.localizer import Localizer
 from localization.types import SECOND
 from robot_sim import MOUNTS
 

@@ -13,12 +13,12 @@ from benchmarks._lost import lost_trials
 from benchmarks._peers import KISS_PEER
 from benchmarks._recordings import Recording, map_of, record, world_of
 from benchmarks._replaying import Laps, Run, Score, replay, score
-from localization.faults import Clutter, Span, occluded, silent, slipping
-from localization.localizer import Localizer, LocalizerConfig
-from localization.maps.prepared import PreparedMap
-from localization.matching import Matcher
-from localization.registration import RegistrationConfig
-from localization.suites import Motion, Suite
+from localization.evaluation.fault_injection import Clutter, Span, occluded, silent, slipping
+from localization.maps.prepared_map import PreparedMap
+from localization.matching.matchers import Matcher
+from localization.matching.registration import RegistrationConfig
+from localization.motion.motion_model import Motion, Suite
+from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import SECOND, Reading
 
 SECONDS = 40.0

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from localization.maps.prepared import default_cache
+from localization.maps.prepared_map import default_cache
 from robot_sim import load_world
 from teleop.scenario.mission import Mission
-from teleop.scenario.report import Summary
 from teleop.scenario.run import cloud_of, run_here
+from teleop.scenario.run_report import Summary
 
 SEEDS = range(1, 6)
 SLIPS = (20.0, 31.03, 47.05, 62.5, 90.0, 120.02)

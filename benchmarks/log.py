@@ -11,8 +11,8 @@ import numpy as np
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from localization.logs import messages
-from localization.logs.log import ReadingsWriter, read_log, topic_of
+from localization.logs import ros_messages as messages
+from localization.logs.mcap_log import ReadingsWriter, read_log, topic_of
 from localization.types import Inertial, Pose, Reading, Scan, WheelSpeeds
 
 SECONDS = 60

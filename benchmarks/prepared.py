@@ -17,8 +17,8 @@ from benchmarks._figures import OURS, Figure, say
 from benchmarks._recordings import world_of
 from localization.maps.cloud import Cloud, load_cloud, save_cloud
 from localization.maps.map_cache import default_cache
-from localization.maps.prepared import PreparedMap, prepare
-from teleop.scenario.survey import survey_from_stations
+from localization.maps.prepared_map import PreparedMap, prepare
+from teleop.world_building.survey import survey_from_stations
 
 BUILDINGS = ("building-901-2000", "building-902-2000")
 """Generated, and put side by side; [m^2] is the last number. They have a point every 5 cm of surface."""

@@ -14,12 +14,12 @@ import numpy as np
 
 from localization.types import IntArray, Twist
 from robot_sim import MOUNTS, Simulation, SimulationConfig, World, load_world, scene_names
-from robot_sim.arrays import FloatArray
-from robot_sim.casting import MujocoRayCaster, caster_for
-from robot_sim.casting.embree import EmbreeRayCaster, StaticGeometry
+from robot_sim.array_types import FloatArray
+from robot_sim.raycasting import MujocoRayCaster, caster_for
+from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.simulation import TICK_NS
-from robot_sim.worlds import WorldOptions
+from robot_sim.worlds.worlds import WorldOptions
 
 ROUNDS = 7
 """Contenders take turns; the least CPU time of a turn counts, for others use this machine as well."""

@@ -19,7 +19,7 @@ from localization.types import Twist, WheelSpeeds
 from robot_sim import P3AT, Simulation, load_world
 from teleop.interfaces import registry
 from teleop.joystick import Layout, write_joy
-from teleop.rosbridge.client import Client
+from teleop.rosbridge.client.client import Client
 
 STARTS = 60
 """Times the stick is pushed from a standstill."""

@@ -25,8 +25,7 @@ from localization.types import (
 )
 
 if TYPE_CHECKING:
-    from localization.localizer import Localizer as Localizer, LocalizerConfig as LocalizerConfig
-    from localization.logs.log import (
+    from localization.logs.mcap_log import (
         LogError as LogError,
         ReadingsWriter as ReadingsWriter,
         read_log as read_log,
@@ -37,15 +36,19 @@ if TYPE_CHECKING:
         load_cloud as load_cloud,
         save_cloud as save_cloud,
     )
-    from localization.maps.prepared import PreparedMap as PreparedMap, prepare as prepare
-    from localization.replay import Localized as Localized, localize as localize
+    from localization.maps.prepared_map import PreparedMap as PreparedMap, prepare as prepare
+    from localization.pipeline.localizer import (
+        Localizer as Localizer,
+        LocalizerConfig as LocalizerConfig,
+    )
+    from localization.pipeline.log_replay import Localized as Localized, localize as localize
 
 _HOMES = {
-    "localizer": ("Localizer", "LocalizerConfig"),
-    "logs.log": ("LogError", "ReadingsWriter", "read_log"),
+    "pipeline.localizer": ("Localizer", "LocalizerConfig"),
+    "logs.mcap_log": ("LogError", "ReadingsWriter", "read_log"),
     "maps.cloud": ("Cloud", "CloudError", "load_cloud", "save_cloud"),
-    "maps.prepared": ("PreparedMap", "prepare"),
-    "replay": ("Localized", "localize"),
+    "maps.prepared_map": ("PreparedMap", "prepare"),
+    "pipeline.log_replay": ("Localized", "localize"),
 }
 """Which module each of the heavier names is in. They are imported when first asked for: whoever wants
 the vocabulary alone, as the simulation does, need not wait a second for statistics and logs."""

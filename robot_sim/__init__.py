@@ -1,20 +1,14 @@
 """A Pioneer 3-AT with two planar scanners, encoders and an inertial unit, somewhere in MuJoCo."""
 
-from robot_sim.casting import (
-    Hits as Hits,
-    MujocoRayCaster as MujocoRayCaster,
-    RayCaster as RayCaster,
-    caster_for as caster_for,
-)
+from robot_sim.drive.aria_packets import StandardPacket as StandardPacket
 from robot_sim.drive.bumpers import Bumpers as Bumpers
-from robot_sim.drive.condition import Condition as Condition
-from robot_sim.drive.drive import DriveConfig as DriveConfig, WheelSlip as WheelSlip
-from robot_sim.drive.firmware import (
+from robot_sim.drive.drivetrain import DriveConfig as DriveConfig, WheelSlip as WheelSlip
+from robot_sim.drive.motor_controller import (
     FirmwareConfig as FirmwareConfig,
     MotionCommand as MotionCommand,
 )
-from robot_sim.drive.sip import StandardPacket as StandardPacket
-from robot_sim.drive.slip import Slip as Slip
+from robot_sim.drive.robot_condition import Condition as Condition
+from robot_sim.drive.wheel_slip import Slip as Slip
 from robot_sim.errors import (
     PhysicsError as PhysicsError,
     SensorError as SensorError,
@@ -22,27 +16,37 @@ from robot_sim.errors import (
     UnknownSceneError as UnknownSceneError,
     WorldError as WorldError,
 )
-from robot_sim.mjcf_world import load_mjcf as load_mjcf
+from robot_sim.raycasting import (
+    Hits as Hits,
+    MujocoRayCaster as MujocoRayCaster,
+    RayCaster as RayCaster,
+    caster_for as caster_for,
+)
 from robot_sim.robot.imperfections import Imperfections as Imperfections
 from robot_sim.robot.p3at import IMU_MOUNT as IMU_MOUNT, MOUNTS as MOUNTS, P3AT as P3AT
 from robot_sim.robot.platforms import HUSKY as HUSKY, JACKAL as JACKAL, PLATFORMS as PLATFORMS
-from robot_sim.robot.skid_steer import SkidSteer as SkidSteer
-from robot_sim.sensors.effects import Effects as Effects
-from robot_sim.sensors.inertial import (
+from robot_sim.robot.skid_steer_parameters import SkidSteer as SkidSteer
+from robot_sim.scene_objects.floor_surfaces import (
+    SURFACES as SURFACES,
+    Patch as Patch,
+    Surface as Surface,
+)
+from robot_sim.sensors.beam_effects import Effects as Effects
+from robot_sim.sensors.inertial_unit import (
     INERTIAL_UNITS as INERTIAL_UNITS,
     InertialConfig as InertialConfig,
 )
 from robot_sim.sensors.lidar import ScannerConfig as ScannerConfig
 from robot_sim.sensors.lidar_models import LIDARS as LIDARS
-from robot_sim.sensors.suites import SensorSuite as SensorSuite, sensor_suite as sensor_suite
+from robot_sim.sensors.sensor_suite import SensorSuite as SensorSuite, sensor_suite as sensor_suite
 from robot_sim.simulation import (
     TICK_NS as TICK_NS,
     Simulation as Simulation,
     SimulationConfig as SimulationConfig,
     Truth as Truth,
 )
-from robot_sim.solids.surfaces import SURFACES as SURFACES, Patch as Patch, Surface as Surface
-from robot_sim.worlds import (
+from robot_sim.worlds.mjcf_world import load_mjcf as load_mjcf
+from robot_sim.worlds.worlds import (
     World as World,
     WorldOptions as WorldOptions,
     load_world as load_world,

@@ -9,22 +9,22 @@ from typing import Final
 import numpy as np
 
 from localization.types import Pose, Reading, Twist, WheelSpeeds
-from robot_sim.casting import caster_for
-from robot_sim.drive.condition import Condition, ConditionMonitor
-from robot_sim.drive.drive import Drive, DriveConfig
+from robot_sim.actors.mocap_driver import Puppeteer
+from robot_sim.drive.aria_packets import StandardPacket
+from robot_sim.drive.drivetrain import Drive, DriveConfig
 from robot_sim.drive.encoders import Encoders
-from robot_sim.drive.firmware import Firmware, Override
-from robot_sim.drive.sip import StandardPacket
-from robot_sim.drive.slip import Slip, slip_of
+from robot_sim.drive.motor_controller import Firmware, Override
+from robot_sim.drive.robot_condition import Condition, ConditionMonitor
 from robot_sim.drive.tyres import Tyres
-from robot_sim.life.puppeteer import Puppeteer
+from robot_sim.drive.wheel_slip import Slip, slip_of
 from robot_sim.physics import Motion, Physics
-from robot_sim.robot.body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
-from robot_sim.sensors.inertial import InertialConfig, InertialUnit
+from robot_sim.raycasting import caster_for
+from robot_sim.robot.mujoco_body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
+from robot_sim.sensors.inertial_unit import InertialConfig, InertialUnit
 from robot_sim.sensors.lidar import Scanner, ScannerConfig, sweeps_until
-from robot_sim.sensors.optics import optics_of
-from robot_sim.sensors.track import Trail
-from robot_sim.worlds import TIMESTEP_NS, World, load_world, obstacles_touched
+from robot_sim.sensors.pose_history import Trail
+from robot_sim.sensors.surface_optics import optics_of
+from robot_sim.worlds.worlds import TIMESTEP_NS, World, load_world, obstacles_touched
 
 TICK_NS: Final = 20_000_000
 """One tick [ns]: the period of wheel and inertial readings, and of commands."""

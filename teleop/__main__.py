@@ -17,12 +17,12 @@ from typing import Annotated, TypeAlias
 
 import tyro
 
-from teleop.calibrate_cli import Calibrate
-from teleop.localize_cli import Localize
-from teleop.mapping_cli import Map
-from teleop.robot.outfit import Outfit
-from teleop.terminal import Progress as _Progress, say as _say
-from teleop.worlds_cli import Worlds
+from localization.cli.calibrate import Calibrate
+from localization.cli.localize import Localize
+from localization.cli.terminal import Progress as _Progress, say as _say
+from teleop.robot.robot_options import Outfit
+from teleop.world_building.map_command import Map
+from teleop.world_building.world_command import Worlds
 
 _EXAMPLES = """\
 A skid-steer robot that knows where it is: simulation, localisation, teleoperation.
@@ -83,9 +83,9 @@ class Sim:
 
     def __call__(self) -> int:
         """Run it."""
+        from teleop.scenario.lockstep_run import run_over_wire
         from teleop.scenario.mission import Mission
         from teleop.scenario.run import cloud_of, cloud_path
-        from teleop.scenario.wire import run_over_wire
 
         mission = Mission(
             scene=self.scene,
@@ -105,7 +105,7 @@ class Sim:
             mission, world, cloud, path, folder, cache=_cache(), progress=bar
         )
         if self.picture and record.snapshots:
-            from teleop.scenario.picture import draw
+            from teleop.scenario.run_picture import draw
 
             bar(1.0, "drawing")
             title = f"farsteer sim --scene {self.scene} --seed {self.seed}: {record.ending}"
@@ -124,7 +124,7 @@ class Evaluate:
 
     def __call__(self) -> int:
         """Run it."""
-        from teleop.scenario.report import read_summary
+        from teleop.scenario.run_report import read_summary
 
         summary = read_summary(self.run)
         _say(_table(summary))
@@ -283,7 +283,7 @@ class Validate:
             write_report(self.write, rows)
             _say(f"tables written to {self.write}")
         if self.picture is not None:
-            from teleop.scenario.turning_picture import draw_turning
+            from benchmarks.figures.turning_figure import draw_turning
 
             draw_turning(self.picture)
             _say(f"picture written to {self.picture}")
@@ -328,8 +328,8 @@ def _known_errors() -> tuple[type[Exception], ...]:
     families = (
         ("robot_sim.errors", "SimulationError"),
         ("teleop.rosbridge.errors", "RosbridgeError"),
-        ("teleop.operator.sink", "SinkError"),
-        ("teleop.scenario.survey_drive", "SurveyError"),
+        ("teleop.operator.rerun_sink", "SinkError"),
+        ("teleop.world_building.survey_drive", "SurveyError"),
     )
     # A family whose module was never imported cannot have been raised.
     loaded = [getattr(sys.modules[m], name) for m, name in families if m in sys.modules]
@@ -337,20 +337,20 @@ def _known_errors() -> tuple[type[Exception], ...]:
 
 
 def _table(summary: object) -> str:
-    from teleop.scenario.report import Summary, table
+    from teleop.scenario.run_report import Summary, table
 
     assert isinstance(summary, Summary)
     return table(summary)
 
 
 def _folder(out: Path | None) -> Path:
-    from teleop.pacing import wall_clock_name
+    from teleop.clock import wall_clock_name
 
     return out if out is not None else Path("runs") / wall_clock_name()
 
 
 def _cache() -> Path:
-    from localization.maps.prepared import default_cache
+    from localization.maps.prepared_map import default_cache
 
     return default_cache()
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
-from teleop.rosbridge.registry import Registry
+from teleop.rosbridge.messages.type_registry import Registry
 
 
 def registry(folders: Iterable[Traversable] = ()) -> Registry:

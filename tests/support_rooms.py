@@ -9,7 +9,7 @@ import numpy as np
 
 from localization.geometry import FloatArray, so3_exp_many
 from localization.maps.cloud import Cloud
-from localization.maps.prepared import PreparedMap, prepare
+from localization.maps.prepared_map import PreparedMap, prepare
 from localization.types import SECOND, Inertial, Pose, Reading, Scan, Sweep, WheelSpeeds
 
 MOUNTS = {

@@ -26,8 +26,8 @@ from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.__main__ import Command
 from teleop.joystick import Layout, layouts
 from teleop.operator import keyboard
-from teleop.operator.sink import viewer_program
-from teleop.robot.host import Stepper
+from teleop.operator.rerun_sink import viewer_program
+from teleop.robot.rosbridge_adapter import Stepper
 from teleop.robot.safety import Control, SafetyConfig
 from teleop.robot.serve import ServeConfig, snippet
 from teleop.rosbridge import Bounds, Limits, Pulse

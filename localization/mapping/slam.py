@@ -12,17 +12,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from localization.evaluation import transformed
+from localization.evaluation.metrics import transformed
+from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray, wrap_angle
-from localization.mapping.closures import Closure, ClosureConfig, Refusals
-from localization.mapping.fusion import CloudBuilder, MappingConfig
-from localization.mapping.loops import Progress as Progress, close_loops, raised, way_of
-from localization.mapping.odometer import Odometer, OdometerConfig, Step
-from localization.mapping.refinement import RefinementConfig, refined
+from localization.mapping.cloud_builder import CloudBuilder, MappingConfig
+from localization.mapping.loop_closure import Closure, ClosureConfig, Refusals
+from localization.mapping.loop_optimization import Progress as Progress, close_loops, raised, way_of
+from localization.mapping.odometry_front_end import Odometer, OdometerConfig, Step
 from localization.mapping.submap import FlatSweep, between, compose
+from localization.mapping.trajectory_refinement import RefinementConfig, refined
 from localization.maps.cloud import Cloud
-from localization.suites import Suite
-from localization.trajectory import Trajectory
+from localization.motion.motion_model import Suite
 from localization.types import SECOND, Mounts, Pose, Reading
 
 

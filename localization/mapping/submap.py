@@ -14,7 +14,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from localization.geometry import FloatArray, rotation_from_euler, wrap_angle
-from localization.search.relocalization import SearchConfig, best_places, distinguishable
+from localization.relocalization.window_search import SearchConfig, best_places, distinguishable
 from localization.types import Sweep
 
 

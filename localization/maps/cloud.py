@@ -15,7 +15,7 @@ import numpy.typing as npt
 from plyfile import PlyData, PlyElement
 
 from localization.geometry import FloatArray
-from localization.maps.cloud_files import CloudError as CloudError, read_points
+from localization.maps.point_files import CloudError as CloudError, read_points
 
 _COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 _LARGEST_EXTENT = 5_000.0
@@ -82,7 +82,7 @@ def load_cloud(
     _check(table.points, table.normals, path)
     if table.normals is None:
         # Derived from all of these; the reader of a cache must not mistake one for another.
-        from localization.maps.bare_cloud import with_normals
+        from localization.maps.cloud_normals import with_normals
 
         return with_normals(path, table.points, sha256, inside=inside, cache=cache)
     normals = table.normals / _lengths(table.normals)[:, None]
@@ -110,7 +110,7 @@ def load_map(
     """
     if Path(path).suffix in (".yaml", ".yml"):
         # Grids need libraries for images and YAML, and are built on clouds.
-        from localization.maps.occupancy import load_grid
+        from localization.maps.occupancy_grid import load_grid
 
         return load_grid(path)
     return load_cloud(path, inside=inside, cache=cache)

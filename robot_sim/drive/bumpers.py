@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from robot_sim.arrays import FloatArray
+from robot_sim.array_types import FloatArray
 
 SEGMENTS: Final = 5
 """Of each ring."""

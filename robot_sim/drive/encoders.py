@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 
 from localization.types import WheelSpeeds
-from robot_sim.arrays import FloatArray
-from robot_sim.drive.drive import DriveConfig
-from robot_sim.robot.skid_steer import SkidSteer
+from robot_sim.array_types import FloatArray
+from robot_sim.drive.drivetrain import DriveConfig
+from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 COUNTS_PER_TURN: Final = 500 * 4 * 49.8
 """Encoder edges per wheel turn: 500 lines, four edges each, gear 49.8:1 (the manual, as

@@ -19,12 +19,12 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from robot_sim.arrays import FloatArray
-from robot_sim.drive.slip import contact_positions
+from robot_sim.array_types import FloatArray
+from robot_sim.drive.wheel_slip import contact_positions
 from robot_sim.errors import WorldError
-from robot_sim.robot.body import SIDES, WHEELS
-from robot_sim.robot.skid_steer import SkidSteer
-from robot_sim.solids.surfaces import Patch, patches_under
+from robot_sim.robot.mujoco_body import SIDES, WHEELS
+from robot_sim.robot.skid_steer_parameters import SkidSteer
+from robot_sim.scene_objects.floor_surfaces import Patch, patches_under
 
 FULL_SLIDE: Final = 0.56
 """Slip over rim speed from which on the whole contact slides: that of a P3-AT turning in place."""

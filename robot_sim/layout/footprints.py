@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from robot_sim.layout.routes import Footprint
-from robot_sim.plans.plan import Plan, Wall
-from robot_sim.solids.furniture import size_of
+from robot_sim.floorplan.plan import Plan, Wall
+from robot_sim.layout.route_planning import Footprint
+from robot_sim.scene_objects.furniture import size_of
 
 
 def footprints(plan: Plan) -> Iterator[Footprint]:

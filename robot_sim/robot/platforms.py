@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-from robot_sim.robot.skid_steer import SkidSteer
+from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 
 @dataclass(frozen=True, slots=True)

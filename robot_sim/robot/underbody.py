@@ -12,7 +12,7 @@ from typing import Final
 
 import mujoco
 
-from robot_sim.robot.skid_steer import SkidSteer
+from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 HULL_FRICTION: Final = (0.4, 0.002, 0.0001)
 """Of metal and of the tyres' sides on walls, furniture and ground: sliding; spinning and rolling [m].

@@ -8,16 +8,16 @@ from typing import Final
 import numpy as np
 
 from localization.types import IntArray, Pose, Scan
-from robot_sim.arrays import FloatArray
-from robot_sim.casting import RayCaster
+from robot_sim.array_types import FloatArray
 from robot_sim.errors import SensorError
-from robot_sim.sensors.effects import Echoes
-from robot_sim.sensors.fan import Fan
-from robot_sim.sensors.optics import Optics
-from robot_sim.sensors.receiver import Receiver
+from robot_sim.raycasting import RayCaster
+from robot_sim.sensors.beam_effects import Echoes
+from robot_sim.sensors.beam_pattern import Fan
+from robot_sim.sensors.light_paths import Sight
+from robot_sim.sensors.pose_history import Track as Track
+from robot_sim.sensors.range_receiver import Receiver
 from robot_sim.sensors.scanner_config import ScannerConfig as ScannerConfig
-from robot_sim.sensors.sight import Sight
-from robot_sim.sensors.track import Track as Track
+from robot_sim.sensors.surface_optics import Optics
 
 
 class Scanner:

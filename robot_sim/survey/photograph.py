@@ -14,9 +14,9 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from robot_sim.arrays import BoolArray, FloatArray
-from robot_sim.placing import place_robot
-from robot_sim.worlds import World
+from robot_sim.array_types import BoolArray, FloatArray
+from robot_sim.placement import place_robot
+from robot_sim.worlds.worlds import World
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,12 @@ from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Final
 
-from robot_sim.validation import driving, flaws, trust, turning
+from robot_sim.validation import (
+    control_rows as trust,
+    driving_rows as driving,
+    imperfection_rows as flaws,
+    turning_rows as turning,
+)
 from robot_sim.validation.row import Row as Row
 
 PARTS: Final[Mapping[str, Callable[[], Iterator[Row]]]] = MappingProxyType(

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from robot_sim.errors import ReportError
-from robot_sim.solids.surfaces import SURFACES
+from robot_sim.scene_objects.floor_surfaces import SURFACES
 from robot_sim.validation.row import Row
 
 HEADINGS: Final = ("what", "target", "tolerance", "value", "result", "source of the target")

@@ -18,12 +18,12 @@ import rerun as rr
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.types import SECOND, Pose
-from teleop.operator import decode, palette
-from teleop.operator.blueprint import blueprint
-from teleop.operator.decode import Message
-from teleop.operator.instruments import Instruments, Level
-from teleop.operator.scene import Scene
-from teleop.operator.sink import Canvas, Sink
+from teleop.operator import colours as palette, message_decoding as decode
+from teleop.operator.map_drawing import Scene
+from teleop.operator.message_decoding import Message
+from teleop.operator.rerun_blueprint import blueprint
+from teleop.operator.rerun_sink import Canvas, Sink
+from teleop.operator.time_plots import Instruments, Level
 
 HINT_SHOWN: Final = 10 * SECOND
 """A hint's ghost stays this long after its verdict [ns]."""

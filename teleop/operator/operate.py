@@ -18,14 +18,14 @@ import numpy as np
 from localization.maps.cloud import load_cloud
 from localization.types import Pose, Twist
 from teleop.interfaces import registry
-from teleop.operator.aside import Aside
 from teleop.operator.display import Display
 from teleop.operator.keyboard import HELP, Keyboard, raw_terminal, read_keys
-from teleop.operator.sink import Sink
-from teleop.operator.station import Station
-from teleop.rosbridge.client import Client
+from teleop.operator.operator_client import Station
+from teleop.operator.rerun_sink import Sink
+from teleop.operator.threaded_display import Aside
+from teleop.rosbridge.client.client import Client
+from teleop.rosbridge.client.client_connection import ConnectionState
 from teleop.rosbridge.errors import ServiceCallError
-from teleop.rosbridge.line import ConnectionState
 
 _PERIOD: Final = 0.05
 """Between Joys while a key is held [s]: twice as often as ROS# sends them."""

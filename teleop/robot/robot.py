@@ -7,10 +7,10 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from localization.localizer import Localizer
+from localization.pipeline.localizer import Localizer
 from localization.types import Estimate, Hint, Inertial, Reading, Twist
-from robot_sim.drive.condition import Condition
-from robot_sim.drive.sip import StandardPacket
+from robot_sim.drive.aria_packets import StandardPacket
+from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import Simulation, Truth
 from teleop.joystick import Wish
 from teleop.robot.safety import ControlState, Safety

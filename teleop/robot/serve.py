@@ -13,30 +13,30 @@ from typing import Final
 
 import numpy as np
 
-from localization.localizer import Localizer, LocalizerConfig
-from localization.logs.log import ReadingsWriter
+from localization.logs.mcap_log import ReadingsWriter
 from localization.maps.cloud import Cloud
-from localization.maps.prepared import prepare
-from localization.replay import config_metadata
+from localization.maps.prepared_map import prepare
+from localization.pipeline.localizer import Localizer, LocalizerConfig
+from localization.pipeline.log_replay import config_metadata
 from localization.types import Hint
 from robot_sim import Simulation, World
-from teleop import pacing
+from teleop import clock as pacing
 from teleop.interfaces import registry
 from teleop.robot import topics
-from teleop.robot.audit import Audit
 from teleop.robot.audit_file import AuditFile
-from teleop.robot.host import Host, Stepper
-from teleop.robot.outfit import Outfit
+from teleop.robot.audit_log import Audit
 from teleop.robot.robot import Robot, Snapshot
-from teleop.rosbridge.access import DEFAULT_RULES, Role, Rules
-from teleop.rosbridge.gate import Gate
-from teleop.rosbridge.keyring import Keyring
-from teleop.rosbridge.limits import Limits
-from teleop.rosbridge.origins import LOOPBACK
-from teleop.rosbridge.protocol import Protocol
-from teleop.rosbridge.server import Server
-from teleop.rosbridge.tls import tls_context
-from teleop.rosbridge.token_file import TokenFile, TokenWatch
+from teleop.robot.robot_options import Outfit
+from teleop.robot.rosbridge_adapter import Host, Stepper
+from teleop.rosbridge.auth.authenticator import Gate
+from teleop.rosbridge.auth.credentials import Keyring
+from teleop.rosbridge.auth.origins import LOOPBACK
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, Rules
+from teleop.rosbridge.auth.tls import tls_context
+from teleop.rosbridge.auth.token_file import TokenFile, TokenWatch
+from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.server.server import Server
 
 ROLES: Final[Mapping[Role, Rules]] = {
     **DEFAULT_RULES,

@@ -13,12 +13,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from localization.geometry import FloatArray
-from localization.health import horizontal_sigma
-from localization.logs import messages
+from localization.logs import ros_messages as messages
 from localization.maps.cloud import Cloud
+from localization.monitoring.health import horizontal_sigma
 from localization.types import Estimate, Health, Inertial, Mounts, Pose, Scan, Twist, WheelSpeeds
 from robot_sim import P3AT
-from robot_sim.drive.condition import Condition
+from robot_sim.drive.robot_condition import Condition
 from teleop.robot.robot import Snapshot
 
 Message: TypeAlias = dict[str, Any]

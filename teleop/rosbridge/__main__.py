@@ -9,14 +9,14 @@ import signal
 import sys
 from pathlib import Path
 
-from teleop.rosbridge.conformance import serve_fixtures
+from teleop.rosbridge.auth.origins import LOOPBACK
+from teleop.rosbridge.compat.client_traffic import announce_traffic
+from teleop.rosbridge.compat.conformance_fixtures import serve_fixtures
+from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.errors import RosbridgeError
-from teleop.rosbridge.origins import LOOPBACK
-from teleop.rosbridge.protocol import Protocol
-from teleop.rosbridge.registry import Registry
-from teleop.rosbridge.server import Server
-from teleop.rosbridge.standard import serve_standard
-from teleop.rosbridge.traffic import announce_traffic
+from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.server.server import Server
 
 
 def main(arguments: list[str] | None = None) -> int:

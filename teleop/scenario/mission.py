@@ -8,7 +8,7 @@ import numpy as np
 
 from localization.types import SECOND, Hint, Pose
 from robot_sim import WheelSlip
-from teleop.robot.outfit import Outfit
+from teleop.robot.robot_options import Outfit
 
 HINT_STAMP = SECOND
 """When the hint is given [ns]."""

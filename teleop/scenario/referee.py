@@ -9,18 +9,18 @@ from pathlib import Path
 
 import numpy as np
 
-from localization.localizer import LocalizerConfig
-from localization.logs.log import ReadingsWriter
+from localization.evaluation.estimate_trace import TraceRow, write_trace
+from localization.evaluation.trajectory import Trajectory, write_tum
+from localization.logs.mcap_log import ReadingsWriter
 from localization.maps.cloud import Cloud
-from localization.replay import config_metadata, to_json
-from localization.trace import TraceRow, write_trace
-from localization.trajectory import Trajectory, write_tum
+from localization.pipeline.localizer import LocalizerConfig
+from localization.pipeline.log_replay import config_metadata, to_json
 from localization.types import SECOND, HintVerdict
 from robot_sim import TICK_NS, Simulation, SimulationConfig
-from teleop.pacing import Stopwatch, wall_seconds
+from teleop.clock import Stopwatch, wall_seconds
 from teleop.robot.robot import Drive, Snapshot
 from teleop.scenario.mission import Mission
-from teleop.scenario.report import (
+from teleop.scenario.run_report import (
     ReportError,
     RunFacts,
     StageTime,

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 
-from localization.localizer import Localizer, LocalizerConfig
 from localization.maps.cloud import Cloud, CloudError, load_cloud
-from localization.maps.prepared import prepare
+from localization.maps.prepared_map import prepare
+from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import SECOND
 from robot_sim import (
     PhysicsError,
@@ -16,13 +16,13 @@ from robot_sim import (
     World,
     scene_names,
 )
+from teleop.clock import Stopwatch, wall_seconds
 from teleop.joystick import Wish
-from teleop.pacing import Stopwatch, wall_seconds
 from teleop.robot.robot import Drive, Message, Robot
-from teleop.scenario.driver import TourDriver
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.referee import Referee, RunRecord
-from teleop.scenario.report import Summary
+from teleop.scenario.run_report import Summary
+from teleop.scenario.tour_driver import TourDriver
 
 Progress = Callable[[float, str], None]
 """Called now and then with the share done and a line of text."""

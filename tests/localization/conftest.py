@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from localization.maps.prepared import PreparedMap
+from localization.maps.prepared_map import PreparedMap
 from tests.support_rooms import CORRIDOR, HALL, SQUARE
 
 

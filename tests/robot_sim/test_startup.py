@@ -27,7 +27,7 @@ def test_the_localisers_names_are_there_when_asked_for() -> None:
     import localization
 
     homes = localization._HOMES
-    assert localization.Localizer.__module__ == "localization.localizer"
+    assert localization.Localizer.__module__ == "localization.pipeline.localizer"
     for home, names in homes.items():
         for name in names:
             assert getattr(localization, name).__module__.startswith("localization."), (home, name)

@@ -10,13 +10,13 @@ import pytest
 
 from benchmarks._lost import FLAGGED, KINDS, lost_trials
 from benchmarks._recordings import record
-from localization.localizer import Localizer
 from localization.maps.cloud import Cloud
-from localization.maps.prepared import PreparedMap, prepare
+from localization.maps.prepared_map import PreparedMap, prepare
+from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Estimate, Pose
 from robot_sim import World, WorldOptions
-from robot_sim.worlds import parse_world
-from teleop.scenario.survey import StationConfig, survey_from_stations
+from robot_sim.worlds.worlds import parse_world
+from teleop.world_building.survey import StationConfig, survey_from_stations
 
 pytestmark = [pytest.mark.slow]
 

@@ -14,16 +14,23 @@ from benchmarks._peers import SmallGicp, plain
 from benchmarks._recordings import Recording, record
 from benchmarks._replaying import Run, bootstrap_rmse, replay, replay_monte_carlo, score
 from benchmarks._searching import hint_trial, kidnap_trial, searcher_of
-from localization.faults import Clutter, Span, end_of, kidnapped, occluded, slipping
-from localization.localizer import Localizer
+from localization.evaluation.fault_injection import (
+    Clutter,
+    Span,
+    end_of,
+    kidnapped,
+    occluded,
+    slipping,
+)
 from localization.maps.cloud import Cloud
-from localization.maps.prepared import PreparedMap, prepare
-from localization.matching import Matcher
+from localization.maps.prepared_map import PreparedMap, prepare
+from localization.matching.matchers import Matcher
+from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Health
 from robot_sim import MOUNTS, World
-from robot_sim.generate import generate
-from robot_sim.worlds import build_world
-from teleop.scenario.survey import survey_from_stations
+from robot_sim.building_generator import generate
+from robot_sim.worlds.worlds import build_world
+from teleop.world_building.survey import survey_from_stations
 
 HEIGHT = float(MOUNTS["laser_horizontal"].position[2])
 

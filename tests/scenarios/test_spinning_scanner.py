@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from localization.deskew import OdometryTrack
-from localization.evaluation import ate, consistency, errors, nees
-from localization.history import History
-from localization.logs import messages
-from localization.logs.ros_readings import Layout
-from localization.replay import LogRun
-from localization.trajectory import Trajectory
+from localization.evaluation.localization_history import History
+from localization.evaluation.metrics import ate, consistency, errors, nees
+from localization.evaluation.trajectory import Trajectory
+from localization.logs import ros_messages as messages
+from localization.logs.ros_import import Layout
+from localization.motion.deskew import OdometryTrack
+from localization.pipeline.log_replay import LogRun
 from localization.types import SECOND, Health, Inertial, PointScan, Pose, Twist, WheelSpeeds
 from robot_sim import Simulation, SimulationConfig, load_world
 from robot_sim.survey.total_station import TotalStation
-from teleop.scenario.driver import TourDriver
 from teleop.scenario.run import cloud_path
+from teleop.scenario.tour_driver import TourDriver
 
 PLANES, COLUMNS = 16, 1800
 """As a VLP-16 has at 10 Hz: 28 800 points in each turn."""

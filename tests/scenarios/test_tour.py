@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from localization.evaluation.trajectory import EmptyTrajectoryError, read_tum
 from localization.maps.cloud import Cloud
-from localization.trajectory import EmptyTrajectoryError, read_tum
 from localization.types import Verdict
 from robot_sim import World
 from teleop.scenario.mission import Mission
 from teleop.scenario.referee import RunRecord
-from teleop.scenario.report import Summary
 from teleop.scenario.run import run_here
+from teleop.scenario.run_report import Summary
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 

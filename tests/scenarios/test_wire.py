@@ -13,19 +13,19 @@ from pathlib import Path
 
 import pytest
 
-from localization.logs.log import read_log
+from localization.evaluation.estimate_trace import read_trace
+from localization.evaluation.trajectory import read_tum
+from localization.logs.mcap_log import read_log
 from localization.maps.cloud import Cloud
-from localization.trace import read_trace
-from localization.trajectory import read_tum
 from localization.types import Verdict
 from robot_sim import World
-from teleop.operator.station import TOPICS
+from teleop.operator.operator_client import TOPICS
 from teleop.robot.topics import OUTPUTS
+from teleop.scenario.lockstep_run import run_over_wire
 from teleop.scenario.mission import Mission
 from teleop.scenario.referee import RunRecord
-from teleop.scenario.report import Summary, read_summary, table
 from teleop.scenario.run import cloud_path
-from teleop.scenario.wire import run_over_wire
+from teleop.scenario.run_report import Summary, read_summary, table
 
 ROOT = Path(__file__).resolve().parents[2]
 BITS = ("readings.mcap", "estimate.tum", "truth.tum", "trace.csv")
@@ -47,7 +47,9 @@ def operators(folder: Path) -> list[int]:
             words = (process / "cmdline").read_bytes().split(b"\0")
         except OSError:  # not a process, or no longer
             continue
-        if b"teleop.scenario.scripted" in words and str(folder).encode() in b" ".join(words):
+        if b"teleop.scenario.scripted_operator" in words and str(folder).encode() in b" ".join(
+            words
+        ):
             found.append(int(process.name))
     return found
 

@@ -8,7 +8,7 @@ import sys
 from localization.types import Twist
 from teleop.interfaces import registry
 from teleop.joystick import Layout, write_joy
-from teleop.rosbridge.client import Client
+from teleop.rosbridge.client.client import Client
 
 
 async def main(url: str) -> None:

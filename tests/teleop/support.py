@@ -18,20 +18,20 @@ import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from localization.localizer import Localizer
 from localization.maps.cloud import Cloud
-from localization.maps.prepared import prepare
+from localization.maps.prepared_map import prepare
+from localization.pipeline.localizer import Localizer
 from localization.types import Hint
 from robot_sim import Simulation, World
 from teleop.interfaces import registry
-from teleop.robot.host import Host, Stepper
 from teleop.robot.robot import Robot
+from teleop.robot.rosbridge_adapter import Host, Stepper
 from teleop.robot.serve import ServeConfig, serve
 from teleop.robot.topics import OUTPUTS
-from teleop.rosbridge.codec import read_cbor
-from teleop.rosbridge.limits import Limits
-from teleop.rosbridge.protocol import Protocol
-from teleop.rosbridge.server import Server
+from teleop.rosbridge.messages.codec import read_cbor
+from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.server.server import Server
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 60.0

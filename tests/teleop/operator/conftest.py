@@ -10,7 +10,7 @@ import pytest
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.operator.display import Display
-from teleop.operator.sink import Sink
+from teleop.operator.rerun_sink import Sink
 from tests.teleop.operator.support import Moment, drive, play
 
 

@@ -16,18 +16,18 @@ import pytest
 from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
 
-from localization.localizer import Localizer
 from localization.maps.cloud import Cloud
-from localization.maps.prepared import prepare
+from localization.maps.prepared_map import prepare
+from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Hint, Twist
 from robot_sim import Simulation, World
 from teleop.joystick import Wish
 from teleop.operator.display import Display
-from teleop.operator.sink import viewer_program
+from teleop.operator.rerun_sink import viewer_program
 from teleop.robot import topics
 from teleop.robot.robot import Drive, Message, Reset, Robot, Stop
-from teleop.scenario.driver import TourDriver
 from teleop.scenario.mission import HINT_STAMP, Mission
+from teleop.scenario.tour_driver import TourDriver
 
 Published: TypeAlias = tuple[str, dict[str, Any]]
 """A topic and a message on it."""

@@ -13,10 +13,10 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from localization.types import SECOND, Pose
-from teleop.operator import blueprint as at
+from teleop.operator import rerun_blueprint as at
 from teleop.operator.display import HINT_SHOWN, Display
-from teleop.operator.instruments import LANE_COLOURS, SERIES
-from teleop.operator.sink import Sink
+from teleop.operator.rerun_sink import Sink
+from teleop.operator.time_plots import LANE_COLOURS, SERIES
 from tests.teleop.operator.support import Moment, column, events, play, rows
 
 

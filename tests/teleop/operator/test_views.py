@@ -12,7 +12,7 @@ from PIL import Image
 from rerun.experimental import ViewerClient
 
 from localization.types import SECOND
-from teleop.operator.palette import ORANGE, SKY, Colour
+from teleop.operator.colours import ORANGE, SKY, Colour
 from tests.teleop.operator.support import headless_viewer
 
 _RED: Colour = (222, 62, 38)

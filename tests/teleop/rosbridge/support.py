@@ -8,13 +8,13 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from teleop.rosbridge.codec import read_cbor
-from teleop.rosbridge.limits import Limits
-from teleop.rosbridge.messages import BLOBS, DTYPES, complete
-from teleop.rosbridge.outgoing import Close, Outgoing
-from teleop.rosbridge.protocol import Protocol
-from teleop.rosbridge.registry import Registry
-from teleop.rosbridge.types import Field, MessageType
+from teleop.rosbridge.messages.codec import read_cbor
+from teleop.rosbridge.messages.message_completion import BLOBS, DTYPES, complete
+from teleop.rosbridge.messages.message_types import Field, MessageType
+from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.protocol.outgoing_messages import Close, Outgoing
+from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.protocol.rate_limits import Limits
 
 ROOT = Path(__file__).resolve().parents[3]
 REGISTRY = Registry([ROOT / "assets" / "farsteer_msgs"])

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from teleop.rosbridge import Client
+from tests.teleop.rosbridge.server.test_server import in_a_loop, serving
 from tests.teleop.rosbridge.support import ROOT
-from tests.teleop.rosbridge.test_server import in_a_loop, serving
 
 
 @in_a_loop

@@ -1,0 +1,1 @@
+"""The commands `farsteer localize` and `farsteer calibrate`, and the table of settings."""

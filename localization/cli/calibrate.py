@@ -1,0 +1,57 @@
+"""``farsteer calibrate``: where the scanners really sit, from a log of a drive through a mapped place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import tyro
+
+from localization.cli.terminal import Progress, say
+
+
+@dataclass(frozen=True)
+class Calibrate:
+    """Estimate where the scanners are mounted, from a log of a drive in a known map.
+
+    Mounts and the robot's poses are settled together, so that all scanners' points lie on the map, the
+    robot rolls straight ahead while its wheels do, and stands on its ground. Says which axes the drive
+    cannot tell; those stay where they were, on average over the scanners. Drive half a minute or more,
+    with turns, past walls of several directions.
+    """
+
+    log: Annotated[Path, tyro.conf.Positional]
+    """Log of readings: ours (.mcap), a ROS bag, a CARMEN text."""
+    map: Path
+    """Map of the place: a cloud or a ROS occupancy grid (map.yaml)."""
+    out: Path | None = None
+    """File to write the mounts to, for `farsteer localize --mounts`; mounts.toml beside the log unless
+    given."""
+    mounts: Path | None = None
+    """Mounts to begin from (a file like the one written), before what the log says."""
+    start: tuple[float, float, float] | None = None
+    """About where the log begins: x, y [m], heading [degrees]."""
+
+    def __call__(self) -> int:
+        """Run it."""
+        from localization.calibration.extrinsic_calibration import calibrate, summary
+        from localization.calibration.mount_file import read_mounts, write_mounts
+        from localization.logs.open_log import open_log
+        from localization.types import Pose
+
+        log, bar = open_log(self.log), Progress()
+        begin = {**log.mounts, **(read_mounts(self.mounts) if self.mounts is not None else {})}
+        start = None
+        if self.start is not None:
+            start = Pose.planar(self.start[0], self.start[1], float(np.deg2rad(self.start[2])))
+        found = calibrate(log, self.map, begin, start=start, progress=bar)
+        bar.end()
+        lines = summary(found)
+        say(*lines)
+        beside = self.log if self.log.is_dir() else self.log.parent
+        out = self.out if self.out is not None else beside / "mounts.toml"
+        write_mounts(out, found.base_from_scanner, comment="\n".join(lines))
+        say("", f"{out}: for `farsteer localize {self.log} --map {self.map} --mounts {out}`")
+        return 0

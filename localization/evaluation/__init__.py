@@ -1,0 +1,1 @@
+"""Estimates against ground truth, trajectories and traces in files, injected faults."""

@@ -1,0 +1,177 @@
+"""Odometer: readings in, sweeps and the way between them out; no map, no truth.
+
+Wheels and gyro (or whatever stands in for them) predict the motion, KISS-ICP sees it with the horizontal
+scanner, seeded by the prediction. What KISS-ICP cannot see, as along a featureless corridor, is the
+prediction's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from localization.filter.ekf import EkfConfig, SkidSteerEkf
+from localization.geometry import FloatArray
+from localization.mapping.submap import compose, levelled
+from localization.motion.deskew import OdometryTrack, deskew
+from localization.motion.kiss_odometry import KissConfig, KissOdometry
+from localization.motion.motion_model import Increment, MotionSource, Suite
+from localization.pipeline.validation import Intake
+from localization.types import SECOND, Mounts, PointScan, Pose, Reading, Scan, Sweep
+
+
+@dataclass(frozen=True, slots=True)
+class OdometerConfig:
+    """Settings of the odometer."""
+
+    suite: Suite = field(default_factory=Suite)
+    kiss: KissConfig = field(default_factory=KissConfig)
+    scanner_patience: int = 60_000_000
+    """How long a scan waits for the other scanners' [ns]."""
+    silence: int = SECOND // 2
+    """Rim speeds older than this are not used [ns]."""
+    slip_memory: int = SECOND // 2
+    """How long after the last sign of slip the wheels are distrusted [ns]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """A sweep, and the way to where it was taken."""
+
+    sweep: Sweep
+    at: FloatArray
+    """(3,) x, y [m], yaw [rad] where the first sweep is (0, 0, 0)."""
+    rolled: FloatArray
+    """(3,) the same without what KISS-ICP saw: it strays farther, but not to and fro by millimetres."""
+    height: float
+    """[m]; changes with the ground if it is not level."""
+    tilt: tuple[float, float]
+    """Roll and pitch [rad]."""
+    predicted: FloatArray
+    """(3, 3) covariance of x, y, yaw over the last bit of way, as wheels and gyro know it."""
+    seen: FloatArray
+    """(3, 3) information of the same that KISS-ICP saw; zero if it saw nothing."""
+
+    @property
+    def pose(self) -> Pose:
+        """``start_from_base``."""
+        x, y, yaw = self.at.tolist()
+        roll, pitch = self.tilt
+        return Pose.from_euler([x, y, self.height], roll=roll, pitch=pitch, yaw=yaw)
+
+
+class Odometer:
+    """Feed it every reading in the order of arrival; now and then a step comes out."""
+
+    def __init__(self, mounts: Mounts, config: OdometerConfig = OdometerConfig()) -> None:
+        """Build for scanners by frame name (``base_from_scanner``)."""
+        self.config = config
+        suite, self._mounts = config.suite, dict(mounts)
+        ekf: EkfConfig = suite.ekf()
+        self._intake = Intake(self._mounts, suite.leader)
+        self._motion = MotionSource(suite, track=ekf.effective_track, silence=config.silence)
+        self._ekf = SkidSteerEkf(ekf)
+        self._kiss = KissOdometry(config.kiss)
+        self._track = OdometryTrack()
+        self._odom = Pose.identity()
+        self._pending: dict[str, Scan | PointScan] = {}
+        self._stamp = self._sweep_stamp = self._slip_until = 0
+        self._speed: float | None = None
+        self._turn = 0.0
+        self._pose_then = self._odom_then = self._odom
+        self._at = self._rolled = np.zeros(3)
+
+    @property
+    def refused(self) -> int:
+        """How many readings were turned away as impossible."""
+        return self._intake.refused
+
+    def add(self, reading: Reading) -> Step | None:
+        """Take a reading; return a step if it completes a sweep."""
+        if self._intake.refusal(reading, self._stamp) is not None:
+            return None
+        if isinstance(reading, Scan | PointScan):
+            self._pending[reading.scanner] = reading
+        increment = self._motion.take(reading, (self._speed or 0.0, self._turn))
+        if increment is None:
+            return None
+        if increment.stamp > self._stamp:
+            self._predict(increment)
+        return self._step() if self._sweep_due() else None
+
+    def _predict(self, increment: Increment) -> None:
+        first = self._stamp == 0
+        dt = (increment.stamp - self._stamp) / SECOND
+        self._stamp = increment.stamp
+        if not first:
+            left, right = increment.left, increment.right
+            if increment.witnessed:
+                if not self._ekf.update_wheel_yaw(increment.witness, left, right):
+                    self._slip_until = increment.stamp + self.config.slip_memory
+                self._ekf.update_standstill(increment.witness, left, right)
+            distrusted = increment.stamp < self._slip_until or not increment.rolling
+            motion = self._ekf.predict(
+                dt,
+                increment.rate,
+                increment.force,
+                left,
+                right,
+                slipping=distrusted,
+                speed=self._speed if distrusted else None,
+            )
+            self._odom = self._odom @ motion
+        self._track.add(increment.stamp, self._odom)
+
+    def _sweep_due(self) -> bool:
+        span = self._track.span
+        if span is None:
+            return False
+        for name in [n for n, s in self._pending.items() if s.stamp < span[0]]:
+            del self._pending[name]
+        if not self._pending:
+            return False
+        ends = [s.end_stamp for s in self._pending.values()]
+        complete = len(self._pending) == len(self._mounts)
+        waited = span[1] - min(ends) > self.config.scanner_patience
+        return max(ends) <= span[1] and (complete or waited)
+
+    def _step(self) -> Step:
+        scans = [self._pending[name] for name in sorted(self._pending)]
+        self._pending = {}
+        sweep = deskew(scans, self._track, self._mounts, self._stamp)
+        elapsed = (self._stamp - self._sweep_stamp) / SECOND
+        self._sweep_stamp = self._stamp
+        if self.config.suite.flat:
+            self._ekf.update_level()
+        else:
+            self._ekf.update_tilt(elapsed)
+        motion = self._pose_then.inverse() @ self._ekf.pose
+        predicted = _planar(self._ekf.accrued, self._ekf.pose)
+        roll, pitch, _ = self._ekf.pose.euler
+        answer = self._kiss.add(levelled(sweep, roll, pitch), motion)
+        seen = np.zeros((3, 3))
+        if answer is not None:
+            motion, covariance = answer
+            self._speed = float(motion.position[0]) / elapsed
+            self._turn = motion.yaw / elapsed
+            self._ekf.update_relative(self._pose_then, motion, covariance, np.zeros((0, 6)))
+            seen = np.asarray(np.linalg.inv(covariance), dtype=float)
+        rolled = self._odom_then.inverse() @ self._odom
+        self._odom_then = self._odom
+        self._rolled = compose(self._rolled, np.array([*rolled.position[:2], rolled.yaw]))
+        self._ekf.mark()
+        self._pose_then = self._ekf.pose
+        self._at = compose(self._at, np.array([*motion.position[:2], motion.yaw]))
+        height = float(self._ekf.pose.position[2])
+        return Step(sweep, self._at, self._rolled, height, (roll, pitch), predicted, seen)
+
+
+def _planar(covariance: FloatArray, pose: Pose) -> FloatArray:
+    """Return the part (3, 3) of x, y and yaw of a pose covariance (6, 6), in the robot's axes."""
+    turn = np.eye(6)
+    turn[:3, :3] = pose.rotation.T
+    chosen = [0, 1, 5]
+    floor = np.diag(np.square([1e-4, 1e-4, 1e-5]))
+    planar: FloatArray = (turn @ covariance @ turn.T)[np.ix_(chosen, chosen)] + floor
+    return planar

@@ -1,0 +1,154 @@
+"""Clouds that come as points alone, made into maps: normals from neighbours, turned to who saw them."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from localization.evaluation.trajectory import TrajectoryError, read_tum
+from localization.geometry import FloatArray
+from localization.maps.cloud import Cloud
+from localization.maps.ground_height import CELL, drivable_surfaces
+from localization.maps.normal_orientation import EYE, face_viewers, standing_places
+from localization.maps.plane_fitting import planes, thinned
+from localization.maps.point_files import CloudError
+
+_VERSION = 1
+"""Part of the cloud's identity: raise it when other points or normals come out."""
+_FEWEST = 1000
+"""Points on planes, without which there is no map."""
+_STEP = 0.3
+"""Between two places of a drive from which one looks around [m]."""
+_TURNED = 2.5
+"""A floor this many times larger along another axis than along z, and a cloud this many times flatter along
+it, mean that the axes are other than ours."""
+
+
+def with_normals(
+    path: Path,
+    points: FloatArray,
+    sha256: str,
+    *,
+    inside: npt.ArrayLike | None = None,
+    cache: Path | None = None,
+) -> Cloud:
+    """Return the cloud of a file that holds points (N, 3) alone; see ``load_cloud`` for the arguments.
+
+    Raises:
+        CloudError: if it has no planes, or nobody could see them.
+    """
+    drive = _drive(path)
+    told = np.zeros(0) if inside is None else np.asarray(inside, dtype=float)
+    seen_from = b"".join(a.tobytes() for a in (told, np.zeros(0) if drive is None else drive))
+    identity = hashlib.sha256(f"{sha256} {_VERSION}".encode() + seen_from).hexdigest()
+    file = None if cache is None else cache / f"{identity[:24]}-cloud.npz"
+    if file is not None and (kept := _load(file)) is not None:
+        return Cloud(*kept, name=path.stem, sha256=identity)
+    flat, normals = planes(thinned(points))
+    if len(flat) < _FEWEST:
+        raise CloudError(
+            f"cloud {path} has {len(flat)} points on planes; a map needs {_FEWEST} at least, one every 0.2 m"
+            " (is it in millimetres?)"
+        )
+    eyes = drive if drive is not None else _places(path, flat, normals, inside)
+    normals, known = face_viewers(flat, normals, eyes)
+    flat, normals = flat[known], normals[known]
+    if file is not None:
+        # A cache that cannot be written is done without.
+        with contextlib.suppress(OSError):
+            file.parent.mkdir(parents=True, exist_ok=True)
+            np.savez(file, points=flat, normals=normals)
+    return Cloud(flat, normals, name=path.stem, sha256=identity)
+
+
+def _drive(path: Path) -> FloatArray | None:
+    """Eyes (E, 3) [m] along the drive that is told beside a map; None if none is."""
+    beside = path.with_suffix(".tum")
+    if not beside.is_file():
+        return None
+    try:
+        way = read_tum(beside).positions
+    except TrajectoryError as error:
+        raise CloudError(f"cloud {path}: the drive beside it cannot be read: {error}") from error
+    steps = np.concatenate([[0.0], np.linalg.norm(np.diff(way, axis=0), axis=1)])
+    _, first = np.unique(np.floor(np.cumsum(steps) / _STEP), return_index=True)
+    eyes: FloatArray = way[first] + (0.0, 0.0, EYE)
+    return eyes
+
+
+def _places(
+    path: Path, points: FloatArray, normals: FloatArray, inside: npt.ArrayLike | None
+) -> FloatArray:
+    if inside is not None:
+        eyes = _around(points, np.asarray(inside, dtype=float))
+        if not len(eyes):
+            raise CloudError(
+                f"cloud {path}: the place inside must have 0.3 m of room, at sensor height"
+            )
+        return eyes
+    _check_up(path, points, normals)
+    eyes = standing_places(points, normals)
+    if not len(eyes):
+        raise CloudError(
+            f"cloud {path} has neither normals nor a floor from which its surfaces could be seen; give a place"
+            " in the open as --inside X Y Z"
+        )
+    return eyes
+
+
+def _around(points: FloatArray, inside: FloatArray) -> FloatArray:
+    """Eyes (E, 3) [m] at the height of a place, wherever one gets to from it at that height."""
+    ends = np.vstack([points[:, :2], inside[:2]])
+    low = np.floor(ends.min(axis=0) / CELL) * CELL - CELL
+    size = np.floor((ends.max(axis=0) - low) / CELL).astype(int) + 2
+    blocked = np.zeros(tuple(size), dtype=bool)
+    at_height = points[np.abs(points[:, 2] - inside[2]) < 0.35]
+    blocked[tuple(np.floor((at_height[:, :2] - low) / CELL).astype(int).T)] = True
+    label, _ = ndimage.label(~blocked)
+    home = np.floor((inside[:2] - low) / CELL).astype(int)
+    if not ((home >= 0) & (home < size)).all() or blocked[tuple(home)]:
+        return np.zeros((0, 3))
+    cells = np.argwhere(label == label[tuple(home)])
+    eyes = np.column_stack([low + (cells + 0.5) * CELL, np.full(len(cells), inside[2])])
+    distance, _ = cKDTree(points).query(eyes, distance_upper_bound=0.25)
+    free: FloatArray = eyes[~np.isfinite(distance)]
+    return free
+
+
+def _check_up(path: Path, points: FloatArray, normals: FloatArray) -> None:
+    """Refuse a cloud whose floor is level along another axis than z."""
+    size = np.ptp(points, axis=0)
+    areas = []
+    for axis in range(3):
+        order = [a for a in range(3) if a != axis] + [axis]
+        level = points[np.abs(normals[:, axis]) > 0.8][:, order]
+        if len(level):
+            _, height = drivable_surfaces(
+                level, points.min(axis=0)[order], points.max(axis=0)[order]
+            )
+            areas.append(float(np.isfinite(height).sum()))
+        else:
+            areas.append(0.0)
+    best = int(np.argmax(areas))
+    if best != 2 and areas[best] > _TURNED * areas[2] and size[2] > _TURNED * size[best]:
+        name = "xyz"[best]
+        turn = "(x, -z, y)" if best == 1 else "(y, z, x)"
+        raise CloudError(
+            f"cloud {path} seems to have {name} for up: turn it so that z is, to {turn};"
+            " if z is up nevertheless, give a place in the open as --inside X Y Z"
+        )
+
+
+def _load(file: Path) -> tuple[FloatArray, FloatArray] | None:
+    try:
+        with file.open("rb") as raw, np.load(raw, allow_pickle=False) as data:
+            return data["points"], data["normals"]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None

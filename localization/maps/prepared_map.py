@@ -1,0 +1,94 @@
+"""A cloud made ready for matching: nearest point of any place in constant time, and the ground.
+
+Both are derived from the cloud alone and never shipped; they are cached under the cloud's hash.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from localization.maps.cloud import Cloud
+from localization.maps.ground_height import Ground, ground_of
+from localization.maps.map_cache import default_cache as default_cache, load, store
+from localization.maps.nearest_point_grid import NearestGrid as NearestGrid, build_grid
+
+_VERSION = 2
+"""Part of the cache's name: raise it when the layout or the meaning of what is kept changes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PreparedMap:
+    """What the localiser needs of the global cloud."""
+
+    cloud: Cloud
+    grid: NearestGrid
+    ground: Ground
+
+    def contains(self, x: float, y: float, *, margin: float = 0.0) -> bool:
+        """Return whether (x, y) [m] lies in the cloud's bounds, grown by ``margin`` [m]."""
+        low, high = self.cloud.bounds
+        return bool(
+            low[0] - margin <= x <= high[0] + margin and low[1] - margin <= y <= high[1] + margin
+        )
+
+
+def prepare(
+    cloud: Cloud, *, cell: float = 0.05, reach: float = 0.4, cache: Path | None = None
+) -> PreparedMap:
+    """Prepare a cloud for matching.
+
+    Args:
+        cloud: the global cloud.
+        cell: edge of a grid cell [m].
+        reach: how far from a surface a nearest point is still found [m].
+        cache: folder for what is derived, read if it holds this cloud's; None keeps no file.
+    """
+    file = None
+    if cache is not None and cloud.sha256:
+        file = cache / f"{cloud.sha256[:24]}-{cell:g}-{reach:g}-v{_VERSION}.npz"
+        kept = _load(file, cloud)
+        if kept is not None:
+            return kept
+    world = PreparedMap(cloud, build_grid(cloud.points, cell, reach), ground_of(cloud))
+    if file is not None:
+        _store(file, world)
+    return world
+
+
+def _load(file: Path, cloud: Cloud) -> PreparedMap | None:
+    kept = load(file)
+    try:
+        if kept is None or int(kept["points"]) != len(cloud.points):
+            return None
+        grid = NearestGrid(
+            kept["origin"],
+            float(kept["cell"]),
+            kept["directory"],
+            kept["blocks"],
+            kept["first"],
+            kept["owners"],
+        )
+        ground = Ground(kept["ground_origin"], kept["ground_height"], bool(kept["ground_level"]))
+    except (KeyError, TypeError, ValueError):
+        return None
+    return PreparedMap(cloud, grid, ground)
+
+
+def _store(file: Path, world: PreparedMap) -> None:
+    grid, ground = world.grid, world.ground
+    arrays = {
+        "points": np.int64(len(world.cloud.points)),
+        "origin": grid.origin,
+        "cell": np.float64(grid.cell),
+        "directory": grid.directory,
+        "blocks": grid.blocks,
+        "first": grid.first,
+        "owners": grid.owners,
+        "ground_origin": ground.origin,
+        "ground_height": ground.height,
+        "ground_level": np.bool_(ground.level),
+    }
+    store(file, {name: np.asarray(value) for name, value in arrays.items()})

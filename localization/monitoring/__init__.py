@@ -1,0 +1,1 @@
+"""Whether the estimate can be trusted: health, jumps, scanner extrinsics."""

@@ -1,0 +1,153 @@
+"""Mounts under watch: do the scanners agree with each other, and with the way the wheels roll?
+
+The least-squares problem of ``extrinsics``, taken once about the mounts as they were given and summed up
+while the robot drives. That is not enough to correct a mount, for the poses were found with the wrong one,
+but it shows that one is wrong, and about by how much.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from localization.calibration.calibration_sample import Station
+from localization.calibration.least_squares import (
+    AXES,
+    ExtrinsicsConfig,
+    MountProblem,
+    OpenStretch,
+    honest_covariance,
+    told_solution,
+)
+from localization.geometry import FloatArray
+from localization.maps.prepared_map import PreparedMap
+from localization.motion.deskew import OdometryTrack
+from localization.types import Mounts, PointScan, Pose, Scan
+
+
+@dataclass(frozen=True, slots=True)
+class MountWatchConfig:
+    """When a mount is doubted."""
+
+    problem: ExtrinsicsConfig = field(
+        default_factory=lambda: ExtrinsicsConfig(ground=(0.01, float(np.deg2rad(0.5))))
+    )
+    step: float = 0.15
+    """A sweep is looked at after so much way [m] ..."""
+    turn: float = np.deg2rad(8.0)
+    """... or turning [rad]."""
+    stretches: int = 8
+    """Stretches of sweeps before anything is said: about 15 m of way."""
+    remembered: int = 30
+    """Stretches remembered."""
+    sigmas: float = 5.0
+    """A mount is doubted beyond so many sigma ..."""
+    least: tuple[float, float] = (0.015, np.deg2rad(0.6))
+    """... and so much [m, rad]."""
+
+
+class MountWatch:
+    """Owns the sum of what the drive has said of the mounts so far."""
+
+    def __init__(
+        self, world: PreparedMap, mounts: Mounts, config: MountWatchConfig = MountWatchConfig()
+    ) -> None:
+        self.config = config
+        self._world, self._mounts = world, dict(mounts)
+        self._names = sorted(mounts)
+        self._before: Station | None = None
+        self._slot = 0
+        self._open = self._anew()
+        self._closed: deque[tuple[FloatArray, FloatArray]] = deque(maxlen=config.remembered)
+        self.doubts: tuple[str, ...] = ()
+        """What seems wrong with the mounts, in words; nothing while all is well."""
+
+    def _anew(self) -> OpenStretch:
+        return OpenStretch(6 * len(self._names) + 2, self.config.problem.group)
+
+    def take(
+        self,
+        scans: Sequence[Scan | PointScan],
+        track: OdometryTrack,
+        stamp: int,
+        map_from_base: Pose,
+        odom_from_base: Pose,
+    ) -> None:
+        """Look at a sweep that the map explains, if the robot came far enough since the last one.
+
+        Args:
+            scans: that it was made of.
+            track: the motion during them.
+            stamp: to which they are deskewed [ns].
+            map_from_base: then.
+            odom_from_base: then.
+        """
+        before = self._before
+        if len(scans) < len(self._names) or (
+            before is not None and not self._far(before, odom_from_base)
+        ):
+            return
+        station = Station(stamp, tuple(scans), track, map_from_base, odom_from_base)
+        pair = MountProblem(
+            (before or station, station), self._world, self._mounts, self.config.problem
+        )
+        for rows in pair.seen(1, self.config.problem.kernels[0]):
+            self._open.put(self._slot, rows)
+        if self._slot:
+            self._open.put(self._slot - 1, pair.rolled(0, 1))
+        self._before, self._slot = station, self._slot + 1
+        if self._slot == self.config.problem.group:
+            self._closed.append(self._open.closed(self._slot).reduced())
+            self._open, self._slot = self._anew(), 0
+            if len(self._closed) >= self.config.stretches:
+                self.doubts = self._judge()
+
+    def interrupt(self) -> None:
+        """Begin a new stretch: the pose was lost, or put elsewhere."""
+        self._before, self._slot, self._open = None, 0, self._anew()
+
+    def _far(self, before: Station, odom_from_base: Pose) -> bool:
+        moved = before.odom_from_base.inverse() @ odom_from_base
+        way = float(np.hypot(*moved.position[:2]))
+        return way >= self.config.step or abs(moved.yaw) >= self.config.turn
+
+    def _judge(self) -> tuple[str, ...]:
+        c = self.config.problem
+        each = np.repeat(c.prior, 3)
+        prior = np.concatenate([*[each] * len(self._names), [c.pivot] * 2]) ** -2.0
+        at = told_solution(self._closed, prior, np.zeros(len(prior)), c.told)
+        covariance = honest_covariance(self._closed, prior)
+        doubts = []
+        first = self._names[0]
+        yaw = np.zeros(len(prior))
+        yaw[5] = 1.0
+        off, size = self._doubted(yaw, at, covariance, 5)
+        if off:
+            doubts.append(_sentence(f"{first} seems", size, 5, "against the way the wheels roll"))
+        for i, name in enumerate(self._names[1:], start=1):
+            for axis in range(6):
+                apart = np.zeros(len(prior))
+                apart[6 * i + axis], apart[axis] = 1.0, -1.0
+                off, size = self._doubted(apart, at, covariance, axis)
+                if off:
+                    doubts.append(_sentence(f"{name} seems", size, axis, f"against {first}"))
+        return tuple(doubts)
+
+    def _doubted(
+        self, direction: FloatArray, at: FloatArray, covariance: FloatArray, axis: int
+    ) -> tuple[bool, float]:
+        size = float(direction @ at)
+        sigma = float(np.sqrt(direction @ covariance @ direction))
+        least = self.config.least[axis // 3]
+        return abs(size) > max(least, self.config.sigmas * sigma), -size
+
+
+def _sentence(who: str, size: float, axis: int, against: str) -> str:
+    if axis < 3:
+        much = f"{abs(size) * 100:.1f} cm off in {AXES[axis]}"
+    else:
+        much = f"{np.rad2deg(abs(size)):.1f} degrees off in {AXES[axis]}"
+    return f"{who} mounted about {much} {against}: see `farsteer calibrate`"

@@ -1,0 +1,1 @@
+"""How the robot moves between sweeps: motion model, deskewing, KISS-ICP odometry, slip and standstill."""

@@ -1,0 +1,282 @@
+"""One call on a log: readings in a file, estimates out."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar, cast, get_type_hints
+
+import numpy as np
+import numpy.typing as npt
+
+from localization.logs.mcap_log import LogError
+from localization.logs.open_log import ReadingsLog, open_log
+from localization.logs.ros_import import Layout
+from localization.maps.cloud import Cloud, load_map
+from localization.maps.prepared_map import prepare
+from localization.motion.motion_model import Suite
+from localization.pipeline.localizer import Localizer, LocalizerConfig
+from localization.types import (
+    SECOND,
+    Estimate,
+    Hint,
+    HintVerdict,
+    Mounts,
+    PointScan,
+    Pose,
+    Reading,
+    Scan,
+)
+
+CONFIG_KEY = "localizer"
+"""Metadata of a log under which the localiser's configuration is kept, as JSON."""
+
+_T = TypeVar("_T")
+
+
+def replay(
+    log: Iterable[Reading], localizer: Localizer, *, start: Pose | None = None
+) -> Iterator[Estimate]:
+    """Feed a log to a localiser and yield its estimate each time that time has moved on.
+
+    Args:
+        log: readings in the order of arrival.
+        localizer: takes them.
+        start: ``map_from_base`` about where the log begins: given as a hint, and again from wherever
+            odometry leads, until one is accepted. The log's own hints are then passed over: they may be of
+            another map, and each would take the other's place before it is answered.
+    """
+    stamp, asked, begun = 0, False, Pose.identity()
+    for reading in log:
+        if start is not None and isinstance(reading, Hint):
+            continue
+        estimate = localizer.add(reading)
+        if estimate.verdict is not None:
+            asked = False
+        if start is not None and not asked and isinstance(reading, Scan | PointScan):
+            if not stamp:
+                begun = estimate.odom_from_base
+            if estimate.map_from_base is None:
+                here = start @ (begun.inverse() @ estimate.odom_from_base)
+                estimate = localizer.add(Hint(reading.stamp, here, np.zeros((6, 6))))
+                asked = True
+        if estimate.stamp > stamp:
+            stamp = estimate.stamp
+            yield estimate
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Localized:
+    """What localising a log came to."""
+
+    estimates: tuple[Estimate, ...]
+    """One each time that time has moved on."""
+    verdicts: tuple[HintVerdict, ...]
+    """The answers to the log's hints."""
+    notes: tuple[str, ...]
+    """What there is to know about the log: readings refused, messages passed over, a broken end."""
+
+
+class LogRun:
+    """A log on its way through the localiser, for logs of any length: nothing is kept of the estimates.
+
+    Iterate it once; afterwards it knows what there is to know about the log.
+    """
+
+    log: ReadingsLog
+    cloud: Cloud
+    localizer: Localizer
+    mounts: dict[str, Pose]
+    """``base_from_scanner`` of each scanner, as used."""
+    verdicts: list[HintVerdict]
+    """The answers to the log's hints so far."""
+
+    def __init__(
+        self,
+        log_path: Path | str,
+        map_path: Path | str,
+        *,
+        suite: Suite | None = None,
+        start: Pose | None = None,
+        layout: Layout | None = None,
+        mounts: Mounts | None = None,
+        inside: npt.ArrayLike | None = None,
+        cache: Path | None = None,
+    ) -> None:
+        """Open log and map; see ``localize``, and ``load_cloud`` for ``inside``."""
+        self.log = open_log(log_path, layout)
+        self.mounts = {**self.log.mounts, **(mounts or {})}
+        self.cloud = load_map(map_path, inside=inside, cache=cache)
+        self._left_out: tuple[str, ...] = ()
+        if suite is None:
+            config, self._left_out = config_of(self.log), settings_left_out(self.log)
+        else:
+            config = LocalizerConfig.of(suite)
+        self.localizer = Localizer(prepare(self.cloud, cache=cache), self.mounts, config)
+        self._start = start
+        self.verdicts = []
+        self._refusals: dict[str, None] = {}
+
+    def __iter__(self) -> Iterator[Estimate]:
+        """Yield the estimate each time that time has moved on."""
+        if self._start is None and not self.log.metadata:
+            # A foreign log rarely holds a hint.
+            self.localizer.relocalize()
+        for estimate in replay(self.log, self.localizer, start=self._start):
+            self._refusals.update(
+                dict.fromkeys(r for r in estimate.reasons if r.startswith("refused"))
+            )
+            if estimate.verdict is not None:
+                self.verdicts.append(estimate.verdict)
+            yield estimate
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What there is to know about the log: readings refused, messages passed over, a broken end."""
+        log, refused = self.log, self.localizer.refused
+        notes = [log.warning] if log.warning else []
+        if self._left_out:
+            notes.append(
+                f"recorded by another version; settings left out: {', '.join(self._left_out)}"
+            )
+        recorded = log.metadata.get("map_sha256", self.cloud.sha256)
+        if recorded != self.cloud.sha256:
+            notes.append(
+                "the log was recorded with another map "
+                f"({recorded[:12]}, not {self.cloud.sha256[:12]})"
+            )
+        notes += [
+            f"{s.count} messages on {t} passed over: {s.reason}" for t, s in log.skipped.items()
+        ]
+        if refused:
+            notes.append(f"{refused} readings refused, such as: {next(iter(self._refusals), '')}")
+        return tuple(notes)
+
+
+def localize(
+    log_path: Path | str,
+    map_path: Path | str,
+    *,
+    suite: Suite | None = None,
+    start: Pose | None = None,
+    layout: Layout | None = None,
+    mounts: Mounts | None = None,
+    cache: Path | None = None,
+    progress: Callable[[float, str], None] = lambda share, text: None,
+) -> Localized:
+    """Localise a whole log in a map, configured as the log says it was recorded.
+
+    Args:
+        log_path: a log of ours, a ROS bag or a CARMEN text. Where a foreign one begins is looked for in
+            the whole map, unless ``start`` is given.
+        map_path: the cloud, or a ROS occupancy grid, by its ``map.yaml``.
+        suite: which sensors to use; what the log has unless given.
+        start: ``map_from_base`` about where the log begins, in place of the log's own hints.
+        layout: how the robot is built, as far as a bag does not say.
+        mounts: ``base_from_scanner`` of scanners, before what the log says; see ``mount_file``.
+        cache: folder for what is derived from the map; None derives it anew.
+        progress: told the share of the log that is read, and a line of text.
+
+    Raises:
+        LogError: if the log cannot be read.
+        CloudError: if the cloud cannot serve as a map.
+    """
+    run = LogRun(
+        log_path, map_path, suite=suite, start=start, layout=layout, mounts=mounts, cache=cache
+    )
+    estimates, told = [], 0
+    for estimate in run:
+        estimates.append(estimate)
+        if estimate.stamp >= told + 10 * SECOND:
+            told = estimate.stamp
+            since = (told - estimates[0].stamp) // SECOND
+            progress(run.log.share, f"{since} s of the log, {estimate.health}")
+    return Localized(tuple(estimates), tuple(run.verdicts), run.notes)
+
+
+def config_of(log: ReadingsLog) -> LocalizerConfig:
+    """Return the configuration a log was recorded with, or what suits its sensors if it has none.
+
+    Settings that this version does not have are left out; see ``settings_left_out``.
+
+    Raises:
+        LogError: if the log holds one that cannot be read.
+    """
+    values = _settings(log)
+    if values is None:
+        return LocalizerConfig.of(log.suite)
+    try:
+        return from_json(LocalizerConfig, _known(LocalizerConfig, values))
+    except (TypeError, ValueError) as error:
+        raise LogError(f"{log.path}: its localiser configuration is not ours: {error}") from error
+
+
+def settings_left_out(log: ReadingsLog) -> tuple[str, ...]:
+    """Return which of a log's settings this version does not have, such as ``ekf.track``."""
+    values = _settings(log)
+    return () if values is None else tuple(_strange(LocalizerConfig, values))
+
+
+def _settings(log: ReadingsLog) -> dict[str, Any] | None:
+    """Return the settings a log holds as plain values, None if it holds none."""
+    text = log.metadata.get(CONFIG_KEY)
+    if text is None:
+        return None
+    try:
+        values = json.loads(text)
+    except ValueError as error:
+        raise LogError(f"{log.path}: its localiser configuration is not ours: {error}") from error
+    if not isinstance(values, dict):
+        raise LogError(f"{log.path}: its localiser configuration is not ours: no JSON object")
+    return values
+
+
+def _known(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values whose names a configuration dataclass has, at any depth."""
+    hints = get_type_hints(kind)
+    return {
+        name: _known(hints[name], value)
+        if dataclasses.is_dataclass(hints[name]) and isinstance(value, dict)
+        else value
+        for name, value in values.items()
+        if name in hints
+    }
+
+
+def _strange(kind: type[Any], values: dict[str, Any]) -> Iterator[str]:
+    """Yield the names that a configuration dataclass does not have, at any depth."""
+    hints = get_type_hints(kind)
+    for name, value in values.items():
+        if name not in hints:
+            yield name
+        elif dataclasses.is_dataclass(hints[name]) and isinstance(value, dict):
+            yield from (f"{name}.{inner}" for inner in _strange(cast("type", hints[name]), value))
+
+
+def config_metadata(config: LocalizerConfig) -> dict[str, str]:
+    """Return the metadata by which a log remembers the configuration it was recorded with."""
+    return {CONFIG_KEY: json.dumps(to_json(config))}
+
+
+def to_json(config: Any) -> dict[str, Any]:
+    """Return a configuration dataclass as plain values."""
+    return dataclasses.asdict(config)
+
+
+def from_json(kind: type[_T], values: dict[str, Any]) -> _T:
+    """Build a configuration dataclass from plain values; unknown names are refused."""
+    hints = get_type_hints(kind)
+    unknown = sorted(set(values) - set(hints))
+    if unknown:
+        raise ValueError(f"unknown setting {unknown[0]!r} of {kind.__name__}")
+    given = {
+        name: from_json(cast("type[Any]", hints[name]), value)
+        if dataclasses.is_dataclass(hints[name])
+        else tuple(value)
+        if isinstance(value, list)
+        else value
+        for name, value in values.items()
+    }
+    return kind(**given)

@@ -1,0 +1,1 @@
+"""Where else the robot could be: hints, windows, the whole map, several hypotheses."""

@@ -1,0 +1,1 @@
+"""The report of a localised log: figures, plots, an HTML page, a rerun recording."""

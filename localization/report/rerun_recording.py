@@ -1,0 +1,175 @@
+"""A localised log as a rerun recording: map, path, sweeps, doubt and hypotheses, to look at afterwards.
+
+It is drawn like the operator's display, but from estimates instead of messages. Logs may count their time
+from 1970, and the viewer would show all of it: here it counts from the first estimate.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import rerun as rr
+
+from localization.evaluation.trajectory import Trajectory
+from localization.maps.cloud import Cloud
+from localization.types import SECOND, Candidate, Estimate, Health, Mounts, Pose
+from teleop.operator import colours as palette
+from teleop.operator.colours import ORANGE, SKY, VERMILION
+from teleop.operator.map_drawing import Scene
+from teleop.operator.rerun_blueprint import HYPOTHESES, TRUTH_PATH, log_blueprint
+from teleop.operator.rerun_sink import Canvas, Sink
+from teleop.operator.time_plots import Instruments, Level
+
+_MOVED: Final = 0.2
+"""A sweep is drawn when the robot has moved this far since the last one [m],"""
+_TURNED: Final = np.deg2rad(5.0)
+"""or turned this far [rad],"""
+_WAITED: Final = SECOND
+"""or after this time [ns]: so a robot that stands for an hour fills no disk."""
+_HINT_SHOWN: Final = 10 * SECOND
+"""A hint's ghost stays this long [ns]."""
+_LIFT: Final = 0.3
+"""Hypotheses hang this high over the floor [m]."""
+_FLUSH: Final = 10.0
+"""How long closing may take [s]."""
+
+_LANES: Final = {"health": palette.HEALTH}
+_SERIES: Final = {
+    "position/sigma": ("horizontal sigma", SKY),
+    "heading/sigma": ("heading sigma", SKY),
+    "fit/fit": ("fit", SKY),
+    "fit/unexplained": ("unexplained", VERMILION),
+    "nis/nis": ("NIS", SKY),
+}
+_LEGEND: Final = f"""\
+**Grey** the map, lighter with height. **Live points** the sweep by its distance to the map: **teal** none, green to
+**yellow** {palette.DISTANCE_FULL} m or more, **pink** nothing is mapped near.
+
+**Red robot, white bar ahead** the estimate (drawn as a Pioneer 3-AT, whatever yours is). **Ellipse and wedge** its 95 %
+bounds, in the colour of its health. **Blue path** the estimate, **white** the reference, if one was given.
+
+**Orange dots** places between which it is not settled yet, each with the share of the sweeps that it explains.
+"""
+
+
+class LogRecording:
+    """Writes a recording; call ``close`` at the end."""
+
+    def __init__(
+        self, path: Path, cloud: Cloud, mounts: Mounts, truth: Trajectory | None = None
+    ) -> None:
+        """Begin a recording, replacing a file of that name, and draw the map.
+
+        Args:
+            path: of the ``.rrd`` file.
+            cloud: the map.
+            mounts: ``base_from_scanner`` by the scanner's frame.
+            truth: where the robot was, if that is known.
+        """
+        rr.set_strict_mode(True)
+        self._canvas = Canvas(Sink(file=path), log_blueprint(*cloud.bounds))
+        self._scene = Scene(self._canvas, cloud)
+        self._instruments = Instruments(self._canvas, _LANES, _SERIES, _LEGEND)
+        self._reasons: tuple[str, ...] = ()
+        self._begin: int | None = None
+        self._drawn: tuple[int, Pose] | None = None
+        self._hint_until = -1
+        self._undecided = False
+        for frame, mount in mounts.items():
+            self._scene.transform("base_link", frame, mount, static=True)
+        if truth is not None and len(truth):
+            path_of_truth = rr.LineStrips3D.from_fields(strips=[truth.positions])
+            self._canvas.draw(TRUTH_PATH, path_of_truth, static=True)
+
+    def show(self, estimate: Estimate) -> None:
+        """Draw what is new in an estimate, at its time since the first one."""
+        if self._begin is None:
+            self._begin = estimate.stamp
+        changed = self._instruments.is_new("health", estimate.health.value)
+        if estimate.sweep is None and estimate.verdict is None and not changed:
+            return
+        self._canvas.set_time(estimate.stamp - self._begin)
+        self._state(estimate)
+        self._hints(estimate)
+        self._places(estimate.hypotheses)
+        if estimate.map_from_base is not None:
+            self._robot(estimate, estimate.map_from_base)
+
+    def close(self) -> None:
+        """Write what is left, and end the recording."""
+        self._canvas.close(_FLUSH)
+
+    def _state(self, estimate: Estimate) -> None:
+        self._scene.health(palette.HEALTH[estimate.health.value])
+        changed = self._instruments.state("health", estimate.health.value)
+        if changed or estimate.reasons != self._reasons:
+            self._reasons = estimate.reasons
+            level = Level.WARNING if estimate.health in _DOUBTFUL else Level.INFO
+            text = f"{estimate.health}: {'; '.join(estimate.reasons) or 'all is well'}"
+            self._instruments.event(text, level)
+
+    def _hints(self, estimate: Estimate) -> None:
+        if (answer := estimate.verdict) is not None:
+            given = answer.hint
+            self._scene.hint(given.map_from_base, "hint", given.covariance)
+            self._scene.verdict(
+                answer.verdict.value,
+                given.map_from_base,
+                [c.map_from_base for c in answer.candidates],
+                [c.score for c in answer.candidates],
+            )
+            self._hint_until = estimate.stamp + _HINT_SHOWN
+            self._instruments.event(f"hint {answer.verdict}: {answer.reason}")
+        elif 0 <= self._hint_until <= estimate.stamp:
+            self._hint_until = -1
+            self._scene.clear_hint()
+
+    def _places(self, places: tuple[Candidate, ...]) -> None:
+        if places:
+            self._canvas.draw(
+                HYPOTHESES,
+                rr.Points3D(
+                    [p.map_from_base.position + (0.0, 0.0, _LIFT) for p in places],
+                    colors=[ORANGE],
+                    radii=rr.Radius.ui_points(6.0),
+                    labels=[f"{p.score:.0%}" for p in places],
+                    show_labels=True,
+                ),
+            )
+        elif self._undecided:
+            self._canvas.draw(HYPOTHESES, rr.Clear(recursive=False))
+        self._undecided = bool(places)
+
+    def _robot(self, estimate: Estimate, pose: Pose) -> None:
+        odom = estimate.odom_from_base
+        self._scene.transform("map", "odom", pose @ odom.inverse())
+        self._scene.transform("odom", "base_link", odom)
+        self._scene.estimate.add(pose.position)
+        self._scene.uncertainty(pose, estimate.covariance)
+        plot, covariance = self._instruments.plot, estimate.covariance
+        plot("position/sigma", 1e3 * float(np.sqrt(covariance[0, 0] + covariance[1, 1])))
+        plot("heading/sigma", float(np.rad2deg(np.sqrt(covariance[5, 5]))))
+        if estimate.nis is not None:
+            plot("nis/nis", estimate.nis)
+        if estimate.unexplained is not None:
+            plot("fit/unexplained", estimate.unexplained)
+        if estimate.match is not None and estimate.sweep is not None:
+            plot("fit/fit", estimate.match.fit)
+            if self._is_due(estimate.stamp, pose):
+                self._drawn = estimate.stamp, pose
+                points = pose.apply(estimate.sweep.points)
+                distances = estimate.match.distances
+                self._scene.live(points.astype(np.float32), distances.astype(np.float32))
+
+    def _is_due(self, stamp: int, pose: Pose) -> bool:
+        if self._drawn is None:
+            return True
+        then, before = self._drawn
+        step = before.inverse() @ pose
+        moved = float(np.linalg.norm(step.position))
+        return moved > _MOVED or abs(step.yaw) > _TURNED or stamp - then >= _WAITED
+
+
+_DOUBTFUL: Final = (Health.SUSPECT, Health.LOST, Health.RELOCALISING)

@@ -1,0 +1,1 @@
+"""What moves by itself: people, doors and carts."""

@@ -1,0 +1,1 @@
+"""Floor plans: what a world is made of, as values and as TOML files."""

@@ -1,0 +1,86 @@
+"""The ground of a plan: how high it is anywhere, and how the robot stands on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from localization.types import Pose
+from robot_sim.array_types import FloatArray
+from robot_sim.errors import WorldError
+from robot_sim.floorplan.plan import NO_FLOOR, Placement, Plan
+from robot_sim.scene_objects.terrain import Terrain, grid_heights
+
+
+class Ground:
+    """Height of the highest drivable thing at any point of a plan: floor, slabs and terrains."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._level = -np.inf if plan.floor == NO_FLOOR else 0.0
+        self.grids: tuple[tuple[Terrain, FloatArray], ...] = tuple(
+            (terrain, terrain.grid()) for terrain in plan.terrains
+        )
+
+    @property
+    def flat(self) -> bool:
+        """Whether there is nothing but the floor."""
+        return not (self.grids or self._plan.slabs)
+
+    def heights(self, points: FloatArray) -> FloatArray:
+        """Return the height (N,) [m] at (N, 2) ``points`` [m]; -inf where there is no ground."""
+        height = np.full(len(points), self._level)
+        for slab in self._plan.slabs:
+            height = np.maximum(height, slab.heights(points))
+        for terrain, grid in self.grids:
+            height = np.maximum(height, grid_heights(terrain, grid, points))
+        return height
+
+    def lowest(self, points: Iterable[tuple[float, float]]) -> float:
+        """Return the least height [m] at some points, where a thing that covers them stands; 0 if none."""
+        if self.flat:
+            return 0.0
+        low = float(self.heights(np.array(list(points))).min())
+        return low if np.isfinite(low) else 0.0
+
+    def stand(self, placement: Placement, wheelbase: float, track: float) -> Pose:
+        """Return ``map_from_base`` of a robot that stands there; see ``stand_on``."""
+        return stand_on(self.heights, placement, wheelbase, track)
+
+
+def stand_on(
+    heights: Callable[[FloatArray], FloatArray],
+    placement: Placement,
+    wheelbase: float,
+    track: float,
+) -> Pose:
+    """Return ``map_from_base`` of a robot that stands somewhere on its four wheels.
+
+    Its floor plane is fitted to the ground under the wheels and raised until none sinks in.
+
+    Args:
+        heights: Gives the height (N,) [m] of the ground at (N, 2) points [m]; -inf where there is none.
+        placement: Where.
+        wheelbase: Distance of the front from the rear wheels [m].
+        track: Distance of the left from the right wheels [m].
+
+    Raises:
+        WorldError: there is no ground under a wheel.
+    """
+    here = Pose.planar(placement.x, placement.y, placement.yaw)
+    wheels = 0.5 * np.array([[sx * wheelbase, sy * track, 0.0] for sx in (1, -1) for sy in (1, -1)])
+    height = heights(here.apply(wheels)[:, :2])
+    if not np.isfinite(height).all():
+        raise WorldError(f"at x {placement.x:.2f}, y {placement.y:.2f} there is no ground")
+    if not height.any():
+        return here
+    plane = np.column_stack([wheels[:, :2], np.ones(4)])
+    (along, across, middle), *_ = np.linalg.lstsq(plane, height, rcond=None)
+    middle += (height - plane @ (along, across, middle)).max()
+    return Pose.from_euler(
+        (placement.x, placement.y, middle),
+        roll=float(np.arctan(across * np.cos(np.arctan(along)))),
+        pitch=-float(np.arctan(along)),
+        yaw=placement.yaw,
+    )

@@ -1,5 +1,0 @@
-"""Endless made-up buildings, each from a seed and an area."""
-
-from robot_sim.generate.building import AREAS, MARGIN, Building, Room, generate
-
-__all__ = ["AREAS", "MARGIN", "Building", "Room", "generate"]

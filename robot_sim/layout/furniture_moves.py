@@ -1,0 +1,229 @@
+"""Furniture that was moved since the world was mapped: a pure function from plan to plan.
+
+Every movable piece may be shoved, turned or carried away, and a few boxes are left where there were
+none. Nothing ends up in a wall, in another piece, in a doorway, on the tour, at a spawn or a named
+place, or in the way of whoever lives there; what finds no free spot stays where it is.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import count, islice, pairwise
+from typing import Final
+
+import numpy as np
+
+from robot_sim.actors.movers import ARM_REACH
+from robot_sim.floorplan.actors_in_plan import Cart, Inhabitant, Leaf
+from robot_sim.floorplan.plan import Piece, Plan, Wall, Waypoint
+from robot_sim.layout.rectangles import Rectangles, line_between
+from robot_sim.scene_objects.blocks import Block
+from robot_sim.scene_objects.furniture import footprint, piece_blocks, size_of
+from robot_sim.scene_objects.glazing import Glazing
+from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.walls import wall_blocks
+
+ROBOT_CLEARANCE: Final = 0.7
+"""What is moved keeps so far from the tour's line, spawns and places [m]: a P3-AT turns within 0.34 m,
+and nobody drives a line exactly."""
+PERSON_CLEARANCE: Final = 0.35
+"""And so far from the line that somebody walks [m]."""
+DOOR_CLEARANCE: Final = 0.6
+"""And so far before and behind a door opening [m]."""
+GAP: Final = 0.02
+"""And so far from walls and other pieces [m]."""
+NEW_BOXES: Final = 0.1
+"""Boxes that appear, per movable piece; at least one."""
+_TRIES: Final = 60
+_REACHABLE: Final = 2.0
+"""What hangs higher is over everybody's head [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Habit:
+    """How pieces of a kind are moved about."""
+
+    least: float
+    """Shortest shove [m]."""
+    most: float
+    """Longest [m]."""
+    turn: float
+    """Largest turn either way [rad]."""
+    gone: float = 0.0
+    """Probability of being carried away."""
+
+
+HABITS: Final = {
+    "chair": Habit(0.3, 1.5, math.pi, 0.15),
+    "box": Habit(0.5, 2.5, math.pi, 0.25),
+    "plant": Habit(0.3, 1.2, math.pi, 0.1),
+    "desk": Habit(0.3, 1.0, 0.3),
+    "table": Habit(0.3, 1.0, 0.3),
+    "round_table": Habit(0.3, 1.0, math.pi),
+    "sofa": Habit(0.3, 1.0, 0.3),
+    "cabinet": Habit(0.2, 0.7, 0.2),
+    "pallet": Habit(0.3, 2.5, 0.4, 0.3),
+    "drum": Habit(0.3, 2.0, math.pi, 0.2),
+    "forklift": Habit(1.0, 5.0, math.pi, 0.2),
+    "planting_table": Habit(0.2, 0.6, 0.1),
+    "bench": Habit(0.3, 1.5, 0.6),
+    "planter": Habit(0.3, 1.2, 0.4),
+    "bicycle_stand": Habit(0.3, 1.5, 0.3),
+}
+"""What is moved at all, and how far; chosen. All other kinds stand fast: pillars, shelves, counters,
+racks, machines, tanks, trees."""
+
+
+def rearranged(plan: Plan, seed: int) -> Plan:
+    """Return the plan with its furniture moved.
+
+    Args:
+        plan: As it was mapped.
+        seed: Same seed and plan, same result. Each piece draws by the seed and its own name.
+    """
+    fixed = Rectangles(_fixed(plan))
+    kept_free = Rectangles(_kept_free(plan))
+    pieces = {p.name: p for p in plan.furniture}
+    movable = [p for p in plan.furniture if p.kind in HABITS]
+
+    def others(name: str) -> Rectangles:
+        return Rectangles(_row(p, GAP) for p in pieces.values() if p.name != name)
+
+    def fits(piece: Piece, origin: Waypoint, rest: Rectangles) -> bool:
+        return (
+            _within(piece, plan)
+            and not rest.meet(*_spot(piece))
+            and not fixed.meet(*_spot(piece))
+            and not kept_free.meet(*_spot(piece))
+            and all(_on_or_off(piece, slab) for slab in plan.slabs)
+            # It is shoved across the room, not through a wall.
+            and not fixed.meet(*line_between(origin, (piece.x, piece.y), 0.0))
+        )
+
+    # Small ones first: a desk has room once its chair is out of the way.
+    for piece in sorted(movable, key=lambda p: math.prod(size_of(p)[:2])):
+        rng = np.random.default_rng([seed, zlib.crc32(piece.name.encode())])
+        habit = HABITS[piece.kind]
+        if rng.random() < habit.gone:
+            del pieces[piece.name]
+            continue
+        rest = others(piece.name)
+        for attempt in range(_TRIES):
+            # Where it is tight, a smaller shove may do.
+            share = 1.0 if 2 * attempt < _TRIES else 0.3
+            candidate = _shoved(piece, habit, rng, share)
+            if fits(candidate, (piece.x, piece.y), rest):
+                pieces[piece.name] = candidate
+                break
+    anchors = [(p.x, p.y) for p in movable] + list(plan.tour)
+    rng = np.random.default_rng([seed, len(pieces)])
+    taken = {p.name for p in plan.furniture}
+    names = (name for i in count() if (name := f"left_box_{i}") not in taken)
+    wanted = max(1, round(NEW_BOXES * len(movable))) if anchors else 0
+    for name in islice(names, wanted):
+        rest = others("")
+        size = tuple(float(v) for v in rng.uniform((0.3, 0.3, 0.3), (0.8, 0.6, 0.9)))
+        for _ in range(_TRIES):
+            x, y = anchors[rng.integers(len(anchors))]
+            anchor = Piece(name, "box", x, y, size=(size[0], size[1], size[2]))
+            candidate = _shoved(anchor, Habit(0.5, 3.0, math.pi), rng)
+            if fits(candidate, (x, y), rest):
+                pieces[candidate.name] = candidate
+                break
+    return replace(plan, furniture=tuple(pieces.values()))
+
+
+def _shoved(piece: Piece, habit: Habit, rng: np.random.Generator, share: float = 1.0) -> Piece:
+    distance = share * rng.uniform(habit.least, habit.most)
+    direction = rng.uniform(-math.pi, math.pi)
+    return replace(
+        piece,
+        x=piece.x + distance * math.cos(direction),
+        y=piece.y + distance * math.sin(direction),
+        yaw=piece.yaw + share * rng.uniform(-habit.turn, habit.turn),
+    )
+
+
+def _spot(piece: Piece) -> tuple[float, float, tuple[float, float], float]:
+    width, depth, _ = size_of(piece)
+    return piece.x, piece.y, (0.5 * width, 0.5 * depth), piece.yaw
+
+
+def _row(piece: Piece, margin: float) -> tuple[float, float, float, float, float]:
+    x, y, (along, across), yaw = _spot(piece)
+    return x, y, along + margin, across + margin, yaw
+
+
+def _within(piece: Piece, plan: Plan) -> bool:
+    x, y, half, _ = _spot(piece)
+    reach = math.hypot(*half)
+    x0, y0, x1, y1 = plan.bounds
+    return x0 + reach < x < x1 - reach and y0 + reach < y < y1 - reach
+
+
+def _on_or_off(piece: Piece, slab: Slab) -> bool:
+    """Return whether a piece stands on a level slab with all of itself, or beside the slab."""
+    half = (0.5 * slab.length, 0.5 * slab.width)
+    beside = not Rectangles([(slab.x, slab.y, *half, slab.yaw)]).meet(*_spot(piece))
+    on_top = slab.level and bool(np.isfinite(slab.heights(np.array(footprint(piece)))).all())
+    return beside or on_top
+
+
+def _fixed(plan: Plan) -> Iterator[tuple[float, float, float, float, float]]:
+    """Yield what stands fast and could be run into by a person."""
+    for block in _fixed_blocks(plan):
+        if block.bottom - block.ground < _REACHABLE:
+            along, across, _ = block.half
+            yield block.x, block.y, along + GAP, across + GAP, block.yaw
+
+
+def _fixed_blocks(plan: Plan) -> Iterator[Block]:
+    for wall in plan.walls:
+        yield from wall_blocks(wall)
+    for glazing in plan.glazings:
+        yield from glazing.blocks()
+    for piece in plan.furniture:
+        if piece.kind not in HABITS:
+            yield from piece_blocks(piece)
+
+
+def _kept_free(plan: Plan) -> Iterator[tuple[float, float, float, float, float]]:
+    """Yield where nothing may be put: doorways, and where the robot and people go."""
+    walls: list[Wall | Glazing] = [*plan.walls, *plan.glazings]
+    for wall in walls:
+        yaw = math.atan2(wall.end[1] - wall.start[1], wall.end[0] - wall.start[0])
+        for door in wall.doors:
+            x = wall.start[0] + door.at * math.cos(yaw)
+            y = wall.start[1] + door.at * math.sin(yaw)
+            yield x, y, 0.5 * door.width, DOOR_CLEARANCE, yaw
+    for placement in (*plan.spawns.values(), *plan.places.values()):
+        yield placement.x, placement.y, ROBOT_CLEARANCE, ROBOT_CLEARANCE, 0.0
+    yield from _lines(plan.tour, ROBOT_CLEARANCE)
+    for inhabitant in plan.inhabitants:
+        yield from _haunt(inhabitant)
+
+
+def _haunt(one: Inhabitant) -> Iterator[tuple[float, float, float, float, float]]:
+    """Yield where somebody walks, or a leaf swings."""
+    if isinstance(one, Leaf):
+        yield *one.hinge, one.width + GAP, one.width + GAP, 0.0
+        return
+    clearance = PERSON_CLEARANCE
+    if isinstance(one, Cart):
+        length, width, _ = one.size
+        # Who pushes a cart turns round with it at both ends.
+        front = ARM_REACH + length if one.pushed else 0.5 * length
+        clearance = math.hypot(front, 0.5 * width) + GAP
+    corners = [*one.path, one.path[0]] if one.loop else one.path
+    yield from _lines(corners, clearance)
+
+
+def _lines(
+    corners: Sequence[Sequence[float]], margin: float
+) -> Iterator[tuple[float, float, float, float, float]]:
+    for a, b in pairwise(corners):
+        x, y, half, yaw = line_between(a, b, margin)
+        yield x, y, *half, yaw

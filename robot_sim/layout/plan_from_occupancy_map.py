@@ -1,0 +1,220 @@
+"""Occupancy maps as plans: walls where the map is occupied, routes where it is free.
+
+What the map does not know is floor without anything on it, but no route leads there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from localization.maps.occupancy_grid import OccupancyMap
+from robot_sim.array_types import BoolArray
+from robot_sim.errors import WorldError
+from robot_sim.floorplan.plan import Placement, Plan, Wall, Waypoint
+from robot_sim.layout.route_planning import TOUR_LIMIT, FreeSpace, Ways
+from robot_sim.robot.platforms import P3AT
+
+MARGIN: Final = 0.08
+"""Between the circle the robot turns in and what is not free, all along the routes [m]."""
+MOST_BOXES: Final = 30_000
+"""A map that takes more is not of a building."""
+_NODES: Final = 0.1
+"""Nodes of the routing grid are this far apart [m], or a cell if cells are larger."""
+_PLACES: Final = 24
+"""Named places at most."""
+_APART: Final = 3.0
+"""Between two places at least [m]."""
+_SURVEYED: Final = 4.0
+"""Side of the squares each of which the survey visits [m]."""
+
+
+def plan_from_map(
+    grid: OccupancyMap, *, height: float = 2.5, spawn: Placement | None = None
+) -> Plan:
+    """Return a plan with walls of a given height where the map is occupied.
+
+    Its places are the roomiest spots that the robot can reach from the spawn.
+
+    Args:
+        grid: the map.
+        height: of the walls and the ceiling [m].
+        spawn: where the robot starts; None for the roomiest spot.
+
+    Raises:
+        WorldError: the robot has no room in the map, or none at the spawn.
+    """
+    if not (math.isfinite(height) and height > 0.0):
+        raise WorldError(f"height must be > 0 m, got {height:g}")
+    space = _space(grid)
+    least = P3AT().swing_radius + MARGIN
+    roomiest = float(space.clearance.max(initial=0.0))
+    if roomiest < least:
+        raise WorldError(
+            f"map {grid.name!r} has no room for the robot: it needs free cells within {least:.2f} m"
+            f" all round, the roomiest spot has them within {max(roomiest, 0.0):.2f} m"
+        )
+    if spawn is None:
+        start = _point(space, int(np.argmax(space.clearance)))
+    else:
+        x, y = grid.in_grid(np.array([spawn.x, spawn.y]))
+        start = (float(x), float(y))
+        clearance = _clearance(space, start)
+        if clearance < least:
+            raise WorldError(
+                f"map {grid.name!r}: the spawn at x {spawn.x:.2f}, y {spawn.y:.2f} has free cells"
+                f" within {max(clearance, 0.0):.2f} m all round; the robot needs {least:.2f} m"
+            )
+    ways = Ways(space, start, least=least)
+    spots = _places(ways)
+    known = grid.occupied | grid.free
+    return Plan(
+        name=grid.name,
+        bounds=_bounds(grid, known),
+        spawns={"spawn": spawn or _placed(grid, start)},
+        height=height,
+        walls=tuple(_walls(grid, height)),
+        places={f"spot_{i + 1}": _placed(grid, spot) for i, spot in enumerate(spots)},
+        tour=_route(grid, ways.bounded_trip(spots, TOUR_LIMIT)),
+        survey=_route(grid, ways.round_trip([*spots, *_survey_stops(ways)])),
+    )
+
+
+def rectangles(occupied: BoolArray) -> Iterator[tuple[int, int, int, int]]:
+    """Yield few rectangles that cover the occupied cells, each cell once.
+
+    Each is the larger of the two that grow from the first cell still bare: along the row first, or up
+    the column first. Ends are exclusive: ``row0, column0, row1, column1``.
+    """
+    bare = occupied.copy()
+    for row in range(len(bare)):
+        while bare[row].any():
+            column = int(np.argmax(bare[row]))
+            wide = _run(bare[row, column:])
+            across = _run(np.asarray(bare[row:, column : column + wide].all(axis=1)))
+            tall = _run(bare[row:, column])
+            along = _run(np.asarray(bare[row : row + tall, column:].all(axis=0)))
+            if wide * across < tall * along:
+                across, wide = tall, along
+            bare[row : row + across, column : column + wide] = False
+            yield row, column, row + across, column + wide
+
+
+def _run(line: BoolArray) -> int:
+    """How many cells (N,) from the first are set."""
+    return len(line) if line.all() else int(np.argmin(line))
+
+
+def _walls(grid: OccupancyMap, height: float) -> Iterator[Wall]:
+    """Yield a wall along the longer side of each rectangle.
+
+    Raises:
+        WorldError: there are too many.
+    """
+    yaw = grid.origin.yaw
+    for i, (row0, column0, row1, column1) in enumerate(rectangles(grid.occupied)):
+        if i >= MOST_BOXES:
+            raise WorldError(
+                f"map {grid.name!r} would take more than {MOST_BOXES} boxes;"
+                " is its image the map of a building, and negate as it should be?"
+            )
+        x0, y0, x1, y1 = (grid.resolution * v for v in (column0, row0, column1, row1))
+        upright = y1 - y0 > x1 - x0
+        middle = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
+        ends = ((middle[0], y0), (middle[0], y1)) if upright else ((x0, middle[1]), (x1, middle[1]))
+        start, end = grid.in_map(np.array(ends))
+        if yaw == 0.0:
+            # Along the axes the digits beyond a micrometre are rounding.
+            start, end = np.round(start, 6), np.round(end, 6)
+        yield Wall(
+            name=f"wall_{i}",
+            start=(float(start[0]), float(start[1])),
+            end=(float(end[0]), float(end[1])),
+            height=height,
+            thickness=round(min(x1 - x0, y1 - y0), 6),
+        )
+
+
+def _space(grid: OccupancyMap) -> FreeSpace:
+    """Return how far it is to the nearest cell that is not free, in the grid's frame."""
+    # What lies beyond the image is as unknown as what is unknown within.
+    cells = distance_transform_edt(np.pad(grid.free, 1))[1:-1, 1:-1]
+    clearance = grid.resolution * (cells - math.sqrt(0.5))
+    step = max(1, int(_NODES / grid.resolution + 1e-6))
+    first = 0.5 * grid.resolution
+    return FreeSpace((first, first), step * grid.resolution, clearance[::step, ::step])
+
+
+def _point(space: FreeSpace, node: int) -> Waypoint:
+    x, y = space.points(np.array([node]))[0]
+    return float(x), float(y)
+
+
+def _clearance(space: FreeSpace, point: Waypoint) -> float:
+    """The clearance at the node nearest to a point; -inf beyond the grid."""
+    x, y = space.points(np.array([space.node(point)]))[0]
+    if max(abs(x - point[0]), abs(y - point[1])) > space.spacing:
+        return -math.inf
+    return float(space.clearance.flat[space.node(point)])
+
+
+def _places(ways: Ways) -> list[Waypoint]:
+    """Return the roomiest reachable spots that are well apart, the roomiest first."""
+    space = ways.space
+    worth = np.where(ways.reached, space.clearance, -np.inf)
+    rows, columns = np.indices(worth.shape)
+    spots: list[Waypoint] = []
+    while len(spots) < _PLACES:
+        node = int(np.argmax(worth))
+        row, column = divmod(node, worth.shape[1])
+        if not np.isfinite(worth[row, column]):
+            break
+        spots.append(_point(space, node))
+        # The roomier a spot, the farther its room reaches.
+        apart = max(_APART, 2.0 * space.clearance[row, column])
+        near = np.hypot(rows - row, columns - column) * space.spacing < apart
+        worth[near] = -np.inf
+    return spots
+
+
+def _survey_stops(ways: Ways) -> Iterator[Waypoint]:
+    """Yield the roomiest reachable spot of each square."""
+    space = ways.space
+    worth = np.where(ways.reached, space.clearance, -np.inf)
+    side = max(1, round(_SURVEYED / space.spacing))
+    for row in range(0, worth.shape[0], side):
+        for column in range(0, worth.shape[1], side):
+            square = worth[row : row + side, column : column + side]
+            dr, dc = divmod(int(np.argmax(square)), square.shape[1])
+            if np.isfinite(square[dr, dc]):
+                yield _point(space, (row + dr) * worth.shape[1] + column + dc)
+
+
+def _route(grid: OccupancyMap, line: tuple[Waypoint, ...]) -> tuple[Waypoint, ...]:
+    points = grid.in_map(np.array(line).reshape(-1, 2))
+    return tuple((round(float(x), 3), round(float(y), 3)) for x, y in points)
+
+
+def _placed(grid: OccupancyMap, point: Waypoint) -> Placement:
+    x, y = grid.in_map(np.array(point))
+    degrees = round(math.degrees(grid.origin.yaw), 6)
+    return Placement(round(float(x), 3), round(float(y), 3), math.radians(degrees))
+
+
+def _bounds(grid: OccupancyMap, known: BoolArray) -> tuple[float, float, float, float]:
+    """The upright rectangle in ``map`` around all that is known."""
+    rows, columns = np.nonzero(known.any(axis=1))[0], np.nonzero(known.any(axis=0))[0]
+    x0, x1 = grid.resolution * columns[0], grid.resolution * (columns[-1] + 1)
+    y0, y1 = grid.resolution * rows[0], grid.resolution * (rows[-1] + 1)
+    corners = grid.in_map(np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)]))
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return (
+        round(float(low[0]), 6),
+        round(float(low[1]), 6),
+        round(float(high[0]), 6),
+        round(float(high[1]), 6),
+    )

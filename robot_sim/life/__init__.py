@@ -1,1 +1,0 @@
-"""What moves on its own: people, doors and carts."""

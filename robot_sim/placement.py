@@ -1,0 +1,51 @@
+"""Putting the robot somewhere, and telling what it touches there."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from localization.types import Pose
+from robot_sim.errors import WorldError
+from robot_sim.robot.mujoco_body import FLOOR_BIT, ROBOT_GROUP
+
+
+def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose) -> None:
+    """Put the robot at rest where ``map_from_base`` says.
+
+    Raises:
+        WorldError: it would stand inside an obstacle; the message names that.
+    """
+    mujoco.mj_resetData(model, data)
+    # In a user's world other joints may come first.
+    base = model.joint("base_link").qposadr[0]
+    data.qpos[base : base + 3] = map_from_base.position
+    data.qpos[base + 3 : base + 7] = map_from_base.quaternion_wxyz
+    mujoco.mj_forward(model, data)
+    # Whoever walks by at that time is no reason: a moment later there is room.
+    touched = obstacles_touched(model, data, movers=False)
+    if touched:
+        x, y = map_from_base.position[:2]
+        raise WorldError(
+            f"the robot at x {x:.2f}, y {y:.2f} would stand inside {', '.join(touched)}"
+        )
+
+
+def obstacles_touched(
+    model: mujoco.MjModel, data: mujoco.MjData, *, movers: bool = True
+) -> tuple[str, ...]:
+    """Return the names of the obstacles that the robot's hull touches now, sorted.
+
+    Those of mocap bodies, which move on their own, are left out unless ``movers``.
+    """
+    pairs = np.asarray(data.contact.geom).reshape(-1, 2)
+    names: set[str] = set()
+    for pair in pairs:
+        is_floor = model.geom_contype[pair] == FLOOR_BIT
+        is_robot = model.geom_group[pair] == ROBOT_GROUP
+        if not is_robot.any():
+            continue
+        is_mover = model.body_mocapid[model.geom_bodyid[pair]] >= 0
+        counts = ~is_floor & ~is_robot & (movers | ~is_mover)
+        names.update(model.geom(g).name for g in pair[counts])
+    return tuple(sorted(names))

@@ -1,0 +1,54 @@
+"""Which caster a simulation gets."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import warnings
+import weakref
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from robot_sim.raycasting.mujoco_caster import MujocoRayCaster
+from robot_sim.raycasting.ray_caster import RayCaster
+from robot_sim.worlds.worlds import World
+
+if TYPE_CHECKING:
+    from robot_sim.raycasting.embree_caster import StaticGeometry
+
+_STATIC: weakref.WeakKeyDictionary[mujoco.MjModel, StaticGeometry] = weakref.WeakKeyDictionary()
+
+
+class SlowCastingWarning(UserWarning):
+    """Embree is missing, so that scanners are simulated by slower means."""
+
+
+def caster_for(world: World, data: mujoco.MjData) -> RayCaster:
+    """Return the fastest caster there is for a world, with ``data`` for what moves.
+
+    The static geometry is prepared once per world and shared. Without ``embreex`` (there is no wheel
+    of it for this machine, or the extra was not installed) MuJoCo casts, after one notice.
+    """
+    if not _embree_is_there():
+        return MujocoRayCaster(world.model, data, world.movers)
+    from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
+
+    static = _STATIC.get(world.model)
+    if static is None:
+        static = _STATIC[world.model] = StaticGeometry(world.model)
+    return EmbreeRayCaster(static, world.model, data, world.movers)
+
+
+@functools.cache
+def _embree_is_there() -> bool:
+    """Return whether Embree can be used, and warn once if not."""
+    if importlib.util.find_spec("embreex") is not None:
+        return True
+    warnings.warn(
+        "embreex is not installed: scanners are cast by MuJoCo, which is slower"
+        " (pip install 'farsteer[sim]' brings it on x86-64)",
+        SlowCastingWarning,
+        stacklevel=3,
+    )
+    return False

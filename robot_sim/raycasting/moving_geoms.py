@@ -1,0 +1,196 @@
+"""Rays against what moves: at each beam's own time for movers, as the tick ends for other bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import mujoco
+import numpy as np
+
+from localization.types import IntArray
+from robot_sim.array_types import FloatArray
+from robot_sim.raycasting.pose_timetable import Moved as Moved, Timetable
+from robot_sim.raycasting.ray_caster import GeomArray, static_geoms, visible_geoms
+from robot_sim.raycasting.shape_intersection import (
+    CONVEX,
+    shape_cosines,
+    shape_distances,
+    to_frames,
+)
+
+SWIFTEST: Final = 5.0
+"""No part of a mover is faster than this [m/s]: four times a walk. Sets how wide to look for them."""
+
+
+class MovingGeoms:
+    """All visible geoms of bodies that can move.
+
+    A ray is put to the test against the few geoms whose bounding spheres it meets. Bodies with a
+    mover are then put where they were at the ray's time; others (a box that can be pushed, a door
+    on a hinge) are where ``data`` has them, which is where they were when the tick's last step began.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Moved]) -> None:
+        self._model, self._data = model, data
+        self._geoms = np.flatnonzero(visible_geoms(model) & ~static_geoms(model)).astype(np.int32)
+        bodies = model.geom_bodyid[self._geoms]
+        by_body = {model.body(m.name).id: i for i, m in enumerate(movers)}
+        self._timetable = Timetable(movers)
+        self._mover_of = np.array([by_body.get(int(b), -1) for b in bodies], dtype=np.int64)
+        self._reach = model.geom_rbound[self._geoms].copy()
+        # Planes have no bounding sphere.
+        planes = model.geom_type[self._geoms] == mujoco.mjtGeom.mjGEOM_PLANE
+        self._reach[planes] = np.inf
+        self._in_body = _matrices(model.geom_quat[self._geoms])
+        self._timed = np.flatnonzero(self._mover_of >= 0)
+        kinds = model.geom_type[self._geoms]
+        self._known = np.array([int(kind) in CONVEX for kind in kinds], dtype=bool)
+        # Where single geoms are put for the shapes that only MuJoCo itself can cast at.
+        self._scratch = None if self._known.all() else mujoco.MjData(model)
+
+    def __len__(self) -> int:
+        return len(self._geoms)
+
+    def cast(
+        self,
+        origins: FloatArray,
+        directions: FloatArray,
+        times: IntArray,
+        limits: FloatArray,
+    ) -> tuple[IntArray, FloatArray, GeomArray, FloatArray]:
+        """Return what the rays meet before their limits.
+
+        Args:
+            origins: (N, 3) in ``map`` [m].
+            directions: (N, 3) unit vectors in ``map``.
+            times: (N,) [ns].
+            limits: (N,) where each ray ends [m], ``inf`` for never.
+
+        Returns:
+            Of the M rays that met something: index, distance [m], geom, absolute cosine of incidence.
+        """
+        rays, columns = self._candidates(origins, directions, times, limits)
+        if not len(rays):
+            return _nothing()
+        positions, matrices = self._poses(columns, times[rays])
+        o, d = to_frames(positions, matrices, origins[rays], directions[rays])
+        geoms = self._geoms[columns]
+        kinds, sizes = self._model.geom_type[geoms], self._model.geom_size[geoms]
+        known = self._known[columns]
+        distances, cosines = np.full(len(rays), np.inf), np.zeros(len(rays))
+        at = shape_distances(kinds[known], sizes[known], o[known], d[known])
+        distances[known] = at
+        met = np.flatnonzero(known)[np.isfinite(at)]
+        points = o[met] + distances[met, None] * d[met]
+        cosines[met] = shape_cosines(kinds[met], sizes[met], points, d[met])
+        for i in np.flatnonzero(~known):
+            distances[i], cosines[i] = self._cast_natively(
+                int(geoms[i]), positions[i], matrices[i], origins[rays[i]], directions[rays[i]]
+            )
+        return _nearest(rays, distances, geoms, cosines, limits)
+
+    def _candidates(
+        self, origins: FloatArray, directions: FloatArray, times: IntArray, limits: FloatArray
+    ) -> tuple[IntArray, IntArray]:
+        """Return pairs of ray and column of ``self._geoms`` whose bounding spheres meet."""
+        centres, reach = self._spheres(times)
+        # First the geoms that are near the rays at all, then each ray with each of those.
+        middle = origins.mean(axis=0)
+        spread = float(np.abs(origins - middle).max()) * 1.75
+        apart = np.linalg.norm(centres - middle, axis=1)
+        farthest = float(limits.max())
+        near = np.flatnonzero(apart <= farthest + reach + spread)
+        if not len(near):
+            empty = np.zeros(0, dtype=np.int64)
+            return empty, empty
+        # |o + t d - c|^2 over all rays and spheres at once, expanded to products of matrices.
+        c, r = centres[near] - middle, reach[near]
+        o = origins - middle
+        along = directions @ c.T - np.einsum("nd,nd->n", o, directions)[:, None]
+        square = (
+            np.einsum("nd,nd->n", o, o)[:, None] - 2.0 * (o @ c.T) + np.einsum("gd,gd->g", c, c)
+        )
+        t = np.clip(along, 0.0, limits[:, None])
+        met = square - t * (2.0 * along - t) <= r * r + 1e-9
+        rays, columns = np.nonzero(met)
+        return rays, near[columns]
+
+    def _spheres(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return centres (G, 3) and radii (G,) of spheres that hold the geoms at all ``times``."""
+        if not len(self._timed):
+            return self._data.geom_xpos[self._geoms], self._reach
+        first, last = int(times.min()), int(times.max())
+        middle = np.full(len(self._geoms), (first + last) // 2)
+        centres, _ = self._poses(np.arange(len(self._geoms)), middle)
+        reach = self._reach.copy()
+        reach[self._timed] += SWIFTEST * 1e-9 * (last - first) / 2
+        return centres, reach
+
+    def _poses(self, columns: IntArray, times: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return where the geoms of ``columns`` (M,) are at ``times`` (M,): (M, 3) and (M, 3, 3)."""
+        geoms, numbers = self._geoms[columns], self._mover_of[columns]
+        positions = self._data.geom_xpos[geoms]
+        matrices = self._data.geom_xmat[geoms].reshape(-1, 3, 3)
+        rows = np.flatnonzero(numbers >= 0)
+        if not len(rows):
+            return positions, matrices
+        places, yaws = self._timetable.poses(numbers[rows], times[rows])
+        c, s = np.cos(yaws), np.sin(yaws)
+        x, y, z = self._model.geom_pos[geoms[rows]].T
+        places += np.stack([c * x - s * y, s * x + c * y, z], axis=1)
+        positions[rows] = places
+        tilted = self._in_body[columns[rows]]
+        turned = tilted.copy()
+        turned[:, 0] = c[:, None] * tilted[:, 0] - s[:, None] * tilted[:, 1]
+        turned[:, 1] = s[:, None] * tilted[:, 0] + c[:, None] * tilted[:, 1]
+        matrices[rows] = turned
+        return positions, matrices
+
+    def _cast_natively(
+        self, geom: int, position: FloatArray, matrix: FloatArray, o: FloatArray, d: FloatArray
+    ) -> tuple[float, float]:
+        """Cast one ray at a mesh, plane or heightfield that moves."""
+        assert self._scratch is not None
+        model, scratch, normal = self._model, self._scratch, np.zeros(3)
+        kind = model.geom_type[geom]
+        if kind == mujoco.mjtGeom.mjGEOM_MESH:
+            scratch.geom_xpos[geom], scratch.geom_xmat[geom] = position, matrix.ravel()
+            distance = mujoco.mj_rayMesh(model, scratch, geom, o, d, normal)
+        elif kind == mujoco.mjtGeom.mjGEOM_HFIELD:
+            scratch.geom_xpos[geom], scratch.geom_xmat[geom] = position, matrix.ravel()
+            distance = mujoco.mj_rayHfield(model, scratch, geom, o, d, normal)
+        else:
+            size = model.geom_size[geom]
+            distance = mujoco.mju_rayGeom(position, matrix.ravel(), size, o, d, kind, normal)
+        return (distance, abs(float(normal @ d))) if distance >= 0.0 else (np.inf, 0.0)
+
+
+def _nearest(
+    rays: IntArray, distances: FloatArray, geoms: GeomArray, cosines: FloatArray, limits: FloatArray
+) -> tuple[IntArray, FloatArray, GeomArray, FloatArray]:
+    """Keep the nearest candidate of each ray that lies before its limit."""
+    good = np.flatnonzero(distances <= limits[rays])
+    # By ray, then by distance; the first of each ray is the one it meets.
+    order = good[np.lexsort((distances[good], rays[good]))]
+    ordered = rays[order]
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = ordered[1:] != ordered[:-1]
+    kept = order[first]
+    return rays[kept], distances[kept], geoms[kept], cosines[kept]
+
+
+def _nothing() -> tuple[IntArray, FloatArray, GeomArray, FloatArray]:
+    return (
+        np.zeros(0, dtype=np.int64),
+        np.zeros(0),
+        np.zeros(0, dtype=np.int32),
+        np.zeros(0),
+    )
+
+
+def _matrices(quaternions_wxyz: FloatArray) -> FloatArray:
+    matrices = np.empty((len(quaternions_wxyz), 9))
+    for row, quaternion in zip(matrices, quaternions_wxyz, strict=True):
+        mujoco.mju_quat2Mat(row, quaternion)
+    return matrices.reshape(-1, 3, 3)

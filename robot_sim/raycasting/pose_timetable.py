@@ -1,0 +1,82 @@
+"""Where movers are at any time, from poses at regular times: one look-up for all of them at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, Protocol
+
+import numpy as np
+
+from localization.types import IntArray
+from robot_sim.array_types import FloatArray
+
+_KNOT: Final = 1_000_000
+"""Between poses [ns]. A cubic through four of them is off by a nanometre for a leg in full swing, and by
+less than 0.1 mm where somebody turns or stops abruptly."""
+_CHUNK: Final = 1024
+"""Poses asked for at once; a mover takes little longer for them than for one."""
+_KEPT: Final = 3
+"""Chunks remembered: a sweep reaches back into the last one."""
+
+
+class Moved(Protocol):
+    """What the casters ask of a mover."""
+
+    @property
+    def name(self) -> str:
+        """Name of its mocap body."""
+        ...
+
+    def pose_at(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return positions (N, 3) [m] and yaws (N,) [rad] of the body at ``times`` (N,) [ns]."""
+        ...
+
+
+class Timetable:
+    """Poses of movers, worked out ahead in chunks and blended in between."""
+
+    def __init__(self, movers: Sequence[Moved]) -> None:
+        self._movers = tuple(movers)
+        self._chunks: dict[int, FloatArray] = {}
+
+    def poses(self, numbers: IntArray, times: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return positions (N, 3) [m] and yaws (N,) [rad].
+
+        Args:
+            numbers: (N,) which mover.
+            times: (N,) when [ns], all within a few chunks.
+        """
+        knots, late = np.divmod(times, _KNOT)
+        first, last = int(knots.min()) // _CHUNK, int(knots.max()) // _CHUNK
+        found = np.empty((len(times), 4))
+        f = (late / _KNOT)[:, None]
+        for chunk in range(first, last + 1):
+            rows = slice(None) if first == last else np.flatnonzero(knots // _CHUNK == chunk)
+            table, k, m, g = (
+                self._chunk(chunk),
+                knots[rows] - chunk * _CHUNK,
+                numbers[rows],
+                f[rows],
+            )
+            # Lagrange's cubic through the knots before, here, after and after that.
+            found[rows] = (
+                table[k, m] * (g * (g - 1.0) * (2.0 - g) / 6.0)
+                + table[k + 1, m] * ((g + 1.0) * (g - 1.0) * (g - 2.0) / 2.0)
+                + table[k + 2, m] * ((g + 1.0) * g * (2.0 - g) / 2.0)
+                + table[k + 3, m] * ((g + 1.0) * g * (g - 1.0) / 6.0)
+            )
+        return found[:, :3], found[:, 3]
+
+    def _chunk(self, chunk: int) -> FloatArray:
+        """Return (knots, movers, 4) positions and yaws; knot 0 is one before the chunk."""
+        if chunk not in self._chunks:
+            while len(self._chunks) >= _KEPT:
+                del self._chunks[next(iter(self._chunks))]
+            times = _KNOT * np.arange(chunk * _CHUNK - 1, (chunk + 1) * _CHUNK + 2)
+            table = np.empty((len(times), len(self._movers), 4))
+            for number, mover in enumerate(self._movers):
+                table[:, number, :3], yaws = mover.pose_at(times)
+                # A heading that passes pi jumps by a turn, and nothing lies in between.
+                table[:, number, 3] = np.unwrap(yaws)
+            self._chunks[chunk] = table
+        return self._chunks[chunk]

@@ -1,0 +1,53 @@
+"""Drivable surfaces: geoms whose ``user`` attribute begins with a friction coefficient.
+
+That attribute, ``user="MU_LONG MU_LAT ROLLING"``, is all that a world has to say of a surface, be it
+made from a plan or read from somebody's MJCF: the wheels get their contact pairs with it. The last
+two may be left out: friction is then alike in both directions, and nothing resists rolling.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import mujoco
+
+from robot_sim.robot.mujoco_body import FLOOR_BIT
+
+
+@dataclass(frozen=True, slots=True)
+class DrivableGeom:
+    """A geom that wheels roll on."""
+
+    name: str
+    mu_long: float
+    """Coulomb coefficient along the wheel."""
+    mu_lat: float
+    """Across it."""
+
+
+def mark_drivable(
+    geom: mujoco.MjsGeom, mu_long: float, mu_lat: float, rolling_resistance: float = 0.0
+) -> None:
+    """Make a geom a drivable surface: the wheels' pairs touch it, the robot's hull does not.
+
+    ``rolling_resistance`` is the force that opposes rolling over the wheel's load.
+    """
+    geom.userdata = [mu_long, mu_lat, rolling_resistance]
+    geom.contype = FLOOR_BIT
+    geom.conaffinity = FLOOR_BIT
+
+
+def drivable_geoms(spec: mujoco.MjSpec) -> Iterator[DrivableGeom]:
+    """Yield every geom of the specification that says it is drivable."""
+    for geom in spec.geoms:
+        user = list(geom.userdata)
+        if user and user[0] > 0.0:
+            yield DrivableGeom(geom.name, user[0], user[1] if len(user) > 1 else user[0])
+
+
+def drivable_names(model: mujoco.MjModel) -> tuple[str, ...]:
+    """Return the names of a compiled model's drivable geoms."""
+    if not model.nuser_geom:
+        return ()
+    return tuple(model.geom(i).name for i in range(model.ngeom) if model.geom_user[i, 0] > 0.0)

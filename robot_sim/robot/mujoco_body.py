@@ -1,0 +1,266 @@
+"""A skid-steered robot's body as a MuJoCo specification, and the recipe for its contacts.
+
+``base_link`` lies at the centre of rotation on the floor plane, x forward, z up (REP 105). The
+contact recipe replaces MuJoCo's default contacts, under which a skid-steered robot hops and turns
+at half its rate: a soft normal, slow friction damping and explicit pairs between each wheel and
+each drivable surface. With it the yaw-rate ratio chi is the closed form of Coulomb friction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Final
+
+import mujoco
+
+from robot_sim.robot.contact_sensors import add_feelers
+from robot_sim.robot.platforms import P3AT
+from robot_sim.robot.skid_steer_parameters import SkidSteer
+from robot_sim.robot.underbody import HULL_FRICTION, add_underbody
+
+WHEELS: Final = ("front_left", "front_right", "rear_left", "rear_right")
+"""Wheel joints and actuators, in the order in which rates are commanded."""
+SIDES: Final = ("left", "right", "left", "right")
+"""The side of each of ``WHEELS``."""
+
+ROBOT_GROUP: Final = 3
+"""Geom group of the robot, which its own lidars look through."""
+OBSTACLE_BIT: Final = 1
+"""Collision bit of everything a robot can bump into, and of the robot's own hull."""
+HEADROOM: Final = 0.6
+"""The robot is lower than this [m]: what hangs above can be seen but not bumped into."""
+FLOOR_BIT: Final = 2
+"""Collision bit of drivable surfaces. Tyres touch them in pairs of their own; of the rest only what
+touches the ground when the robot bottoms out or falls has it."""
+
+SERVO_STIFFNESS: Final = 300.0
+"""Of the position-integrating velocity servo that stands for the wheel's PID [N m/rad]."""
+SERVO_DAMPING: Final = 20.0
+"""[N m s/rad]; the whole gain of a servo that does not integrate."""
+SERVO_LAG: Final = 0.01
+"""Of a servo that does not integrate [s]."""
+
+NORMAL_IMPEDANCE: Final = 0.08
+"""Of the contacts' soft normal: at 0.1 a speed step at 4 ms overshoots, at 0.05 nothing is gained."""
+FRICTION_TO_NORMAL: Final = 200.0
+"""Impedance ratio of friction for a P3-AT: holds it on slopes with less than 1 mm/s of creep."""
+FRICTION_TIME: Final = 0.67
+"""Friction's time constant over the fastest slip [s per m/s]. A contact that slides opens at a speed
+in proportion to slip over this time; from 0.6 down on a Husky spins itself off the ground."""
+
+TYRE_HALF_LENGTH: Final = 0.005
+"""Half the straight part of the capsule that touches the floor [m]: a narrow contact."""
+
+_SLIDING = {"group": ROBOT_GROUP, "priority": 1, "friction": HULL_FRICTION}
+"""The hull's own friction counts, not the greater one of it and what it touches."""
+_FRONT = {"front": 1.0, "rear": -1.0}
+_SIDE = {"left": 1.0, "right": -1.0}
+
+
+def set_physics(spec: mujoco.MjSpec, *, timestep: float) -> None:
+    """Set the solver up for the contact recipe; ``timestep`` in [s], stable up to 0.005."""
+    option = spec.option
+    option.timestep = timestep
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    # With as few constraints as four wheels have, a physics step takes a fifth to a quarter less than by
+    # Newton's method. It is less symmetric: 30 s straight ahead end 0.1 mm to the side.
+    option.solver = mujoco.mjtSolver.mjSOL_CG
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = FRICTION_TO_NORMAL
+    # A robot that silently jumps back to its start is worse than one that stops with an error.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+
+
+def friction_time(robot: SkidSteer) -> float:
+    """Return the time constant of friction damping that keeps the robot's tyres down [s].
+
+    It is in proportion to how fast they slip when it spins in place as fast as its motors turn;
+    0.3 s for a P3-AT.
+    """
+    return FRICTION_TIME * robot.fastest_slip
+
+
+def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer | None = None) -> None:
+    """Add a robot (a P3-AT), standing at the origin, with wheels that touch the named floor geoms.
+
+    A surface's friction is its geom's ``user`` attribute, ``MU_LONG MU_LAT``, else the robot's own.
+    """
+    robot = robot or P3AT()
+    base = spec.worldbody.add_body(name="base_link")
+    base.add_freejoint(name="base_link")
+    base.add_site(name="imu_link", pos=robot.imu_mount.position)
+    _add_hull(base, robot)
+    add_underbody(base, robot, group=ROBOT_GROUP, floor_bit=FLOOR_BIT)
+    surfaces = tuple(surfaces)
+    # Slower friction creeps more on slopes, stiffer friction less: the two cancel.
+    spec.option.impratio = FRICTION_TO_NORMAL * friction_time(robot) / 0.3
+    for wheel in WHEELS:
+        _add_wheel(spec, base, wheel, robot)
+        for surface in surfaces:
+            _add_tyre_contact(spec, wheel, surface, robot)
+    spec.add_sensor(
+        name="accelerometer",
+        type=mujoco.mjtSensor.mjSENS_ACCELEROMETER,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        objname="imu_link",
+    )
+    add_feelers(spec, "base_link", WHEELS)
+
+
+def _battery_position(robot: SkidSteer) -> tuple[float, float, float]:
+    """Where the batteries balance the scanners, plus what puts the whole mass off centre.
+
+    They slide in their bay, for chi falls when the centre of mass leaves the wheels' centre.
+    """
+    payload_moment = robot.scanner_mass * sum(m.position[0] for m in robot.mounts.values())
+    lever = robot.mass / robot.battery_mass
+    dx, dy, dz = robot.imperfections.com_offset
+    floor = robot.clearance + 0.06 * (robot.height - robot.clearance) / 0.217
+    return -payload_moment / robot.battery_mass + lever * dx, lever * dy, floor + lever * dz
+
+
+def _add_hull(base: mujoco.MjsBody, robot: SkidSteer) -> None:
+    """Chassis, batteries, plate and scanners: what has mass, and what bumps into furniture."""
+    box, cylinder = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
+    hull = {**_SLIDING, "contype": OBSTACLE_BIT, "conaffinity": OBSTACLE_BIT}
+    # Under the chassis it is the underbody that touches the ground.
+    both = OBSTACLE_BIT | FLOOR_BIT
+    deck = {**_SLIDING, "contype": both, "conaffinity": both}
+    inside = {"group": ROBOT_GROUP, "contype": 0, "conaffinity": 0}
+    half_width, half_height = robot.inner_half_width, 0.5 * (robot.height - robot.clearance)
+    long, wide, tall = robot.length_scale, half_width / 0.1575, half_height / 0.1085
+    base.add_geom(
+        name="chassis",
+        type=box,
+        pos=(0.0, 0.0, robot.clearance + half_height),
+        size=(0.5 * robot.length, half_width, half_height),
+        mass=robot.chassis_mass,
+        rgba=(0.75, 0.1, 0.1, 1.0),
+        **hull,
+    )
+    base.add_geom(
+        name="batteries",
+        type=box,
+        pos=_battery_position(robot),
+        size=(0.10 * long, 0.12 * wide, 0.05 * tall),
+        mass=robot.battery_mass,
+        **inside,
+    )
+    base.add_geom(
+        name="plate",
+        type=box,
+        pos=(0.0, 0.0, robot.height + 0.03),
+        size=(0.22 * long, 0.18 * wide, 0.005),
+        mass=robot.plate_mass,
+        rgba=(0.1, 0.1, 0.1, 1.0),
+        **deck,
+    )
+    for scanner, mount in robot.mounts.items():
+        base.add_geom(
+            name=f"{scanner}_housing",
+            type=cylinder,
+            pos=mount.position,
+            quat=mount.quaternion_wxyz,
+            size=(0.05, 0.06, 0.0),
+            mass=robot.scanner_mass,
+            rgba=(0.2, 0.3, 0.6, 1.0),
+            **deck,
+        )
+
+
+def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, wheel: str, robot: SkidSteer) -> None:
+    end, side = wheel.split("_")
+    radius = robot.wheel_radius * robot.imperfections.radius_scale(side)
+    body = base.add_body(
+        name=wheel,
+        pos=(
+            _FRONT[end] * 0.5 * robot.wheelbase,
+            _SIDE[side] * 0.5 * robot.track,
+            robot.axle_height,
+        ),
+    )
+    body.add_joint(
+        name=wheel,
+        type=mujoco.mjtJoint.mjJNT_HINGE,
+        axis=(0.0, 1.0, 0.0),
+        armature=robot.rotor_inertia,
+        frictionloss=robot.imperfections.stiction,
+        # Nearly hard, or a wheel that should stick would creep.
+        solimp_friction=(0.999, 0.999, 0.001, 0.5, 2.0),
+    )
+    across = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
+    # A narrow capsule touches the floor; its caps bulge, so a cylinder meets the furniture.
+    body.add_geom(
+        name=f"{wheel}_tyre",
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+        size=(radius, TYRE_HALF_LENGTH, 0.0),
+        quat=across,
+        mass=0.0,
+        group=ROBOT_GROUP,
+        contype=0,
+        conaffinity=0,
+    )
+    body.add_geom(
+        name=f"{wheel}_hull",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=(radius, robot.wheel_half_width, 0.0),
+        quat=across,
+        mass=robot.wheel_mass,
+        rgba=(0.15, 0.15, 0.15, 1.0),
+        contype=OBSTACLE_BIT,
+        conaffinity=OBSTACLE_BIT,
+        **_SLIDING,
+    )
+    _add_servo(spec, wheel, robot)
+
+
+def _add_servo(spec: mujoco.MjSpec, wheel: str, robot: SkidSteer) -> None:
+    servo = spec.add_actuator(
+        name=wheel,
+        target=wheel,
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        ctrlrange=(-robot.wheel_rate, robot.wheel_rate),
+        forcerange=(-robot.wheel_torque, robot.wheel_torque),
+        ctrllimited=True,
+        forcelimited=True,
+    )
+    if robot.imperfections.integral_control:
+        servo.set_to_intvelocity(kp=SERVO_STIFFNESS, kv=SERVO_DAMPING)
+        servo.actlimited = True
+        servo.actrange = (-1e6, 1e6)
+        return
+    # Its activation is the commanded rate, a little late: torque = kv (rate wanted - rate).
+    servo.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
+    servo.dynprm[0] = SERVO_LAG
+    servo.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+    servo.gainprm[0] = SERVO_DAMPING
+    servo.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    servo.biasprm[2] = -SERVO_DAMPING
+
+
+def _add_tyre_contact(spec: mujoco.MjSpec, wheel: str, surface: str, robot: SkidSteer) -> None:
+    mu_lat, mu_long = _friction_of(spec.geom(surface), robot)
+    pair = spec.add_pair(name=f"{wheel}_on_{surface}")
+    pair.geomname1 = f"{wheel}_tyre"
+    pair.geomname2 = surface
+    pair.condim = 3
+    # A capsule's contact frame has its first tangent along the capsule, which is across the wheel.
+    pair.friction = (mu_lat, mu_long, 0.002, 0.0001, 0.0001)
+    pair.solref = (0.019, 1.0)
+    pair.solimp = (NORMAL_IMPEDANCE, NORMAL_IMPEDANCE, 0.001, 0.5, 2.0)
+    pair.solreffriction = (friction_time(robot), 1.0)
+
+
+def _friction_of(ground: mujoco.MjsGeom, robot: SkidSteer) -> tuple[float, float]:
+    """Return the friction across and along the wheel; off planes both are their mean.
+
+    Only there does MuJoCo align a capsule's contact frame with the capsule.
+    """
+    said = [float(v) for v in ground.userdata]
+    mu_long = said[0] if said and said[0] > 0.0 else robot.friction
+    mu_lat = said[1] if len(said) > 1 and said[1] > 0.0 else mu_long
+    if ground.type == mujoco.mjtGeom.mjGEOM_PLANE:
+        return mu_lat, mu_long
+    even = 0.5 * (mu_lat + mu_long)
+    return even, even

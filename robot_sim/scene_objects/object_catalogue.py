@@ -1,0 +1,47 @@
+"""What an entry of the furniture catalogue says, and the parts that many of its kinds share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from robot_sim.scene_objects.blocks import Block, box, post
+
+Builder = Callable[[float, float, float, int], Iterator[Block]]
+"""Makes the blocks of a piece in its own frame from width (along x), depth, height [m] and a seed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """One entry of the catalogue."""
+
+    build: Builder
+    size: tuple[float, float, float]
+    """Width (along its x), depth, height [m], unless a piece says otherwise."""
+
+
+def solid(material: str) -> Builder:
+    """Return the builder of a plain box."""
+
+    def build(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
+        yield box("body", 0.0, 0.0, 0.0, height, (width, depth), material)
+
+    return build
+
+
+def round_solid(material: str) -> Builder:
+    """Return the builder of a plain cylinder, as wide as its width."""
+
+    def build(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
+        yield post("body", 0.0, 0.0, 0.0, height, 0.5 * width, material)
+
+    return build
+
+
+def legs(
+    width: float, depth: float, height: float, thick: float, material: str = "metal"
+) -> Iterator[Block]:
+    """Yield four square legs, ``thick`` wide, under a rectangle."""
+    for i, (sx, sy) in enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1))):
+        x, y = sx * (0.5 * width - thick), sy * (0.5 * depth - thick)
+        yield box(f"leg_{i}", x, y, 0.0, height, (thick, thick), material)

@@ -1,0 +1,143 @@
+"""From the light that comes back to the ranges a scanner tells."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from robot_sim.array_types import FloatArray
+from robot_sim.raycasting.ray_caster import RayCaster
+from robot_sim.sensors.beam_effects import (
+    SUB_BEAMS,
+    Beam,
+    Echoes,
+    Effects,
+    RangeNoise,
+    detection_chances,
+    dilution,
+    false_echoes,
+    footprint_depth,
+    mixed,
+    quantised,
+    received_power,
+    sub_beam_places,
+    sub_rays,
+    sunlit_sigma,
+)
+from robot_sim.sensors.light_paths import Sight
+from robot_sim.sensors.surface_optics import Optics
+
+_STREAMS: Final = ("footprint", "blend", "detection", "sunlight", "bias")
+"""Whose random numbers are whose: children of the scanner's seed, in this order for good."""
+_NOTICED: Final = 0.2
+"""Of the threshold: echoes weaker than this are seen once in ten million times."""
+
+
+class Receiver:
+    """Owns the effects of one scanner and their random numbers.
+
+    Each effect draws from a stream of its own, the same amount for each sweep, so that one effect
+    more or less leaves the draws of the others, and the range noise, as they are.
+    """
+
+    def __init__(
+        self, effects: Effects, beam: Beam, noise: RangeNoise, seed: np.random.SeedSequence
+    ) -> None:
+        self._effects = effects
+        self._beam = beam
+        self._noise = noise
+        # Noise draws from the seed itself, as a scanner without effects does; effects from its children.
+        self._rng = np.random.default_rng(seed)
+        children = (
+            np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, i))
+            for i in range(len(_STREAMS))
+        )
+        self._streams = dict(
+            zip(_STREAMS, (np.random.default_rng(c) for c in children), strict=True)
+        )
+        self.rays_per_beam = 1 if effects.mixing is None else SUB_BEAMS
+        """How many rays stand for one beam: more than one where it has a footprint."""
+        bound = effects.bias.bound if effects.bias is not None else 0.0
+        self.bias = float(self._streams["bias"].uniform(-bound, bound))
+        """This unit's constant error [m]."""
+
+    def measured(self, distances: FloatArray) -> FloatArray:
+        """Return ranges (N,) [m] of plain ``distances``: noise, bias and steps, and no optics."""
+        sigma = self._noise.at(distances)
+        return self._told(distances + sigma * self._rng.standard_normal(len(distances)))
+
+    def sight(self, caster: RayCaster, optics: Optics, max_range: float) -> Sight:
+        """Return what looks after the light of this receiver's scanner.
+
+        Args:
+            caster: Of the world.
+            optics: Of its geoms.
+            max_range: [m].
+        """
+        effects = self._effects
+        least = 0.0 if effects.sensitivity is None else _NOTICED * effects.sensitivity.threshold
+        seen = optics.opaque() if effects.panes is None else optics
+        return Sight(caster, seen, effects.panes, max_range, least)
+
+    def sent(self, origins: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return starts [m] and directions (3, K, N) of the rays that stand for beams.
+
+        K is ``rays_per_beam``.
+
+        Args:
+            origins: (N, 3) in ``map`` [m].
+            axes: (N, 3, 3): in its columns the direction of each beam, and two across it.
+        """
+        if self._effects.mixing is None:
+            return origins.T[:, None], axes[:, :, 0].T[:, None]
+        places = sub_beam_places(self._streams["footprint"].random((2, len(origins))))
+        return sub_rays(self._beam, places, origins, axes)
+
+    def sensed(self, heard: Echoes, limits: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+        """Return ranges and remissions (N,) of beams: ``inf`` and 0 where there is no echo.
+
+        Args:
+            heard: (K, N) of the rays of ``sent``.
+            limits: Least and greatest range [m].
+        """
+        effects, beam = self._effects, self._beam
+        echoes = self._mixed(heard)
+        n = len(echoes.distances)
+        depths = np.zeros(n)
+        if effects.spreading is not None:
+            depths = footprint_depth(beam, echoes.distances, echoes.cosines)
+        power = received_power(echoes.remissions * dilution(beam, depths), echoes.distances)
+        distances = echoes.distances
+        sun = effects.sunlight
+        if effects.sensitivity is not None:
+            deafness = sun.level * sun.deafness if sun is not None else 0.0
+            chances = detection_chances(power, effects.sensitivity, deafness)
+            seen = self._streams["detection"].random(n) < chances
+            distances = np.where(seen, distances, np.inf)
+        sigma = np.broadcast_to(self._noise.at(distances), (n,))
+        if effects.spreading is not None:
+            sigma = np.hypot(sigma, effects.spreading.gain * depths)
+        if sun is not None:
+            if effects.sensitivity is not None:
+                sigma = sunlit_sigma(
+                    sigma, power, effects.sensitivity.threshold, sun.level * sun.jitter
+                )
+            draws = self._streams["sunlight"].random((n, 2))
+            chance = sun.level * sun.false_echoes
+            false = false_echoes(np.isposinf(distances), chance, *limits, draws)
+            distances = np.minimum(distances, false)
+        remissions = np.where(np.isfinite(distances), echoes.remissions, 0.0)
+        return self._told(distances + sigma * self._rng.standard_normal(n)), remissions
+
+    def _mixed(self, heard: Echoes) -> Echoes:
+        """Return one echo (N,) of each beam: of its centre, or of what its sub-rays add up to."""
+        if self._effects.mixing is None:
+            return Echoes(heard.distances[0], heard.remissions[0], heard.cosines[0])
+        blends, picks = self._streams["blend"].random((2, heard.distances.shape[1]))
+        return mixed(self._beam, self._effects.mixing, heard, blends, picks)
+
+    def _told(self, ranges: FloatArray) -> FloatArray:
+        quantisation = self._effects.quantisation
+        ranges = ranges + self.bias
+        return ranges if quantisation is None else quantised(ranges, quantisation.step)

@@ -1,1 +1,0 @@
-"""What stands in a world and what it is made of: walls, furniture, glass, slabs, terrain."""

@@ -1,0 +1,91 @@
+"""What theory and publications say of a skid-steered robot: closed forms and one small solver."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from robot_sim.array_types import FloatArray
+from robot_sim.drive.tyres import GRAVITY
+from robot_sim.drive.wheel_slip import contact_positions, contact_slip
+from robot_sim.robot.skid_steer_parameters import SkidSteer
+
+ARIA_TRACK: Final = 2.0 / 0.0034 * 1e-3
+"""Effective track of a P3-AT by ARIA's ``DiffConvFactor`` of 0.0034 rad/mm [m]."""
+MANDOW_SPAN: Final = 0.2758 + 0.2998
+"""Distance of the two ICRs identified on a P3-AT [m]; in public ROS packages, attributed to Mandow,
+Martinez et al., IROS 2007."""
+HUSKY_TRACK: Final = 0.555 * 1.875
+"""Effective track in Clearpath's controller of the Husky A200 [m]."""
+JACKAL_TRACK: Final = 0.37559 * 1.5
+"""The same of the Jackal [m]."""
+
+
+def published_chi(curve: float) -> float:
+    """Return chi of a real P3-AT in a curve of ``lambda = (v_left + v_right)/(v_right - v_left)``.
+
+    Wang et al., Sensors 2015, 15, 9681, with the constants that public ROS packages use.
+    """
+    return 1.0 + 0.4728 / (1.0 + 0.0538 * math.sqrt(abs(curve)))
+
+
+def anisotropic_chi(robot: SkidSteer, ratio: float) -> float:
+    """Return chi in place where friction across the wheels is ``ratio`` times that along them."""
+    return 1.0 + (robot.wheelbase / robot.track * ratio) ** 2
+
+
+def spin_torque(robot: SkidSteer, friction: float) -> float:
+    """Return what each motor gives while the robot turns in place, with isotropic friction [N m].
+
+    The contact slides with ``(V - V/chi, V/chi * a/b)``; friction opposes it, and the motor feels
+    the part along the wheel.
+    """
+    along = 1.0 - 1.0 / robot.chi
+    across = robot.wheelbase / robot.track / robot.chi
+    load = robot.mass * GRAVITY / 4.0
+    return friction * load * along / math.hypot(along, across) * robot.rolling_radius
+
+
+def turning_chi(robot: SkidSteer, offset: float) -> float:
+    """Return chi in place with the centre of mass ``offset`` [m] before the wheels' centre.
+
+    The three equations of forces and moment of four Coulomb contacts, whose loads follow from the
+    offset, are solved by Newton's method for the twist; MuJoCo has no part in it.
+
+    Raises:
+        ValueError: the offset is more than 3 cm; the lighter axle is then close to dragging alone.
+    """
+    if not abs(offset) <= 0.03:
+        raise ValueError(f"offset must be within 0.03 m, got {offset}")
+    x, y = contact_positions(robot)
+    a = 0.5 * robot.wheelbase
+    loads = np.where(x > 0.0, 1.0 + offset / a, 1.0 - offset / a) / 4.0
+    rims = np.sign(-y)
+    twist = np.array([0.0, 0.0, 2.0 / robot.effective_track])
+    for _ in range(50):
+        here = _wrench(twist, rims, x, y, loads)
+        jacobian = np.empty((3, 3))
+        for k in range(3):
+            nudge = np.zeros(3)
+            nudge[k] = 1e-7
+            up, down = twist + nudge, twist - nudge
+            jacobian[:, k] = (
+                _wrench(up, rims, x, y, loads) - _wrench(down, rims, x, y, loads)
+            ) / 2e-7
+        change = np.linalg.solve(jacobian, here)
+        twist = twist - change
+        if np.abs(change).max() < 1e-12:
+            break
+    return 2.0 / robot.track / float(twist[2])
+
+
+def _wrench(
+    twist: FloatArray, rims: FloatArray, x: FloatArray, y: FloatArray, loads: FloatArray
+) -> FloatArray:
+    """Return force along, force across and yaw moment (3,) of friction, of unit coefficient."""
+    along, across = contact_slip(twist[0], twist[1], twist[2], rims, x, y)
+    size = np.hypot(along, across)
+    fx, fy = -loads * along / size, -loads * across / size
+    return np.array([fx.sum(), fy.sum(), (x * fy - y * fx).sum()])

@@ -1,0 +1,107 @@
+"""An optical bench: a scanner that stands still among a few things, to see what an effect does.
+
+Everything is the simulation's own: casters, materials, effects. Only the robot is missing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from localization.types import Pose, Scan
+from robot_sim.array_types import FloatArray
+from robot_sim.raycasting import MujocoRayCaster, RayCaster
+from robot_sim.raycasting.moving_geoms import Moved
+from robot_sim.scene_objects.materials import MATERIALS
+from robot_sim.sensors.beam_effects import Echoes, Panes
+from robot_sim.sensors.lidar import Scanner
+from robot_sim.sensors.light_paths import Light, Sight
+from robot_sim.sensors.pose_history import Track
+from robot_sim.sensors.scanner_config import ScannerConfig
+from robot_sim.sensors.surface_optics import optics_of
+
+
+class OpticalBench:
+    """Things around a scanner at the origin that looks along x."""
+
+    def __init__(self, things: str, movers: Sequence[Moved] = ()) -> None:
+        """Set things up.
+
+        Args:
+            things: MJCF below ``worldbody``, such as ``box`` and ``wall`` return; materials of the
+                catalogue can be named.
+            movers: Of its mocap bodies.
+        """
+        materials = "".join(f'<material name="{name}"/>' for name in MATERIALS)
+        self.model = mujoco.MjModel.from_xml_string(
+            f"<mujoco><asset>{materials}</asset><worldbody>{things}</worldbody></mujoco>"
+        )
+        self.data = mujoco.MjData(self.model)
+        mujoco.mj_forward(self.model, self.data)
+        self.caster: RayCaster = MujocoRayCaster(self.model, self.data, movers)
+
+    def echoes(self, directions: FloatArray, far: float = 30.0) -> Echoes:
+        """Cast rays from the origin, through panes and off mirrors.
+
+        Args:
+            directions: (N, 3), of any length.
+            far: Greatest range [m].
+        """
+        n = len(directions)
+        unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        light = Light.sent(np.zeros((n, 3)), unit, np.zeros(n, dtype=np.int64))
+        return Sight(self.caster, optics_of(self.model, self.data), Panes(), far).look(light)
+
+    def sweeps(self, count: int, config: ScannerConfig, *, seed: int = 0) -> list[Scan]:
+        """Return the first ``count`` sweeps of a scanner whose plane is level."""
+        optics = optics_of(self.model, self.data)
+        scanner = Scanner(
+            config, Pose.identity(), self.caster, np.random.SeedSequence(seed), optics
+        )
+        end = config.phase_ns + (count + 1) * config.period_ns
+        unturned = np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))
+        still = Track(np.array([0, end], dtype=np.int64), np.zeros((2, 3)), unturned)
+        return [scanner.sweep(still) for _ in range(count)]
+
+
+def bench_scanner(**parameters: Any) -> ScannerConfig:
+    """Return a scanner without noise and effects, but for ``parameters`` of ``ScannerConfig``."""
+    return ScannerConfig("laser_horizontal", **({"sigma": 0.0} | parameters))
+
+
+def box(
+    x: float,
+    y: float,
+    half: tuple[float, float, float],
+    material: str,
+    yaw: float = 0.0,
+) -> str:
+    """Return a box about (x, y, 0).
+
+    Args:
+        x: [m].
+        y: [m].
+        half: Half its size along its own axes [m].
+        material: Of the catalogue.
+        yaw: [rad].
+    """
+    size = " ".join(f"{float(h)!r}" for h in half)
+    turn = math.degrees(float(yaw))
+    return (
+        f'<geom type="box" pos="{float(x)!r} {float(y)!r} 0" size="{size}" material="{material}"'
+        f' euler="0 0 {turn!r}"/>'
+    )
+
+
+def wall(x: float, material: str = "wall") -> str:
+    """Return a broad wall whose face is the plane at ``x`` [m]."""
+    return box(x + 0.1, 0.0, (0.1, 20.0, 5.0), material)
+
+
+def pane(x: float, yaw: float = 0.0, material: str = "glass") -> str:
+    """Return a pane 6 mm thick and 8 m wide whose middle is at ``x`` [m], turned by ``yaw`` [rad]."""
+    return box(x, 0.0, (0.003, 4.0, 2.0), material, yaw)

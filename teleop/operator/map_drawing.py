@@ -1,0 +1,211 @@
+"""The scene in ``map``: the prebuilt cloud, the live one over it, the robot, its paths, its doubt, hints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import rerun as rr
+
+from localization.geometry import FloatArray
+from localization.maps.cloud import Cloud
+from localization.types import Pose
+from teleop.operator import rerun_blueprint as at, robot_drawing as body
+from teleop.operator.colours import (
+    GREY,
+    ORANGE,
+    SKY,
+    VERDICT,
+    WHITE,
+    Colour,
+    distance_colours,
+    height_greys,
+)
+from teleop.operator.message_decoding import Floats
+from teleop.operator.path_drawing import Trail
+from teleop.operator.rerun_sink import Canvas
+
+HEADROOM: Final = 1.9
+"""What is higher above the map's floor goes to the ``overhead`` entities [m]."""
+MAP_POINTS: Final = 120_000
+"""A larger map is thinned to about so many points; a software renderer draws more too slowly."""
+ELLIPSE: Final = float(np.sqrt(5.991))
+"""Sigmas of the 95 % ellipse: the chi-square quantile for 2 degrees of freedom is 5.991."""
+HEADING: Final = 1.960
+"""Sigmas of the 95 % heading wedge."""
+
+_MAP_RADIUS: Final = 0.022
+"""Of a point of the map [m]: near the spacing of its points."""
+_LIVE_RADIUS: Final = rr.Radius.ui_points(2.0)
+"""Of a live point, in pixels: seen from afar, and exact from near."""
+_LIFT: Final = 0.02
+"""Lines on the floor are drawn this high, or the floor's points would cover them [m]."""
+_CIRCLE: Final = np.stack(
+    [np.cos(np.linspace(0, 2 * np.pi, 49)), np.sin(np.linspace(0, 2 * np.pi, 49))], axis=1
+)
+
+
+class Scene:
+    """Draws; knows frames and poses, but nothing of messages."""
+
+    def __init__(self, canvas: Canvas, cloud: Cloud) -> None:
+        self._canvas = canvas
+        self._entities = {"map": at.MAP, "odom": "map/odom", "base_link": at.BASE}
+        self._scanners: list[str] = []
+        self._hint_shapes: set[str] = set()
+        self._placed, self._health = False, GREY
+        # Not the lowest point: a few stray ones lie below any floor.
+        self._ceiling = float(np.percentile(cloud.points[:, 2], 1.0)) + HEADROOM
+        self._draw_map(cloud)
+        # Where they agree the estimate lies on top, with the truth as its pale rim.
+        self.estimate = Trail(canvas, at.ESTIMATE_PATH, SKY, width=1.2, lift=0.06)
+        self.truth = Trail(canvas, at.TRUTH_PATH, WHITE, width=2.0, lift=_LIFT)
+
+    def _draw_map(self, cloud: Cloud) -> None:
+        stride = -(-len(cloud.points) // MAP_POINTS)
+        # Every n-th of the points in a fixed random order: any order of the file gives an even map.
+        order = np.random.default_rng(0).permutation(len(cloud.points))[::stride]
+        points = cloud.points[order]
+        high = points[:, 2] > self._ceiling
+        self._canvas.draw(at.MAP, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        for entity, part in ((at.CLOUD, points[~high]), (at.OVERHEAD, points[high])):
+            if len(part):
+                colours = height_greys(part[:, 2])
+                self._canvas.draw(
+                    entity, rr.Points3D(part, colors=colours, radii=_MAP_RADIUS), static=True
+                )
+
+    def live(self, points: Floats, distances: Floats) -> None:
+        """Draw a sweep (N, 3) in ``map`` [m], coloured by its distance (N,) to the map [m]."""
+        colours = distance_colours(distances)
+        high = points[:, 2] > self._ceiling
+        for entity, part in ((at.LIVE, ~high), (at.LIVE_OVERHEAD, high)):
+            self._canvas.draw(
+                entity, rr.Points3D(points[part], colors=colours[part], radii=_LIVE_RADIUS)
+            )
+
+    def transform(self, parent: str, child: str, pose: Pose, *, static: bool = False) -> None:
+        """Move a frame, ``parent_from_child``; frames that do not hang on ``map`` are left out."""
+        if parent not in self._entities:
+            return
+        entity = self._entities.setdefault(child, f"{self._entities[parent]}/{child}")
+        self._canvas.draw(entity, _transform(pose), static=static)
+        if static and child.startswith("laser"):
+            self._scanners.append(entity)
+        if parent == "map" and not self._placed:
+            # Only now is it known where: before, a body would stand at the origin, and be believed.
+            self._placed = True
+            for name, part in body.parts().items():
+                self._canvas.draw(f"{at.BODY}/{name}", part)
+            self.health(self._health)
+        if self._placed:
+            for scanner in self._scanners:
+                self._canvas.draw(f"{scanner}/housing", body.scanner())
+            self._scanners.clear()
+
+    def health(self, colour: Colour) -> None:
+        """Give the circle in which the robot turns, and its uncertainty, the colour of its health."""
+        self._health = colour
+        if self._placed:
+            self._canvas.draw(f"{at.BASE}/swing", body.swing(colour))
+
+    def uncertainty(self, pose: Pose, covariance: FloatArray) -> None:
+        """Draw the 95 % ellipse of the position and the 95 % wedge of the heading.
+
+        Args:
+            pose: ``map_from_base``.
+            covariance: (6, 6) in ROS's order [m, rad].
+        """
+        spread = ELLIPSE * _root(covariance[:2, :2])
+        ellipse = np.column_stack([_CIRCLE @ spread.T, np.zeros(len(_CIRCLE))])
+        half = min(HEADING * float(np.sqrt(max(covariance[5, 5], 0.0))), np.pi)
+        sides = [pose.yaw - half, pose.yaw + half]
+        tips = [(np.cos(a), np.sin(a), 0.0) for a in sides]
+        wedge = np.array([tips[0], (0.0, 0.0, 0.0), tips[1]])
+        foot = pose.position + (0.0, 0.0, _LIFT)
+        self._canvas.draw(
+            at.UNCERTAINTY,
+            rr.LineStrips3D(
+                [ellipse + foot, wedge + foot],
+                colors=[self._health],
+                radii=rr.Radius.ui_points(1.2),
+            ),
+        )
+
+    def hint(self, pose: Pose, label: str, covariance: FloatArray | None = None) -> None:
+        """Draw the ghost of a hint, with the 95 % ellipse of what its giver was unsure about."""
+        self.clear_hint()
+        self._ghost(pose, label, ORANGE)
+        if covariance is not None:
+            ring = np.column_stack(
+                [_CIRCLE @ (ELLIPSE * _root(covariance[:2, :2])).T, np.zeros(len(_CIRCLE))]
+            )
+            self._hint_shape(
+                "window",
+                rr.LineStrips3D(
+                    [ring + pose.position + (0.0, 0.0, _LIFT)],
+                    colors=[ORANGE],
+                    radii=rr.Radius.ui_points(1.0),
+                ),
+            )
+
+    def verdict(
+        self, verdict: str, hint: Pose, candidates: Sequence[Pose], scores: Sequence[float]
+    ) -> None:
+        """Draw what became of a hint: candidates with scores, and an arrow to the pose that was taken."""
+        self._ghost(hint, f"hint {verdict}", VERDICT.get(verdict, ORANGE))
+        if not candidates:
+            return
+        self._hint_shape(
+            "candidates",
+            rr.Points3D(
+                [c.position + (0.0, 0.0, body.HEIGHT) for c in candidates],
+                colors=[VERDICT.get(verdict, ORANGE)],
+                radii=rr.Radius.ui_points(5.0),
+                labels=[f"{score:.0%}" for score in scores],
+                # A single one would only hide the robot, and the event says its score.
+                show_labels=len(candidates) > 1,
+            ),
+        )
+        if verdict in ("accepted", "kept"):
+            lift = (0.0, 0.0, body.HEIGHT)
+            self._hint_shape(
+                "move",
+                rr.Arrows3D(
+                    origins=[hint.position + lift],
+                    vectors=[candidates[0].position - hint.position],
+                    colors=[VERDICT[verdict]],
+                    radii=rr.Radius.ui_points(2.0),
+                ),
+            )
+
+    def clear_hint(self) -> None:
+        """Take ghost, candidates and arrow away."""
+        # Not the ghost's transform: one that is cleared and set at the same stamp stays cleared, and the
+        # ghost would stand at the origin.
+        for shape in self._hint_shapes:
+            self._canvas.draw(shape, rr.Clear(recursive=False))
+        self._hint_shapes.clear()
+
+    def _ghost(self, pose: Pose, label: str, colour: Colour) -> None:
+        self._canvas.draw(f"{at.HINT}/ghost", _transform(pose))
+        for part, shape in body.ghost(label, colour).items():
+            self._hint_shape(f"ghost/{part}", shape)
+
+    def _hint_shape(self, name: str, shape: rr.AsComponents) -> None:
+        entity = f"{at.HINT}/{name}"
+        self._canvas.draw(entity, shape)
+        self._hint_shapes.add(entity)
+
+
+def _transform(pose: Pose) -> rr.Transform3D:
+    w, x, y, z = pose.quaternion_wxyz
+    return rr.Transform3D(translation=pose.position, quaternion=rr.Quaternion(xyzw=[x, y, z, w]))
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """Return a square root of a (2, 2) covariance; rounding below zero counts as zero."""
+    values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    root: FloatArray = vectors * np.sqrt(np.maximum(values, 0.0))
+    return root

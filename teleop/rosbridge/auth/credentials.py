@@ -1,0 +1,182 @@
+"""Tokens and secrets, and whose they are: read from a file, compared without telling how nearly."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import os
+import re
+import stat
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, Final
+
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Access, Role, Rules
+from teleop.rosbridge.errors import ServerError
+
+_SHORTEST: Final = 16
+"""Characters of a token or secret; fewer could be guessed."""
+
+_DIGEST: Final = re.compile(r"[0-9a-f]{64}")
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """What lets a client in: the digest of a token, or a secret for rosauth's codes."""
+
+    access: Access
+    digest: bytes = field(default=b"", repr=False)
+    """SHA-256 of the token; empty if it has a secret."""
+
+    secret: str = field(default="", repr=False)
+
+    @property
+    def holding(self) -> Access:
+        """The access of who brought it, by which it can be found again."""
+        return replace(self.access, key=self._mark)
+
+    def fits(self, access: Access) -> bool:
+        """Return whether this is what an access was got by."""
+        return hmac.compare_digest(self._mark, access.key)
+
+    @property
+    def _mark(self) -> bytes:
+        return self.digest or _digest(self.secret)
+
+
+@dataclass(frozen=True, slots=True)
+class Keyring:
+    """All keys, and what becomes of those who bring none."""
+
+    keys: tuple[Key, ...] = ()
+    anonymous: Access | None = None
+    """Of clients without a token; None if each needs one."""
+
+    rules: Mapping[Role, Rules] = field(default_factory=lambda: DEFAULT_RULES)
+    """What each role may do."""
+
+    def find(self, token: str) -> Access | None:
+        """Return what a token gives access to, in a time that does not depend on how near it is."""
+        digest = _digest(token)
+        found = None
+        for key in self.keys:
+            if hmac.compare_digest(key.digest, digest):
+                found = key.holding
+        return found
+
+    def confirms(self, access: Access) -> bool:
+        """Return whether who has an access would get the same now."""
+        if not access.key:
+            return access == self.anonymous
+        for key in self.keys:
+            if key.fits(access):
+                return access == self.lowered(key.access, access.role)
+        return False
+
+    def lowered(self, access: Access, level: str) -> Access:
+        """Return the access of a role that is less than an access's own, else the access itself."""
+        if level not in list(Role) or Role(level).rank >= access.role.rank:
+            return access
+        return replace(access, role=Role(level), rules=self.rules[Role(level)])
+
+
+def read_keyring(path: Path, rules: Mapping[Role, Rules] = DEFAULT_RULES) -> Keyring:
+    """Read a file of tokens; ``docs/security.md`` has its form.
+
+    Args:
+        path: The file, which nobody but its owner may read.
+        rules: What each role may do where the file does not say.
+
+    Raises:
+        ServerError: If it cannot be used; one line says why, and tells none of its secrets.
+    """
+    try:
+        with path.open("rb") as file:
+            mode = os.fstat(file.fileno()).st_mode
+            if mode & (stat.S_IRWXG | stat.S_IRWXO):
+                raise ServerError(
+                    f"{path} holds secrets and is open to others: chmod 600 {path.name}"
+                )
+            content = tomllib.load(file)
+    except OSError as error:
+        raise ServerError(f"cannot read the tokens in {path}: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError):
+        # The parser's own words may quote the line.
+        raise ServerError(f"{path} is not TOML, which a file of tokens is") from None
+    try:
+        return _keyring(content, rules)
+    except ValueError as error:
+        raise ServerError(f"{path}: {error}") from None
+
+
+def _keyring(content: dict[str, Any], defaults: Mapping[Role, Rules]) -> Keyring:
+    _only(content, ("anonymous", "roles", "tokens"), "the file")
+    rules = {role: defaults[role] for role in Role}
+    for name, changes in _tables(content, "roles").items():
+        role = _role(name)
+        rules[role] = replace(rules[role], **_patterns(changes, f"roles.{name}"))
+    keys = tuple(_key(name, entry, rules) for name, entry in _tables(content, "tokens").items())
+    digests = [key.digest for key in keys if key.digest]
+    if len(set(digests)) < len(digests):
+        raise ValueError("two names have the same token")
+    anonymous = None
+    if "anonymous" in content:
+        role = _role(content["anonymous"])
+        anonymous = Access("", role, rules[role])
+    if not keys and anonymous is None:
+        raise ValueError("there are no tokens, so nobody could connect")
+    return Keyring(keys, anonymous, rules)
+
+
+def _key(name: str, entry: dict[str, Any], rules: Mapping[Role, Rules]) -> Key:
+    where = f"tokens.{name}"
+    kinds = ("token", "sha256", "secret")
+    _only(entry, ("role", *kinds), where)
+    role = _role(entry.get("role"))
+    given = [kind for kind in kinds if kind in entry]
+    if len(given) != 1:
+        raise ValueError(f"{where} needs one of token, sha256 and secret")
+    value = entry[given[0]]
+    if not isinstance(value, str) or len(value) < _SHORTEST:
+        raise ValueError(f"{where}.{given[0]} must be a string of {_SHORTEST} or more characters")
+    access = Access(name, role, rules[role])
+    if given[0] == "secret":
+        return Key(access, secret=value)
+    if given[0] == "token":
+        return Key(access, digest=_digest(value))
+    if not _DIGEST.fullmatch(value.lower()):
+        raise ValueError(f"{where}.sha256 must be 64 hexadecimal digits")
+    return Key(access, digest=bytes.fromhex(value))
+
+
+def _digest(token: str) -> bytes:
+    return hashlib.sha256(token.encode(errors="surrogatepass")).digest()
+
+
+def _role(name: object) -> Role:
+    try:
+        return Role(str(name))
+    except ValueError:
+        raise ValueError(f"a role is one of {', '.join(Role)}") from None
+
+
+def _patterns(changes: dict[str, Any], where: str) -> dict[str, tuple[str, ...]]:
+    _only(changes, tuple(act.name for act in fields(Rules)), where)
+    for act, patterns in changes.items():
+        if not isinstance(patterns, list) or not all(isinstance(p, str) for p in patterns):
+            raise ValueError(f'{where}.{act} must be a list of patterns, such as ["/joy"]')
+    return {act: tuple(patterns) for act, patterns in changes.items()}
+
+
+def _tables(content: dict[str, Any], key: str) -> dict[str, dict[str, Any]]:
+    tables = content.get(key, {})
+    if not isinstance(tables, dict) or not all(isinstance(t, dict) for t in tables.values()):
+        raise ValueError(f"{key} must be tables, such as [{key}.NAME]")
+    return tables
+
+
+def _only(table: dict[str, Any], known: tuple[str, ...], where: str) -> None:
+    if unknown := sorted(set(table) - set(known)):
+        raise ValueError(f"{where} has no {unknown[0]!r}; it has {', '.join(known)}")

@@ -1,0 +1,1 @@
+"""A rosbridge client that reconnects."""

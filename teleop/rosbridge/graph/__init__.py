@@ -1,0 +1,1 @@
+"""The ROS graph of one server: topics, services, actions, parameters."""

@@ -1,0 +1,1 @@
+"""Message types: definitions, validation, and their encoding in JSON, CBOR and CDR."""

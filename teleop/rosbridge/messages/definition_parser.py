@@ -1,0 +1,103 @@
+"""Reads ``.msg``, ``.srv`` and ``.action`` text, with the parser of rosbags."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from importlib.resources.abc import Traversable
+from typing import Any, Final, TypeAlias
+
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import get_types_from_msg
+from rosbags.typesys.base import TypesysError
+
+from teleop.rosbridge.errors import TypeNameError
+from teleop.rosbridge.messages.message_types import Field, MessageType
+
+Definition: TypeAlias = Any
+"""Constants and fields in the form of rosbags' type stores."""
+
+PADDING: Final = "structure_needs_at_least_one_member"
+"""What ROS 2 puts into empty messages in memory and in CDR; nobody sees it in JSON."""
+
+ENDINGS: Final = ("msg", "srv", "action")
+
+
+@lru_cache(maxsize=1024)  # the parser takes a millisecond for each, and every server reads the same
+def parse(name: str, text: str) -> tuple[str, Definition]:
+    """Return a message type's canonical name and its definition, from ``.msg`` text.
+
+    Raises:
+        TypeNameError: If the text cannot be read; one line says why.
+    """
+    package, _, rest = name.partition("/")
+    canonical = f"{package}/msg/{rest.rpartition('/')[2]}"
+    try:
+        return canonical, get_types_from_msg(text.strip() + "\n", canonical)[canonical]
+    except (TypesysError, KeyError, ValueError) as error:
+        line = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise TypeNameError(f"the definition of {name} cannot be read: {line}") from error
+
+
+def parts(name: str, text: str, count: int, what: str) -> list[str]:
+    """Return the parts of a ``.srv`` or ``.action`` text, which lines of dashes divide."""
+    found = [""]
+    for line in text.splitlines():
+        if line.rstrip() == "---":
+            found.append("")
+        else:
+            found[-1] += line + "\n"
+    if len(found) != count:
+        lines = "a line '---'" if count == 2 else f"{count - 1} lines '---'"
+        raise TypeNameError(f"{name}: {what}'s definition needs {lines}")
+    return found
+
+
+def message_type(name: str, definition: Definition) -> MessageType:
+    """Return a definition as the rest of the library sees it."""
+    constants, fields = definition
+    return MessageType(
+        name,
+        tuple(_field(*field) for field in fields if field[0] != PADDING),
+        tuple((constant, str(value)) for constant, _, value in constants),
+    )
+
+
+def definitions(folder: Traversable) -> Iterator[tuple[str, str, str]]:
+    """Yield ending, name and text of each definition in a package's folder.
+
+    The folder's name is the package's. The files lie in it, or in ``msg``, ``srv`` and ``action``.
+    """
+    files = []
+    for entry in folder.iterdir():
+        if entry.is_dir() and entry.name in ENDINGS:
+            files += list(entry.iterdir())
+        else:
+            files.append(entry)
+    for file in sorted(files, key=lambda file: file.name):
+        stem, _, ending = file.name.rpartition(".")
+        if stem and ending in ENDINGS:
+            yield ending, f"{folder.name}/{stem}", file.read_text(encoding="utf-8")
+
+
+def _field(name: str, description: Any) -> Field:
+    node, content = description
+    match node:
+        case Nodetype.BASE:
+            # JSON and CBOR have one kind of string.
+            kind = "string" if content[0] == "wstring" else content[0]
+            return Field(name, kind, longest=content[1])
+        case Nodetype.NAME:
+            return Field(name, content)
+        case _:
+            element, size = content
+            inner = _field(name, element)
+            fixed = node == Nodetype.ARRAY
+            return Field(
+                name,
+                inner.kind,
+                repeated=True,
+                size=size if fixed else 0,
+                bound=0 if fixed else size,
+                longest=inner.longest,
+            )

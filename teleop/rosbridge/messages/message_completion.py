@@ -1,0 +1,306 @@
+"""Fill a message with what its type says, and refuse what does not fit.
+
+A completed message has every field. Arrays of numbers are numpy arrays of the field's type,
+``uint8[]`` and ``char[]`` are ``bytes``, and stamps have ``sec`` and ``nanosec``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+import pybase64
+from numpy.typing import NDArray
+
+from teleop.rosbridge.errors import MessageError
+from teleop.rosbridge.messages.message_types import (
+    DURATION,
+    HEADER,
+    TIME,
+    Field,
+    Message,
+    MessageType,
+    short_name,
+)
+from teleop.rosbridge.messages.type_registry import Registry
+
+DTYPES: Final[dict[str, np.dtype[Any]]] = {
+    "int8": np.dtype("i1"),
+    "uint8": np.dtype("u1"),
+    "char": np.dtype("u1"),
+    "byte": np.dtype("u1"),
+    "int16": np.dtype("<i2"),
+    "uint16": np.dtype("<u2"),
+    "int32": np.dtype("<i4"),
+    "uint32": np.dtype("<u4"),
+    "int64": np.dtype("<i8"),
+    "uint64": np.dtype("<u8"),
+    "float32": np.dtype("<f4"),
+    "float64": np.dtype("<f8"),
+}
+"""How the elements of an array of numbers are held."""
+
+BLOBS: Final = ("uint8", "char")
+"""Kinds whose arrays are ``bytes`` (and base64 in JSON), as rosbridge has it."""
+
+_RANGES: Final = {
+    kind: (int(np.iinfo(dtype).min), int(np.iinfo(dtype).max))
+    for kind, dtype in DTYPES.items()
+    if dtype.kind in "iu"
+}
+_LARGEST_FLOAT32: Final = float(np.finfo(np.float32).max)
+
+_DEFAULTS: Final = {("geometry_msgs/msg/Quaternion", "w"): 1.0}
+"""Where ROS 2's own definitions have a default; the store forgets them."""
+
+_STAMPS: Final = {"sec": "sec", "secs": "sec", "nanosec": "nanosec", "nsecs": "nanosec"}
+
+_SECOND: Final = 1_000_000_000
+
+FREE: Final = 1000
+"""Messages within one that may be left out in any case; beyond, two for each field that is given.
+
+A megabyte of ``{}`` would else be a third of a million poses that stand nowhere.
+"""
+
+
+def stamp(now: int) -> Message:
+    """Return ``builtin_interfaces/Time`` of a time [ns]."""
+    return {"sec": now // _SECOND, "nanosec": now % _SECOND}
+
+
+def default(registry: Registry, kind: MessageType) -> Message:
+    """Return a message with nothing in it but defaults."""
+    return {field.name: default_value(registry, kind, field) for field in kind.fields}
+
+
+def default_value(registry: Registry, kind: MessageType, field: Field) -> Any:
+    """Return what a field holds when nobody says."""
+    if field.repeated:
+        if field.kind in BLOBS:
+            return bytes(field.size)
+        if field.kind in DTYPES:
+            return np.zeros(field.size, DTYPES[field.kind])
+        return [_default_element(registry, kind, field) for _ in range(field.size)]
+    return _default_element(registry, kind, field)
+
+
+def _default_element(registry: Registry, kind: MessageType, field: Field) -> Any:
+    if field.nested:
+        return default(registry, registry[field.kind])
+    if field.kind == "string":
+        return ""
+    if field.kind == "bool":
+        return False
+    if field.kind.startswith("float"):
+        return _DEFAULTS.get((kind.name, field.name), 0.0)
+    return 0
+
+
+def complete(
+    registry: Registry,
+    kind: MessageType | str,
+    partial: object,
+    *,
+    now: int | None = None,
+    finite: bool = True,
+) -> Message:
+    """Return a message of all fields from one of some.
+
+    Args:
+        registry: Where the types of the fields are looked up.
+        kind: The type, or its name.
+        partial: A dict with any of the fields.
+        now: What the stamp ``"now"`` stands for [ns], and the stamp of a header without one.
+        finite: Whether to refuse NaN and infinity, which JSON does not have.
+
+    Raises:
+        MessageError: If a field is unknown, of the wrong kind or out of range.
+    """
+    kind = registry[kind] if isinstance(kind, str) else kind
+    return _Completion(registry, short_name(kind.name), now, finite).message(kind, partial, "")
+
+
+class _Completion:
+    """One message being completed; ``path`` is where in it we are, with a dot at the end."""
+
+    def __init__(self, registry: Registry, root: str, now: int | None, finite: bool) -> None:
+        self._registry = registry
+        self._root = root
+        self._now = now
+        self._finite = finite
+        self._given = 0
+        self._made = 0
+        """Fields that are there, and messages in fields that are not, so far."""
+
+    def message(self, kind: MessageType, value: object, path: str) -> Message:
+        if kind.name in (TIME, DURATION):
+            value = self._stamp(kind, value, path)
+        if type(value) is not dict and not isinstance(value, Mapping):  # the first is the quicker
+            raise self._mismatch(short_name(kind.name), path[:-1], value)
+        given: Mapping[str, Any] = value
+        if kind.name == HEADER:
+            given = {name: part for name, part in given.items() if name != "seq"}
+            if self._now is not None:  # as rosbridge does; a header left out keeps a stamp of zero
+                given.setdefault("stamp", "now")
+        done: Message = {}
+        used = 0
+        for field in kind.fields:
+            name = field.name
+            if name not in given:
+                self._made += field.nested and not field.repeated
+                done[name] = default_value(self._registry, kind, field)
+                continue
+            used += 1
+            part = given[name]
+            # What most messages are made of needs no more than the first look.
+            plain = type(part) is float and field.kind == "float64" and not field.repeated
+            if plain and math.isfinite(part):
+                done[name] = part
+            else:
+                done[name] = self._value(field, part, path + name)
+        if used < len(given):
+            stray = next(name for name in given if name not in done)
+            raise MessageError(
+                f"Message type {self._root} does not have a field {path}{str(stray)[:80]}"
+            )
+        self._given += len(given)
+        if self._made > FREE + 2 * self._given:
+            raise MessageError(
+                f"{self._root} message leaves out more than it says: {self._made} parts by {path[:-1]}"
+            )
+        return done
+
+    def _stamp(self, kind: MessageType, value: object, path: str) -> object:
+        """Return a stamp in ROS 2's spelling, whichever it came in."""
+        if value == "now" and kind.name == TIME:
+            if self._now is None:
+                raise MessageError(f"{self._root} field {path[:-1]}: nobody here knows what now is")
+            return stamp(self._now)
+        if not isinstance(value, Mapping):
+            return value
+        # Who writes both spellings means the same by both; ROS 2's comes last and stays.
+        ordered = sorted(value.items(), key=lambda item: item[0] in ("sec", "nanosec"))
+        return {_STAMPS.get(name, name): part for name, part in ordered}
+
+    def _value(self, field: Field, value: object, path: str) -> Any:
+        if not field.repeated:
+            return self._element(field, value, path)
+        if field.kind in BLOBS:
+            done: Any = self._blob(field, value, path)
+        elif field.kind in DTYPES:
+            done = self._numbers(field, value, path)
+        elif isinstance(value, Sequence) and not isinstance(value, str | bytes):
+            done = [self._element(field, part, f"{path}[{i}]") for i, part in enumerate(value)]
+        else:
+            raise self._mismatch(field.text, path, value)
+        if field.size and len(done) != field.size:
+            raise MessageError(
+                f"{self._root} field {path} has {field.size} elements, but got {len(done)}"
+            )
+        if field.bound and len(done) > field.bound:
+            raise MessageError(
+                f"{self._root} field {path} has at most {field.bound} elements, but got {len(done)}"
+            )
+        return done
+
+    def _element(self, field: Field, value: object, path: str) -> Any:
+        kind = field.kind
+        if field.nested:
+            return self.message(self._registry[kind], value, path + ".")
+        if kind == "string":
+            return self._text(field, value, path)
+        if kind == "bool":
+            if isinstance(value, bool | np.bool_):
+                return bool(value)
+            raise self._mismatch(kind, path, value)
+        # In Python True is an int, and 1.0 may stand for a number that did not fit: neither is one.
+        if isinstance(value, bool):
+            raise self._mismatch(kind, path, value)
+        if kind in _RANGES:
+            if not isinstance(value, int | np.integer):
+                raise self._mismatch(kind, path, value)
+            low, high = _RANGES[kind]
+            if not low <= value <= high:
+                raise self._overflow(kind, path)
+            return int(value)
+        if not isinstance(value, int | float | np.integer | np.floating):
+            raise self._mismatch(kind, path, value)
+        return self._float(kind, value, path)
+
+    def _float(self, kind: str, value: Any, path: str) -> float:
+        try:
+            number = float(value)
+        except OverflowError:
+            raise self._overflow(kind, path) from None
+        if not math.isfinite(number):
+            if self._finite:
+                raise self._overflow(kind, path)
+        elif kind == "float32" and abs(number) > _LARGEST_FLOAT32:
+            raise self._overflow(kind, path)
+        return number
+
+    def _text(self, field: Field, value: object, path: str) -> str:
+        if not isinstance(value, str):
+            raise self._mismatch("string", path, value)
+        if not value.isascii() or field.longest:
+            try:
+                length = len(value.encode())
+            except UnicodeEncodeError:
+                raise MessageError(f"{self._root} field {path} holds half a character") from None
+            if field.longest and length > field.longest:
+                raise MessageError(
+                    f"{self._root} field {path} has at most {field.longest} bytes, but got {length}"
+                )
+        return value
+
+    def _blob(self, field: Field, value: object, path: str) -> bytes:
+        if isinstance(value, bytes | bytearray | memoryview):
+            return bytes(value)
+        if isinstance(value, str):
+            try:
+                return pybase64.b64decode(value, validate=True)
+            except ValueError:
+                raise MessageError(f"{self._root} field {path} is not base64") from None
+        return self._numbers(field, value, path).tobytes()
+
+    def _numbers(self, field: Field, value: object, path: str) -> NDArray[Any]:
+        dtype = DTYPES[field.kind]
+        if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "iuf":
+            wide = value
+            if dtype.kind != "f" and wide.dtype.kind == "f":
+                raise self._mismatch(field.text, path, value)
+        elif isinstance(value, list | tuple):
+            allowed = {int, float} if dtype.kind == "f" else {int}
+            if not allowed.issuperset(map(type, value)):
+                i, stray = next((i, x) for i, x in enumerate(value) if type(x) not in allowed)
+                raise self._mismatch(field.kind, f"{path}[{i}]", stray)
+            try:
+                wide = np.array(value, np.float64 if dtype.kind == "f" else dtype)
+            except OverflowError:
+                raise self._overflow(field.text, path) from None
+        else:
+            raise self._mismatch(field.text, path, value)
+        if wide.dtype != dtype:
+            with np.errstate(over="ignore"):
+                narrow = wide.astype(dtype)
+            fits = np.isfinite(narrow) == np.isfinite(wide) if dtype.kind == "f" else narrow == wide
+            if not np.all(fits):
+                raise self._overflow(field.text, path)
+            wide = narrow
+        if self._finite and dtype.kind == "f" and not np.isfinite(wide).all():
+            raise self._overflow(field.text, path)
+        return wide
+
+    def _mismatch(self, wanted: str, path: str, value: object) -> MessageError:
+        where = f" for field {path}" if path else ""
+        return MessageError(
+            f"{self._root} message requires a {wanted}{where}, but got a {type(value)}"
+        )
+
+    def _overflow(self, wanted: str, path: str) -> MessageError:
+        return MessageError(
+            f"{self._root} message requires a {wanted} for field {path}, but got one out of range"
+        )

@@ -1,0 +1,1 @@
+"""The rosbridge v2 protocol without sockets: operations in, frames out."""

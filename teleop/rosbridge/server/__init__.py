@@ -1,0 +1,1 @@
+"""The protocol on WebSockets: listener, connections, send queues, HTTP pages."""

@@ -1,0 +1,165 @@
+"""Run a mission as two processes that share nothing but a map file and a socket, in lockstep."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import signal
+import sys
+from pathlib import Path
+
+from localization.maps.cloud import Cloud
+from localization.types import SECOND
+from robot_sim import PhysicsError, World
+from teleop.interfaces import registry
+from teleop.robot.robot import Robot, Snapshot
+from teleop.robot.rosbridge_adapter import Host, Stepper
+from teleop.rosbridge.protocol.outgoing_messages import Outgoing, Output
+from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.server.server import Server
+from teleop.scenario.mission import HINT_STAMP, Mission
+from teleop.scenario.referee import Referee, RunRecord
+from teleop.scenario.run import Progress, build
+from teleop.scenario.run_report import Summary, TopicTraffic
+from teleop.scenario.scripted_operator import Script
+
+
+def run_over_wire(
+    mission: Mission,
+    world: World,
+    cloud: Cloud,
+    map_path: Path,
+    folder: Path,
+    *,
+    cache: Path | None = None,
+    progress: Progress = lambda share, text: None,
+) -> tuple[Summary, RunRecord]:
+    """Serve the robot here and let a scripted operator, in a process of its own, drive it.
+
+    Args:
+        mission: what to do.
+        world: the mission's scene.
+        cloud: its prebuilt cloud, for the robot.
+        map_path: the same file, for the operator to load by itself.
+        folder: where the files go, the operator's recording among them.
+        cache: folder for derived files.
+        progress: told how far the run is.
+    """
+    robot, referee = build(mission, world, cloud, folder, cache=cache, progress=progress)
+    with referee:
+        ending, traffic = asyncio.run(
+            _serve_and_operate(mission, robot, referee, cloud, map_path, progress)
+        )
+        return referee.finish(ending, traffic)
+
+
+async def _serve_and_operate(
+    mission: Mission,
+    robot: Robot,
+    referee: Referee,
+    cloud: Cloud,
+    map_path: Path,
+    progress: Progress,
+) -> tuple[str, tuple[TopicTraffic, ...]]:
+    simulation = robot.simulation
+
+    def report(snapshot: Snapshot) -> None:
+        referee.take(snapshot)
+        if snapshot.stamp % SECOND == 0:
+            share = referee.progress
+            seconds = snapshot.stamp // SECOND
+            progress(share, f"{seconds} s at {referee.factor:.1f}x, {snapshot.estimate.health}")
+
+    protocol = Protocol(registry(), limits=Limits.unhurried())
+    server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
+    meter = Meter(protocol)
+    host = Host(robot, server, cloud, sinks=(report,))
+    stepper = Stepper(host, last_stamp=mission.time_limit)
+    await server.start()
+    script_path = _write_script(mission, robot, server.url, map_path, referee.folder)
+    operator = await asyncio.create_subprocess_exec(
+        sys.executable,
+        "-m",
+        "teleop.scenario.scripted_operator",
+        str(script_path),
+        stderr=asyncio.subprocess.PIPE,
+        # Ctrl-C is for this process; it ends the operator itself.
+        start_new_session=True,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "RUST_LOG": "error"},
+    )
+    interrupted = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
+        loop.add_signal_handler(signal.SIGINT, interrupted.set)
+    ended = asyncio.create_task(operator.communicate())
+    cut = asyncio.create_task(interrupted.wait())
+    await asyncio.wait({ended, cut}, return_when=asyncio.FIRST_COMPLETED)
+    if interrupted.is_set() and operator.returncode is None:
+        operator.terminate()
+    _, said = await ended
+    cut.cancel()
+    await server.close()
+    traffic = meter.traffic()
+    error = stepper.error
+    if isinstance(error, PhysicsError):
+        return str(error), traffic
+    if error is not None:
+        raise error
+    if interrupted.is_set():
+        return "interrupted", traffic
+    if operator.returncode != 0:
+        last = said.decode(errors="replace").strip().splitlines()[-1:]
+        return "; ".join(last) or f"the operator ended with {operator.returncode}", traffic
+    return "completed", traffic
+
+
+class Meter:
+    """Counts what goes over the wire, by topic, between a protocol and its server."""
+
+    def __init__(self, protocol: Protocol) -> None:
+        """Stand between the two; the server must have been made already."""
+        self._counts: dict[str, list[int]] = {}
+        sink, receive = protocol.sink, protocol.receive
+
+        def outward(client: int, output: Output) -> None:
+            if isinstance(output, Outgoing):
+                self._add(output.topic or "(answers)", len(output.payload))
+            if sink is not None:
+                sink(client, output)
+
+        def inward(client: int, frame: str | bytes, now: int) -> None:
+            self._add("(to the robot)", len(frame))
+            receive(client, frame, now)
+
+        protocol.sink = outward
+        protocol.receive = inward  # type: ignore[method-assign]
+
+    def _add(self, topic: str, size: int) -> None:
+        count = self._counts.setdefault(topic, [0, 0])
+        count[0] += 1
+        count[1] += size
+
+    def traffic(self) -> tuple[TopicTraffic, ...]:
+        """Return the counts by topic, most bytes first."""
+        rows = sorted(self._counts.items(), key=lambda row: (-row[1][1], row[0]))
+        return tuple(TopicTraffic(topic, *count) for topic, count in rows)
+
+
+def _write_script(mission: Mission, robot: Robot, url: str, map_path: Path, folder: Path) -> Path:
+    hint = mission.hint(robot.simulation.truth().map_from_base)
+    script = Script(
+        url=url,
+        map_path=str(map_path),
+        tour=robot.simulation.world.tour,
+        hint_stamp=HINT_STAMP,
+        hint_position=tuple(hint.map_from_base.position.tolist()),
+        hint_quaternion_wxyz=tuple(hint.map_from_base.quaternion_wxyz.tolist()),
+        hint_covariance=tuple(hint.covariance.ravel().tolist()),
+        duration=mission.duration,
+        recording=str(folder / "operator.rrd"),
+    )
+    path = folder / "operator.json"
+    script.save(path)
+    return path

@@ -1,0 +1,1 @@
+"""Making and mapping worlds: generated buildings, surveys, scene folders and their pictures."""

@@ -1,0 +1,86 @@
+"""A scene as one picture: its plan with places and tour, and its cloud from above."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from localization.geometry import FloatArray
+from localization.maps.cloud import Cloud
+from robot_sim.floorplan.plan import Plan
+from robot_sim.layout.footprints import footprints
+from robot_sim.layout.route_planning import Footprint
+
+_CORNERS: Final = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
+_BELOW_CEILING: Final = 2.2
+"""Only points lower than this are drawn, for one looks in from above [m]."""
+_MOST_LABELS: Final = 40
+
+
+def draw_scene(plan: Plan, cloud: Cloud | None, path: Path, *, title: str) -> None:
+    """Draw a plan of walls and furniture, and its cloud if there is one; save it as PNG."""
+    matplotlib.rcParams["font.size"] = 9
+    x0, y0, x1, y1 = plan.bounds
+    panels = 1 if cloud is None else 2
+    side = 8.0
+    tall = min(max((y1 - y0) / (x1 - x0), 0.3), 2.0)
+    figure = Figure(figsize=(side * panels, side * tall + 0.8), layout="constrained")
+    axes = [figure.add_subplot(1, panels, i + 1) for i in range(panels)]
+    _draw_plan(axes[0], plan, title)
+    if cloud is not None:
+        _draw_cloud(axes[1], figure, cloud)
+    for each in axes:
+        each.set_aspect("equal")
+        each.set_xlim(x0 - 0.5, x1 + 0.5)
+        each.set_ylim(y0 - 0.5, y1 + 0.5)
+        each.set_xlabel("x in map [m]")
+        each.set_ylabel("y in map [m]")
+    figure.savefig(path, dpi=110)
+
+
+def _draw_plan(axes: Axes, plan: Plan, title: str) -> None:
+    outlines = list(footprints(plan))
+    furniture = outlines[len(outlines) - len(plan.furniture) :]
+    walls = outlines[: len(outlines) - len(plan.furniture)]
+    for parts, colour in ((furniture, "#d9b382"), (walls, "#404040")):
+        if parts:
+            shapes = [_outline(f) for f in parts]
+            axes.add_collection(PolyCollection(shapes, facecolors=colour, linewidths=0.0))
+    if plan.tour:
+        tour = np.array(plan.tour)
+        axes.plot(tour[:, 0], tour[:, 1], color="#0072b2", lw=1.2, label="tour")
+    axes.plot(plan.spawn.x, plan.spawn.y, "o", color="#d55e00", ms=7, label="spawn")
+    for name, place in list(plan.places.items())[:_MOST_LABELS]:
+        axes.annotate(
+            name.replace("_", " "),
+            (place.x, place.y),
+            fontsize=6,
+            ha="center",
+            bbox={"boxstyle": "round,pad=0.1", "fc": "#ffffffc0", "ec": "none"},
+        )
+    axes.set_title(title, fontsize=9)
+    axes.legend(loc="upper right", fontsize=8)
+
+
+def _outline(footprint: Footprint) -> FloatArray:
+    c, s = np.cos(footprint.yaw), np.sin(footprint.yaw)
+    half = np.array(footprint.half) + footprint.rounding
+    corners: FloatArray = (_CORNERS * half) @ np.array([[c, s], [-s, c]])
+    return corners + (footprint.x, footprint.y)
+
+
+def _draw_cloud(axes: Axes, figure: Figure, cloud: Cloud) -> None:
+    points = cloud.points[cloud.points[:, 2] < _BELOW_CEILING]
+    points = points[np.argsort(points[:, 2], kind="stable")]
+    dots = axes.scatter(
+        points[:, 0], points[:, 1], c=points[:, 2], s=0.6, linewidths=0, cmap="viridis",
+        vmin=0.0, vmax=_BELOW_CEILING, rasterized=True,
+    )  # fmt: skip
+    axes.set_title(f"its cloud, {len(cloud.points)} points, without the ceiling", fontsize=9)
+    figure.colorbar(dots, ax=axes, label="height [m]", shrink=0.6)

@@ -1,0 +1,81 @@
+"""Scene folders that we write: the plan, its cloud, a picture and a page that tells what is there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from localization.maps.cloud import Cloud, save_cloud
+from robot_sim.floorplan.plan import Plan
+from robot_sim.floorplan.scene_folders import PLAN_FILE
+from robot_sim.layout.route_planning import length
+from robot_sim.worlds.worlds import World, build_world
+from teleop.world_building.survey import survey_from_stations
+
+Progress = Callable[[float, str], None]
+"""Called now and then with the share done and a line of text."""
+
+
+def write_scene(
+    folder: Path,
+    plan: Plan,
+    text: str,
+    *,
+    origin: str,
+    command: str,
+    cloud: bool = True,
+    progress: Progress = lambda share, text: None,
+) -> tuple[World, Cloud | None]:
+    """Write a scene's folder and return its world and its cloud.
+
+    Args:
+        folder: made if need be; files of these names in it are overwritten.
+        plan: what the scene is.
+        text: the plan as TOML.
+        origin: a sentence on what the scene was made from.
+        command: that made it.
+        cloud: whether to survey the world and write its cloud.
+        progress: told what is being done.
+
+    Raises:
+        WorldError: the plan cannot be built.
+        ImportError: a cloud is wanted, but what builds it is not installed.
+    """
+    # Imported here, for drawing is slow to load and most commands draw nothing.
+    from teleop.world_building.plan_picture import draw_scene
+
+    progress(0.0, "building")
+    world = build_world(plan)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / PLAN_FILE).write_text(text, encoding="utf-8")
+    (folder / "cloud.ply").unlink(missing_ok=True)
+    mapped = None
+    if cloud:
+        mapped = save_cloud(survey_from_stations(world, progress=progress), folder / "cloud.ply")
+    progress(1.0, "drawing")
+    draw_scene(plan, mapped, folder / "picture.png", title=f"{plan.name}: {command}")
+    (folder / "README.md").write_text(_page(folder, world, mapped, origin, command), "utf-8")
+    return world, mapped
+
+
+def _page(folder: Path, world: World, cloud: Cloud | None, origin: str, command: str) -> str:
+    x0, y0, x1, y1 = world.bounds
+    about = (
+        f"`cloud.ply` is its map: {len(cloud.points)} points with normals, looked at from stops along"
+        f" the survey route; `farsteer map {folder}` drives that route instead."
+        if cloud is not None
+        else f"It has no cloud yet: `farsteer map {folder} --quick` makes one."
+    )
+    return f"""\
+# {world.name}
+
+{origin} It measures {x1 - x0:.1f} by {y1 - y0:.1f} m ({world.area:.0f} m²) and has {len(world.places)} named places, a tour
+of {length(world.tour):.0f} m and a survey route of {length(world.survey):.0f} m. Made by `{command}`; edit `world.toml` as you like.
+
+![The scene from above](picture.png)
+
+{about}
+
+    farsteer serve --scene {folder}
+    farsteer sim --scene {folder}
+"""

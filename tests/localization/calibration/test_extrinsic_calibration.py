@@ -1,0 +1,218 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from localization.calibration.calibration_sample import Station
+from localization.calibration.extrinsic_calibration import (
+    AXES,
+    Extrinsics,
+    TooLittleError,
+    corrected,
+    estimate_mounts,
+    summary,
+)
+from localization.calibration.mount_file import MountFileError, read_mounts, write_mounts
+from localization.calibration.sample_extraction import stations_of
+from localization.evaluation.metrics import nees
+from localization.geometry import FloatArray, so3_log
+from localization.logs.mcap_log import ReadingsWriter
+from localization.maps.cloud import save_cloud
+from localization.maps.prepared_map import PreparedMap
+from localization.monitoring.extrinsics_monitor import MountWatchConfig
+from localization.pipeline.localizer import Localizer, LocalizerConfig
+from localization.types import Hint, Mounts, Pose, Reading
+from teleop.__main__ import main
+from tests.support_rooms import HALL, MOUNTS, Drive
+
+START = Pose.planar(2.6, 1.6, 0.2)
+LOOP = ((0.6, 0.0, 0.0), (4.0, 0.5, 0.35), (2.5, 0.0, 0.9), (3.5, 0.4, -0.35), (2.0, 0.0, -0.9))
+WRONG = corrected(
+    corrected(MOUNTS, "laser_horizontal", np.array([0.0, 0.02, 0.0, *np.deg2rad([0.0, 0.0, 1.5])])),
+    "laser_vertical",
+    np.array([0.0, -0.02, 0.02, *np.deg2rad([1.0, 0.0, 0.0])]),
+)
+"""1.5 degrees in yaw and 2 cm aside; 1 degree in roll and 2 cm to the other side and up."""
+
+
+def readings_of(drive: Drive) -> list[Reading]:
+    readings = drive.readings()
+    return [*readings[:20], Hint(readings[19].stamp, START, np.zeros((6, 6))), *readings[20:]]
+
+
+def stations(world: PreparedMap, readings: list[Reading], mounts: Mounts) -> list[Station]:
+    return list(stations_of(readings, world, mounts, LocalizerConfig()))
+
+
+def left(found: Extrinsics, name: str) -> FloatArray:
+    """What is still wrong with a mount (6,), along the axes of its sigma."""
+    true, after = MOUNTS[name], found.base_from_scanner[name]
+    turn = so3_log(true.rotation @ after.rotation.T)
+    return np.concatenate([true.position - after.position, turn])
+
+
+@pytest.fixture(scope="module")
+def readings() -> list[Reading]:
+    return readings_of(Drive(HALL, START, *LOOP, noise=0.012, seed=4))
+
+
+@pytest.fixture(scope="module")
+def found(hall: PreparedMap, readings: list[Reading]) -> Extrinsics:
+    return estimate_mounts(stations(hall, readings, WRONG), hall, WRONG)
+
+
+@pytest.mark.parametrize("name", sorted(MOUNTS))
+def test_wrong_mounts_are_found_within_their_sigma(found: Extrinsics, name: str) -> None:
+    (mount,) = (m for m in found.mounts if m.scanner == name)
+    assert (np.abs(left(found, name)) < 3.0 * mount.sigma).all()
+    told = [axis for axis, told in zip(AXES, mount.told, strict=True) if told]
+    # Level beams among upright walls say nothing of their own height.
+    assert (
+        told == {"laser_horizontal": ["yaw"], "laser_vertical": ["z", "roll", "pitch", "yaw"]}[name]
+    )
+
+
+def test_scanners_are_told_against_each_other_to_millimetres(found: Extrinsics) -> None:
+    _, vertical = found.mounts
+    apart, sigma = found.against_first(vertical)
+    wanted = left_of(WRONG, "laser_vertical") - left_of(WRONG, "laser_horizontal")
+    assert (np.abs(apart - wanted) < 3.0 * sigma).all()
+    assert (sigma[:2] < 0.006).all()
+
+
+def left_of(mounts: Mounts, name: str) -> FloatArray:
+    turn = so3_log(MOUNTS[name].rotation @ mounts[name].rotation.T)
+    return np.concatenate([MOUNTS[name].position - mounts[name].position, turn])
+
+
+def test_summary_names_the_scanner_and_the_axes_that_are_off_or_not_told(found: Extrinsics) -> None:
+    lines = "\n".join(summary(found))
+    assert "laser_horizontal is not where it was said to be: yaw -1." in lines
+    assert "laser_vertical: the drive does not tell x" in lines
+
+
+def errors(world: PreparedMap, readings: list[Reading], mounts: Mounts, drive: Drive) -> FloatArray:
+    """NEES at each sweep from two seconds on, and the horizontal error [m]: (N, 2)."""
+    localizer, rows = Localizer(world, mounts), []
+    for reading in readings:
+        e = localizer.add(reading)
+        if e.match is None or e.stamp < 2_000_000_000 or e.map_from_base is None:
+            continue
+        true = drive.pose(e.stamp)
+        off = true.position - e.map_from_base.position
+        turn = so3_log(e.map_from_base.rotation.T @ true.rotation)
+        (square,) = nees(np.concatenate([off, turn])[None], e.covariance[None])
+        rows.append((square, np.hypot(off[0], off[1])))
+    return np.array(rows)
+
+
+def test_calibrated_mounts_bring_accuracy_and_honesty_back(
+    hall: PreparedMap, found: Extrinsics
+) -> None:
+    drive = Drive(HALL, START, *LOOP[:3], noise=0.012, seed=5)
+    readings = readings_of(drive)
+    wrong, after = (
+        errors(hall, readings, m, drive).mean(axis=0) for m in (WRONG, found.base_from_scanner)
+    )
+    assert wrong[0] > 50.0
+    assert after[0] < 8.0
+    assert wrong[1] > 0.015
+    assert after[1] < 0.006
+
+
+def test_sound_mounts_are_left_as_they_are(hall: PreparedMap, readings: list[Reading]) -> None:
+    found = estimate_mounts(stations(hall, readings, MOUNTS), hall, MOUNTS)
+    for mount in found.mounts:
+        assert not mount.off
+        assert (np.abs(mount.correction) < 3.0 * mount.sigma).all()
+        assert np.abs(mount.correction[:3]).max() < 0.006
+        assert np.abs(mount.correction[3:]).max() < np.deg2rad(0.3)
+    assert summary(found)[-1].startswith("all scanners are where they were said to be")
+
+
+def test_yaw_of_a_single_scanner_is_told_by_the_way_the_wheels_roll(
+    hall: PreparedMap, readings: list[Reading]
+) -> None:
+    alone = {"laser_horizontal": WRONG["laser_horizontal"]}
+    found = estimate_mounts(stations(hall, readings, alone), hall, alone)
+    (mount,) = found.mounts
+    assert mount.off == ("yaw",)
+    assert np.abs(left(found, "laser_horizontal")[5]) < 3.0 * mount.sigma[5] < np.deg2rad(1.5)
+
+
+def test_robot_that_stands_tells_too_little(hall: PreparedMap, readings: list[Reading]) -> None:
+    standing = [r for r in readings if r.stamp < 1_500_000_000]
+    with pytest.raises(TooLittleError, match="sweeps that the map explains"):
+        estimate_mounts(stations(hall, standing, MOUNTS), hall, MOUNTS)
+
+
+def test_mounts_survive_their_file(tmp_path: Path) -> None:
+    write_mounts(tmp_path / "m.toml", WRONG, comment="one\ntwo")
+    read = read_mounts(tmp_path / "m.toml")
+    assert set(read) == set(WRONG)
+    for name, mount in read.items():
+        np.testing.assert_array_equal(mount.position, WRONG[name].position)
+        np.testing.assert_allclose(mount.rotation, WRONG[name].rotation, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("", "holds no mounts"),
+        ("[a\n", "is no TOML"),
+        ("[a]\nposition = [1, 2, 3]\n", "must have position and rotation_xyzw"),
+        ("[a]\nposition = [1, 2]\nrotation_xyzw = [0, 0, 0, 1]\n", "position of 3 numbers"),
+        ("[a]\nposition = [1, 2, 3]\nrotation_xyzw = [0, 0, 1]\n", "rotation_xyzw of 4"),
+        ("[a]\nposition = [1, 2, 3]\nrotation_xyzw = [0, 0, 0, 0]\n", "unit norm"),
+    ],
+)
+def test_file_that_holds_no_mounts_is_refused(tmp_path: Path, text: str, why: str) -> None:
+    (tmp_path / "m.toml").write_text(text)
+    with pytest.raises(MountFileError, match=why):
+        read_mounts(tmp_path / "m.toml")
+    with pytest.raises(MountFileError, match="No such file"):
+        read_mounts(tmp_path / "none.toml")
+
+
+def test_log_is_calibrated_and_localised_with_what_came_of_it(
+    hall: PreparedMap,
+    readings: list[Reading],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    log, cloud, out = tmp_path / "log.mcap", tmp_path / "hall.ply", tmp_path / "mounts.toml"
+    save_cloud(hall.cloud, cloud)
+    now = 0
+    with ReadingsWriter(log, WRONG, {"map": "hall"}) as writer:
+        for reading in readings:
+            writer.write(reading, now := max(now, reading.stamp))
+    assert main(["calibrate", str(log), "--map", str(cloud)]) == 0
+    assert "laser_horizontal is not where it was said to be" in capsys.readouterr().out
+    yaw = read_mounts(out)["laser_horizontal"].yaw
+    assert yaw == pytest.approx(0.0, abs=np.deg2rad(0.4))
+    arguments = ["localize", str(log), "--map", str(cloud), "--mounts", str(out), "--no-recording"]
+    assert main([*arguments, "--no-report", "--out", str(tmp_path / "run")]) == 0
+    assert len((tmp_path / "run" / "estimate.tum").read_text().splitlines()) > 100
+
+
+WATCH = LocalizerConfig(mounts=MountWatchConfig(stretches=3))
+
+
+def doubts(world: PreparedMap, readings: list[Reading], mounts: Mounts) -> set[str]:
+    """All reasons that speak of mounts."""
+    localizer = Localizer(world, mounts, WATCH)
+    told = {reason for r in readings for reason in localizer.add(r).reasons}
+    return {reason for reason in told if "mounted" in reason}
+
+
+def test_mount_that_seems_wrong_is_named_while_driving_and_sound_ones_are_not(
+    hall: PreparedMap, readings: list[Reading]
+) -> None:
+    assert doubts(hall, readings, MOUNTS) == set()
+    off = np.array([0.0, 0.03, 0.0, 0.0, 0.0, 0.0])
+    named = doubts(hall, readings, corrected(MOUNTS, "laser_vertical", off))
+    assert named
+    assert all("laser_vertical seems mounted about" in reason for reason in named)
+    assert all("cm off in y against laser_horizontal" in reason for reason in named)

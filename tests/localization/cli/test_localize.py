@@ -1,0 +1,121 @@
+"""``farsteer localize`` as a user meets it: files, figures, notices."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from localization.evaluation.trajectory import Trajectory, read_tum, write_tum
+from localization.logs.mcap_log import ReadingsWriter
+from localization.maps.cloud import save_cloud
+from localization.types import SECOND, Pose
+from teleop.__main__ import main
+from tests.support_rooms import HALL, MOUNTS, Drive
+
+ROOT = Path(__file__).parents[3]
+START = Pose.planar(2.6, 1.6, 0.2)
+EXTRAS = ("mujoco", "open3d", "rerun", "websockets", "cbor2", "matplotlib", "embreex")
+"""What the base install lacks."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A log of some seconds in a hall, the hall's map, and where the robot truly was."""
+    place = tmp_path_factory.mktemp("hall")
+    drive = Drive(HALL, START, (1.0, 0.0, 0.0), (4.0, 0.5, 0.35), (1.0, 0.0, 0.5), noise=0.012)
+    with ReadingsWriter(place / "drive.mcap", MOUNTS) as writer:
+        for i, reading in enumerate(drive.readings()):
+            writer.write(reading, i)
+    save_cloud(HALL.cloud(), place / "hall.ply")
+    stamps = range(0, drive.end, SECOND // 50)
+    write_tum(place / "truth.tum", Trajectory.from_poses((s, drive.pose(s)) for s in stamps))
+    return place
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+def words(folder: Path, out: Path, *more: str) -> list[str]:
+    where = ["--map", str(folder / "hall.ply"), "--start", "2.8", "1.5", "12", "--out", str(out)]
+    return ["localize", str(folder / "drive.mcap"), *where, *more]
+
+
+def test_everything_is_written_and_told(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert main(words(folder, out, "--truth", str(folder / "truth.tum"))) == 0
+    told = capsys.readouterr()
+    assert {path.name for path in out.iterdir()} == {
+        "covariance.csv", "estimate.tum", "health.csv", "recording.rrd", "report.html",
+    }  # fmt: skip
+    assert "100%" in told.err
+    known = read_tum(out / "estimate.tum")
+    truth = read_tum(folder / "truth.tum")
+    off = np.linalg.norm(truth.at(known.stamps)[0] - known.positions, axis=1)
+    (line,) = (x for x in told.out.splitlines() if x.startswith("  ATE, position [mm]"))
+    rmse = float(line.split()[3])
+    assert rmse == pytest.approx(1e3 * np.sqrt((off**2).mean()), abs=0.01)
+    assert rmse < 10.0
+    rows = (out / "covariance.csv").read_text().count("\n")
+    assert rows == len(known) + 1
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") == 2
+    assert f"<td class=n>{line.split()[3]}</td>" in page
+    assert "http" not in page
+    assert (out / "recording.rrd").read_bytes()[:3] == b"RRF"
+
+
+def test_reference_of_another_time_is_said_and_does_no_harm(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    late = tmp_path / "late.tum"
+    late.write_text("1000 0 0 0 0 0 0 1\n1001 1 0 0 0 0 0 1\n")
+    out = tmp_path / "out"
+    options = ("--truth", str(late), "--no-recording", "--no-report")
+    assert main(words(folder, out, *options)) == 0
+    assert "do not overlap in time" in capsys.readouterr().out
+    assert {path.name for path in out.iterdir()} == {
+        "covariance.csv", "estimate.tum", "health.csv",
+    }  # fmt: skip
+
+
+def test_reference_that_is_missing_ends_before_the_work(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words(folder, tmp_path / "out", "--truth", "nowhere.tum")) == 2
+    assert "nowhere.tum: No such file" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_base_install_localises_and_says_what_would_draw(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    code = (
+        "import sys\n"
+        f"sys.modules.update(dict.fromkeys({EXTRAS!r}))\n"  # None: as if it were not installed
+        "from teleop.__main__ import main\n"
+        f"sys.exit(main({words(folder, out)!r}))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "pip install 'farsteer[operator]'" in done.stdout
+    assert "pip install 'farsteer[report]'" in done.stdout
+    assert {path.name for path in out.iterdir()} == {
+        "covariance.csv", "estimate.tum", "health.csv", "report.html",
+    }  # fmt: skip
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "pip install 'farsteer[report]'" in page
+    assert "<img" not in page

@@ -1,0 +1,229 @@
+from __future__ import annotations
+
+import bz2
+import gzip
+import lzma
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from localization.logs.carmen_log import SCANNER, CarmenLog
+from localization.logs.mcap_log import LogError
+from localization.logs.open_log import open_log
+from localization.maps.cloud import save_cloud
+from localization.pipeline.log_replay import localize
+from localization.types import Odometry, Pose, Scan
+from tests.support_rooms import HALL, MOUNTS, Drive, Place
+
+START = Pose.planar(2.6, 1.6, 0.2)
+LOOP = ((1.0, 0.0, 0.0), (4.0, 0.5, 0.35), (2.0, 0.0, 0.8), (3.0, 0.4, -0.3), (1.0, 0.0, 0.0))
+FORWARD = 0.15
+"""Of the scanner on the base [m]."""
+
+
+def flaser(place: Place, pose: Pose, odom: Pose, seconds: float, *, beams: int = 181) -> str:
+    """A line such as CARMEN writes, of a scan from the height of our scanners."""
+    rng = np.random.default_rng(round(seconds * 1e3))
+    scanner = pose @ Pose.planar(FORWARD, 0.0, 0.0)
+    angles = np.linspace(-math.pi / 2, math.pi / 2, beams) + scanner.yaw
+    directions = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    origins = np.tile(
+        scanner.position + MOUNTS["laser_horizontal"].position * [0, 0, 1], (beams, 1)
+    )
+    far = place.cast(origins, directions) + 0.01 * rng.standard_normal(beams)
+    ranges = " ".join(f"{r:.2f}" for r in np.where(np.isfinite(far), far, 81.83))
+    laser = odom @ Pose.planar(FORWARD, 0.0, 0.0)
+    poses = " ".join(f"{p.position[0]:.6f} {p.position[1]:.6f} {p.yaw:.6f}" for p in (laser, odom))
+    return f"FLASER {beams} {ranges} {poses} {seconds:.6f} robot {seconds - 100.0:.6f}"
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    """A drive through the hall, with odometry that is 3 % wrong and began elsewhere."""
+    drive = Drive(HALL, START, *LOOP)
+    lines = ["# made by a test", "PARAM robot_front_laser_max 81.9"]
+    for stamp in range(0, drive.end + 1, 100_000_000):
+        step = drive.pose(0).inverse() @ drive.pose(stamp)
+        odom = Pose.planar(9.0, 4.0, 1.0) @ Pose.planar(
+            1.03 * step.position[0], 1.03 * step.position[1], 1.04 * step.yaw
+        )
+        seconds = 976052857.3 + stamp * 1e-9
+        lines.append(flaser(HALL, drive.pose(stamp), odom, seconds))
+        x, y, yaw = odom.position[0], odom.position[1], odom.yaw
+        lines.append(f"ODOM {x:.6f} {y:.6f} {yaw:.6f} 0.4 0.1 0.0 {seconds + 0.01:.6f} robot 1.0")
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture(scope="module")
+def log(text: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("carmen") / "hall.log"
+    path.write_text(text)
+    return path
+
+
+def test_scans_and_odometry_come_in_order_with_exact_stamps(log: Path) -> None:
+    readings = list(CarmenLog(log))
+    assert [type(r) for r in readings[:3]] == [Scan, Odometry, Odometry]
+    assert readings[0].stamp == readings[1].stamp == 976052857_300000000
+    assert readings[2].stamp == 976052857_310000000
+
+
+def test_mount_is_read_from_where_scanner_and_base_say_they_are(log: Path) -> None:
+    mount = CarmenLog(log).mounts[SCANNER]
+    np.testing.assert_allclose(mount.position, [FORWARD, 0.0, 0.0], atol=1e-5)
+    assert mount.yaw == pytest.approx(0.0, abs=1e-5)
+
+
+def test_scanner_pose_that_was_corrected_afterwards_is_no_mount(text: str, tmp_path: Path) -> None:
+    lines = []
+    for i, line in enumerate(x for x in text.splitlines() if x.startswith("FLASER")):
+        words = line.split()
+        words[183] = f"{float(words[183]) + 0.01 * i:.6f}"
+        lines.append(" ".join(words))
+    path = tmp_path / "corrected.log"
+    path.write_text("\n".join(lines))
+    np.testing.assert_array_equal(CarmenLog(path).mounts[SCANNER].position, np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    ("beams", "step", "last"), [(181, 1.0, 90.0), (361, 0.5, 90.0), (180, 1.0, 89.0)]
+)
+def test_beams_span_the_half_circle_ahead(
+    tmp_path: Path, beams: int, step: float, last: float
+) -> None:
+    path = tmp_path / "a.log"
+    path.write_text(flaser(HALL, START, START, 5.0, beams=beams))
+    scan = next(iter(CarmenLog(path)))
+    assert isinstance(scan, Scan)
+    assert np.rad2deg(scan.angles[[0, 1, -1]]) == pytest.approx(
+        [-90.0, -90.0 + step, last], abs=1e-4
+    )
+
+
+def test_the_scanners_limit_means_nothing_was_there(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    path.write_text("FLASER 3 1.5 81.83 2.5 0 0 0 0 0 0 7.25 robot 1.0\n")
+    scan = next(iter(CarmenLog(path)))
+    assert isinstance(scan, Scan)
+    np.testing.assert_array_equal(scan.ranges, [1.5, np.inf, 2.5])
+
+
+def test_newer_laser_lines_carry_their_own_angles_and_poses(tmp_path: Path) -> None:
+    head = "ROBOTLASER1 0 -2.0 4.0 1.0 30.0 0.01 0 5 1.0 2.0 3.0 4.0 30.0 2 7 8"
+    poses = "1.2 0.0 0.0 1.0 0.0 0.0 0.1 0.2 0.3 0.3 1e6"
+    path = tmp_path / "a.log"
+    path.write_text(f"{head} {poses} 12.5 robot 0.5\n")
+    log = CarmenLog(path)
+    scan, odometry = list(log)
+    assert isinstance(scan, Scan)
+    assert isinstance(odometry, Odometry)
+    np.testing.assert_allclose(scan.angles, [-2.0, -1.0, 0.0, 1.0, 2.0])
+    np.testing.assert_array_equal(scan.ranges, [1.0, 2.0, 3.0, 4.0, np.inf])
+    assert scan.stamp == odometry.stamp == 12_500_000_000
+    np.testing.assert_allclose(log.mounts[SCANNER].position, [0.2, 0.0, 0.0], atol=1e-12)
+
+
+def test_times_that_lost_their_zeros_get_them_back(tmp_path: Path) -> None:
+    """As in the log of the Intel Research Lab: ``976052917.910720`` was 0.091072 s past the second."""
+    rng = np.random.default_rng(5)
+    stamps = 976052917_000000000 + np.cumsum(rng.integers(40_000, 320_000, 120)) * 1000
+    lines = []
+    for stamp in stamps.tolist():
+        seconds, microseconds = divmod(stamp // 1000, 1_000_000)
+        printed = f"{microseconds}".ljust(6, "0")
+        lines.append(f"FLASER 3 1.5 2.0 2.5 0 0 0 0 0 0 {seconds}.{printed} nohost 1.0\n")
+    path = tmp_path / "intel.log"
+    path.write_text("".join(lines))
+    log = CarmenLog(path)
+    assert log.warning is not None
+    assert "zeros" in log.warning
+    told = np.array([r.stamp for r in log if isinstance(r, Scan)])
+    assert (np.diff(told) > 0).all()
+    assert (told == stamps).mean() > 0.97
+
+
+def test_sound_times_are_left_alone(log: Path) -> None:
+    assert CarmenLog(log).warning is None
+
+
+@pytest.mark.parametrize("pack", [gzip.compress, bz2.compress, lzma.compress])
+def test_compressed_logs_read_the_same(
+    log: Path, text: str, tmp_path: Path, pack: Callable[[bytes], bytes]
+) -> None:
+    packed = tmp_path / "packed"
+    packed.write_bytes(pack(text.encode()))
+    assert [r.stamp for r in open_log(packed)] == [r.stamp for r in open_log(log)]
+
+
+def test_log_that_ends_too_soon_ends_with_its_last_whole_line(text: str, tmp_path: Path) -> None:
+    packed = tmp_path / "cut.gz"
+    data = gzip.compress(text.encode())
+    packed.write_bytes(data[: len(data) // 2])
+    log = CarmenLog(packed)
+    readings = list(log)
+    assert 100 < len(readings) < text.count("\n")
+
+
+def test_broken_lines_are_counted_with_the_reason(text: str, tmp_path: Path) -> None:
+    lines = text.splitlines()
+    lines[6] = "FLASER 181 1.0 2.0"
+    lines[7] = "ODOM nan 0 0 0 0 0 976052858.0 robot 1"
+    path = tmp_path / "broken.log"
+    path.write_text("\n".join(lines))
+    log = CarmenLog(path)
+    whole = text.count("FLASER") * 2 + text.count("ODOM")
+    assert len(list(log)) == whole - 3
+    assert log.skipped["FLASER"].count == 1
+    assert "finite" in log.skipped["ODOM"].reason
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("", "empty"),
+        ("hello\nworld\n", "holds no scan"),
+        ("ODOM 0 0 0 0 0 0 1.0 robot 1\n", "holds no scan"),
+        ("x\n" * 3000, "no CARMEN log"),
+    ],
+)
+def test_texts_that_are_no_log_are_refused_in_one_line(
+    tmp_path: Path, content: str, reason: str
+) -> None:
+    path = tmp_path / "x.log"
+    path.write_text(content)
+    with pytest.raises(LogError, match=reason) as error:
+        open_log(path)
+    assert "\n" not in str(error.value)
+    assert str(path) in str(error.value)
+
+
+def test_flat_log_is_localised_to_two_centimetres_from_a_rough_start(
+    log: Path, tmp_path: Path
+) -> None:
+    # The log does not say how high its scanner is: the map is lowered to it.
+    cloud = HALL.cloud()
+    lowered = type(cloud)(
+        cloud.points - [0.0, 0.0, MOUNTS["laser_horizontal"].position[2]],
+        cloud.normals,
+        name="hall",
+    )
+    save_cloud(lowered, tmp_path / "hall.ply")
+    done = localize(
+        log, tmp_path / "hall.ply", start=START @ Pose.planar(0.3, -0.2, 0.1), cache=None
+    )
+    drive = Drive(HALL, START, *LOOP)
+    last = [e for e in done.estimates if e.map_from_base is not None][20:]
+    assert len(last) > 100
+    errors = []
+    for estimate in last:
+        assert estimate.map_from_base is not None
+        error = drive.pose(estimate.stamp - 976052857_300000000).inverse() @ estimate.map_from_base
+        errors.append([*error.position, error.yaw])
+    worst = np.abs(errors).max(axis=0)
+    assert np.hypot(worst[0], worst[1]) < 0.02
+    assert worst[2] < 0.001
+    assert worst[3] < np.deg2rad(1.0)
+    assert np.sqrt(np.mean(np.square(errors)[:, 3])) < np.deg2rad(0.3)

@@ -1,0 +1,187 @@
+"""Logs of every format and compression, whole and cut short."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import lzma
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer as McapWriter
+from rosbags.rosbag1 import Writer as Ros1Writer
+from rosbags.rosbag2 import (
+    CompressionFormat,
+    CompressionMode,
+    StoragePlugin,
+    Writer as Ros2Writer,
+)
+
+from localization.logs import ros_messages as messages
+from localization.logs.mcap_log import LogError, ReadingsWriter
+from localization.logs.open_log import open_log
+from localization.types import Pose, Reading
+from tests.localization.logs.test_carmen_log import flaser
+from tests.localization.logs.test_ros_bag import ROS1, Messages, _as_ros1, recorded
+from tests.support_rooms import HALL, MOUNTS, Drive
+
+START = Pose.planar(2.6, 1.6, 0.2)
+
+Write = Callable[[Path, list[Reading]], Path]
+
+
+def ours(compression: CompressionType) -> Write:
+    """Our log, packed as some other tool would repack it."""
+
+    def write(folder: Path, readings: list[Reading]) -> Path:
+        first, path = folder / "first.mcap", folder / "ours.mcap"
+        with ReadingsWriter(first, MOUNTS) as writer:
+            for i, reading in enumerate(readings):
+                writer.write(reading, i)
+        with first.open("rb") as source, path.open("wb") as target:
+            out = McapWriter(target, chunk_size=16 * 1024, compression=compression)
+            out.start(profile="ros2", library="another")
+            reader = make_reader(source)
+            for record in reader.iter_metadata():
+                out.add_metadata(record.name, record.metadata)
+            channels: dict[int, int] = {}
+            for schema, channel, message in reader.iter_messages(log_time_order=False):
+                assert schema is not None
+                if channel.id not in channels:
+                    kind = out.register_schema(schema.name, schema.encoding, schema.data)
+                    channels[channel.id] = out.register_channel(channel.topic, "cdr", kind)
+                at = channels[channel.id]
+                out.add_message(at, message.log_time, message.data, message.publish_time)
+            out.finish()
+        return path
+
+    return write
+
+
+def ros1(compression: Ros1Writer.CompressionFormat | None) -> Write:
+    def write(folder: Path, readings: list[Reading]) -> Path:
+        path = folder / "robot.bag"
+        bag = Ros1Writer(path)
+        if compression is not None:
+            bag.set_compression(compression)
+        with bag:
+            lines = {}
+            for topic, stamp, message in recorded(readings):
+                kind = message.__msgtype__  # type: ignore[attr-defined]
+                if topic not in lines:
+                    lines[topic] = bag.add_connection(topic, kind, typestore=ROS1)
+                bag.write(lines[topic], stamp, ROS1.serialize_ros1(_as_ros1(message), kind))
+        return path
+
+    return write
+
+
+def ros2(storage: StoragePlugin, mode: CompressionMode) -> Write:
+    def write(folder: Path, readings: list[Reading]) -> Path:
+        path = folder / "bag"
+        bag = Ros2Writer(path, version=9, storage_plugin=storage)
+        bag.set_compression(mode, CompressionFormat.ZSTD)
+        with bag:
+            lines = {}
+            held: Messages = recorded(readings)
+            for topic, stamp, message in held:
+                kind = message.__msgtype__  # type: ignore[attr-defined]
+                if topic not in lines:
+                    lines[topic] = bag.add_connection(topic, kind, typestore=messages.TYPES)
+                bag.write(lines[topic], stamp, messages.to_cdr(message))
+        return path
+
+    return write
+
+
+def carmen(pack: Callable[[bytes], bytes]) -> Write:
+    def write(folder: Path, readings: list[Reading]) -> Path:
+        lines = [flaser(HALL, START, START, 0.1 * i) + "\n" for i in range(CARMEN_SCANS)]
+        path = folder / "robot.log"
+        path.write_bytes(pack("".join(lines).encode()))
+        return path
+
+    return write
+
+
+CARMEN_SCANS = 250
+SQLITE, MCAP = StoragePlugin.SQLITE3, StoragePlugin.MCAP
+FORMATS: dict[str, Write] = {
+    "ours, not packed": ours(CompressionType.NONE),
+    "ours, lz4": ours(CompressionType.LZ4),
+    "ours, zstd": ours(CompressionType.ZSTD),
+    "ROS 1, not packed": ros1(None),
+    "ROS 1, bz2": ros1(Ros1Writer.CompressionFormat.BZ2),
+    "ROS 1, lz4": ros1(Ros1Writer.CompressionFormat.LZ4),
+    "ROS 2 sqlite, not packed": ros2(SQLITE, CompressionMode.NONE),
+    "ROS 2 sqlite, files packed": ros2(SQLITE, CompressionMode.FILE),
+    "ROS 2 sqlite, messages packed": ros2(SQLITE, CompressionMode.MESSAGE),
+    "ROS 2 mcap, not packed": ros2(MCAP, CompressionMode.NONE),
+    "ROS 2 mcap, files packed": ros2(MCAP, CompressionMode.FILE),
+    "ROS 2 mcap, messages packed": ros2(MCAP, CompressionMode.MESSAGE),
+    "ROS 2 mcap, chunks packed": ros2(MCAP, CompressionMode.STORAGE),
+    "CARMEN, not packed": carmen(bytes),
+    "CARMEN, gz": carmen(gzip.compress),
+    # Blocks of 100 kB: what is of a block that is cut cannot be unpacked.
+    "CARMEN, bz2": carmen(lambda raw: bz2.compress(raw, 1)),
+    "CARMEN, xz": carmen(lzma.compress),
+}
+ENDS_WITH_LAST_WHOLE_PART = [name for name in FORMATS if name.startswith(("ours", "CARMEN"))]
+ASKS_FOR_MENDING = [name for name in FORMATS if name.startswith("ROS")]
+
+
+@pytest.fixture(scope="module")
+def readings() -> list[Reading]:
+    return Drive(HALL, START, (1.0, 0.3, 0.2), seed=4).readings()
+
+
+def cut(path: Path, share: float) -> Path:
+    """A copy of a log whose recorder, or whose disk, gave up."""
+    short = path.with_name(f"cut-{path.name}")
+    file = short
+    if path.is_dir():
+        shutil.copytree(path, short)
+        file = max(
+            (f for f in short.iterdir() if f.suffix != ".yaml"), key=lambda f: f.stat().st_size
+        )
+    else:
+        shutil.copy(path, short)
+    file.write_bytes(file.read_bytes()[: int(share * file.stat().st_size)])
+    return short
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_log_is_read_whole_whatever_its_format(
+    name: str, tmp_path: Path, readings: list[Reading]
+) -> None:
+    log = open_log(FORMATS[name](tmp_path, readings))
+    # In CARMEN's, each scan is an odometry reading as well.
+    expected = 2 * CARMEN_SCANS if name.startswith("CARMEN") else len(readings)
+    assert len(list(log)) == expected
+    assert log.warning is None
+    assert 0.95 <= log.share <= 1.0
+
+
+@pytest.mark.parametrize("name", ENDS_WITH_LAST_WHOLE_PART)
+def test_log_that_was_cut_short_is_read_as_far_as_it_goes(
+    name: str, tmp_path: Path, readings: list[Reading]
+) -> None:
+    log = open_log(cut(FORMATS[name](tmp_path, readings), 0.6))
+    count = len(list(log))
+    assert 10 < count < max(len(readings), 2 * CARMEN_SCANS if name.startswith("CARMEN") else 0)
+    assert log.warning is not None or name.startswith("CARMEN")
+
+
+@pytest.mark.parametrize("share", [0.02, 0.6, 0.98])
+@pytest.mark.parametrize("name", ASKS_FOR_MENDING)
+def test_bag_that_was_cut_short_says_what_mends_it(
+    name: str, share: float, tmp_path: Path, readings: list[Reading]
+) -> None:
+    path = cut(FORMATS[name](tmp_path, readings), share)
+    with pytest.raises(LogError, match=r"damaged|reindex|recover") as error:
+        list(open_log(path))
+    assert "\n" not in str(error.value)
+    assert str(path) in str(error.value)

@@ -1,0 +1,339 @@
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.rosbag1 import Writer as Ros1Writer
+from rosbags.rosbag2 import StoragePlugin, Writer as Ros2Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from localization.geometry import FloatArray
+from localization.logs import ros_messages as messages
+from localization.logs.mcap_log import LogError, ReadingsWriter
+from localization.logs.open_log import open_log
+from localization.logs.ros_bag import Bag
+from localization.logs.ros_import import Layout
+from localization.maps.cloud import save_cloud
+from localization.motion.motion_model import Motion, Suite
+from localization.pipeline.log_replay import localize
+from localization.types import (
+    SECOND,
+    Inertial,
+    Odometry,
+    PointScan,
+    Pose,
+    Reading,
+    Scan,
+    WheelSpeeds,
+)
+from tests.support_rooms import HALL, MOUNTS, Drive
+
+START = Pose.planar(2.6, 1.6, 0.2)
+LOOP = ((1.0, 0.0, 0.0), (4.0, 0.5, 0.35), (1.0, 0.0, 0.8))
+ROS1 = get_typestore(Stores.ROS1_NOETIC)
+ROS1.register(get_types_from_msg("geometry_msgs/msg/TransformStamped[] transforms", messages.TF))
+ROS2 = messages.TYPES
+
+Messages = list[tuple[str, int, object]]
+"""Topic, time of recording [ns], message of the ROS 2 type store."""
+
+
+def ros1(path: Path, recorded: Messages) -> Path:
+    """Write a ROS 1 bag, its messages turned into those of that type store."""
+    path = path.with_suffix(".bag")
+    with Ros1Writer(path) as writer:
+        connections = {}
+        for topic, stamp, message in recorded:
+            kind = message.__msgtype__  # type: ignore[attr-defined]
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=ROS1)
+            data = ROS1.serialize_ros1(_as_ros1(message), kind)
+            writer.write(connections[topic], stamp, data)
+    return path
+
+
+def _as_ros1(message: object) -> object:
+    """The same values in the classes of ROS 1, whose headers count."""
+    kind = message.__msgtype__  # type: ignore[attr-defined]
+    fields = {}
+    for name in message.__dataclass_fields__:  # type: ignore[attr-defined]
+        value = getattr(message, name)
+        if hasattr(value, "__msgtype__"):
+            value = _as_ros1(value)
+        elif isinstance(value, list) and value and hasattr(value[0], "__msgtype__"):
+            value = [_as_ros1(v) for v in value]
+        if name != "__msgtype__":
+            fields[name] = value
+    if kind == "std_msgs/msg/Header":
+        fields["seq"] = 7
+    return ROS1.types[kind](**fields)
+
+
+def ros2(path: Path, recorded: Messages, storage: StoragePlugin) -> Path:
+    with Ros2Writer(path, version=9, storage_plugin=storage) as writer:
+        connections = {}
+        for topic, stamp, message in recorded:
+            kind = message.__msgtype__  # type: ignore[attr-defined]
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=ROS2)
+            writer.write(connections[topic], stamp, messages.to_cdr(message))
+    return path
+
+
+KINDS: dict[str, Callable[[Path, Messages], Path]] = {
+    "ros1": ros1,
+    "sqlite3": lambda path, recorded: ros2(path, recorded, StoragePlugin.SQLITE3),
+    "mcap": lambda path, recorded: ros2(path, recorded, StoragePlugin.MCAP),
+}
+
+
+def transforms(links: Iterable[tuple[str, str, Pose]]) -> object:
+    """A ``TFMessage`` of (parent, child, parent_from_child)."""
+    build = messages._build
+    return build(
+        messages.TF,
+        transforms=[
+            build(
+                "geometry_msgs/msg/TransformStamped",
+                header=messages.header_message(0, parent),
+                child_frame_id=child,
+                transform=build(
+                    "geometry_msgs/msg/Transform",
+                    translation=messages._vector(pose.position),
+                    rotation=messages._quaternion(pose.quaternion_wxyz),
+                ),
+            )
+            for parent, child, pose in links
+        ],
+    )
+
+
+DECK = Pose.from_euler([0.05, 0.0, 0.2], yaw=0.3)
+IMU = Pose.from_euler([0.0, 0.0, 0.1], roll=np.pi, yaw=0.7)
+
+
+def frames() -> object:
+    """Scanners on a deck on the base, as many robots have them; an inertial unit upside down."""
+    links = [("base_footprint", "base_link", Pose.identity()), ("base_link", "deck", DECK)]
+    links += [("deck", name, DECK.inverse() @ mount) for name, mount in MOUNTS.items()]
+    return transforms([*links, ("base_link", "imu", IMU)])
+
+
+def recorded(
+    readings: Iterable[Reading], *, frames_topic: str = "/tf_static", clock: int = SECOND
+) -> Messages:
+    """What a robot would have recorded of readings: four wheels, an odometry, frames of its own."""
+    held: Messages = [(frames_topic, clock, frames())]
+    for i, reading in enumerate(readings):
+        stamp = clock + i * 1_000_000
+        match reading:
+            case Scan():
+                topic = "/front/scan" if reading.scanner == "laser_horizontal" else "/up/scan"
+                held.append((topic, stamp, messages.scan_message(reading)))
+            case WheelSpeeds():
+                held.append(("/joints", stamp, four_wheels(reading)))
+            case Inertial():
+                turned = Inertial(
+                    reading.stamp,
+                    IMU.rotation.T @ reading.angular_velocity,
+                    IMU.rotation.T @ reading.specific_force,
+                )
+                message = messages.inertial_message(turned)
+                message.header.frame_id = "imu"
+                held.append(("/imu", stamp, message))
+            case Odometry():
+                held.append(("/odom", stamp, messages.odometry_message(reading)))
+            case PointScan():
+                held.append(("/points", stamp, messages.points_message(reading)))
+    return held
+
+
+def four_wheels(reading: WheelSpeeds) -> object:
+    names = ["front_left_wheel", "front_right_wheel", "rear_left_wheel", "rear_right_wheel", "arm"]
+    speeds = [reading.left, reading.right, reading.left, reading.right, 99.0]
+    return messages._build(
+        messages.JOINT_STATE,
+        header=messages.header_message(reading.stamp, ""),
+        name=names,
+        position=np.zeros(5),
+        velocity=np.array(speeds) / 0.111,
+        effort=np.zeros(0),
+    )
+
+
+@pytest.fixture(scope="module")
+def drive() -> Drive:
+    return Drive(HALL, START, *LOOP, noise=0.012, seed=4)
+
+
+@pytest.fixture(scope="module")
+def hall_map(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("map") / "hall.ply"
+    save_cloud(HALL.cloud(), path)
+    return path
+
+
+def worst_error(path: Path, world: Path, drive: Drive, **options: object) -> FloatArray:
+    """Largest x, y, z [m] and yaw [rad] errors after the first two seconds."""
+    start = START @ Pose.planar(0.2, -0.2, 0.1)
+    done = localize(path, world, start=start, **options)  # type: ignore[arg-type]
+    errors = []
+    for estimate in done.estimates:
+        if estimate.map_from_base is not None and estimate.stamp > 3 * SECOND:
+            error = drive.pose(estimate.stamp).inverse() @ estimate.map_from_base
+            errors.append([*error.position, error.yaw])
+    assert len(errors) > 50
+    worst: FloatArray = np.abs(np.array(errors)).max(axis=0)
+    return worst
+
+
+def test_bag_of_wheels_and_gyro_is_localised_to_a_centimetre(
+    tmp_path: Path, hall_map: Path, drive: Drive
+) -> None:
+    path = ros1(tmp_path / "bag", recorded(drive.readings()))
+    assert open_log(path).suite == Suite(Motion.WHEELS_AND_GYRO)
+    assert worst_error(path, hall_map, drive)[:2].max() < 0.01
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_readings_of_a_bag_are_those_that_were_recorded(
+    tmp_path: Path, drive: Drive, kind: str
+) -> None:
+    readings = drive.readings()
+    log = open_log(KINDS[kind](tmp_path / "bag", recorded(readings)))
+    assert set(log.mounts) == set(MOUNTS)
+    for name, mount in MOUNTS.items():
+        np.testing.assert_allclose(log.mounts[name].position, mount.position, atol=1e-9)
+        np.testing.assert_allclose(log.mounts[name].rotation, mount.rotation, atol=1e-9)
+    told = list(log)
+    assert len(told) == len(readings)
+    for a, b in zip(told, readings, strict=True):
+        assert (type(a), a.stamp) == (type(b), b.stamp)
+        if isinstance(a, Inertial) and isinstance(b, Inertial):
+            np.testing.assert_allclose(a.angular_velocity, b.angular_velocity, atol=1e-12)
+            np.testing.assert_allclose(a.specific_force, b.specific_force, atol=1e-9)
+        if isinstance(a, WheelSpeeds) and isinstance(b, WheelSpeeds):
+            assert (a.left, a.right) == (b.left, b.right)
+
+
+def test_odometry_and_one_level_scanner_make_a_flat_suite(
+    tmp_path: Path, hall_map: Path, drive: Drive
+) -> None:
+    readings: list[Reading] = []
+    for reading in drive.readings():
+        if isinstance(reading, Scan) and reading.scanner == "laser_horizontal":
+            readings.append(reading)
+        if isinstance(reading, WheelSpeeds):
+            readings.append(Odometry(reading.stamp, drive.pose(reading.stamp)))
+    path = ros2(tmp_path / "bag", recorded(readings), StoragePlugin.MCAP)
+    assert open_log(path).suite == Suite(Motion.ODOMETRY, flat=True)
+    x, y, z, _ = worst_error(path, hall_map, drive)
+    assert max(x, y) < 0.01
+    assert z < 0.001
+
+
+def test_static_frames_of_tf_1_are_found_on_tf(tmp_path: Path, drive: Drive) -> None:
+    held = recorded(drive.readings()[:50], frames_topic="/tf")
+    moving = transforms([("odom", "base_footprint", START), ("map", "odom", START)])
+    bag = Bag(ros1(tmp_path / "bag", [held[0], ("/tf", SECOND, moving), *held[1:]]))
+    np.testing.assert_allclose(
+        bag.mounts["laser_vertical"].position, MOUNTS["laser_vertical"].position, atol=1e-9
+    )
+
+
+def test_bag_without_frames_asks_for_the_mount_and_takes_it(tmp_path: Path, drive: Drive) -> None:
+    path = ros1(tmp_path / "bag", recorded(drive.readings()[:50])[1:])
+    with pytest.raises(LogError, match=r"where 'laser_horizontal' \(of /front/scan\) sits"):
+        Bag(path)
+    layout = Layout(mounts=MOUNTS)
+    assert set(Bag(path, layout).mounts) == set(MOUNTS)
+
+
+def test_topics_can_be_chosen(tmp_path: Path, drive: Drive) -> None:
+    path = ros1(tmp_path / "bag", recorded(drive.readings()[:50]))
+    bag = Bag(path, Layout(topics=("/front/scan", "/joints")))
+    assert {type(r) for r in bag} == {Scan, WheelSpeeds}
+    assert bag.suite == Suite(Motion.WHEELS, flat=True)
+
+
+def test_what_is_no_reading_is_counted_with_its_reason(tmp_path: Path, drive: Drive) -> None:
+    text = messages._build("std_msgs/msg/String", data="hello")
+    held = [*recorded(drive.readings()[:50]), ("/chatter", 9 * SECOND, text)]
+    bag = Bag(ros2(tmp_path / "bag", held, StoragePlugin.SQLITE3))
+    list(bag)
+    assert bag.skipped["/chatter"].count == 1
+    assert "String holds no reading" in bag.skipped["/chatter"].reason
+
+
+def test_bag_without_a_scanner_says_what_it_has(tmp_path: Path) -> None:
+    text = messages._build("std_msgs/msg/String", data="hello")
+    path = ros2(tmp_path / "bag", [("/chatter", 1, text)], StoragePlugin.MCAP)
+    with pytest.raises(LogError, match="no scanner among its types std_msgs/msg/String"):
+        Bag(path)
+
+
+def test_damaged_and_foreign_files_are_refused_in_one_line(tmp_path: Path, drive: Drive) -> None:
+    whole = ros1(tmp_path / "bag", recorded(drive.readings()[:50]))
+    cut = tmp_path / "cut.bag"
+    cut.write_bytes(whole.read_bytes()[:3000])
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    for path in (cut, folder, tmp_path / "nowhere.bag"):
+        with pytest.raises(LogError) as error:
+            open_log(path)
+        assert str(path) in str(error.value)
+        assert "\n" not in str(error.value)
+
+
+def test_our_own_logs_are_told_from_bags_by_what_is_in_them(tmp_path: Path, drive: Drive) -> None:
+    path = tmp_path / "odd.name"
+    with ReadingsWriter(path, MOUNTS) as writer:
+        for i, reading in enumerate(drive.readings()[:30]):
+            writer.write(reading, i)
+    assert type(open_log(path)).__name__ == "Log"
+    assert open_log(path).suite == Suite()
+
+
+# Scanners of several planes
+
+
+def turn(drive: Drive, stamp: int) -> PointScan:
+    """A turn of a 16-plane scanner, column by column, from where it was at each column's time."""
+    columns, planes = 360, np.deg2rad(np.linspace(-15.0, 15.0, 16))
+    azimuth = np.linspace(-np.pi, np.pi, columns, endpoint=False)
+    offsets = np.repeat(np.arange(columns) * 250_000, len(planes))
+    a, e = np.repeat(azimuth, len(planes)), np.tile(planes, columns)
+    beams = np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)], axis=1)
+    mount = MOUNTS["laser_horizontal"]
+    position, rotation = drive.at(stamp + offsets)
+    far = HALL.cast(
+        position + rotation @ mount.position,
+        np.einsum("nij,nj->ni", rotation, beams @ mount.rotation.T),
+    )
+    noise = 0.02 * np.random.default_rng([3, stamp]).standard_normal(len(far))
+    points = ((far + noise)[:, None] * beams).astype(np.float32)
+    seen = np.isfinite(far)
+    return PointScan(stamp, "laser_horizontal", points[seen].astype(float), offsets[seen])
+
+
+def test_clouds_of_a_spinning_scanner_are_localised_to_two_centimetres(
+    tmp_path: Path, hall_map: Path, drive: Drive
+) -> None:
+    readings: list[Reading] = []
+    for reading in drive.readings():
+        if not isinstance(reading, Scan):
+            readings.append(reading)
+        if isinstance(reading, WheelSpeeds) and reading.stamp % (SECOND // 5) == 0:
+            readings.append(turn(drive, reading.stamp - SECOND // 10))
+    path = ros2(tmp_path / "bag", recorded(readings), StoragePlugin.MCAP)
+    log = open_log(path)
+    assert log.suite == Suite(Motion.WHEELS_AND_GYRO)
+    first = next(r for r in log if isinstance(r, PointScan))
+    twin = turn(drive, first.stamp)
+    np.testing.assert_array_equal(first.points, twin.points)
+    np.testing.assert_array_equal(first.offsets, twin.offsets)
+    x, y, z, yaw = worst_error(path, hall_map, drive)
+    assert max(x, y, z) < 0.02
+    assert yaw < np.deg2rad(0.5)

@@ -1,0 +1,154 @@
+from __future__ import annotations
+
+import builtins
+
+import numpy as np
+import pytest
+
+from localization.mapping.cloud_builder import CloudBuilder, MappingConfig
+from localization.maps.cloud import Cloud, CloudError
+from localization.maps.prepared_map import prepare
+from localization.matching.registration import register
+from localization.types import Pose
+from tests.support_rooms import HALL, Place, box
+
+pytest.importorskip("open3d", reason="building maps needs Open3D")
+
+WALL = Place(
+    [
+        *(f for f in box((0.0, 0.0, 0.0), (6.0, 4.0, 2.5), inside=True) if f.axis != 2),
+        *box((2.94, 0.0, 0.0), (3.06, 2.5, 2.5)),
+    ]
+)
+"""A room with a thin wall, seen from both sides."""
+
+
+def tour(place: Place, poses: list[Pose], noise: float = 0.01) -> CloudBuilder:
+    builder = CloudBuilder()
+    for i, pose in enumerate(poses):
+        builder.add(place.sweep(pose, noise=noise, seed=i), pose)
+    return builder
+
+
+def around(x: float, y: float, n: int = 60) -> list[Pose]:
+    rng = np.random.default_rng(0)
+    return [
+        Pose.from_euler(
+            [x + rng.uniform(-0.6, 0.6), y + rng.uniform(-0.6, 0.6), rng.uniform(-0.3, 0.9)],
+            yaw=rng.uniform(-np.pi, np.pi),
+        )
+        for _ in range(n)
+    ]
+
+
+@pytest.fixture(scope="module")
+def mapped() -> Cloud:
+    return tour(WALL, around(1.3, 1.5) + around(4.7, 1.5)).build("two rooms")
+
+
+def test_map_lies_on_the_walls(mapped: Cloud) -> None:
+    gaps = []
+    for face in WALL.faces:
+        gap = np.abs(mapped.points[:, face.axis] - face.at)
+        for k, low, high in zip(face.others, face.low, face.high, strict=True):
+            outside = np.maximum(low - mapped.points[:, k], mapped.points[:, k] - high)
+            gap = np.hypot(gap, np.maximum(outside, 0.0))
+        gaps.append(gap)
+    nearest = np.min(gaps, axis=0)
+    assert np.median(nearest) < 0.01
+    assert np.quantile(nearest, 0.99) < 0.03
+    assert mapped.name == "two rooms"
+
+
+def test_faces_of_a_thin_wall_stay_apart_and_turn_to_where_they_were_seen_from(
+    mapped: Cloud,
+) -> None:
+    p, n = mapped.points, mapped.normals
+    wall = (np.abs(p[:, 0] - 3.0) < 0.1) & (p[:, 1] < 2.2) & (p[:, 1] > 0.2)
+    wall &= np.abs(n[:, 0]) > 0.8
+    assert wall.sum() > 200
+    side = np.sign(p[wall, 0] - 3.0)
+    assert (np.sign(n[wall, 0]) == side).mean() > 0.99
+    assert np.median(np.abs(p[wall, 0] - 3.0)) == pytest.approx(0.06, abs=0.01)
+
+
+def test_normals_are_unit_and_point_into_the_room(mapped: Cloud) -> None:
+    assert np.linalg.norm(mapped.normals, axis=1) == pytest.approx(np.ones(len(mapped.points)))
+    west = mapped.points[:, 0] < 0.05
+    west &= (mapped.points[:, 1] > 0.2) & (mapped.points[:, 1] < 3.8)
+    assert west.sum() > 100
+    assert np.median(mapped.normals[west, 0]) > 0.98
+
+
+def test_points_are_thinned_to_the_spacing(mapped: Cloud) -> None:
+    low, high = mapped.bounds
+    area = 2.5 * (2 * 6 + 2 * 4 + 2 * 2.5)
+    per_square_metre = len(mapped.points) / area
+    assert per_square_metre < 2.0 / MappingConfig().spacing ** 2
+    assert (high - low)[:2] == pytest.approx([6.0, 4.0], abs=0.1)
+
+
+def test_same_drive_makes_the_same_map_to_the_last_bit(mapped: Cloud) -> None:
+    again = tour(WALL, around(1.3, 1.5) + around(4.7, 1.5)).build("two rooms")
+    assert again.points.tobytes() == mapped.points.tobytes()
+    assert again.normals.tobytes() == mapped.normals.tobytes()
+
+
+def test_robot_finds_itself_on_a_map_that_was_built(mapped: Cloud) -> None:
+    true = Pose.planar(1.4, 1.4, 0.3)
+    prior = true @ Pose.planar(0.06, -0.05, 0.03)
+    poor = np.diag(np.square([0.1, 0.1, 0.02, 0.01, 0.01, 0.05]))
+    match = register(WALL.sweep(true, noise=0.01, seed=99), prepare(mapped), prior, poor)
+    step = true.inverse() @ match.map_from_base
+    assert np.hypot(*step.position[:2]) < 0.03
+    assert match.fit > 0.9
+
+
+def test_stray_points_are_dropped() -> None:
+    poses = around(4.0, 2.5, 40)
+    builder = tour(HALL, poses)
+    clean = builder.build("hall")
+    stray = CloudBuilder()
+    for i, pose in enumerate(poses):
+        sweep = HALL.sweep(pose, noise=0.01, seed=i)
+        points = np.array(sweep.points)
+        points[i % 7 :: 97] *= 0.6
+        stray.add(type(sweep)(0, points, sweep.origins, sweep.horizontal), pose)
+    dirty = stray.build("hall")
+    assert len(dirty.points) < 1.05 * len(clean.points)
+
+
+@pytest.mark.parametrize("n", [0, 1])
+def test_too_little_makes_no_map_and_says_how_little(n: int) -> None:
+    builder = tour(HALL, around(4.0, 2.5, n))
+    assert builder.count < 1000
+    with pytest.raises(CloudError, match=f"only {builder.count} points were seen"):
+        builder.build("hall")
+
+
+def test_count_is_of_raw_points() -> None:
+    pose = Pose.planar(4.0, 2.5, 0.0)
+    builder = tour(HALL, [pose, pose])
+    assert builder.count == 2 * len(HALL.sweep(pose).points)
+
+
+@pytest.mark.parametrize(
+    ("error", "cure"),
+    [
+        (ModuleNotFoundError("No module named 'open3d'"), r"pip install 'farsteer\[map\]'"),
+        (ImportError("libusb-1.0.so.0: cannot open"), "libusb-1.0.so.0.*apt-get install .*libusb"),
+    ],
+)
+def test_missing_open3d_names_the_cure(
+    monkeypatch: pytest.MonkeyPatch, error: ImportError, cure: str
+) -> None:
+    true_import = builtins.__import__
+
+    def without(name: str, *args: object, **kwargs: object) -> object:
+        if name.split(".")[0] == "open3d":
+            raise error
+        return true_import(name, *args, **kwargs)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(ImportError, match=cure):
+        CloudBuilder()

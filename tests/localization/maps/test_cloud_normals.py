@@ -1,0 +1,278 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from plyfile import PlyData, PlyElement
+from scipy.spatial import cKDTree
+
+from localization.evaluation.trajectory import Trajectory, write_tum
+from localization.geometry import FloatArray
+from localization.logs.mcap_log import ReadingsWriter
+from localization.maps.cloud import Cloud, CloudError, load_cloud, save_cloud
+from localization.maps.normal_orientation import face_viewers, standing_places
+from localization.maps.plane_fitting import planes, thinned
+from localization.maps.point_files import read_points
+from localization.pipeline.log_replay import localize
+from localization.types import SECOND, Pose
+from tests.support_rooms import HALL, MOUNTS, Drive, Place, box
+
+CUPBOARD = ((2.0, 1.5, 0.0), (2.6, 2.1, 1.8))
+SHELF = ((7.9, 0.0, 0.0), (9.0, 0.4, 1.2))
+ROOMS = Place(
+    [
+        *box((0.0, 0.0, 0.0), (5.0, 4.0, 2.5), inside=True),
+        *box((5.16, 0.0, 0.0), (9.0, 4.0, 2.5), inside=True),
+        *box(*CUPBOARD),
+        *box(*SHELF),
+    ]
+)
+"""Two rooms with a wall of 16 cm between them, a cupboard, and a shelf in a corner."""
+
+
+def seen(cloud: Cloud) -> Cloud:
+    """Without what nobody ever sees: the floor under furniture, and the wall behind it."""
+    front = cloud.points + 0.02 * cloud.normals
+    hidden = np.zeros(len(front), dtype=bool)
+    for low, high in (CUPBOARD, SHELF):
+        hidden |= ((front > low) & (front < high)).all(axis=1)
+    outside = (front <= 0.0).any(axis=1) | (front >= (9.0, 4.0, 2.5)).any(axis=1)
+    keep = ~hidden & ~outside
+    return Cloud(cloud.points[keep], cloud.normals[keep], name=cloud.name)
+
+
+CLOSET = Place(box((0.0, 0.0, 0.0), (3.0, 2.5, 2.2), inside=True))
+
+
+def bare_ply(path: Path, points: FloatArray) -> Path:
+    table = np.empty(len(points), dtype=[(c, "<f4") for c in "xyz"])
+    for i, c in enumerate("xyz"):
+        table[c] = points[:, i]
+    PlyData([PlyElement.describe(table, "vertex")], byte_order="<").write(str(path))
+    return path
+
+
+def ascii_pcd(path: Path, points: FloatArray) -> Path:
+    n = len(points)
+    head = (
+        f"# .PCD v0.7\nVERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\n"
+        f"WIDTH {n}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {n}\nDATA ascii\n"
+    )
+    rows = np.column_stack([points, np.zeros(n)])
+    path.write_text(head + "\n".join(" ".join(f"{v:.6g}" for v in row) for row in rows) + "\n")
+    return path
+
+
+def binary_pcd(path: Path, points: FloatArray) -> Path:
+    """As an organised scan has it: padding, and NaN where nothing came back."""
+    n = len(points) + 7
+    head = (
+        f"VERSION 0.7\nFIELDS x y z _ intensity\nSIZE 4 4 4 1 8\nTYPE F F F U F\nCOUNT 1 1 1 4 1\n"
+        f"WIDTH {n}\nHEIGHT 1\nPOINTS {n}\nDATA binary\n"
+    )
+    table = np.zeros(n, dtype=[("p", "<f4", 3), ("_", "u1", 4), ("i", "<f8")])
+    table["p"] = np.nan
+    table["p"][: len(points)] = points
+    path.write_bytes(head.encode() + table.tobytes())
+    return path
+
+
+def text(path: Path, points: FloatArray) -> Path:
+    path.write_text("\n".join(f"{x:.5f} {y:.5f} {z:.5f} 200 180 90" for x, y, z in points))
+    return path
+
+
+def counted_text(path: Path, points: FloatArray) -> Path:
+    """As .pts files begin."""
+    path.write_text(
+        f"{len(points)}\n" + "\n".join(f"{x:.5f},{y:.5f},{z:.5f}" for x, y, z in points)
+    )
+    return path
+
+
+WRITERS: list[Callable[[Path, FloatArray], Path]] = [
+    bare_ply, ascii_pcd, binary_pcd, text, counted_text,
+]  # fmt: skip
+
+
+def rough(place: Place, noise: float = 0.008) -> FloatArray:
+    """A cloud as scanners leave it: noise, and points at random places of the faces."""
+    cloud = seen(place.cloud(0.08)) if place is ROOMS else place.cloud(0.08)
+    rng = np.random.default_rng(1)
+    return np.asarray(cloud.points + noise * rng.standard_normal(cloud.points.shape))
+
+
+def rightly_faced(cloud: Cloud, truth: Cloud) -> float:
+    """Share of the normals that point to the side they should."""
+    _, index = cKDTree(truth.points).query(cloud.points)
+    cosine = np.einsum("ni,ni->n", cloud.normals, truth.normals[index])
+    # At an edge the nearest true point may belong to the other face.
+    told = np.abs(cosine) > 0.5
+    return float((cosine[told] > 0.0).mean())
+
+
+def test_faces_of_thin_walls_and_furniture_look_to_where_they_are_seen_from(
+    tmp_path: Path,
+) -> None:
+    cloud = load_cloud(bare_ply(tmp_path / "bare.ply", rough(ROOMS)))
+    assert len(cloud.points) > 0.8 * len(rough(ROOMS))
+    assert rightly_faced(cloud, ROOMS.cloud(0.08)) > 0.99
+
+
+def test_scene_stripped_of_its_normals_gets_them_back(tmp_path: Path) -> None:
+    scene = load_cloud(Path(__file__).parents[3] / "scenes/corridor/cloud.ply")
+    near = scene.points[:, 0] < 9.0
+    truth = Cloud(scene.points[near], scene.normals[near], name="corridor")
+    bare = load_cloud(bare_ply(tmp_path / "bare.ply", truth.points))
+    assert len(bare.points) > 0.85 * len(truth.points)
+    assert rightly_faced(bare, truth) > 0.99
+
+
+def test_normals_are_those_of_the_planes() -> None:
+    points, normals = planes(thinned(rough(HALL)))
+    _, index = cKDTree(HALL.cloud(0.08).points).query(points)
+    cosine = np.abs(np.einsum("ni,ni->n", normals, HALL.cloud(0.08).normals[index]))
+    assert np.percentile(np.rad2deg(np.arccos(np.clip(cosine, 0, 1))), 90) < 10.0
+
+
+def test_drive_beside_the_map_says_who_saw_it(tmp_path: Path) -> None:
+    """A facade that was only ever seen from the south, with no floor to stand on."""
+    x, z = np.meshgrid(np.arange(0.0, 12.0, 0.08), np.arange(0.0, 4.0, 0.08))
+    facade = np.column_stack([x.ravel(), np.full(x.size, 5.0), z.ravel()])
+    path = bare_ply(tmp_path / "facade.ply", facade)
+    with pytest.raises(CloudError, match="--inside"):
+        load_cloud(path)
+    poses = [(i * SECOND, Pose.planar(0.5 * i, 0.0, 0.0)) for i in range(20)]
+    write_tum(tmp_path / "facade.tum", Trajectory.from_poses(poses))
+    cloud = load_cloud(path)
+    np.testing.assert_allclose(
+        cloud.normals, np.tile([0.0, -1.0, 0.0], (len(facade), 1)), atol=1e-6
+    )
+    (tmp_path / "facade.tum").unlink()
+    north = load_cloud(path, inside=(6.0, 9.0, 0.5))
+    np.testing.assert_allclose(north.normals, -cloud.normals, atol=1e-6)
+
+
+def test_place_inside_serves_where_there_is_no_floor(tmp_path: Path) -> None:
+    whole = rough(ROOMS)
+    walls = whole[(whole[:, 2] > 0.1) & (whole[:, 2] < 2.4)]
+    left = walls[walls[:, 0] < 5.08]
+    path = bare_ply(tmp_path / "walls.ply", left)
+    cloud = load_cloud(path, inside=(1.0, 1.0, 0.6))
+    assert rightly_faced(cloud, ROOMS.cloud(0.08)) > 0.99
+    with pytest.raises(CloudError, match="m of room"):
+        load_cloud(path, inside=(2.02, 1.8, 0.6))
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_every_kind_of_file_gives_its_points(
+    write: Callable[[Path, FloatArray], Path], tmp_path: Path
+) -> None:
+    points = rough(HALL)[::20]
+    path = write(tmp_path / "cloud.any", points)
+    table = read_points(path, path.read_bytes())
+    assert table.normals is None
+    np.testing.assert_allclose(table.points, points, atol=2e-5)
+
+
+def test_six_columns_are_normals_if_they_are_of_unit_length(tmp_path: Path) -> None:
+    path = tmp_path / "cloud.txt"
+    path.write_text("# x y z nx ny nz\n1 2 3 0 0 1\n4 5 6 0 -1 0\n")
+    table = read_points(path, path.read_bytes())
+    assert table.normals is not None
+    assert table.normals.tolist() == [[0, 0, 1], [0, -1, 0]]
+
+
+def test_cloud_of_the_cache_is_the_one_that_was_made(tmp_path: Path) -> None:
+    path = bare_ply(tmp_path / "bare.ply", rough(CLOSET))
+    first = load_cloud(path, cache=tmp_path / "cache")
+    (kept,) = (tmp_path / "cache").iterdir()
+    again = load_cloud(path, cache=tmp_path / "cache")
+    np.testing.assert_array_equal(first.normals, again.normals)
+    np.testing.assert_array_equal(first.points, again.points)
+    assert first.sha256 == again.sha256
+    kept.write_bytes(b"damaged")
+    np.testing.assert_array_equal(load_cloud(path, cache=tmp_path / "cache").points, first.points)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda p: 1000.0 * p, "millimetres"),
+        (lambda p: 1000.0 * p[:, [0, 1, 2]] * [0.4, 0.4, 0.4], "millimetres"),
+        (lambda p: p[:0], "is empty"),
+        (lambda p: np.vstack([p, [[np.nan, 0.0, 0.0]]]), "1 points that are not finite"),
+        (lambda p: p[:, [1, 2, 0]], "seems to have y for up"),
+        (lambda p: p[:, [2, 0, 1]], "seems to have x for up"),
+        (lambda p: np.random.default_rng(0).uniform(0.0, 9.0, (5000, 3)), "points on planes"),
+    ],
+)
+def test_clouds_that_cannot_serve_are_refused_with_a_way_out(
+    change: Callable[[FloatArray], FloatArray], says: str, tmp_path: Path
+) -> None:
+    flat = Place(box((0.0, 0.0, 0.0), (9.0, 8.0, 2.5), inside=True))
+    path = bare_ply(tmp_path / "cloud.ply", change(rough(flat)))
+    with pytest.raises(CloudError, match=says) as error:
+        load_cloud(path)
+    assert "\n" not in str(error.value)
+    assert str(path) in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"hello there\n", "is no cloud: PLY, PCD and texts"),
+        (b"1 2\n3 4\n", "lines want x y z"),
+        (b"# .PCD v0.7\nFIELDS x y\nPOINTS 3\nDATA ascii\n", "lacks the fields z"),
+        (
+            b"# .PCD v0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 3\nDATA binary\n12",
+            "damaged",
+        ),
+        (b"# .PCD v0.7\nFIELDS x y z\nPOINTS 3\nDATA ascii\n1 2 3\n", "cut short: 1 of 3"),
+        (b"\xff\xfe\x00\x01", "is no cloud"),
+        (b"", "is empty"),
+    ],
+)
+def test_damaged_and_foreign_files_are_refused_in_one_line(
+    content: bytes, says: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "cloud.xyz"
+    path.write_bytes(content)
+    with pytest.raises(CloudError, match=says) as error:
+        load_cloud(path)
+    assert "\n" not in str(error.value)
+    assert str(path) in str(error.value)
+
+
+def test_robot_is_as_well_off_without_given_normals(tmp_path: Path) -> None:
+    start = Pose.planar(2.6, 1.6, 0.2)
+    drive = Drive(HALL, start, (1.0, 0.0, 0.0), (5.0, 0.5, 0.35), noise=0.012, seed=2)
+    with ReadingsWriter(tmp_path / "drive.mcap", MOUNTS) as writer:
+        for i, reading in enumerate(drive.readings()):
+            writer.write(reading, i)
+    save_cloud(HALL.cloud(), tmp_path / "hall.ply")
+    bare_ply(tmp_path / "bare.ply", HALL.cloud().points)
+    rmse = {}
+    for name in ("hall", "bare"):
+        done = localize(tmp_path / "drive.mcap", tmp_path / f"{name}.ply", start=start)
+        known = [e for e in done.estimates if e.map_from_base is not None and e.stamp > 2 * SECOND]
+        off = [
+            np.linalg.norm(e.map_from_base.position - drive.pose(e.stamp).position)
+            for e in known
+            if e.map_from_base is not None
+        ]
+        rmse[name] = float(np.sqrt(np.mean(np.square(off))))
+    assert rmse["bare"] < 1.5 * rmse["hall"]
+    assert rmse["bare"] < 0.005
+
+
+def test_nobody_stands_in_furniture() -> None:
+    points, normals = planes(rough(ROOMS))
+    eyes = standing_places(points, normals)
+    assert len(eyes) > 150
+    for low, high in (CUPBOARD, SHELF):
+        assert not ((eyes[:, :2] > low[:2]) & (eyes[:, :2] < high[:2])).all(axis=1).any()
+    _, known = face_viewers(points, normals, eyes)
+    assert known.mean() > 0.99

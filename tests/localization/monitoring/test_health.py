@@ -1,0 +1,288 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from localization.matching.registration import LEVER
+from localization.monitoring.health import HealthConfig, HealthMonitor, blind_axes, opinion_offset
+from localization.types import Health, Match, Mismatch, Pose
+from tests.support import floats
+
+HERE = Pose.planar(1.0, 2.0, 0.0)
+ALL = np.eye(6)
+
+
+def match(fit: float = 0.9, directions: np.ndarray = ALL) -> Match:
+    return Match(0, HERE, np.eye(6), directions, np.zeros(0), fit)
+
+
+def feed(
+    monitor: HealthMonitor,
+    n: int,
+    refusal: str | None = None,
+    *,
+    fit: float = 0.9,
+    mismatch: Mismatch | None = None,
+) -> HealthMonitor:
+    for _ in range(n):
+        monitor.sweep(match(fit), HERE, refusal, mismatch)
+    return monitor
+
+
+def ask(
+    monitor: HealthMonitor,
+    *,
+    sigma: float = 0.02,
+    slipping: bool = False,
+    silent: tuple[str, ...] = (),
+) -> tuple[Health, tuple[str, ...]]:
+    return monitor.state(sigma=sigma, slipping=slipping, silent=silent)
+
+
+def test_good_sweeps_are_tracking_and_need_no_reasons() -> None:
+    assert ask(feed(HealthMonitor(), 5)) == (Health.TRACKING, ())
+
+
+def test_refused_sweeps_make_suspect_then_lost_in_the_words_of_the_refusal() -> None:
+    monitor, c = HealthMonitor(), HealthConfig()
+    states = []
+    for _ in range(c.lost_after):
+        feed(monitor, 1, "it fits badly")
+        states.append(ask(monitor)[0])
+    assert states == (
+        [Health.TRACKING] * (c.suspect_after - 1)
+        + [Health.SUSPECT] * (c.lost_after - c.suspect_after)
+        + [Health.LOST]
+    )
+    assert ask(monitor)[1] == ("it fits badly",)
+    assert monitor.lost
+    assert monitor.doubtful
+
+
+def test_poor_fit_is_doubtful_though_not_refused() -> None:
+    monitor = feed(HealthMonitor(), 3, fit=0.49)
+    health, reasons = ask(monitor)
+    assert health is Health.SUSPECT
+    assert reasons == ("the map explains only 49% of the sweep",)
+
+
+def test_crowd_before_the_scanners_raises_doubt_but_no_alarm_however_long_it_stays() -> None:
+    crowd = Mismatch(0.55, 0.5, 0.02, 0.03)
+    monitor = feed(HealthMonitor(), 200, fit=0.45, mismatch=crowd)
+    assert ask(monitor)[0] is Health.SUSPECT
+    assert not monitor.lost
+
+
+def test_sweeps_that_a_crowd_hides_altogether_are_lost_only_after_a_while() -> None:
+    crowd, c = Mismatch(0.8, 0.78, 0.02, 0.0), HealthConfig()
+    monitor = feed(HealthMonitor(), c.blind_after - 1, "it fits badly", fit=0.2, mismatch=crowd)
+    assert not monitor.lost
+    assert feed(monitor, 1, "it fits badly", fit=0.2, mismatch=crowd).lost
+
+
+def test_sweeps_that_pass_through_the_map_or_fit_elsewhere_are_lost_soon() -> None:
+    through, crowd = Mismatch(0.55, 0.2, 0.3, 0.05), Mismatch(0.3, 0.3, 0.0, 0.0)
+    after = HealthConfig().lost_after
+    assert feed(HealthMonitor(), after, fit=0.45, mismatch=through).lost
+    elsewhere = feed(HealthMonitor(), after, "it fits where it cannot be", fit=0.7, mismatch=crowd)
+    assert elsewhere.lost
+
+
+def test_one_good_sweep_ends_suspicion_but_not_loss() -> None:
+    monitor = feed(feed(HealthMonitor(), 5, "bad"), 1)
+    assert ask(monitor)[0] is Health.TRACKING
+    monitor = feed(feed(HealthMonitor(), 12, "bad"), 2)
+    assert ask(monitor)[0] is Health.LOST
+    assert ask(feed(monitor, 1))[0] is Health.TRACKING
+
+
+def test_good_sweeps_between_bad_ones_keep_it_from_being_lost() -> None:
+    monitor = HealthMonitor()
+    for _ in range(10):
+        feed(feed(monitor, 11, "bad"), 1)
+    assert not monitor.lost
+
+
+def test_second_opinions_that_differ_make_suspect_then_lost() -> None:
+    monitor = feed(HealthMonitor(), 5)
+    states = []
+    for _ in range(3):
+        monitor.opinion(0.5, 0.1)
+        feed(monitor, 1)
+        states.append(ask(monitor)[0])
+    assert states == [Health.SUSPECT, Health.SUSPECT, Health.LOST]
+    assert ask(monitor)[1] == ("KISS-ICP places the robot 0.50 m and 5.7 degrees away",)
+
+
+def test_second_opinion_that_agrees_lifts_the_suspicion() -> None:
+    monitor = feed(HealthMonitor(), 5)
+    monitor.opinion(0.5, 0.0)
+    assert monitor.doubtful
+    monitor.opinion(0.05, 0.01)
+    assert not monitor.doubtful
+    assert ask(feed(monitor, 1))[0] is Health.TRACKING
+
+
+@given(turn=floats(-0.5, 0.5))
+def test_second_opinion_counts_turns_to_either_side(turn: float) -> None:
+    monitor = HealthMonitor()
+    monitor.opinion(0.0, turn)
+    assert monitor.doubtful == (abs(turn) > HealthConfig().opinion_yaw)
+
+
+def test_position_known_poorly_is_lost_and_says_how_poorly() -> None:
+    monitor = feed(HealthMonitor(), 5)
+    assert ask(monitor, sigma=1.2) == (Health.LOST, ("position is known to 1.2 m only",))
+
+
+def test_slipping_is_said_when_nothing_worse_is() -> None:
+    assert ask(feed(HealthMonitor(), 5), slipping=True)[0] is Health.SLIPPING
+    assert ask(feed(HealthMonitor(), 5, "bad"), slipping=True)[0] is Health.SUSPECT
+
+
+def test_silent_sensors_are_named_whatever_the_state() -> None:
+    for monitor, wanted in (
+        (feed(HealthMonitor(), 5), Health.DEGRADED),
+        (feed(HealthMonitor(), 5, "bad"), Health.SUSPECT),
+        (feed(HealthMonitor(), 15, "bad"), Health.LOST),
+    ):
+        health, reasons = ask(monitor, silent=("wheels", "laser_vertical"))
+        assert health is wanted
+        assert reasons[-2:] == ("nothing from wheels", "nothing from laser_vertical")
+
+
+def test_directions_without_hold_are_named_in_the_robots_words() -> None:
+    monitor = HealthMonitor()
+    monitor.sweep(match(directions=ALL[1:]), HERE, None)
+    assert ask(monitor) == (Health.DEGRADED, ("no hold in forward",))
+    feed(monitor, 1)
+    assert ask(monitor)[0] is Health.TRACKING
+
+
+@pytest.mark.parametrize(
+    ("yaw", "blind"), [(0.0, "forward"), (np.pi / 2, "sideways"), (np.pi, "forward")]
+)
+def test_blind_axes_are_those_of_the_robot_not_the_map(yaw: float, blind: str) -> None:
+    assert blind_axes(match(directions=ALL[1:]), Pose.planar(0, 0, yaw)) == (blind,)
+
+
+def test_match_that_keeps_nothing_is_blind_all_over() -> None:
+    names = blind_axes(match(directions=np.zeros((0, 6))), HERE)
+    assert names == ("forward", "sideways", "up", "roll", "pitch", "yaw")
+    assert blind_axes(match(), HERE) == ()
+
+
+@given(x=floats(-1, 1), y=floats(-1, 1), turn=floats(-1, 1), z=floats(-1, 1))
+def test_offset_of_an_opinion_is_horizontal_distance_and_turn(
+    x: float, y: float, turn: float, z: float
+) -> None:
+    other = Pose.from_euler(HERE.position + [x, y, z], yaw=HERE.yaw + turn)
+    offset = opinion_offset(HERE, other, match())
+    assert offset == pytest.approx((np.hypot(x, y), turn), abs=1e-9)
+
+
+@given(x=floats(-9, 9), y=floats(-0.1, 0.1))
+def test_offset_along_a_direction_without_hold_does_not_count(x: float, y: float) -> None:
+    other = Pose.planar(1.0 + x, 2.0 + y, 0.0)
+    offset, turn = opinion_offset(HERE, other, match(directions=ALL[1:]))
+    assert offset == pytest.approx(abs(y))
+    assert turn == 0.0
+    nothing = opinion_offset(HERE, other, match(directions=np.zeros((0, 6))))
+    assert nothing == (0.0, 0.0)
+    mixed = np.array([[0.0, 0.6, 0.0, 0.0, 0.0, 0.8]])
+    seen, turned = opinion_offset(HERE, Pose.planar(1.0, 3.0, 0.0), match(directions=mixed))
+    assert (seen, turned) == pytest.approx((0.36, 0.48 / LEVER))
+
+
+@given(
+    news=st.lists(st.sampled_from(["good", "poor", "refused", "agrees", "differs"]), max_size=60)
+)
+def test_reset_forgets_everything(news: list[str]) -> None:
+    monitor = HealthMonitor()
+    for item in news:
+        match item:
+            case "good" | "poor":
+                feed(monitor, 1, fit=0.9 if item == "good" else 0.3)
+            case "refused":
+                feed(monitor, 1, "bad")
+            case _:
+                monitor.opinion(1.0 if item == "differs" else 0.0, 0.0)
+        health, reasons = ask(monitor)
+        assert health is Health.TRACKING or reasons
+        assert (health is Health.LOST) == monitor.lost
+    monitor.reset()
+    assert not monitor.lost
+    assert not monitor.doubtful
+    assert ask(monitor) == (Health.TRACKING, ())
+
+
+# What the map does not explain
+
+CROWD = Mismatch(0.4, 0.37, 0.02, 0.01)
+THROUGH = Mismatch(0.3, 0.06, 0.2, 0.04)
+BEYOND = Mismatch(0.95, 0.0, 0.0, 0.95)
+
+
+def test_crowd_is_told_and_costs_no_trust() -> None:
+    monitor = feed(HealthMonitor(), 2, fit=0.6, mismatch=CROWD)
+    assert ask(monitor) == (Health.TRACKING, ())
+    health, (reason,) = ask(feed(monitor, 20, fit=0.6, mismatch=CROWD))
+    assert health is Health.TRACKING
+    assert "ends before mapped surfaces: people" in reason
+    assert not monitor.doubtful
+    assert ask(feed(monitor, 20, mismatch=Mismatch(0.02, 0.0, 0.0, 0.02)))[1] == ()
+
+
+def test_sweeps_that_pass_through_walls_make_suspect_within_two_seconds_but_never_lost() -> None:
+    monitor, checks, first = HealthMonitor(), 0, None
+    for i in range(150):
+        feed(monitor, 1, fit=0.7, mismatch=THROUGH)
+        checks += monitor.needs_check
+        if first is None and ask(monitor)[0] is Health.SUSPECT:
+            first = i
+    assert first is not None
+    assert first < 20
+    assert checks == 2
+    health, (reason,) = ask(monitor)
+    assert health is Health.SUSPECT
+    assert "passes through mapped surfaces: things gone, or a wrong pose" in reason
+    assert not monitor.lost
+    assert ask(feed(monitor, 20, mismatch=Mismatch(0.0, 0.0, 0.0, 0.0)))[0] is Health.TRACKING
+
+
+def test_robot_that_leaves_the_map_is_suspect_and_neither_lost_nor_told_by_kiss() -> None:
+    monitor = feed(HealthMonitor(), 5)
+    for _ in range(100):
+        feed(monitor, 1, "it fits badly", fit=0.05, mismatch=BEYOND)
+        monitor.opinion(3.0, 1.0)
+    health, (reason,) = ask(monitor)
+    assert health is Health.SUSPECT
+    assert reason == "it fits badly: the robot has left the map and goes by its own motion"
+    assert not monitor.lost
+    assert ask(feed(monitor, 1))[0] is Health.TRACKING
+    assert ask(feed(monitor, 12, "it fits badly", mismatch=THROUGH))[0] is Health.LOST
+
+
+def test_estimate_that_no_scanner_speaks_to_is_suspect() -> None:
+    monitor = feed(HealthMonitor(), 5)
+    health, reasons = monitor.state(sigma=0.02, slipping=False, silent=("a", "b"), unseeing=True)
+    assert health is Health.SUSPECT
+    assert reasons[0] == "no scanner speaks: only its own motion is known"
+    assert reasons[1:] == ("nothing from a", "nothing from b")
+
+
+def test_break_in_what_is_seen_is_suspect_until_enough_sweeps_fit_and_then_wants_a_check() -> None:
+    monitor = feed(HealthMonitor(), 5)
+    monitor.broken(Mismatch(0.5, 0.48, 0.01, 0.01))
+    assert ask(monitor)[0] is Health.TRACKING
+    monitor.broken(THROUGH)
+    reason = "all that is seen changed at once: was it carried?"
+    assert ask(monitor) == (Health.SUSPECT, (reason,))
+    checks = []
+    for _ in range(HealthConfig().settling):
+        feed(monitor, 1)
+        checks.append(monitor.needs_check)
+    assert checks == [False] * (len(checks) - 1) + [True]
+    assert not feed(monitor, 1).needs_check
+    assert ask(monitor) == (Health.TRACKING, ())

@@ -1,0 +1,486 @@
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from localization.maps.prepared_map import PreparedMap
+from localization.pipeline.localizer import Localizer, LocalizerConfig
+from localization.types import (
+    SECOND,
+    Estimate,
+    Health,
+    Hint,
+    Inertial,
+    Mounts,
+    Pose,
+    Reading,
+    Scan,
+    Twist,
+    Verdict,
+    WheelSpeeds,
+)
+from robot_sim.simulation import Simulation
+from robot_sim.worlds.worlds import parse_world
+from tests.support import bits
+from tests.support_rooms import CORRIDOR, HALL, MOUNTS, TICK, Drive, Place, apart, box
+
+START = Pose.planar(2.6, 1.6, 0.2)
+LOOP = ((1.0, 0.0, 0.0), (4.0, 0.5, 0.35), (2.0, 0.0, 0.8), (3.0, 0.4, -0.3), (1.0, 0.0, 0.0))
+HINT_AT = 25
+
+
+def hint(pose: Pose, stamp: int = 0, *, sigma: float | None = None) -> Hint:
+    covariance = np.zeros((6, 6))
+    if sigma is not None:
+        covariance = np.diag(np.square([sigma, sigma, 0.0, 0.0, 0.0, 0.3]))
+    return Hint(stamp, pose, covariance)
+
+
+def feed(localizer: Localizer, readings: list[Reading]) -> Iterator[Estimate]:
+    """The estimates after each inertial reading."""
+    for reading in readings:
+        estimate = localizer.add(reading)
+        if isinstance(reading, Inertial):
+            yield estimate
+
+
+def hinted(readings: list[Reading], pose: Pose, at: int = HINT_AT) -> list[Reading]:
+    return [*readings[:at], hint(pose, readings[at - 1].stamp), *readings[at:]]
+
+
+def under_way(
+    world: PreparedMap,
+    place: Place = HALL,
+    start: Pose = START,
+    *,
+    mounts: Mounts = MOUNTS,
+    config: LocalizerConfig | None = None,
+    scanners: tuple[str, ...] = tuple(MOUNTS),
+) -> Localizer:
+    """A localiser that tracks a robot which has stood at ``start`` for a second."""
+    drive = Drive(place, start, (1.0, 0.0, 0.0), scanners=scanners)
+    localizer = Localizer(world, mounts, config or LocalizerConfig())
+    told = list(feed(localizer, hinted(drive.readings(), start)))
+    assert told[-1].map_from_base is not None
+    return localizer
+
+
+def off(estimate: Estimate, true: Pose) -> tuple[float, float]:
+    """Horizontal distance [m] and turn [rad] of an estimate from the truth."""
+    assert estimate.map_from_base is not None
+    step = true.inverse() @ estimate.map_from_base
+    return float(np.hypot(*step.position[:2])), abs(step.yaw)
+
+
+@pytest.fixture(scope="module")
+def loop() -> Drive:
+    return Drive(HALL, START, *LOOP, noise=0.012, seed=4)
+
+
+@pytest.fixture(scope="module")
+def told(hall: PreparedMap, loop: Drive) -> list[Estimate]:
+    wrong = START @ Pose.planar(0.4, -0.3, 0.2)
+    return list(feed(Localizer(hall, MOUNTS), hinted(loop.readings(), wrong)))
+
+
+# A whole story
+
+
+def test_robot_waits_is_hinted_at_and_tracked_to_centimetres(
+    loop: Drive, told: list[Estimate]
+) -> None:
+    assert (told[0].health, told[0].map_from_base) == (Health.WAITING, None)
+    assert told[0].reasons == ("no pose yet: give a hint",)
+    placed = next(i for i, e in enumerate(told) if e.map_from_base is not None)
+    states = [e.health for e in told]
+    assert set(states[:placed]) == {Health.WAITING, Health.RELOCALISING}
+    (verdict,) = [e.verdict for e in told if e.verdict is not None]
+    assert verdict.verdict is Verdict.ACCEPTED
+    assert any("placed anew" in reason for reason in told[placed].reasons)
+
+    distances, turns = zip(*(off(e, loop.pose(e.stamp)) for e in told[placed + 25 :]), strict=True)
+    assert np.linalg.norm(loop.pose(loop.end).position - START.position) > 1.0
+    assert max(distances) < 0.04
+    assert max(turns) < np.deg2rad(1.0)
+    assert set(states[placed + 25 :]) <= {Health.TRACKING, Health.DEGRADED}
+
+
+def test_covariance_is_honest_enough_for_the_errors(loop: Drive, told: list[Estimate]) -> None:
+    squares = []
+    for e in told[-400::5]:
+        assert e.map_from_base is not None
+        true = loop.pose(e.stamp)
+        error = np.array(
+            [
+                *(true.position - e.map_from_base.position)[:2],
+                (e.map_from_base.inverse() @ true).yaw,
+            ]
+        )
+        p = e.covariance[np.ix_([0, 1, 5], [0, 1, 5])]
+        squares.append(error @ np.linalg.solve(p, error))
+    assert np.mean(squares) < 8.0  # three degrees of freedom; errors of one drive hang together
+
+
+def test_sweeps_and_matches_come_ten_times_a_second(told: list[Estimate]) -> None:
+    sweeps = [e for e in told if e.sweep is not None]
+    assert len(sweeps) == pytest.approx(len(told) / 5, abs=3)
+    matched = [e for e in told if e.match is not None]
+    assert len(matched) > 90
+    for e in matched:
+        assert e.match is not None
+        assert e.sweep is not None
+        assert e.nis is not None
+        assert len(e.match.distances) == len(e.sweep.points)
+
+
+def test_odometry_does_not_jump_when_the_map_pose_does(loop: Drive, told: list[Estimate]) -> None:
+    poses = [e.odom_from_base for e in told]
+    steps = [apart(a, b) for a, b in itertools.pairwise(poses)]
+    assert max(d for d, _ in steps) < 0.015
+    assert max(t for _, t in steps) < 0.02
+    moved = told[0].odom_from_base.inverse() @ told[-1].odom_from_base
+    true = loop.pose(told[0].stamp).inverse() @ loop.pose(told[-1].stamp)
+    assert apart(moved, true)[0] < 0.05
+
+
+def test_same_readings_give_the_same_bits(
+    hall: PreparedMap, loop: Drive, told: list[Estimate]
+) -> None:
+    wrong = START @ Pose.planar(0.4, -0.3, 0.2)
+    again = feed(Localizer(hall, MOUNTS), hinted(loop.readings(), wrong))
+    for a, b in zip(told, again, strict=True):
+        assert (a.stamp, a.health, a.reasons, a.nis) == (b.stamp, b.health, b.reasons, b.nis)
+        assert bits(a.map_from_base) == bits(b.map_from_base)
+        assert bits(a.covariance) == bits(b.covariance)
+        assert bits(a.odom_from_base) == bits(b.odom_from_base)
+
+
+def test_stages_are_named_around_their_work(hall: PreparedMap) -> None:
+    seen: list[str] = []
+
+    @contextmanager
+    def stage(name: str) -> Iterator[None]:
+        seen.append(name)
+        yield
+
+    localizer = Localizer(hall, MOUNTS, stage=stage)
+    readings = hinted(Drive(HALL, START, (0.8, 0.0, 0.0)).readings(), START, 15)
+    assert len(list(feed(localizer, readings))) == 40
+    wanted = {"predict", "deskew", "kiss odometry", "ekf", "registration", "mismatch", "search"}
+    assert wanted <= set(seen) <= wanted | {"kiss opinion", "mounts"}
+
+
+# Hints
+
+
+def test_hint_is_answered_whatever_it_says(hall: PreparedMap) -> None:
+    localizer = under_way(hall)
+    drive = Drive(HALL, START, (2.0, 0.0, 0.0), begin=SECOND)
+    readings = drive.readings()
+    given = [hint(START), hint(Pose.planar(90.0, 0.0, 0.0)), hint(Pose.planar(6.0, 1.0, 2.0))]
+    for i, h in enumerate(given):
+        readings.insert(20 + 5 * i, h)
+    answers = [e.verdict for e in feed(localizer, readings) if e.verdict is not None]
+    assert {id(a.hint) for a in answers} == {id(h) for h in given}
+    assert len(answers) == len(given)
+    assert all(a.reason for a in answers)
+
+
+@pytest.mark.parametrize(
+    "bad", [Pose.planar(4.0, 3.5, 2.0), START @ Pose.planar(0.6, 0.3, 0.4)], ids=["far", "near"]
+)
+def test_bad_hint_while_tracking_leaves_every_estimate_as_it_was(
+    hall: PreparedMap, bad: Pose
+) -> None:
+    readings = Drive(HALL, START, (1.5, 0.4, 0.2), begin=SECOND).readings()
+    without = list(feed(under_way(hall), readings))
+    given = list(feed(under_way(hall), hinted(readings, bad)))
+    (answer,) = [e.verdict for e in given if e.verdict is not None]
+    assert answer.verdict in (Verdict.KEPT, Verdict.REJECTED)
+    for a, b in zip(without, given, strict=True):
+        assert bits(a.map_from_base) == bits(b.map_from_base)
+        assert bits(a.covariance) == bits(b.covariance)
+        assert a.health == b.health
+
+
+# Kidnapping
+
+
+@pytest.fixture(scope="module")
+def kidnapped(hall: PreparedMap) -> list[Estimate]:
+    """A robot at rest is carried off between two readings."""
+    elsewhere = Drive(HALL, Pose.planar(5.4, 3.6, -2.0), (4.0, 0.0, 0.0), begin=SECOND)
+    return list(feed(under_way(hall), elsewhere.readings()))
+
+
+def test_kidnapped_robot_is_lost_within_two_seconds(kidnapped: list[Estimate]) -> None:
+    lost = [e for e in kidnapped if e.health in (Health.LOST, Health.RELOCALISING)]
+    assert lost
+    assert lost[0].stamp <= 3 * SECOND
+
+
+def test_kidnapped_robot_never_claims_to_track_where_it_is_not(kidnapped: list[Estimate]) -> None:
+    true = Pose.planar(5.4, 3.6, -2.0)
+    late = [e for e in kidnapped if e.stamp > 3 * SECOND]
+    sure = [e for e in late if e.health in (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)]
+    assert all(off(e, true)[0] < 0.2 for e in sure)
+
+
+def test_loss_has_reasons_in_words(kidnapped: list[Estimate]) -> None:
+    for e in kidnapped:
+        if e.health in (Health.SUSPECT, Health.LOST, Health.RELOCALISING):
+            assert e.reasons
+            assert all(len(reason.split()) > 1 or reason == "searching" for reason in e.reasons)
+
+
+def test_lost_robot_is_found_again_by_a_hint(hall: PreparedMap, kidnapped: list[Estimate]) -> None:
+    true = Pose.planar(5.4, 3.6, -2.0)
+    readings = Drive(HALL, true, (5.0, 0.0, 0.0), begin=SECOND).readings()
+    near = true @ Pose.planar(0.4, -0.4, 0.25)
+    told = list(feed(under_way(hall), hinted(readings, near, len(readings) * 3 // 5)))
+    verdicts = [e.verdict for e in told if e.verdict is not None]
+    assert [v.verdict for v in verdicts] in ([Verdict.ACCEPTED], [Verdict.KEPT])
+    assert off(told[-1], true)[0] < 0.05
+    assert told[-1].health is Health.TRACKING
+    assert any(e.health in (Health.LOST, Health.RELOCALISING) for e in kidnapped)
+
+
+# Sensors that fail
+
+
+def silence(readings: list[Reading], kind: type, name: str = "") -> list[Reading]:
+    def silent(r: Reading) -> bool:
+        return isinstance(r, kind) and (not isinstance(r, Scan) or r.scanner == name)
+
+    return [r for r in readings if not silent(r)]
+
+
+@pytest.mark.parametrize("name", ["laser_horizontal", "laser_vertical", "wheels"])
+def test_silence_of_a_sensor_is_reported_and_its_return_too(hall: PreparedMap, name: str) -> None:
+    localizer = under_way(hall)
+    readings = Drive(HALL, START, (2.4, 0.0, 0.0), begin=SECOND).readings()
+    kind = WheelSpeeds if name == "wheels" else Scan
+    cut = 2 * SECOND + SECOND // 2
+    silent = silence([r for r in readings if r.stamp <= cut], kind, name)
+    told = list(feed(localizer, silent))
+    assert told[-1].health is Health.DEGRADED
+    assert f"nothing from {name}" in told[-1].reasons
+    assert f"nothing from {name}" not in told[10].reasons
+    assert off(told[-1], START)[0] < 0.05
+    back = list(feed(localizer, [r for r in readings if r.stamp > cut]))
+    assert f"nothing from {name}" not in back[-1].reasons
+
+
+def test_robot_without_a_vertical_scanner_is_tracked_and_says_what_it_does_not_hold(
+    hall: PreparedMap,
+) -> None:
+    only = {"laser_horizontal": MOUNTS["laser_horizontal"]}
+    localizer = under_way(hall, mounts=only, scanners=("laser_horizontal",))
+    drive = Drive(HALL, START, *LOOP[1:3], begin=SECOND, scanners=("laser_horizontal",))
+    told = list(feed(localizer, drive.readings()))
+    assert max(off(e, drive.pose(e.stamp))[0] for e in told) < 0.06
+    assert told[-1].health is Health.DEGRADED
+    assert any("no hold in" in reason and "up" in reason for reason in told[-1].reasons)
+
+
+def test_robot_whose_mounted_scanner_never_speaks_is_tracked_and_says_so(
+    hall: PreparedMap,
+) -> None:
+    localizer = under_way(hall, scanners=("laser_horizontal",))
+    drive = Drive(HALL, START, (2.0, 0.4, 0.3), begin=SECOND, scanners=("laser_horizontal",))
+    told = list(feed(localizer, drive.readings()))
+    assert max(off(e, drive.pose(e.stamp))[0] for e in told) < 0.06
+    assert "nothing from laser_vertical" in told[-1].reasons
+
+
+def test_scans_without_returns_end_in_doubt_not_in_a_fall(hall: PreparedMap) -> None:
+    localizer = under_way(hall)
+    nowhere = Drive(Place([]), START, (2.0, 0.0, 0.0), begin=SECOND).readings()
+    readings = hinted(nowhere, START)
+    told = list(feed(localizer, readings))
+    assert told[-1].health in (Health.LOST, Health.RELOCALISING)
+    assert any("explains only 0%" in reason for reason in told[-1].reasons)
+    (answer,) = [e.verdict for e in told if e.verdict is not None]
+    assert answer.verdict is Verdict.REJECTED
+
+
+def test_pause_of_all_sensors_is_survived(hall: PreparedMap) -> None:
+    localizer = under_way(hall)
+    later = Drive(HALL, START, (1.0, 0.0, 0.0), begin=11 * SECOND)
+    told = list(feed(localizer, later.readings()))
+    assert off(told[-1], START)[0] < 0.05
+    assert np.isfinite(told[-1].covariance).all()
+
+
+# Wheels that lie
+
+
+def spun(readings: list[Reading], since: int, until: int, factor: float) -> list[Reading]:
+    """Both sides' wheels turn ``factor`` times as fast as the robot goes, for a while."""
+    return [
+        WheelSpeeds(r.stamp, factor * r.left, factor * r.right)
+        if isinstance(r, WheelSpeeds) and since <= r.stamp < until
+        else r
+        for r in readings
+    ]
+
+
+@pytest.mark.parametrize("factor", [0.0, 2.5])
+def test_wheels_that_spin_or_block_mislead_by_little_and_are_told_of(
+    hall: PreparedMap, factor: float
+) -> None:
+    localizer = under_way(hall)
+    drive = Drive(HALL, START, (3.5, 0.6, 0.2), begin=SECOND)
+    told = list(feed(localizer, spun(drive.readings(), 5 * SECOND // 2, 3 * SECOND, factor)))
+    assert max(off(e, drive.pose(e.stamp))[0] for e in told) < 0.15
+    assert off(told[-1], drive.pose(told[-1].stamp))[0] < 0.04
+    slipping = [e.stamp for e in told if e.health is Health.SLIPPING]
+    assert slipping
+    assert min(slipping) > 2.4 * SECOND
+    assert told[-1].health is Health.TRACKING
+
+
+def test_one_side_that_spins_is_seen_at_once(hall: PreparedMap) -> None:
+    localizer = under_way(hall)
+    readings: list[Reading] = [
+        WheelSpeeds(r.stamp, r.left, r.right + 0.2 * (r.stamp > 2 * SECOND))
+        if isinstance(r, WheelSpeeds)
+        else r
+        for r in Drive(HALL, START, (1.5, 0.0, 0.0), begin=SECOND).readings()
+    ]
+    told = list(feed(localizer, readings))
+    first = next(e.stamp for e in told if e.health is Health.SLIPPING)
+    assert first <= 2 * SECOND + 2 * TICK
+    assert off(told[-1], START)[0] < 0.05
+
+
+# Where the map does not hold the robot
+
+
+def test_robot_in_a_corridor_without_ends_is_not_placed_by_a_guess(corridor: PreparedMap) -> None:
+    start = Pose.planar(0.0, 0.1, 0.0)
+    localizer = Localizer(corridor, MOUNTS)
+    drive = Drive(CORRIDOR, start, (1.0, 0.0, 0.0), (2.0, 0.5, 0.0))
+    told = list(feed(localizer, hinted(drive.readings(), start)))
+    (answer,) = [e.verdict for e in told if e.verdict is not None]
+    assert answer.verdict is Verdict.AMBIGUOUS
+    assert len(answer.candidates) > 1
+    assert told[-1].map_from_base is None
+    assert told[-1].health is Health.RELOCALISING
+    assert len(told[-1].hypotheses) > 1
+
+
+def behind_somebody(scan: Scan, seconds: float) -> Scan:
+    """What a scan becomes when somebody carries a door past, ever again, a metre a second."""
+    near = (1.6 - 0.9 * (seconds % 1.0)) / np.maximum(np.cos(0.8 * scan.angles), 0.2)
+    before = np.abs(scan.angles) < np.deg2rad(100.0)
+    return dataclasses.replace(
+        scan, ranges=np.where(before, np.minimum(scan.ranges, near), scan.ranges)
+    )
+
+
+def test_what_moves_before_the_scanner_is_not_taken_for_slipping_wheels(hall: PreparedMap) -> None:
+    start = Pose.planar(1.5, 2.6, 0.0)
+    drive = Drive(HALL, start, (1.0, 0.0, 0.0), (5.0, 0.5, 0.0), noise=0.012, seed=4)
+    passing = range(int(2.5e9), int(5e9))
+    seen = [
+        behind_somebody(r, (r.stamp - passing.start) / SECOND)
+        if isinstance(r, Scan) and r.scanner == "laser_horizontal" and r.stamp in passing
+        else r
+        for r in drive.readings()
+    ]
+    told = list(feed(Localizer(hall, MOUNTS), hinted(seen, start)))
+    among = [e for e in told if e.stamp - passing.start > SECOND // 4 and e.stamp < passing.stop]
+    assert {e.health for e in among} <= {Health.TRACKING, Health.DEGRADED, Health.SUSPECT}
+    assert max(off(e, drive.pose(e.stamp))[0] for e in among) < 0.006
+    assert max(off(e, drive.pose(e.stamp))[0] for e in told[100:]) < 0.08
+
+
+# A robot with physics
+
+ROOM = """
+bounds = [0.0, 0.0, 8.0, 6.0]
+height = 2.5
+spawn = [3.0, 2.0, 17.0]
+[[wall]]
+name = "south"
+from = [0.0, -0.1]
+to = [8.0, -0.1]
+thickness = 0.2
+[[wall]]
+name = "east"
+from = [8.1, 0.0]
+to = [8.1, 6.0]
+thickness = 0.2
+[[wall]]
+name = "north"
+from = [0.0, 6.1]
+to = [8.0, 6.1]
+thickness = 0.2
+[[wall]]
+name = "west"
+from = [-0.1, 0.0]
+to = [-0.1, 6.0]
+thickness = 0.2
+"""
+
+
+def test_simulated_robot_is_tracked_through_a_room() -> None:
+    world = Place(box((0.0, 0.0, 0.0), (8.0, 6.0, 2.5), inside=True)).prepared()
+    simulation = Simulation(parse_world(ROOM, name="room"), seed=5)
+    localizer = Localizer(world, simulation.mounts)
+    distances, turns = [], []
+    for tick in range(50 * 10):
+        readings = simulation.step()
+        if tick == 25:
+            localizer.add(hint(Pose.planar(3.3, 1.8, 0.45), simulation.stamp))
+        if tick == 60:
+            simulation.command(Twist.planar(0.5, 0.4))
+        for reading in readings:
+            estimate = localizer.add(reading)
+        if tick > 100:
+            distance, turn = off(estimate, simulation.truth().map_from_base)
+            distances.append(distance)
+            turns.append(turn)
+    assert np.linalg.norm(simulation.truth().map_from_base.position[:2] - [3.0, 2.0]) > 1.0
+    assert max(distances) < 0.06
+    assert max(turns) < np.deg2rad(1.0)
+    assert estimate.health in (Health.TRACKING, Health.DEGRADED)
+    assert localizer.refused == 0
+
+
+def test_news_of_an_estimate_are_told_once(hall: PreparedMap) -> None:
+    drive = Drive(HALL, START, (2.0, 0.0, 0.0))
+    localizer = Localizer(hall, MOUNTS)
+    told = [localizer.add(reading) for reading in hinted(drive.readings(), START)]
+    assert len([e for e in told if e.verdict is not None]) == 1
+    assert len([e for e in told if e.match is not None]) <= 20
+
+
+def test_scan_from_the_future_is_refused_and_shuts_no_true_scan_out(hall: PreparedMap) -> None:
+    localizer = under_way(hall)
+    drive = Drive(HALL, START, (1.5, 0.0, 0.0))
+    later = [r for r in drive.readings() if r.stamp > 1_100_000_000]
+    real = next(r for r in later if isinstance(r, Scan))
+    early = dataclasses.replace(real, stamp=real.stamp + 30 * SECOND)
+    assert "ahead of the inertial readings" in localizer.add(early).reasons[0]
+    assert any(e.match is not None for e in feed(localizer, later))
+
+
+def test_scan_that_comes_too_late_is_dropped_with_a_reason(hall: PreparedMap) -> None:
+    localizer = under_way(hall)
+    drive = Drive(HALL, START, (5.0, 0.0, 0.0))
+    later = [r for r in drive.readings() if r.stamp > 1_100_000_000]
+    held = next(r for r in later if isinstance(r, Scan))
+    now: list[Reading] = [r for r in later if not isinstance(r, Scan)]
+    list(feed(localizer, now))
+    localizer.add(held)
+    told = list(
+        feed(localizer, [Inertial(now[-1].stamp + TICK, np.zeros(3), np.array([0, 0, 9.81]))])
+    )
+    assert any("s late" in reason for reason in told[-1].reasons)

@@ -1,0 +1,309 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from localization.maps.prepared_map import PreparedMap
+from localization.pipeline.localizer import Localizer
+from localization.pipeline.validation import Intake
+from localization.types import (
+    SECOND,
+    Estimate,
+    Hint,
+    Inertial,
+    Odometry,
+    PointScan,
+    Pose,
+    Reading,
+    Scan,
+    WheelSpeeds,
+)
+from tests.support import a_scan, bits
+from tests.support_rooms import HALL, MOUNTS, TICK, Drive
+
+NAN, INF = float("nan"), float("inf")
+
+
+def inertial(stamp: int = 1, *, gyro: object = (0, 0, 0), force: object = (0, 0, 9.81)) -> Inertial:
+    return Inertial(stamp, np.array(gyro, dtype=float), np.array(force, dtype=float))
+
+
+def scan(stamp: int = 1, **of: object) -> Scan:
+    ranges = np.asarray(of.get("ranges", [1.0, 2.0]), dtype=float)
+    n = len(ranges)
+    angles = np.asarray(of.get("angles", np.linspace(0, 1, n)), dtype=float)
+    offsets = np.arange(n, dtype=np.int64) * int(str(of.get("beam", 1)))
+    name = str(of.get("scanner", "laser_horizontal"))
+    return Scan(stamp, name, angles, ranges, np.zeros(0), offsets, 0.1, 30.0)
+
+
+IMPOSSIBLE = {
+    "wheels NaN": (WheelSpeeds(1, NAN, 0.0), "wheel speeds nan, 0 m/s"),
+    "other wheels NaN": (WheelSpeeds(1, 0.0, NAN), "wheel speeds 0, nan m/s"),
+    "wheels infinite": (WheelSpeeds(1, 0.0, -INF), "must be finite and within 20 m/s"),
+    "wheels too fast": (WheelSpeeds(1, 25.0, 0.0), "must be finite and within 20 m/s"),
+    "gyro NaN": (inertial(gyro=[0, 0, NAN]), "angular velocity must be finite"),
+    "gyro in degrees": (inertial(gyro=[0, 90, 0]), "in rad/s"),
+    "force NaN": (inertial(force=[NAN, 0, 0]), "specific force must be finite"),
+    "force infinite": (inertial(force=[0, 0, INF]), "specific force must be finite"),
+    "force in milli-g": (inertial(force=[0, 0, 1000]), "in m/s^2"),
+    "foreign scanner": (
+        scan(scanner="velodyne"),
+        "unknown scanner 'velodyne'; known: laser_horizontal, laser_vertical",
+    ),
+    "no beams": (scan(ranges=[]), "empty scan of laser_horizontal"),
+    "angles NaN": (scan(angles=[0.0, NAN]), "angles must be finite"),
+    "beams over an hour": (scan(beam=1800 * SECOND), "that took 1800 s: offsets must be in nanos"),
+    "points over an hour": (
+        PointScan(1, "laser_horizontal", np.ones((2, 3)), np.array([0, 3600 * SECOND])),
+        "that took 3600 s: offsets must be in nanoseconds",
+    ),
+    "no points": (
+        PointScan(1, "laser_horizontal", np.zeros((0, 3)), np.zeros(0, dtype=np.int64)),
+        "empty scan of laser_horizontal",
+    ),
+    "odometry in millimetres": (
+        Odometry(1, Pose.planar(2e6, 0.0, 0.0)),
+        "refused odometry: its position must be in metres",
+    ),
+}
+
+
+@pytest.mark.parametrize(("reading", "why"), IMPOSSIBLE.values(), ids=IMPOSSIBLE)
+def test_reading_that_cannot_be_true_is_refused_in_one_line(reading: Reading, why: str) -> None:
+    intake = Intake(MOUNTS)
+    refusal = intake.refusal(reading)
+    assert refusal is not None
+    assert refusal.startswith("refused")
+    assert why in refusal
+    assert "\n" not in refusal
+    assert intake.refused == 1
+
+
+WELCOME = {
+    "wheels": WheelSpeeds(1, -2.0, 2.0),
+    "inertial": inertial(),
+    "scan": scan(),
+    "scan without returns": scan(ranges=[NAN, INF]),
+    "hint": Hint(1, Pose.identity(), np.zeros((6, 6))),
+}
+
+
+@pytest.mark.parametrize("reading", WELCOME.values(), ids=WELCOME)
+def test_reading_that_can_be_true_is_welcome(reading: Reading) -> None:
+    intake = Intake(MOUNTS)
+    assert intake.refusal(reading) is None
+    assert intake.refused == 0
+
+
+def made(kind: str, stamp: int) -> Reading:
+    match kind:
+        case "wheel speeds":
+            return WheelSpeeds(stamp, 0.0, 0.0)
+        case "inertial reading":
+            return inertial(stamp)
+        case _:
+            return a_scan(stamp, kind.removeprefix("scan of "))
+
+
+KINDS = ["wheel speeds", "inertial reading", "scan of laser_horizontal", "scan of laser_vertical"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_without_a_horizon_stamps_of_a_source_must_increase(kind: str) -> None:
+    intake = Intake(MOUNTS, horizon=0)
+    assert intake.refusal(made(kind, 5 * SECOND)) is None
+    for late in (5 * SECOND, 3 * SECOND):
+        why = intake.refusal(made(kind, late))
+        assert why == (
+            f"refused {kind} stamped {late / SECOND:.3f} s, not after 5.000 s: stamps must increase"
+        )
+    assert intake.refusal(made(kind, 5 * SECOND + 1)) is None
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_same_stamp_again_is_refused_in_order_and_out_of_it(kind: str) -> None:
+    intake = Intake(MOUNTS)
+    for stamp in (5 * SECOND, 6 * SECOND, 5 * SECOND + 7):
+        assert intake.refusal(made(kind, stamp), 6 * SECOND) is None
+    for stamp in (5 * SECOND, 5 * SECOND + 7, 6 * SECOND):
+        why = intake.refusal(made(kind, stamp), 6 * SECOND)
+        assert why == (
+            f"refused {kind} stamped {stamp / SECOND:.3f} s again: each must have a stamp of its own"
+        )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_reading_later_than_the_horizon_is_refused_and_told_how_late_it_is(kind: str) -> None:
+    intake = Intake(MOUNTS)
+    assert intake.refusal(made(kind, 10 * SECOND), 10 * SECOND) is None
+    assert intake.refusal(made(kind, 8 * SECOND), 10 * SECOND) is None
+    why = intake.refusal(made(kind, 7 * SECOND), 10 * SECOND)
+    assert why == f"refused {kind}: 3.0 s late, with 2.0 s to come in"
+    why = intake.refusal(made(kind, 0), 100 * SECOND)
+    assert why is not None
+    assert why.endswith("start a new localiser after a reset of the clock")
+
+
+def test_leap_of_what_moves_time_on_is_believed_when_the_next_reading_follows_it() -> None:
+    intake = Intake(MOUNTS)
+    now = 5 * SECOND
+    assert intake.refusal(inertial(now), 0) is None
+    why = intake.refusal(inertial(now + 30 * SECOND), now)
+    assert why == (
+        "refused inertial reading stamped 30.0 s after the one before: "
+        "the next ones are taken if they follow it"
+    )
+    assert intake.refusal(inertial(now + TICK), now) is None, "it was one bad stamp"
+    now += TICK
+    assert intake.refusal(inertial(now + 20 * SECOND), now) is not None
+    assert intake.refusal(inertial(now + 20 * SECOND + TICK), now) is None, "it was a pause"
+
+
+def test_leap_of_the_clock_is_refused_with_what_to_do() -> None:
+    intake = Intake(MOUNTS)
+    assert intake.refusal(inertial(SECOND)) is None
+    for leap in (61, 62):
+        why = intake.refusal(inertial((1 + leap) * SECOND), SECOND)
+        assert why is not None
+        assert f"{leap} s after the one before: start a new localiser" in why
+    for kind in set(KINDS) - {"inertial reading"}:
+        why = intake.refusal(made(kind, 62 * SECOND), SECOND)
+        assert why is not None
+        assert "ahead of the inertial readings: all sensors must share one clock" in why
+
+
+@given(order=st.permutations(KINDS))
+def test_sources_do_not_wait_for_each_other(order: list[str]) -> None:
+    intake = Intake(MOUNTS)
+    for i, kind in enumerate(order):
+        assert intake.refusal(made(kind, (9 - i) * SECOND)) is None
+
+
+def test_hints_may_come_in_any_order() -> None:
+    intake = Intake(MOUNTS)
+    for stamp in (5, 3, 3, 0):
+        assert intake.refusal(Hint(stamp * SECOND, Pose.identity(), np.zeros((6, 6)))) is None
+
+
+def test_refused_reading_does_not_count_as_the_last() -> None:
+    intake = Intake(MOUNTS)
+    assert intake.refusal(WheelSpeeds(SECOND, 0.0, 0.0)) is None
+    assert intake.refusal(WheelSpeeds(9 * SECOND, NAN, 0.0)) is not None
+    assert intake.refusal(WheelSpeeds(2 * SECOND, 0.0, 0.0)) is None
+
+
+# Nothing that is refused leaves a trace in the filter.
+
+
+@pytest.fixture(scope="module")
+def good() -> list[Reading]:
+    start = Pose.planar(3.0, 2.0, 0.3)
+    drive = Drive(HALL, start, (0.6, 0.0, 0.0), (1.4, 0.5, 0.4))
+    readings = drive.readings()
+    readings.insert(20, Hint(8 * TICK, start, np.zeros((6, 6))))
+    return readings
+
+
+def essence(estimate: Estimate) -> object:
+    pose = estimate.map_from_base
+    match = estimate.match
+    return (
+        estimate.stamp,
+        None if pose is None else bits(pose),
+        bits(estimate.odom_from_base),
+        bits(estimate.covariance),
+        bits(estimate.twist.linear),
+        estimate.health,
+        estimate.nis,
+        None if match is None else (bits(match.map_from_base), bits(match.information)),
+        None if estimate.verdict is None else estimate.verdict.verdict,
+    )
+
+
+@pytest.fixture(scope="module")
+def undisturbed(hall: PreparedMap, good: list[Reading]) -> list[object]:
+    localizer = Localizer(hall, MOUNTS)
+    told = [essence(localizer.add(reading)) for reading in good]
+    last = localizer.add(inertial(3 * SECOND))
+    assert last.map_from_base is not None, "the drive is to be under way"
+    return told
+
+
+def garbage(kind: int, now: int) -> Reading:
+    """Something impossible at about ``now``."""
+    match kind:
+        case 0:
+            return WheelSpeeds(now + 1, NAN, 0.3)
+        case 1:
+            return inertial(now + 1, gyro=[NAN, 0, 0])
+        case 2:
+            return inertial(now + 1, force=[0, INF, 0])
+        case 3:
+            return scan(now + 1, angles=[NAN, 1.0])
+        case 4:
+            return scan(now + 1, scanner="another")
+        case 5:
+            return inertial(TICK)
+        case 6:
+            return WheelSpeeds(TICK, 1.0, 1.0)
+        case 7:
+            return inertial(now + 100 * SECOND)
+        case 8:
+            return inertial(now + 30 * SECOND)
+        case 9:
+            return WheelSpeeds(now + 2 * SECOND, 0.5, 0.5)
+        case 10:
+            return scan(now + 5 * SECOND)
+        case 11:
+            return scan(now + 1, beam=10 * SECOND)
+        case _:
+            return scan(now + 1, ranges=[])
+
+
+@given(
+    thrown=st.lists(st.tuples(st.integers(5, 10_000), st.integers(0, 12)), min_size=1, max_size=40)
+)
+@settings(max_examples=8)
+def test_garbage_in_between_leaves_every_estimate_as_it_was_to_the_last_bit(
+    hall: PreparedMap,
+    good: list[Reading],
+    undisturbed: list[object],
+    thrown: list[tuple[int, int]],
+) -> None:
+    places: dict[int, list[int]] = {}
+    for at, kind in thrown:
+        places.setdefault(5 + at % (len(good) - 5), []).append(kind)
+    localizer = Localizer(hall, MOUNTS)
+    for i, reading in enumerate(good):
+        for kind in places.get(i, ()):
+            estimate = localizer.add(garbage(kind, good[i - 1].stamp))
+            assert estimate.reasons[0].startswith("refused")
+            assert (estimate.match, estimate.sweep, estimate.verdict) == (None, None, None)
+        assert essence(localizer.add(reading)) == undisturbed[i]
+    assert localizer.refused == len(thrown)
+
+
+def test_clock_that_is_set_back_is_refused_and_told_to_begin_anew(
+    hall: PreparedMap, good: list[Reading]
+) -> None:
+    localizer = Localizer(hall, MOUNTS)
+    shift = 100 * SECOND
+    for reading in good:
+        estimate = localizer.add(replace(reading, stamp=reading.stamp + shift))
+    told = [localizer.add(reading) for reading in good if not isinstance(reading, Hint)]
+    assert localizer.refused == len(told)
+    assert all(t.stamp == estimate.stamp for t in told)
+    assert all("start a new localiser after a reset of the clock" in t.reasons[0] for t in told)
+
+
+def test_next_estimate_says_what_was_refused_once(hall: PreparedMap) -> None:
+    localizer = Localizer(hall, MOUNTS)
+    localizer.add(inertial(TICK))
+    localizer.add(WheelSpeeds(2 * TICK, NAN, 0.0))
+    told = localizer.add(inertial(2 * TICK)).reasons
+    assert sum("wheel speeds nan" in reason for reason in told) == 1
+    assert not any("refused" in r for r in localizer.add(inertial(3 * TICK)).reasons)

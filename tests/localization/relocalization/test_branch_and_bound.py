@@ -1,0 +1,225 @@
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from localization.maps.prepared_map import PreparedMap
+from localization.pipeline.localizer import Localizer
+from localization.relocalization.branch_and_bound import MapSearchConfig, Pyramid, search_map
+from localization.relocalization.window_search import (
+    FloorPlan,
+    SearchConfig,
+    Window,
+    same_place,
+    search,
+)
+from localization.types import SECOND, Candidate, Health, Pose, Scan
+from tests.support_rooms import HALL, MOUNTS, SQUARE, Drive, Place, apart, box
+
+HEIGHT = float(MOUNTS["laser_horizontal"].position[2])
+TWINS = Place(
+    [
+        # Two rooms alike, but for a cupboard in the passage that joins them.
+        *box((0.0, 0.0, 0.0), (5.0, 4.0, 2.5), inside=True)[:1],
+        *box((0.0, 0.0, 0.0), (12.0, 4.0, 2.5), inside=True)[1:],
+        *box((4.9, 0.0, 0.0), (5.1, 1.4, 2.5)),
+        *box((4.9, 2.6, 0.0), (5.1, 4.0, 2.5)),
+        *box((6.9, 0.0, 0.0), (7.1, 1.4, 2.5)),
+        *box((6.9, 2.6, 0.0), (7.1, 4.0, 2.5)),
+        *box((5.5, 3.2, 0.0), (6.1, 3.9, 2.0)),
+    ]
+)
+
+
+def plan_of(world: PreparedMap) -> FloorPlan:
+    config = SearchConfig()
+    return FloorPlan(world, HEIGHT, cell=config.cell, sigma=config.field_sigma)
+
+
+def finish(work: Generator[None, None, tuple[Candidate, ...]]) -> tuple[tuple[Candidate, ...], int]:
+    """What a search returns, and in how many pieces it did its work."""
+    pieces = 1
+    while True:
+        try:
+            next(work)
+            pieces += 1
+        except StopIteration as done:
+            return done.value, pieces
+
+
+def test_robot_is_found_anywhere_in_the_hall_from_one_sweep(hall: PreparedMap) -> None:
+    pyramid = Pyramid(plan_of(hall))
+    rng = np.random.default_rng(1)
+    found = 0
+    for trial in range(25):
+        x, y = rng.uniform([1.2, 0.6], [6.2, 4.2]).tolist()
+        pose = Pose.planar(x, y, rng.uniform(-np.pi, np.pi))
+        sweep = HALL.sweep(pose, noise=0.012, seed=trial)
+        places, _ = finish(search_map(sweep, hall, pyramid, Pose.identity()))
+        away, turned = apart(pose, places[0].map_from_base)
+        found += away < 0.05 and turned < np.deg2rad(1.0)
+    assert found >= 24
+
+
+def test_bound_of_a_block_is_never_less_than_any_of_its_places(hall: PreparedMap) -> None:
+    pyramid = Pyramid(plan_of(hall))
+    rng = np.random.default_rng(2)
+    points = rng.uniform(-6.0, 6.0, (40, 2))
+    offsets = pyramid.offsets_of(points)[None, :]
+    for level in range(1, MapSearchConfig().levels + 1):
+        blocks = rng.integers(20, 120, (200, 2))
+        bound = pyramid.bounds(blocks, offsets, level)
+        inner = pyramid.children(blocks, level - 1)
+        best = pyramid.bounds(inner, offsets, level - 1).reshape(-1, 4).max(axis=1)
+        assert (bound >= best - 1e-12).all()
+
+
+def test_branch_and_bound_finds_what_trying_every_place_finds(hall: PreparedMap) -> None:
+    plan = plan_of(hall)
+    sweep = HALL.sweep(Pose.planar(3.1, 2.2, 0.7), noise=0.012)
+    thorough = MapSearchConfig(slack=1.0)
+    narrow = finish(search_map(sweep, hall, Pyramid(plan), Pose.identity()))[0]
+    wide = finish(search_map(sweep, hall, Pyramid(plan, thorough), Pose.identity()))[0]
+    assert same_place(narrow[0].map_from_base, wide[0].map_from_base)
+    assert narrow[0].score == pytest.approx(wide[0].score, abs=0.02)
+
+
+def test_places_that_look_alike_are_all_found(square: PreparedMap) -> None:
+    sweep = SQUARE.sweep(Pose.planar(1.0, 0.5, 0.3), noise=0.012)
+    places, _ = finish(search_map(sweep, square, Pyramid(plan_of(square)), Pose.identity()))
+    assert len([p for p in places if p.score > 0.9]) == 4
+
+
+def test_work_comes_in_pieces_of_a_known_size(hall: PreparedMap) -> None:
+    sweep = HALL.sweep(Pose.planar(3.1, 2.2, 0.7))
+    _, few = finish(search_map(sweep, hall, Pyramid(plan_of(hall)), Pose.identity()))
+    small = MapSearchConfig(budget=40_000)
+    _, many = finish(search_map(sweep, hall, Pyramid(plan_of(hall), small), Pose.identity()))
+    assert many > 3 * few > 10
+
+
+def test_empty_sweep_finds_nothing(hall: PreparedMap) -> None:
+    blind = Place(box((50.0, 50.0, 0.0), (50.1, 50.1, 0.1))).sweep(Pose.identity())
+    places, _ = finish(search_map(blind, hall, Pyramid(plan_of(hall)), Pose.identity()))
+    assert places == ()
+
+
+def test_window_holds_the_place_that_trying_all_of_it_finds_and_nothing_outside(
+    hall: PreparedMap,
+) -> None:
+    plan = plan_of(hall)
+    pyramid, rng = Pyramid(plan), np.random.default_rng(3)
+    for trial in range(4):
+        x, y = rng.uniform([1.2, 0.6], [6.2, 4.2]).tolist()
+        pose = Pose.planar(x, y, rng.uniform(-np.pi, np.pi))
+        sweep = HALL.sweep(pose, noise=0.012, seed=trial)
+        dx, dy, turn = rng.uniform(-0.7, 0.7, 3).tolist()
+        window = Window(x + dx, y + dy, pose.yaw + turn, 0.8, 0.8)
+        level = Pose.identity()
+        quick, _ = finish(search_map(sweep, hall, pyramid, level, window=window))
+        slow, _ = finish(search(sweep, hall, plan, window, level))
+        away, turned = apart(slow[0].map_from_base, quick[0].map_from_base)
+        assert away < 0.01
+        assert turned < 0.01
+        assert apart(pose, quick[0].map_from_base)[0] < 0.05
+        for place in quick:
+            # Refining moves a place by a little.
+            off = np.abs(place.map_from_base.position[:2] - [window.x, window.y])
+            assert off.max() < window.half_width + 0.5
+
+
+def test_window_where_the_robot_is_not_does_not_hold_its_place(hall: PreparedMap) -> None:
+    pose = Pose.planar(2.6, 1.6, 0.2)
+    sweep = HALL.sweep(pose, noise=0.012, seed=1)
+    window = Window(5.5, 3.0, 0.2, 0.8, 0.5)
+    places, _ = finish(
+        search_map(sweep, hall, Pyramid(plan_of(hall)), Pose.identity(), window=window)
+    )
+    assert all(not same_place(p.map_from_base, pose) for p in places)
+
+
+# The localiser, without a hint
+
+
+def test_robot_that_nobody_placed_finds_itself_by_driving(hall: PreparedMap) -> None:
+    start = Pose.planar(2.6, 1.6, 0.2)
+    drive = Drive(HALL, start, (1.0, 0.0, 0.0), (5.0, 0.4, 0.3), noise=0.012, seed=4)
+    localizer = Localizer(hall, MOUNTS)
+    localizer.relocalize()
+    last = None
+    waiting = set()
+    for reading in drive.readings():
+        last = localizer.add(reading)
+        if last.map_from_base is None:
+            waiting.add(last.health)
+    assert last is not None
+    assert last.map_from_base is not None
+    assert last.health in (Health.TRACKING, Health.DEGRADED)
+    away, turned = apart(drive.pose(last.stamp), last.map_from_base)
+    assert away < 0.02
+    assert turned < np.deg2rad(0.5)
+    assert Health.RELOCALISING in waiting
+
+
+def test_robot_that_saw_nothing_when_it_was_searched_for_is_searched_for_again(
+    hall: PreparedMap,
+) -> None:
+    drive = Drive(
+        HALL, Pose.planar(2.6, 1.6, 0.2), (1.0, 0.0, 0.0), (6.0, 0.4, 0.3), noise=0.012, seed=4
+    )
+    localizer = Localizer(hall, MOUNTS)
+    localizer.relocalize()
+    told = None
+    for reading in drive.readings():
+        if isinstance(reading, Scan) and reading.stamp < SECOND:
+            reading = replace(reading, ranges=np.full(len(reading.ranges), np.inf))
+        told = localizer.add(reading)
+    assert told is not None
+    assert told.map_from_base is not None
+    assert apart(drive.pose(told.stamp), told.map_from_base)[0] < 0.02
+
+
+def test_one_of_twin_rooms_is_not_believed_before_the_passage_is_seen() -> None:
+    world = TWINS.prepared()
+    start = Pose.planar(1.5, 2.0, np.pi / 2)
+    drive = Drive(
+        TWINS, start, (3.0, 0.0, 0.0), (2.0, 0.0, -0.8), (12.0, 0.5, 0.0), noise=0.012, seed=1
+    )
+    localizer = Localizer(world, MOUNTS)
+    localizer.relocalize()
+    open_when_standing, settled_at = 0, None
+    for reading in drive.readings():
+        told = localizer.add(reading)
+        if told.stamp == 3 * SECOND:
+            open_when_standing = len(told.hypotheses)
+        if told.map_from_base is not None and settled_at is None:
+            settled_at = drive.pose(told.stamp)
+    assert open_when_standing >= 2
+    assert settled_at is not None
+    away, _ = apart(drive.pose(told.stamp), told.map_from_base or Pose.identity())
+    assert away < 0.05
+    # Both rooms look the same until the passage's cupboard, or its lack, comes into view.
+    assert np.hypot(*(settled_at.position - start.position)[:2]) > 0.3
+
+
+def test_robot_that_was_carried_away_says_so_and_finds_itself_again(hall: PreparedMap) -> None:
+    drive = Drive(HALL, Pose.planar(2.6, 1.6, 0.2), (6.0, 0.3, 0.2), noise=0.012, seed=4)
+    there = Pose.planar(5.2, 3.6, -2.4)
+    after = Drive(
+        HALL, there, (2.5, 0.0, 0.0), (5.0, 0.4, 0.4), noise=0.012, seed=5, begin=drive.end
+    )
+    localizer = Localizer(hall, MOUNTS)
+    localizer.relocalize()
+    states: list[tuple[int, Health]] = []
+    for reading in [*drive.readings(), *after.readings()]:
+        told = localizer.add(reading)
+        states.append((told.stamp, told.health))
+    lost = next(t for t, h in states if t > drive.end and h in (Health.LOST, Health.RELOCALISING))
+    assert lost - drive.end <= 2 * SECOND
+    assert told.map_from_base is not None
+    away, turned = apart(after.pose(told.stamp), told.map_from_base)
+    assert away < 0.02
+    assert turned < np.deg2rad(0.5)

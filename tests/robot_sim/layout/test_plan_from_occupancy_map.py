@@ -1,0 +1,281 @@
+"""Occupancy maps: what pixels mean, what is refused, and that the extruded world is the map's."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+from hypothesis.extra import numpy as hnp
+from PIL import Image
+
+from localization.maps.occupancy_grid import (
+    GridOrigin,
+    OccupancyError,
+    OccupancyMap,
+    read_occupancy_map,
+)
+from robot_sim.array_types import BoolArray
+from robot_sim.errors import WorldError
+from robot_sim.floorplan.plan import Placement, Plan
+from robot_sim.floorplan.toml_reader import plan_from_toml
+from robot_sim.floorplan.toml_writer import plan_to_toml
+from robot_sim.layout.plan_from_occupancy_map import plan_from_map, rectangles
+from robot_sim.layout.route_planning import length
+from robot_sim.robot.mujoco_body import ROBOT_GROUP
+from robot_sim.worlds.worlds import build_world
+
+ENTRIES = {
+    "image": "map.pgm",
+    "resolution": "0.05",
+    "origin": "[-1.0, -2.0, 0.0]",
+    "negate": "0",
+    "occupied_thresh": "0.65",
+    "free_thresh": "0.196",
+}
+WALL, FREE, UNKNOWN = 0, 254, 205
+"""Pixels as map_saver writes them; 205 is unknown by a hair with its free_thresh."""
+
+
+def write_pgm(path: Path, pixels: np.ndarray) -> None:
+    rows, columns = pixels.shape
+    path.write_bytes(b"P5\n%d %d\n255\n" % (columns, rows) + pixels.astype(np.uint8).tobytes())
+
+
+def write_map(folder: Path, pixels: np.ndarray, **entries: str | None) -> Path:
+    """Write a map with the entries above, some of them otherwise or, as None, left out."""
+    write_pgm(folder / "map.pgm", pixels)
+    kept = {k: v for k, v in {**ENTRIES, **entries}.items() if v is not None}
+    path = folder / "map.yaml"
+    path.write_text("".join(f"{k}: {v}\n" for k, v in kept.items()))
+    return path
+
+
+def rooms() -> np.ndarray:
+    """Pixels of two rooms of 5 by 6 m with a door between, a pillar in one, and unknown all round."""
+    pixels = np.full((140, 240), UNKNOWN)
+    pixels[8:132, 8:232] = WALL
+    pixels[10:130, 10:118] = FREE
+    pixels[10:130, 122:230] = FREE
+    pixels[40:62, 118:122] = FREE
+    pixels[90:98, 60:66] = WALL
+    return pixels
+
+
+@pytest.fixture
+def two_rooms(tmp_path: Path) -> Path:
+    return write_map(tmp_path, rooms())
+
+
+def test_dark_is_wall_bright_is_free_between_is_unknown_and_the_top_row_has_the_largest_y(
+    tmp_path: Path,
+) -> None:
+    grid = read_occupancy_map(write_map(tmp_path, np.array([[0, 254, 205], [205, 0, 254]])))
+    assert grid.occupied.tolist() == [[False, True, False], [True, False, False]]
+    assert grid.free.tolist() == [[False, False, True], [False, True, False]]
+    assert grid.resolution == 0.05
+    assert grid.origin == GridOrigin(-1.0, -2.0, 0.0)
+
+
+def test_negated_map_has_white_walls(tmp_path: Path) -> None:
+    grid = read_occupancy_map(write_map(tmp_path, np.array([[0, 255]]), negate="1"))
+    assert grid.occupied.tolist() == [[False, True]]
+    assert grid.free.tolist() == [[True, False]]
+
+
+def test_raw_pixels_are_percent_and_those_beyond_a_hundred_unknown(tmp_path: Path) -> None:
+    pixels = np.array([[0, 19, 50, 65, 100, 101, 255]])
+    grid = read_occupancy_map(write_map(tmp_path, pixels, mode="raw"))
+    assert grid.free.tolist() == [[True, True, False, False, False, False, False]]
+    assert grid.occupied.tolist() == [[False, False, False, True, True, False, False]]
+
+
+def test_transparent_pixels_are_unknown_in_mode_scale(tmp_path: Path) -> None:
+    path = write_map(tmp_path, np.zeros((1, 1)), image="map.png", mode="scale")
+    pixels = np.array([[[0, 0, 0, 255], [0, 0, 0, 0], [255, 255, 255, 255]]], dtype=np.uint8)
+    Image.fromarray(pixels).save(tmp_path / "map.png")
+    grid = read_occupancy_map(path)
+    assert grid.occupied.tolist() == [[True, False, False]]
+    assert grid.free.tolist() == [[False, False, True]]
+
+
+def test_plain_and_sixteen_bit_images_say_the_same(tmp_path: Path) -> None:
+    path = write_map(tmp_path, np.zeros((1, 1)))
+    (tmp_path / "map.pgm").write_bytes(b"P2\n# by hand\n3 1\n255\n0 205 254\n")
+    plain = read_occupancy_map(path)
+    deep = np.array([[0, 205 * 257, 254 * 257]], dtype=np.uint16)
+    Image.fromarray(deep).save(tmp_path / "deep.png")
+    other = read_occupancy_map(write_map(tmp_path, np.zeros((1, 1)), image="deep.png"))
+    for grid in (plain, other):
+        assert grid.occupied.tolist() == [[True, False, False]]
+        assert grid.free.tolist() == [[False, False, True]]
+
+
+@given(hnp.arrays(bool, st.tuples(st.integers(1, 12), st.integers(1, 12))))
+def test_rectangles_cover_every_occupied_cell_once_and_no_other(occupied: BoolArray) -> None:
+    covered = np.zeros(occupied.shape, dtype=int)
+    for row0, column0, row1, column1 in rectangles(occupied):
+        covered[row0:row1, column0:column1] += 1
+    assert (covered == occupied).all()
+
+
+def test_large_map_with_slanted_walls_takes_some_thousands_of_boxes() -> None:
+    y, x = np.mgrid[:1000, :1000]
+    slanted = np.zeros((1000, 1000), dtype=bool)
+    for offset in range(-900, 900, 300):
+        slanted |= np.abs(x - 0.7 * y - offset) < 3
+        slanted |= np.abs(y - 0.3 * x - offset) < 3
+    assert len(list(rectangles(slanted))) < 4000
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.5, -2.0])
+def test_rays_in_the_extruded_world_end_where_the_map_is_occupied(
+    yaw: float, tmp_path: Path
+) -> None:
+    path = write_map(tmp_path, rooms(), origin=f"[-1.0, -2.0, {yaw}]")
+    grid = read_occupancy_map(path)
+    model = build_world(plan_from_map(grid)).model
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    groups = np.ones(mujoco.mjNGROUP, dtype=np.uint8)
+    groups[ROBOT_GROUP] = 0
+    rng = np.random.default_rng(3)
+    cells = np.argwhere(grid.free)
+    for row, column in cells[rng.integers(len(cells), size=60)]:
+        origin = grid.in_map((np.array([column, row]) + rng.random(2)) * grid.resolution)
+        bearing = rng.uniform(-math.pi, math.pi)
+        ahead = np.array([math.cos(bearing), math.sin(bearing), 0.0])
+        start = np.array([*origin, 0.3])
+        distance = mujoco.mj_ray(model, data, start, ahead, groups, True, -1, np.zeros(1, np.int32))
+        assert distance > 0.0
+        along = np.array([*np.arange(0.0, distance - 1e-3, 0.005), distance + 1e-3])
+        points = grid.in_grid(origin + along[:, None] * ahead[:2])
+        at = np.floor(points / grid.resolution).astype(int)
+        met = grid.occupied[at[:, 1], at[:, 0]]
+        assert met[-1]
+        assert not met[:-1].any()
+
+
+def check_routes(grid: OccupancyMap, plan: Plan) -> None:
+    """Every way-point and all between is free, and roomy enough for the robot."""
+    blocked = np.argwhere(~grid.free)[:, ::-1] * grid.resolution + 0.5 * grid.resolution
+    for line in (plan.tour, plan.survey):
+        corners = grid.in_grid(np.array(line))
+        points = np.concatenate([np.linspace(a, b, 20) for a, b in itertools.pairwise(corners)])
+        gap = np.abs(points[:, None, :] - blocked) - 0.5 * grid.resolution
+        clearance = np.hypot(*np.maximum(gap, 0.0).transpose(2, 0, 1)).min()
+        assert clearance >= 0.38
+
+
+def test_routes_places_and_spawn_keep_to_free_cells(two_rooms: Path) -> None:
+    grid = read_occupancy_map(two_rooms)
+    plan = plan_from_map(grid)
+    assert plan.bounds == pytest.approx((-0.6, -1.6, 10.6, 4.6))
+    check_routes(grid, plan)
+    xs = [place.x for place in plan.places.values()]
+    assert min(xs) < 3.0
+    assert max(xs) > 7.0
+    assert 10.0 < length(plan.tour) <= length(plan.survey) + 1e-9
+    assert build_world(plan).spawn.position[:2] == pytest.approx([plan.spawn.x, plan.spawn.y])
+
+
+def test_routes_turn_with_the_map(tmp_path: Path) -> None:
+    grid = read_occupancy_map(write_map(tmp_path, rooms(), origin="[3.0, 1.0, 0.7]"))
+    plan = plan_from_map(grid)
+    check_routes(grid, plan)
+    assert plan.spawn.yaw == pytest.approx(0.7)
+
+
+def test_spawn_can_be_chosen(two_rooms: Path) -> None:
+    plan = plan_from_map(read_occupancy_map(two_rooms), spawn=Placement(8.0, 1.0, 1.5))
+    assert plan.spawn == Placement(8.0, 1.0, 1.5)
+    assert plan.tour[0] == pytest.approx((8.0, 1.0), abs=0.06)
+
+
+def test_plan_reads_back_from_its_text(tmp_path: Path) -> None:
+    grid = read_occupancy_map(write_map(tmp_path, rooms(), origin="[3.0, 1.0, 0.7]"))
+    plan = plan_from_map(grid)
+    again = plan_from_toml(plan_to_toml(plan, tables=False), name=plan.name)
+    assert again.walls == plan.walls
+    assert again == plan
+
+
+@pytest.mark.parametrize(
+    ("entries", "says"),
+    [
+        ({"resolution": None}, "lacks the entry 'resolution'; it needs image, resolution, origin"),
+        ({"image": None}, "lacks the entry 'image'"),
+        ({"free_thresh": None}, "lacks the entry 'free_thresh'"),
+        ({"resolution": "0"}, "resolution must be > 0 m per cell, got 0"),
+        ({"resolution": "coarse"}, "resolution must be a number, got 'coarse'"),
+        ({"resolution": ".nan"}, "resolution must be finite"),
+        ({"origin": "[a, b, c]"}, "origin must be a number, got 'a'"),
+        ({"origin": "[1.0, 2.0]"}, "origin must be [x, y, yaw] in metres and radians"),
+        ({"occupied_thresh": "0.1"}, "thresholds must be 0 <= free_thresh < occupied_thresh <= 1"),
+        ({"free_thresh": "-0.1"}, "thresholds must be 0 <= free_thresh < occupied_thresh <= 1"),
+        ({"negate": "maybe"}, "negate must be 0 or 1, got 'maybe'"),
+        ({"mode": "fuzzy"}, "mode must be one of trinary, scale, raw, got 'fuzzy'"),
+        ({"image": "7"}, "image must be the name of a file, got 7"),
+        ({"image": "gone.pgm"}, "gone.pgm' cannot be read: No such file"),
+        ({"image": "map.yaml"}, "map.yaml' is no image; PGM and PNG will do"),
+        ({"image": '"unclosed'}, "is not YAML"),
+    ],
+)
+def test_impossible_entry_is_refused_by_name_in_one_line(
+    entries: dict[str, str | None], says: str, tmp_path: Path
+) -> None:
+    with pytest.raises(OccupancyError) as caught:
+        read_occupancy_map(write_map(tmp_path, rooms(), **entries))
+    assert says in str(caught.value)
+    assert "map.yaml" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_file_list_binary_and_cut_image_are_refused_in_one_line(
+    two_rooms: Path, tmp_path: Path
+) -> None:
+    with pytest.raises(OccupancyError, match=r"none\.yaml': cannot be read: No such file"):
+        read_occupancy_map(tmp_path / "none.yaml")
+    with pytest.raises(OccupancyError, match=r"map\.pgm': is not"):
+        read_occupancy_map(tmp_path / "map.pgm")
+    (tmp_path / "list.yaml").write_text("- a\n- b\n")
+    with pytest.raises(OccupancyError, match="must hold the entries image, resolution"):
+        read_occupancy_map(tmp_path / "list.yaml")
+    (tmp_path / "map.pgm").write_bytes((tmp_path / "map.pgm").read_bytes()[:500])
+    with pytest.raises(OccupancyError, match=r"map\.pgm' cannot be read") as caught:
+        read_occupancy_map(two_rooms)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("pixel", [WALL, UNKNOWN])
+def test_map_without_a_free_cell_is_refused(pixel: int, tmp_path: Path) -> None:
+    grid = read_occupancy_map(write_map(tmp_path, np.full((20, 20), pixel)))
+    with pytest.raises(
+        WorldError, match=r"no room for the robot: it needs free cells within 0\.42 m"
+    ):
+        plan_from_map(grid)
+
+
+def test_spawn_in_a_wall_or_off_the_map_is_refused(two_rooms: Path) -> None:
+    grid = read_occupancy_map(two_rooms)
+    for x, y in ((5.0, 3.0), (40.0, 0.0), (-0.9, -1.9)):
+        with pytest.raises(
+            WorldError, match=rf"spawn at x {x:.2f}, y {y:.2f} has free cells within"
+        ):
+            plan_from_map(grid, spawn=Placement(x, y))
+
+
+def test_impossible_height_is_refused(two_rooms: Path) -> None:
+    with pytest.raises(WorldError, match="height must be > 0 m, got -1"):
+        plan_from_map(read_occupancy_map(two_rooms), height=-1.0)
+
+
+def test_photograph_is_refused_before_it_becomes_a_world_of_specks(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(1).choice([WALL, FREE], size=(400, 400))
+    pixels[100:140, 100:140] = FREE
+    with pytest.raises(WorldError, match="would take more than 30000 boxes"):
+        plan_from_map(read_occupancy_map(write_map(tmp_path, pixels)))

@@ -1,0 +1,424 @@
+"""What may go wrong on the operator's side: none of it leaves the robot driving, or harms another."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import socket
+import sys
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.asyncio.server import ServerConnection, serve as serve_websocket
+
+from localization.maps.cloud import Cloud, save_cloud
+from localization.types import SECOND
+from robot_sim import TICK_NS, World
+from teleop.robot.safety import SafetyConfig
+from teleop.scenario.lockstep_run import run_over_wire
+from teleop.scenario.mission import Mission
+from tests.teleop.support import (
+    ROOT,
+    Peer,
+    command,
+    in_a_loop,
+    lockstep,
+    peer,
+    position_of,
+    real_time,
+    soon,
+    stamp_of,
+)
+
+WATCHDOG = SafetyConfig().watchdog
+FULL_SPEED = 0.68
+"""The robot goes at 0.7 m/s, or nearly so [m/s]."""
+STOPPING_DISTANCE = 0.35
+"""From 0.7 m/s [m]."""
+GARBAGE = (
+    "",
+    "{",
+    "[]",
+    "null",
+    '{"op":"publish","topic":"/joy","msg":{"axes":[9e999,1],"buttons":[0,0,0,0,1]}}',
+    '{"op":"publish","topic":"/joy","msg":{"axes":"full speed"}}',
+    '{"op":"publish","topic":"/teleop/state","msg":{}}',
+    '{"op":"call_service","service":"/sim/step","args":{"ticks":"all"}}',
+    '{"op":"fire"}',
+    "[" * 5000,
+    "\ud7ff\u0000",
+    b"\xff\xfe\x00",
+    b"\x9f" * 100,
+)
+
+
+@pytest.fixture(scope="module")
+def other_map(office_cloud: Cloud, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The office's cloud with a point missing: a different map."""
+    path = tmp_path_factory.mktemp("maps") / "cloud.ply"
+    points, normals = office_cloud.points[1:], office_cloud.normals[1:]
+    save_cloud(replace(office_cloud, points=points, normals=normals), path)
+    return path
+
+
+# Lockstep: exact
+
+
+async def at_full_speed(driver: Peer) -> None:
+    await driver.subscribe("/ground_truth/odom", "/teleop/state")
+    for forward in [0.0] + [1.0] * 17:
+        await driver.joy(forward)
+        await driver.step(5)
+    assert driver.speed > FULL_SPEED
+
+
+@in_a_loop
+async def test_robot_brakes_at_once_when_its_driver_is_torn_off(
+    office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as watcher:
+        await watcher.subscribe("/ground_truth/odom", "/teleop/state")
+        await watcher.settle()
+        async with peer(rig.server.url) as driver:
+            await at_full_speed(driver)
+            torn, before = rig.robot.simulation.truth(), driver.speed
+            driver.abort()
+            await rig.departure()
+        await watcher.settle()
+        after = [
+            m
+            for m in watcher.messages("/ground_truth/odom")
+            if stamp_of(m["header"]["stamp"]) > torn.stamp
+        ]
+        speeds = [m["twist"]["twist"]["linear"]["x"] for m in after]
+        assert speeds[1] < before - 0.02, "braking begins with the next tick"
+        assert abs(speeds[-1]) < 0.005
+        way = position_of(after[-1]) - torn.map_from_base.position[:2]
+        assert np.linalg.norm(way) <= STOPPING_DISTANCE
+        state = watcher.last("/teleop/state")
+        assert state["state"] == "idle"
+        assert state["reason"].endswith("disconnected")
+
+
+@in_a_loop
+async def test_garbage_of_another_changes_nothing_for_the_driver(
+    office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        lockstep(office, office_cloud, cache) as rig,
+        peer(rig.server.url) as driver,
+        peer(rig.server.url) as rude,
+    ):
+        await at_full_speed(driver)
+        for frame in GARBAGE:
+            await rude.say(frame)
+            answered = "/sim/step" in str(frame)  # with a refusal; all else with a status
+            assert len(await rude.settle()) == (0 if answered else 1), frame
+            await driver.joy(1.0)
+            await driver.step(5)
+            assert driver.speed > FULL_SPEED
+            assert driver.last("/teleop/state")["linear"] == pytest.approx(0.7)
+        assert await driver.settle() == []
+
+
+@in_a_loop
+async def test_garbage_of_the_driver_is_not_driving(
+    office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    """It counts as silence: after the watchdog's time the robot brakes."""
+    async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as driver:
+        await at_full_speed(driver)
+        last = rig.robot.simulation.stamp - 5 * TICK_NS  # of the tick that heard the last Joy
+        for n in range(75):
+            await driver.say(GARBAGE[n % len(GARBAGE)])
+            await driver.step(1)
+        states = driver.messages("/teleop/state")
+        moving = [stamp_of(m["header"]["stamp"]) for m in states if m["linear"]]
+        assert moving[-1] - last <= WATCHDOG + TICK_NS
+        assert abs(driver.speed) < 0.005
+        assert driver.last("/teleop/state")["state"] == "disarmed"
+
+
+# Real time: with real clocks, processes and signals
+
+
+@asynccontextmanager
+async def operator(url: str) -> AsyncIterator[asyncio.subprocess.Process]:
+    """Run an operator that drives ahead at 0.7 m/s, in a process of its own."""
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "tests.teleop.driver_process", url, cwd=ROOT
+    )
+    try:
+        yield process
+    finally:
+        if process.returncode is None:
+            process.kill()
+        await process.wait()
+
+
+async def until_fast(watcher: Peer) -> None:
+    await watcher.subscribe("/ground_truth/odom", "/teleop/state")
+    await watcher.until(
+        lambda: watcher.messages("/ground_truth/odom") and watcher.speed > FULL_SPEED
+    )
+
+
+async def until_at_rest(watcher: Peer) -> None:
+    def resting() -> bool:
+        return abs(watcher.speed) < 0.005 and not watcher.last("/teleop/state")["linear"]
+
+    await watcher.until(resting)
+
+
+class Stop:
+    """How the robot stopped after a moment, by what a watching client heard."""
+
+    def __init__(self, watcher: Peer, heard_before: int) -> None:
+        after = [o for o in watcher.heard[heard_before:] if o["op"] == "publish"]
+        self.odometry: list[dict[str, Any]] = [
+            o["msg"] for o in after if o["topic"] == "/ground_truth/odom"
+        ]
+        self.states = watcher.messages("/teleop/state")
+        speeds = np.array([m["twist"]["twist"]["linear"]["x"] for m in self.odometry])
+        slower = np.flatnonzero(speeds < 0.95 * speeds[0])
+        self.onset = self.odometry[int(slower[0]) - 1]
+        """The last message before the robot was seen to brake."""
+
+    @property
+    def delay(self) -> float:
+        """From the moment to the onset [s]."""
+        stamps = [stamp_of(m["header"]["stamp"]) for m in (self.odometry[0], self.onset)]
+        return (stamps[1] - stamps[0]) / SECOND
+
+    @property
+    def distance(self) -> float:
+        """From the onset to rest [m]."""
+        way = position_of(self.odometry[-1]) - position_of(self.onset)
+        return float(np.linalg.norm(way))
+
+    @property
+    def oldest_command(self) -> float:
+        """Largest age of a command that the robot followed [s]."""
+        return max(float(m["command_age"]) for m in self.states if m["linear"])
+
+
+LONGEST = (WATCHDOG + TICK_NS) / SECOND
+"""A command may be followed [s]."""
+SLACK = 0.15
+"""Of the watcher's view: messages come every 40 ms, and slowing by 5 % takes two ticks [s]."""
+
+
+@pytest.mark.slow
+@in_a_loop
+async def test_robot_stops_when_its_operator_is_killed(
+    office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        real_time(office, office_cloud, cache) as server,
+        peer(server.url) as watcher,
+        operator(server.url) as process,
+    ):
+        await until_fast(watcher)
+        heard = len(watcher.heard)
+        process.kill()
+        await until_at_rest(watcher)
+        stop = Stop(watcher, heard)
+        assert stop.oldest_command <= LONGEST
+        assert stop.delay <= LONGEST + SLACK
+        assert stop.distance <= STOPPING_DISTANCE
+        assert watcher.last("/teleop/state")["reason"].endswith("disconnected")
+
+
+@pytest.mark.slow
+@in_a_loop
+async def test_robot_stops_when_its_operator_freezes_and_keeps_the_socket_open(
+    office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        real_time(office, office_cloud, cache) as server,
+        peer(server.url) as watcher,
+        operator(server.url) as process,
+    ):
+        await until_fast(watcher)
+        heard = len(watcher.heard)
+        process.send_signal(signal.SIGSTOP)
+        await until_at_rest(watcher)
+        assert server.client_count == 2, "nobody has hung up"
+        stop = Stop(watcher, heard)
+        assert stop.oldest_command <= LONGEST
+        assert stop.delay <= LONGEST + SLACK
+        assert stop.distance <= STOPPING_DISTANCE
+        assert any("no command for 0." in m["reason"] for m in stop.states)
+
+        # Awake again it sends full speed, and late pings; that alone starts nothing.
+        process.send_signal(signal.SIGCONT)
+        before = len(watcher.messages("/teleop/state"))
+        await watcher.until(lambda: len(watcher.messages("/teleop/state")) >= before + 10)
+        assert abs(watcher.speed) < 0.005
+
+
+@pytest.mark.slow
+@in_a_loop
+@pytest.mark.parametrize(
+    "sin", ["oversize frame", "half a message", "torn handshake", "no reading"]
+)
+async def test_one_clients_sin_costs_the_driver_nothing(
+    sin: str, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        real_time(office, office_cloud, cache) as server,
+        peer(server.url) as watcher,
+        operator(server.url),
+    ):
+        await until_fast(watcher)
+        before = len(watcher.messages("/teleop/state"))
+        match sin:
+            case "oversize frame":
+                async with peer(server.url) as sinner:
+                    await sinner.say("x" * 1_000_001)
+                    await soon(sinner.gone.wait())
+                    assert sinner.connection.close_code == 1009
+            case "half a message":
+                async with peer(server.url) as sinner:
+                    # A masked text frame of 4 kB, of which a few bytes come.
+                    sinner.connection.transport.write(b"\x81\xfe\x10\x00mask" + b"half of it")
+                    await asyncio.sleep(0.1)
+                    sinner.abort()
+                    await soon(sinner.gone.wait())
+            case "torn handshake":
+                for request in (
+                    b"",
+                    b"GET / HT",
+                    b"\x16\x03\x01\x02\x00",
+                    b"GET / HTTP/1.1\r\n\r\n",
+                ):
+                    with socket.create_connection(("127.0.0.1", server.port)) as raw:
+                        raw.sendall(request)
+            case "no reading":
+                async with peer(server.url) as sinner:
+                    sinner.connection.transport.pause_reading()
+                    await sinner.subscribe("/local_cloud", "/scan", "/tf", "/imu/data", "/clock")
+                    await asyncio.sleep(1.0)
+                    sinner.abort()
+        await watcher.until(lambda: len(watcher.messages("/teleop/state")) >= before + 15)
+        states = watcher.messages("/teleop/state")[before:]
+        assert all(m["state"] == "armed" and m["linear"] > FULL_SPEED for m in states)
+
+
+# The command line: one line, and a status
+
+
+def one_line(text: str) -> str:
+    (line,) = text.strip().splitlines()
+    return line
+
+
+@pytest.mark.slow
+@in_a_loop
+async def test_serve_on_a_taken_port_ends_with_one_line() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as holder:
+        port = holder.getsockname()[1]
+        status, out, err = await command("serve", "--port", str(port))
+    assert status == 2
+    assert out == ""
+    assert one_line(err).startswith(f"farsteer: port {port} of 127.0.0.1 is in use")
+
+
+@asynccontextmanager
+async def echo() -> AsyncIterator[int]:
+    """A WebSocket server that gives back what it gets."""
+
+    async def give_back(connection: ServerConnection) -> None:
+        async for frame in connection:
+            await connection.send(frame)
+
+    async with serve_websocket(give_back, "127.0.0.1", 0) as server:
+        yield int(next(iter(server.sockets)).getsockname()[1])
+
+
+@asynccontextmanager
+async def web_server() -> AsyncIterator[int]:
+    """A server that speaks HTTP and nothing else."""
+
+    async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await reader.readuntil(b"\r\n\r\n")
+        writer.write(b"HTTP/1.1 200 OK\r\nContent-Length: 2\r\nConnection: close\r\n\r\nhi")
+        await writer.drain()
+        writer.close()
+
+    async with await asyncio.start_server(answer, "127.0.0.1", 0) as server:
+        yield int(server.sockets[0].getsockname()[1])
+
+
+@asynccontextmanager
+async def nobody() -> AsyncIterator[int]:
+    """A port where nobody listens."""
+    with socket.create_server(("127.0.0.1", 0)) as holder:
+        port = int(holder.getsockname()[1])
+    yield port
+
+
+@pytest.mark.slow
+@in_a_loop
+@pytest.mark.parametrize(
+    ("there", "complaint"),
+    [
+        (nobody, "nobody listens at"),
+        (echo, "is a WebSocket server, but does not speak rosbridge"),
+        (web_server, "is no rosbridge server"),
+    ],
+)
+async def test_operate_says_in_one_line_what_is_at_the_address_instead(
+    there: Any, complaint: str
+) -> None:
+    async with there() as port:
+        status, _, err = await command("operate", f"ws://127.0.0.1:{port}", "--no-viewer")
+    assert status == 2, err
+    assert complaint in one_line(err)
+
+
+@pytest.mark.slow
+@in_a_loop
+@pytest.mark.parametrize(
+    "url", ["robot", "http://127.0.0.1:9090", "ws://", "ws://127.0.0.1:0x", "ws://[::1"]
+)
+async def test_operate_refuses_what_is_no_address(url: str) -> None:
+    status, out, err = await command("operate", url, "--no-viewer")
+    assert status == 2, err
+    assert out.strip() == ""
+    assert "ws://127.0.0.1:9090" in one_line(err)
+
+
+@pytest.mark.slow
+@in_a_loop
+async def test_operate_with_another_map_says_so_once_and_goes_on(
+    other_map: Path, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with real_time(office, office_cloud, cache) as server:
+        status, out, err = await command(
+            *("operate", server.url, "--map", str(other_map), "--no-viewer", "--duration", "4")
+        )
+    assert (status, err.strip()) == (0, "")
+    told = [
+        line.strip() for line in out.splitlines() if "both sides must hold the same file" in line
+    ]
+    assert len(told) == 1
+    assert office_cloud.sha256[:12] in told[0]
+    assert any(line.strip().startswith("health: ") for line in out.splitlines()), out
+
+
+@pytest.mark.slow
+def test_scripted_operator_with_another_map_does_not_drive(
+    other_map: Path, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    mission = Mission(duration=12.0)
+    summary, record = run_over_wire(mission, office, office_cloud, other_map, tmp_path, cache=cache)
+    assert "both sides must hold the same file" in record.ending
+    assert "\n" not in record.ending
+    assert summary.facts.robot_seconds < 2.0
+    assert not summary.passed

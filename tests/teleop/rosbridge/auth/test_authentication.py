@@ -1,0 +1,295 @@
+"""Tokens and certificates on real sockets."""
+
+from __future__ import annotations
+
+import asyncio
+import datetime
+import http.client
+import ipaddress
+import json
+import logging
+import ssl
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import NameOID
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from teleop.rosbridge import Client, Gate, Protocol, Pulse, Role, Server, serve_rosapi, tls_context
+from teleop.rosbridge.errors import ClientError, ServerError, ServiceCallError
+from teleop.rosbridge.protocol.rate_limits import Limits
+from tests.teleop.rosbridge.auth.test_permissions import TOKENS, keyring
+from tests.teleop.rosbridge.server.test_server import in_a_loop, until
+from tests.teleop.rosbridge.support import REGISTRY
+
+VIEW, OPERATE = TOKENS[Role.VIEW], TOKENS[Role.OPERATE]
+GUESS = "what-somebody-guessed"
+
+
+@asynccontextmanager
+async def guarded(
+    anonymous: Role | None = None, limits: Limits | None = None, **options: Any
+) -> AsyncIterator[Server]:
+    gate = Gate(keyring(anonymous), lambda: 1e9)
+    protocol = Protocol(REGISTRY, limits=limits or Limits.unhurried(), gate=gate)
+    serve_rosapi(protocol)
+    async with Server(protocol, port=0, **options) as server:
+        server.offer("/map.ply", b"a map")
+        yield server
+
+
+async def role(connection: ClientConnection) -> str:
+    """Return what the server answers to a publication."""
+    await connection.send('{"op":"advertise","topic":"/x","type":"std_msgs/String","id":"a"}')
+    await connection.send('{"op":"call_service","service":"/rosapi/topics","id":"b"}')
+    return str(json.loads(await connection.recv()).get("msg", "may publish"))
+
+
+@in_a_loop
+async def test_a_token_lets_in_by_url_by_header_and_by_operation() -> None:
+    async with guarded() as server:
+        quoted = VIEW.replace(" ", "%20")
+        async with connect(f"{server.url}/?token={quoted}", proxy=None) as by_url:
+            assert "the role view may not publish" in await role(by_url)
+        header = {"Authorization": f"Bearer {OPERATE}"}
+        async with connect(server.url, additional_headers=header, proxy=None) as by_header:
+            assert await role(by_header) == "may publish"
+        async with connect(server.url, proxy=None) as by_operation:
+            assert "not before auth" in await role(by_operation)
+            await by_operation.recv()  # that the call was refused as well
+            await by_operation.send(json.dumps({"op": "auth", "token": OPERATE}))
+            assert await role(by_operation) == "may publish"
+        async with Client(server.url, token=OPERATE) as client:
+            assert await client.call("/rosapi/topics")
+            with pytest.raises(ServiceCallError, match="operate may not call /rosapi/set_param"):
+                await client.call("/rosapi/set_param", {"name": "/a", "value": "1"})
+
+
+@in_a_loop
+async def test_a_wrong_token_is_refused_at_the_door() -> None:
+    async with guarded() as server:
+        for url, header in (
+            (f"{server.url}/?token={GUESS}", {}),
+            (f"{server.url}/?token=", {}),
+            (server.url, {"Authorization": f"Bearer {GUESS}"}),
+        ):
+            with pytest.raises(InvalidStatus) as refused:
+                await connect(url, additional_headers=header, proxy=None)
+            assert refused.value.response.status_code == 401
+        with pytest.raises(ClientError, match="does not accept this client's token"):
+            await Client(server.url, token=GUESS).connect()
+        assert server.client_count == 0
+
+
+@in_a_loop
+async def test_a_wrong_token_in_an_operation_ends_the_connection_with_1008() -> None:
+    async with guarded() as server, connect(server.url, proxy=None) as stranger:
+        await stranger.send(json.dumps({"op": "auth", "token": GUESS}))
+        with pytest.raises(ConnectionClosed):
+            await stranger.recv()
+        assert (stranger.close_code, stranger.close_reason) == (1008, "auth: not accepted")
+
+
+@in_a_loop
+async def test_who_does_not_say_who_it_is_is_disconnected_and_who_does_stays() -> None:
+    async with (
+        guarded(pulse=Pulse(auth_timeout=0.2)) as server,
+        connect(server.url, proxy=None) as silent,
+        connect(server.url, proxy=None) as known,
+    ):
+        await known.send(json.dumps({"op": "auth", "token": VIEW}))
+        with pytest.raises(ConnectionClosed):
+            await silent.recv()
+        assert (silent.close_code, silent.close_reason) == (1008, "no auth within 0.2 s")
+        assert "may not publish" in await role(known)
+
+
+@in_a_loop
+async def test_strangers_cannot_keep_out_those_who_have_a_token() -> None:
+    async with guarded(limits=Limits(clients=10)) as server:
+        strangers = [await connect(server.url, proxy=None) for _ in range(8)]
+        with pytest.raises(InvalidStatus) as refused:
+            await connect(server.url, proxy=None)
+        assert refused.value.response.status_code == 503
+        async with Client(server.url, token=VIEW) as client:
+            assert await client.call("/rosapi/topics")
+        await asyncio.gather(*(stranger.close() for stranger in strangers))
+
+
+@in_a_loop
+async def test_where_anybody_may_look_on_a_token_is_needed_for_more() -> None:
+    async with (
+        guarded(anonymous=Role.VIEW) as server,
+        connect(server.url, proxy=None) as anybody,
+    ):
+        assert "the role view may not publish" in await role(anybody)
+
+
+@in_a_loop
+async def test_files_need_a_token_and_the_health_does_not() -> None:
+    def status(port: int, path: str, token: str = "") -> int:
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+        headers = {"Authorization": f"Bearer {token}"} if token else {}
+        connection.request("GET", path, headers=headers)
+        answer = connection.getresponse()
+        assert (answer.status == 401) == (answer.headers["WWW-Authenticate"] == "Bearer")
+        connection.close()
+        return answer.status
+
+    async with guarded() as server:
+        for path, token, expected in (
+            ("/healthz", "", 200),
+            ("/version", "", 200),
+            ("/map.ply", "", 401),
+            ("/nothing", "", 401),
+            ("/map.ply", GUESS, 401),
+            ("/healthz", GUESS, 401),
+            ("/map.ply", VIEW, 200),
+        ):
+            assert await asyncio.to_thread(status, server.port, path, token) == expected
+
+
+@in_a_loop
+async def test_no_token_is_logged_or_told() -> None:
+    records: list[str] = []
+
+    class Ear(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            records.append(record.getMessage() + str(record.exc_info))
+
+    ear, root = Ear(), logging.getLogger()
+    root.addHandler(ear)
+    level, root.level = root.level, logging.DEBUG
+    try:
+        async with guarded() as server:
+            for token in (GUESS, OPERATE):
+                client = Client(f"{server.url}/?token={token.replace(' ', '%20')}")
+                try:
+                    async with client:
+                        assert token == OPERATE
+                        records.append(str(server.protocol.clients))
+                        records.append(str(await client.call("/rosapi/nodes")))
+                except ClientError as error:
+                    records.append(str(error))
+                records.append(client.url)
+            async with connect(server.url, proxy=None) as stranger:
+                await stranger.send(json.dumps({"op": "auth", "id": 1, "token": [OPERATE]}))
+                records.append(str(await stranger.recv()))
+                await stranger.send(json.dumps({"op": "auth", "token": GUESS}))
+                await until(lambda: stranger.close_code is not None)
+                records.append(stranger.close_reason or "")
+    finally:
+        root.removeHandler(ear)
+        root.level = level
+    said = "\n".join(records).replace("%20", " ")
+    assert "it needs a token" in said
+    assert GUESS not in said
+    assert OPERATE not in said
+
+
+def certificate(folder: Path, name: str = "server") -> tuple[Path, Path]:
+    """Write a certificate of this machine that it has signed itself, and its key."""
+    key = ec.generate_private_key(ec.SECP256R1())
+    whose = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "robot")])
+    begin = datetime.datetime(2020, 1, 1, tzinfo=datetime.UTC)
+    signed = (
+        x509.CertificateBuilder()
+        .subject_name(whose)
+        .issuer_name(whose)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(begin)
+        .not_valid_after(begin + datetime.timedelta(days=40_000))
+        .add_extension(
+            x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address("127.0.0.1"))]), False
+        )
+        .add_extension(x509.BasicConstraints(ca=True, path_length=0), True)
+        .sign(key, hashes.SHA256())
+    )
+    paths = folder / f"{name}.crt", folder / f"{name}.key"
+    paths[0].write_bytes(signed.public_bytes(serialization.Encoding.PEM))
+    paths[1].touch(mode=0o600)
+    paths[1].write_bytes(
+        key.private_bytes(
+            serialization.Encoding.PEM,
+            serialization.PrivateFormat.PKCS8,
+            serialization.NoEncryption(),
+        )
+    )
+    return paths
+
+
+@in_a_loop
+async def test_an_encrypted_server_is_heard_by_who_believes_its_certificate(tmp_path: Path) -> None:
+    crt, key = certificate(tmp_path)
+    trust = ssl.create_default_context(cafile=str(crt))
+    async with guarded(tls=tls_context(crt, key)) as server:
+        assert server.encrypted
+        assert server.url.startswith("wss://")
+        server.advertise("/cloud", "sensor_msgs/CompressedImage")
+        async with Client(server.url, token=VIEW, tls=trust) as client:
+            heard: asyncio.Queue[Any] = asyncio.Queue()
+            await client.subscribe(
+                "/cloud", "sensor_msgs/CompressedImage", heard.put_nowait, compression="cbor"
+            )
+            await client.call("/rosapi/topics")
+            server.publish("/cloud", {"data": bytes(range(256)) * 10_000})
+            assert bytes((await heard.get())["data"]) == bytes(range(256)) * 10_000
+        with pytest.raises(ClientError, match="cannot be trusted: self-signed certificate"):
+            await Client(server.url, token=VIEW).connect()
+        with pytest.raises(ClientError):
+            await Client(server.url.replace("wss:", "ws:"), token=VIEW).connect()
+        old = ssl.create_default_context(cafile=str(crt))
+        with pytest.warns(DeprecationWarning, match="TLSv1_1"):
+            old.minimum_version = old.maximum_version = ssl.TLSVersion.TLSv1_1
+        with pytest.raises(ClientError, match="cannot be trusted"):
+            await Client(server.url, token=VIEW, tls=old).connect()
+        async with Client(server.url, token=VIEW, tls=trust) as client:
+            assert await client.call("/rosapi/topics")
+
+
+def test_what_is_wrong_with_a_certificate_is_told_in_a_line(tmp_path: Path) -> None:
+    crt, key = certificate(tmp_path)
+    _, other = certificate(tmp_path, "other")
+    text = tmp_path / "text"
+    text.write_text("no certificate")
+    locked = tmp_path / "locked.key"
+    locked.write_bytes(
+        serialization.load_pem_private_key(key.read_bytes(), None).private_bytes(
+            serialization.Encoding.PEM,
+            serialization.PrivateFormat.PKCS8,
+            serialization.BestAvailableEncryption(b"passphrase"),
+        )
+    )
+    locked.chmod(0o600)
+    text.chmod(0o600)
+    for files, why in (
+        ((crt, tmp_path / "none"), "cannot read the TLS key .*none: No such file"),
+        ((tmp_path / "none", key), "cannot read the TLS certificate .*none: No such file"),
+        ((crt, other), "do not belong together"),
+        ((crt, text), "are no PEM files"),
+        ((text, key), "are no PEM files"),
+        ((crt, locked), "has a passphrase"),
+    ):
+        with pytest.raises(ServerError, match=why) as raised:
+            tls_context(*files)
+        assert "\n" not in str(raised.value)
+    key.chmod(0o644)
+    with pytest.raises(ServerError, match=r"open to others: chmod 600 server\.key"):
+        tls_context(crt, key)
+
+
+@pytest.mark.parametrize(
+    "origin",
+    ["lab.example", "https://lab.example/", "https://Lab.example", "https://", "*", "null", ""],
+)
+def test_an_origin_that_no_browser_would_send_is_told(origin: str) -> None:
+    with pytest.raises(ServerError, match=r"is no origin; one is https://lab\.example"):
+        Server(Protocol(REGISTRY), origins=(origin,))

@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+import pytest
+
+from teleop.rosbridge.auth.authenticator import Gate, token_in
+from teleop.rosbridge.auth.credentials import Key, Keyring
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Access, Role
+from teleop.rosbridge.errors import OperationError
+from teleop.rosbridge.protocol.outgoing_messages import Close
+from tests.teleop.rosbridge.support import SECOND, Wire
+
+SECRET = "abcdefghijklmnop"
+NOW = 1_700_000_000
+
+
+def ring(role: Role = Role.OPERATE) -> Keyring:
+    return Keyring((Key(Access("lab", role, DEFAULT_RULES[role]), secret=SECRET),))
+
+
+def signed(secret: str = SECRET, **changes: Any) -> dict[str, Any]:
+    """The operation that roslibjs's and roslibpy's ``authenticate`` send."""
+    fields: dict[str, Any] = {"client": "192.168.1.2", "dest": "192.168.1.3", "rand": "r4nd"}
+    fields |= {"t": NOW, "level": "user", "end": NOW + 60, **changes}
+    t, end = (v["secs"] if isinstance(v, dict) else v for v in (fields["t"], fields["end"]))
+    parts = (secret, fields["client"], fields["dest"], fields["rand"], t, fields["level"], end)
+    mac = hashlib.sha512("".join(map(str, parts)).encode()).hexdigest()
+    return {"op": "auth", "mac": mac, **fields}
+
+
+def test_a_code_made_from_the_secret_lets_in_once_and_until_its_end() -> None:
+    gate = Gate(ring(), lambda: NOW + 1.0)
+    admission = gate.operation(signed())
+    assert admission is not None
+    assert (admission.access.holder, admission.lasts) == ("lab", 59.0)
+    assert gate.operation(signed()) is None  # somebody has listened, and says it again
+    assert gate.operation(signed(rand="other")) is not None
+
+
+def test_the_code_is_the_one_of_rosauth() -> None:
+    # printf 'abcdefghijklmnop192.168.1.2192.168.1.3r4nd1700000000user1700000060' | sha512sum
+    assert signed()["mac"] == (
+        "34f92cd9f4f7149aa245536b8e617acab6cfd6cd7bce17d614654b959f65e65f"
+        "33222820a4764e040ec254fe02392a85cc188b0f47eca35eb918dd352d509a9c"
+    )
+
+
+@pytest.mark.parametrize(
+    "operation",
+    [
+        signed("another secret!!"),
+        signed(t=NOW - 6),
+        signed(t=NOW + 6),
+        signed(end=NOW),
+        {**signed(), "level": "admin"},
+        {**signed(), "end": NOW + 61},
+        {**signed(), "mac": ""},
+        {**signed(), "mac": "é"},
+        {"op": "auth", "token": SECRET},
+        {"op": "auth", "token": ""},
+    ],
+)
+def test_a_code_that_is_wrong_late_or_early_is_not_accepted(operation: dict[str, Any]) -> None:
+    assert Gate(ring(), lambda: float(NOW)).operation(operation) is None
+
+
+@pytest.mark.parametrize(
+    "operation",
+    [
+        {},
+        {"token": 1},
+        {**signed(), "rand": None},
+        {**signed(), "t": "now"},
+        {**signed(), "end": True},
+        {**signed(), "end": -1},
+        {**signed(), "t": {}},
+        {**signed(), "client": "x" * 257},
+    ],
+)
+def test_a_code_that_lacks_something_is_told_so(operation: dict[str, Any]) -> None:
+    with pytest.raises(OperationError, match="it needs"):
+        Gate(ring(), lambda: float(NOW)).operation(operation)
+
+
+def test_times_may_be_written_as_ros_does() -> None:
+    gate = Gate(ring(), lambda: float(NOW))
+    made, end = {"secs": NOW, "nsecs": 5}, {"secs": NOW + 9, "nsecs": 0}
+    assert gate.operation(signed(t=made, end=end)) is not None
+
+
+def test_a_code_may_be_for_less_than_the_secret_is_for_but_not_for_more() -> None:
+    for level, role in (("view", Role.VIEW), ("admin", Role.OPERATE), ("user", Role.OPERATE)):
+        admission = Gate(ring(), lambda: float(NOW)).operation(signed(level=level))
+        assert admission is not None
+        assert admission.access.role is role
+        assert admission.access.rules is DEFAULT_RULES[role]
+
+
+def test_when_a_code_ends_the_connection_does() -> None:
+    wire = Wire(gate=Gate(ring(), lambda: float(NOW)))
+    assert wire.ask(signed(end=NOW + 10)) == []
+    wire.wait(9_999)
+    assert wire.heard() == []
+    wire.wait(1)
+    assert wire.heard() == [Close(1008, "auth: its time is over")]
+
+
+def test_codes_seen_are_not_remembered_for_ever() -> None:
+    now = [float(NOW)]
+    gate = Gate(ring(), lambda: now[0])
+    for number in range(1024):
+        assert gate.operation(signed(rand=str(number))) is not None
+    assert gate.operation(signed(rand="more")) is None
+    now[0] += 10 * SECOND / 1e9
+    assert gate.operation(signed(t=NOW + 10, rand="more")) is not None
+
+
+@pytest.mark.parametrize(
+    ("target", "header", "token"),
+    [
+        ("/", None, None),
+        ("/?token=abc", None, "abc"),
+        ("/x?a=b&token=a%2Bb%3D", None, "a+b="),
+        ("/?token=", None, ""),
+        ("/", "Bearer abc", "abc"),
+        ("/", "bearer  abc ", "abc"),
+        ("/?token=url", "Bearer header", "header"),
+        ("/?token=url", "Basic x", "url"),
+        ("/?tokens=x", "Bearer", ""),
+    ],
+)
+def test_a_token_is_read_from_the_header_or_the_url(
+    target: str, header: str | None, token: str | None
+) -> None:
+    assert token_in(target, header) == token

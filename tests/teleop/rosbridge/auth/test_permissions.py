@@ -1,0 +1,187 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from teleop.rosbridge.auth.authenticator import Gate
+from teleop.rosbridge.auth.credentials import Key, Keyring
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, UNGUARDED, Access, Act, Role, Rules
+from teleop.rosbridge.compat.rosapi import serve_rosapi
+from teleop.rosbridge.protocol.outgoing_messages import Close
+from teleop.rosbridge.protocol.protocol import Protocol
+from tests.teleop.rosbridge.auth.test_credentials import digest
+from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire, error
+
+TOKENS = {role: f"token of the {role} role" for role in Role}
+TEXT = "std_msgs/String"
+
+
+def keyring(anonymous: Role | None = None) -> Keyring:
+    access = {role: Access(f"{role}er", role, DEFAULT_RULES[role]) for role in Role}
+    keys = tuple(Key(access[role], digest(token)) for role, token in TOKENS.items())
+    return Keyring(keys, None if anonymous is None else access[anonymous])
+
+
+class Guarded(Wire):
+    """A protocol that asks who its clients are; of the last three each has a role."""
+
+    def __init__(self, strangers: int = 1) -> None:
+        super().__init__(strangers, gate=Gate(keyring(), lambda: 1e9))
+        serve_rosapi(self.protocol)
+        self.protocol.serve("/lamp/on", "std_srvs/Trigger", lambda *_: {"success": True})
+        for role in Role:
+            access = keyring().find(TOKENS[role])
+            self.clients.append(self.protocol.connect(self.now, access=access))
+
+
+@pytest.mark.parametrize(
+    ("role", "act", "name", "allowed"),
+    [
+        (Role.VIEW, "subscribe", "/any", True),
+        (Role.VIEW, "publish", "/cmd_vel", False),
+        (Role.VIEW, "publish", "/tf2_web_republisher/goal", True),
+        (Role.VIEW, "call", "/rosapi/topics", True),
+        (Role.VIEW, "call", "rosapi/set_param/", False),
+        (Role.VIEW, "call", "/lamp/on", False),
+        (Role.VIEW, "provide", "/lamp/off", False),
+        (Role.OPERATE, "publish", "cmd_vel", True),
+        (Role.OPERATE, "call", "/lamp/on", True),
+        (Role.OPERATE, "call", "/rosapi/delete_param", False),
+        (Role.OPERATE, "provide", "/lamp/off", False),
+        (Role.ADMIN, "call", "/rosapi/delete_param", True),
+        (Role.ADMIN, "provide", "/lamp/off", True),
+    ],
+)
+def test_a_role_may_do_what_its_rules_say(role: Role, act: Act, name: str, allowed: bool) -> None:
+    refusal = Access("x", role, DEFAULT_RULES[role]).refusal(act, name)
+    assert refusal == (None if allowed else f"the role {role} may not {act} {name}")
+
+
+def test_each_role_may_do_what_those_before_it_may() -> None:
+    assert [role.rank for role in (Role.VIEW, Role.OPERATE, Role.ADMIN)] == [0, 1, 2]
+    for act in ("subscribe", "publish", "call", "provide"):
+        for name in ("/x", "/rosapi/topics", "/rosapi/set_param", "/republish_tfs"):
+            may = [DEFAULT_RULES[role].allow(act, name) for role in Role]
+            assert may == sorted(may)
+
+
+def test_a_pattern_with_a_bang_takes_names_out_wherever_it_stands() -> None:
+    rules = Rules(publish=("!/lamp/secret*", "/lamp/*"))
+    assert rules.allow("publish", "/lamp/on")
+    assert not rules.allow("publish", "/lamp/secret_one")
+    assert not rules.allow("subscribe", "/lamp/on")
+    with pytest.raises(ValueError, match="publish: 'lamp' fits no name"):
+        Rules(publish=("lamp",))
+
+
+def test_where_nobody_asks_everybody_may_do_everything() -> None:
+    wire = Wire()
+    assert wire.protocol.access(wire.clients[0]) is UNGUARDED
+    assert UNGUARDED.refusal("provide", "/x") is None
+
+
+@pytest.mark.parametrize(
+    "operation",
+    [
+        {"op": "advertise", "topic": "/x", "type": TEXT},
+        {"op": "subscribe", "topic": "/x", "type": TEXT},
+        {"op": "publish", "topic": "/x", "msg": {}},
+        {"op": "call_service", "service": "/rosapi/topics"},
+        {"op": "advertise_service", "service": "/x", "type": "std_srvs/Empty"},
+        {"op": "fragment", "id": "f", "num": 0, "total": 2, "data": "x"},
+        {"op": "set_level", "level": "info"},
+        {"op": "send_action_goal", "action": "/x", "action_type": "actionlib/Test"},
+    ],
+)
+def test_before_auth_nothing_is_done(operation: dict[str, Any]) -> None:
+    wire = Guarded()
+    topics = len(wire.protocol.topics)
+    what = f"{operation['op']}: not before auth with a token"
+    assert wire.ask(operation) == [error(what, operation.get("id"))]
+    assert len(wire.protocol.topics) == topics
+
+
+def test_a_stranger_sends_small_frames_only() -> None:
+    wire = Guarded()
+    wire.raw("[" * 4097)
+    assert wire.heard() == [Close(1009, "a frame has at most 4096 bytes")]
+
+
+def test_a_token_lets_in_and_nothing_is_said_unless_asked_for() -> None:
+    wire = Guarded()
+    assert wire.ask({"op": "auth", "token": TOKENS[Role.VIEW]}) == []
+    assert wire.ask({"op": "set_level", "level": "info"}) == []
+    (welcome,) = wire.ask({"op": "auth", "token": TOKENS[Role.OPERATE]})
+    assert welcome["msg"] == "auth: welcome, operateer; your role is operate"
+    access = wire.protocol.access(wire.clients[0])
+    assert access is not None
+    assert access.role is Role.OPERATE
+
+
+def test_a_wrong_token_ends_the_connection_and_what_stands_behind_it_is_not_heard() -> None:
+    wire = Guarded()
+    judged: list[tuple[int, Access | None]] = []
+    wire.protocol.on_auth(lambda client, access, now: judged.append((client, access)))
+    call = '{"op":"call_service","service":"/rosapi/topics"}'
+    wire.raw('{"op":"auth","token":"a guess"}' + call)
+    assert wire.heard() == [Close(1008, "auth: not accepted")]
+    assert judged == [(wire.clients[0], None)]
+
+
+@pytest.mark.parametrize(
+    ("operation", "may"),
+    [
+        ({"op": "subscribe", "topic": "/x", "type": TEXT}, (True, True, True)),
+        ({"op": "advertise", "topic": "/x", "type": TEXT}, (False, True, True)),
+        ({"op": "publish", "topic": "/known", "msg": {"data": "x"}}, (False, True, True)),
+        ({"op": "call_service", "service": "/rosapi/topics"}, (True, True, True)),
+        ({"op": "call_service", "service": "/lamp/on"}, (False, True, True)),
+        (
+            {"op": "call_service", "service": "rosapi/set_param", "args": ["/a", "1"]},
+            (False, False, True),
+        ),
+        (
+            {"op": "advertise_service", "service": "/mine", "type": "std_srvs/Empty"},
+            (False, False, True),
+        ),
+        (
+            {"op": "advertise_action", "action": "/mine", "type": "actionlib/Test"},
+            (False, False, True),
+        ),
+    ],
+)
+def test_an_operation_is_done_for_roles_that_may_and_answered_to_those_that_may_not(
+    operation: dict[str, Any], may: tuple[bool, bool, bool]
+) -> None:
+    for place, allowed in enumerate(may, 1):
+        wire = Guarded()
+        wire.send({"op": "advertise", "topic": "/known", "type": TEXT}, 3)
+        heard = str(wire.ask(operation, place))
+        assert ("may not" in heard) == (not allowed)
+        if operation["op"] == "call_service":
+            assert f"'result': {allowed}" in heard
+
+
+def test_a_goal_that_may_not_be_sent_has_a_result() -> None:
+    wire = Guarded()
+    wire.send({"op": "advertise_action", "action": "/dim", "type": "actionlib/Test"}, 3)
+    goal = {"op": "send_action_goal", "action": "/dim", "action_type": "actionlib/Test", "id": "g"}
+    (result,) = wire.ask(goal, 1)
+    assert (result["op"], result["result"]) == ("action_result", False)
+    assert result["values"] == "the role view may not call /dim"
+    assert wire.heard(3) == []
+    wire.send(goal, 2)
+    assert [asked["op"] for asked in wire.heard(3)] == ["send_action_goal"]
+
+
+def test_who_brings_nothing_gets_the_anonymous_role_and_may_rise() -> None:
+    protocol = Protocol(REGISTRY, gate=Gate(keyring(Role.VIEW), lambda: 1e9))
+    client = protocol.connect(SECOND)
+    before = protocol.access(client)
+    assert before is not None
+    assert before.role is Role.VIEW
+    protocol.receive(client, f'{{"op":"auth","token":"{TOKENS[Role.ADMIN]}"}}', SECOND)
+    after = protocol.access(client)
+    assert after is not None
+    assert after.role is Role.ADMIN

@@ -1,0 +1,308 @@
+"""The client against the real server, and against servers that are something else."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.asyncio.server import ServerConnection, serve
+
+from teleop.rosbridge.client.client import Client
+from teleop.rosbridge.client.client_connection import ConnectionState
+from teleop.rosbridge.compat.rosapi import serve_rosapi
+from teleop.rosbridge.errors import ClientError, MessageError, ServiceCallError, ServiceError
+from teleop.rosbridge.messages.message_types import Message
+from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.server.server import Server
+from tests.teleop.rosbridge.server.test_server import in_a_loop, serving, until
+from tests.teleop.rosbridge.support import REGISTRY
+
+
+def listening(url: str, **options: Any) -> Client:
+    return Client(url, registry=REGISTRY, **options)
+
+
+@in_a_loop
+async def test_messages_arrive_in_order_and_typed_in_either_encoding() -> None:
+    async with serving() as server, listening(server.url) as client:
+        server.advertise("/scan", "sensor_msgs/LaserScan")
+        heard: dict[str, list[Message]] = {"cbor": [], "none": []}
+        await client.subscribe("/scan", "sensor_msgs/LaserScan", heard["none"].append)
+        await until(lambda: server.wanted("/scan"))
+        for i in range(10):
+            server.publish("/scan", {"ranges": np.arange(3) + i, "header": {"stamp": {"sec": i}}})
+        await until(lambda: len(heard["none"]) == 10)
+        async with listening(server.url) as other:
+            await other.subscribe(
+                "/scan", "sensor_msgs/LaserScan", heard["cbor"].append, compression="cbor"
+            )
+            await until(lambda: len(server.protocol.topics[-1].subscriptions) == 2)
+            server.publish("/scan", {"ranges": np.arange(3) + 9, "header": {"stamp": {"sec": 9}}})
+            await until(lambda: bool(heard["cbor"]))
+        assert [m["header"]["stamp"] for m in heard["none"][:10]] == [
+            {"sec": i, "nanosec": 0} for i in range(10)
+        ]
+        for encoding in ("none", "cbor"):
+            assert heard[encoding][-1]["ranges"].dtype == np.float32
+            assert heard[encoding][-1]["ranges"].tolist() == [9.0, 10.0, 11.0]
+
+
+@in_a_loop
+async def test_bytes_arrive_as_bytes_in_either_encoding() -> None:
+    async with serving() as server, listening(server.url) as client:
+        heard: list[Message] = []
+        kind = "sensor_msgs/CompressedImage"
+        first = await client.subscribe("/cloud", kind, heard.append)
+        await client.call("/rosapi/get_time")
+        server.publish("/cloud", {"data": b"\x00\xff"})
+        await until(lambda: len(heard) == 1)
+        await client.unsubscribe(first)
+        await client.subscribe("/cloud", kind, heard.append, compression="cbor")
+        await client.call("/rosapi/get_time")
+        server.publish("/cloud", {"data": b"\x00\xff"})
+        await until(lambda: len(heard) == 2)
+        assert [message["data"] for message in heard] == [b"\x00\xff"] * 2
+
+
+@in_a_loop
+async def test_what_is_published_reaches_the_host() -> None:
+    async with serving() as server, listening(server.url) as client:
+        heard: list[Message] = []
+        server.listen("/joy", "sensor_msgs/Joy", lambda client, message, now: heard.append(message))
+        await client.advertise("/joy", "sensor_msgs/Joy")
+        assert await client.publish("/joy", {"axes": np.array([0.5, -1.0]), "buttons": [1]})
+        await until(lambda: bool(heard))
+        assert heard[0]["axes"].tolist() == [0.5, -1.0]
+        with pytest.raises(MessageError):
+            await client.publish("/joy", {"axis": []})
+        with pytest.raises(ClientError, match="advertised before"):
+            await client.publish("/other", {})
+        await client.unadvertise("/joy")
+
+
+@in_a_loop
+async def test_a_call_returns_after_the_callbacks_of_all_messages_before_it() -> None:
+    async with serving() as server:
+        server.on_connect(lambda client, name: server.protocol.lossless(client))
+
+        def step(client: int, request: Message, now: int) -> Message:
+            for i in range(request["ticks"]):
+                server.publish("/chatter", {"data": str(i)})
+            return {"success": True, "stamp": {"sec": 1}}
+
+        server.serve("/sim/step", "farsteer_msgs/Step", step)
+        async with listening(server.url) as client:
+            heard: list[Message] = []
+            await client.subscribe("/chatter", "std_msgs/String", heard.append)
+            for calls in range(1, 20):
+                answer = await client.call("/sim/step", {"ticks": 7})
+                assert answer["success"] is True
+                assert len(heard) == 7 * calls
+
+
+@in_a_loop
+async def test_a_call_that_is_refused_says_why_and_one_without_an_answer_ends() -> None:
+    async with serving() as server, listening(server.url) as client:
+
+        async def never(client: int, request: Message, now: int) -> Message:
+            await asyncio.sleep(100)
+            return {}
+
+        server.serve("/never", "std_srvs/Trigger", never)
+        with pytest.raises(ServiceCallError, match="/nope: Service /nope does not exist"):
+            await client.call("/nope")
+        with pytest.raises(ServiceCallError, match=r"/never: no answer within 0\.05 s"):
+            await client.call("/never", timeout=0.05)
+
+
+@in_a_loop
+async def test_complaints_of_the_server_are_heard() -> None:
+    async with serving() as server, listening(server.url) as client:
+        heard: list[tuple[str, str]] = []
+        client.on_status(lambda level, text: heard.append((level, text)))
+        await client.advertise("/chatter", "std_msgs/String")
+        await until(lambda: bool(heard))
+        assert heard == [("error", "advertise: topic /chatter is published by the server only")]
+
+
+@in_a_loop
+async def test_a_callback_that_falls_ends_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    async with serving() as server, listening(server.url) as client:
+        heard: list[Message] = []
+
+        def fall(message: Message) -> None:
+            raise ZeroDivisionError
+
+        await client.subscribe("/chatter", "std_msgs/String", fall)
+        await client.subscribe("/chatter", "std_msgs/String", heard.append)
+        await until(lambda: server.wanted("/chatter"))
+        server.publish("/chatter", {"data": "x"})
+        await until(lambda: bool(heard))
+        assert "ZeroDivisionError" in caplog.text
+
+
+@in_a_loop
+async def test_a_lost_connection_is_made_again_with_all_that_was_asked_for() -> None:
+    states: list[ConnectionState] = []
+    heard: list[Message] = []
+    async with serving() as server:
+        port = server.port
+        client = listening(server.url)
+        client.on_connection(states.append)
+        await client.connect()
+        await client.subscribe("/chatter", "std_msgs/String", heard.append)
+        await client.advertise("/joy", "sensor_msgs/Joy")
+        calling = asyncio.create_task(client.call("/never"))
+        await asyncio.sleep(0)
+    with pytest.raises(ServiceCallError):
+        await calling
+    await until(lambda: not client.connected)
+    assert "the server ends" in client.closed_reason
+    assert not await client.publish("/joy", {})
+    with pytest.raises(ServiceCallError, match="not connected"):
+        await client.call("/rosapi/topics")
+    again = Server(Protocol(REGISTRY), port=port)
+    again.advertise("/chatter", "std_msgs/String")
+    async with again:
+        await until(lambda: again.wanted("/chatter"))
+        assert "/joy" in [topic.name for topic in again.protocol.topics]
+        again.publish("/chatter", {"data": "again"})
+        await until(lambda: bool(heard))
+        await client.close()
+    assert heard == [{"data": "again"}]
+    assert [state.value for state in states] == [
+        "connected",
+        "disconnected",
+        "connected",
+        "closed",
+    ]
+
+
+@in_a_loop
+async def test_a_client_that_is_not_to_reconnect_does_not() -> None:
+    async with serving() as server:
+        client = listening(server.url, reconnect=False)
+        await client.connect()
+    await until(lambda: not client.connected)
+    await client.close()
+
+
+@in_a_loop
+async def test_a_server_that_falls_silent_is_noticed() -> None:
+    async with serving(lockstep=True) as server:
+        client = listening(server.url, keepalive=0.05, timeout=0.2, reconnect=False)
+        await client.connect()
+        for link in server._links.values():
+            link.socket.transport.pause_reading()
+        await until(lambda: not client.connected)
+        assert "keepalive ping timeout" in client.closed_reason
+        for link in server._links.values():
+            link.socket.transport.resume_reading()
+        await client.close()
+
+
+@pytest.mark.parametrize(
+    ("url", "text"),
+    [
+        ("nonsense", "'nonsense' is no address; one is ws://127.0.0.1:9090"),
+        ("http://127.0.0.1:9090", "is no address"),
+        ("ws://127.0.0.1:1", "nobody listens at ws://127.0.0.1:1: Connection refused"),
+    ],
+)
+@in_a_loop
+async def test_a_wrong_address_is_one_clear_line(url: str, text: str) -> None:
+    with pytest.raises(ClientError) as caught:
+        await listening(url).connect()
+    assert text in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@in_a_loop
+async def test_a_server_of_another_kind_is_one_clear_line() -> None:
+    async def page(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await reader.readline()
+        writer.write(b"HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n")
+        writer.close()
+
+    server = await asyncio.start_server(page, "127.0.0.1", 0)
+    async with server:
+        url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}"
+        with pytest.raises(ClientError, match="is no rosbridge server"):
+            await listening(url).connect()
+
+
+@pytest.mark.parametrize("echo", [True, False])
+@in_a_loop
+async def test_a_websocket_server_that_does_not_speak_rosbridge_is_one_clear_line(
+    echo: bool,
+) -> None:
+    async def attend(connection: ServerConnection) -> None:
+        async for frame in connection:
+            if echo:
+                await connection.send(frame)
+
+    logger = logging.getLogger("test")
+    async with serve(attend, "127.0.0.1", 0, logger=logger) as server:
+        url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}"
+        client = listening(url, timeout=0.3)
+        client.on_status(lambda level, text: None)
+        with pytest.raises(ClientError, match="does not speak rosbridge"):
+            await client.connect()
+
+
+@in_a_loop
+async def test_a_client_may_be_patient_with_a_server_that_comes_later() -> None:
+    protocol = Protocol(REGISTRY)
+    serve_rosapi(protocol)
+    server = Server(protocol, port=0)
+    await server.start()
+    port = server.port
+    await server.close()
+    client = listening(f"ws://127.0.0.1:{port}")
+    connecting = asyncio.create_task(client.connect(patience=10))
+    await asyncio.sleep(0.15)
+    later = Server(protocol, port=port)
+    async with later:
+        await connecting
+        assert (await client.call("/rosapi/topics"))["topics"] == []
+        with pytest.raises(ClientError, match="already connected"):
+            await client.connect()
+        await client.close()
+
+
+@in_a_loop
+async def test_a_client_provides_services_again_after_the_connection_was_lost(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    def add(request: Message) -> Message:
+        if request["a"] == 0:
+            raise ServiceError("nothing to add to")
+        if request["a"] < 0:
+            raise KeyError
+        return {"sum": request["a"] + request["b"]}
+
+    async with serving() as server, Client(server.url) as provider, Client(server.url) as caller:
+
+        def there() -> bool:
+            return "/add" in {service.name for service in server.protocol.services}
+
+        await provider.provide("/add", "example_interfaces/AddTwoInts", add)
+        await until(there)
+        assert await caller.call("/add", {"a": 2, "b": 3}) == {"sum": 5}
+        with pytest.raises(ServiceCallError, match="nothing to add to"):
+            await caller.call("/add", {"a": 0})
+        with pytest.raises(ServiceCallError, match="internal error"):
+            await caller.call("/add", {"a": -1})
+        assert "KeyError" in caplog.text
+        assert provider._line._socket is not None
+        provider._line._socket.transport.abort()
+        await until(lambda: not there())
+        await until(there)
+        assert await caller.call("/add", {"a": 2}) == {"sum": 2}
+        await provider.withdraw("/add")
+        await until(lambda: not there())
+        with pytest.raises(ServiceCallError, match="does not exist"):
+            await caller.call("/add")

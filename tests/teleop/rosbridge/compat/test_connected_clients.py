@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from teleop.rosbridge.auth.authenticator import Gate
+from teleop.rosbridge.auth.permissions import Role
+from teleop.rosbridge.compat.connected_clients import announce_clients
+from teleop.rosbridge.compat.rosout import announce_log
+from teleop.rosbridge.messages.cdr import Flavour
+from tests.teleop.rosbridge.auth.test_permissions import TOKENS, keyring
+from tests.teleop.rosbridge.support import Wire
+
+
+def test_clients_hear_how_many_they_are_and_from_where() -> None:
+    wire = Wire(clients=0)
+    announce_clients(wire.protocol)
+    wire.now += 7
+    wire.clients = [wire.protocol.connect(wire.now, "10.0.0.5:1234")]
+    for topic in ("/client_count", "/connected_clients"):
+        wire.send({"op": "subscribe", "topic": topic})
+    count, clients = wire.heard()
+    assert count["msg"] == {"data": 1}
+    (only,) = clients["msg"]["clients"]
+    assert only["ip_address"] == "10.0.0.5"
+    assert (only["connection_time"]["sec"], only["connection_time"]["nanosec"]) == (1, 7)
+    other = wire.protocol.connect(wire.now, "::1:9")
+    assert wire.heard()[0]["msg"] == {"data": 2}
+    wire.protocol.disconnect(other, wire.now)
+    assert wire.heard()[0]["msg"] == {"data": 1}
+
+
+@pytest.mark.parametrize(
+    ("flavour", "kind", "levels"),
+    [("ros2", "rcl_interfaces/msg/Log", (20, 30)), ("ros1", "rosgraph_msgs/Log", (2, 4))],
+)
+def test_who_comes_goes_and_says_who_it_is_is_logged_as_each_ros_does(
+    flavour: Flavour, kind: str, levels: tuple[int, int]
+) -> None:
+    wire = Wire(gate=Gate(keyring(Role.VIEW), lambda: 0.0), flavour=flavour)
+    announce_log(wire.protocol)
+    (topic,) = (topic for topic in wire.protocol.topics if topic.name == "/rosout")
+    assert wire.protocol.registry[kind] is topic.kind
+    wire.send({"op": "subscribe", "topic": "/rosout"})
+    for token in (TOKENS[Role.OPERATE], "no token of anybody"):
+        client = wire.protocol.connect(wire.now, "10.0.0.7:5")
+        wire.protocol.receive(client, json.dumps({"op": "auth", "token": token}), wire.now)
+        wire.protocol.disconnect(client, wire.now)
+    said = [message["msg"] for message in wire.heard()]
+    assert [(each["level"], each["msg"]) for each in said] == [
+        (levels[0], "client 2 (10.0.0.7:5) has connected"),
+        (levels[0], "client 2 (10.0.0.7:5) is operateer, role operate"),
+        (levels[0], "client 2 (10.0.0.7:5) has left"),
+        (levels[0], "client 3 (10.0.0.7:5) has connected"),
+        (levels[1], "client 3 (10.0.0.7:5): its auth is not accepted"),
+        (levels[0], "client 3 (10.0.0.7:5) has left"),
+    ]
+    stamps = [(each["header"] if flavour == "ros1" else each)["stamp"]["sec"] for each in said]
+    assert stamps == [1] * 6

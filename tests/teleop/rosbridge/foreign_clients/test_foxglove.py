@@ -1,0 +1,151 @@
+"""Foxglove's rosbridge data source, by the packages it is made of, reads every type in either ROS."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teleop.rosbridge import Limits, Protocol, Server
+from teleop.rosbridge.compat.standard_services import serve_standard
+from teleop.rosbridge.messages.cdr import Flavour
+from teleop.rosbridge.messages.definition_parser import PADDING
+from teleop.rosbridge.messages.message_completion import BLOBS, DTYPES, complete
+from teleop.rosbridge.messages.message_types import (
+    DURATION,
+    HEADER,
+    TIME,
+    Field,
+    Message,
+    MessageType,
+    short_name,
+)
+from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
+    JAVASCRIPT,
+    installed,
+    node,
+)
+from tests.teleop.rosbridge.server.test_server import in_a_loop
+from tests.teleop.rosbridge.support import REGISTRY
+
+PACKAGES = (
+    *("@foxglove/roslibjs@0.0.3", "@foxglove/rosmsg@5.0.5", "ws@8"),
+    *("@foxglove/rosmsg-serialization@2.0.4", "@foxglove/rosmsg2-serialization@3.1.0"),
+    "tslib@2",  # which the reader for ROS 1 forgets to ask for
+)
+
+ROSOUT = {"ros1": "rosgraph_msgs/Log", "ros2": "rcl_interfaces/msg/Log"}
+
+
+def filled(kind: MessageType, numbers: Iterator[int]) -> Message:
+    """A message in which no two numbers are the same, so that none can stand in another's place."""
+    if kind.name in (TIME, DURATION):  # whose nanoseconds are fewer than 2^31 in every ROS
+        return {"sec": next(numbers), "nanosec": next(numbers)}
+    return {field.name: value(field, numbers) for field in kind.fields}
+
+
+def value(field: Field, numbers: Iterator[int]) -> Any:
+    if not field.repeated:
+        return element(field, numbers)
+    parts = [element(field, numbers) for _ in range(field.size or min(field.bound or 2, 2))]
+    if field.kind in BLOBS:
+        return bytes(parts)
+    return np.array(parts, DTYPES[field.kind]) if field.kind in DTYPES else parts
+
+
+def element(field: Field, numbers: Iterator[int]) -> Any:
+    if field.nested:
+        return filled(REGISTRY[field.kind], numbers)
+    number = next(numbers)
+    if field.kind == "string":
+        return f"é{number}"[: field.longest or None]
+    if field.kind == "bool":
+        return bool(number % 2)
+    dtype = DTYPES[field.kind]
+    if dtype.kind == "f":
+        return number + 0.5
+    info = np.iinfo(dtype)
+    return info.max - number % 100  # high bits tell the signed from the unsigned
+
+
+def as_read(kind: MessageType, message: Message, flavour: Flavour) -> Any:
+    """Return a message as Foxglove's readers do."""
+    if flavour == "ros2" and kind.constants and not kind.fields:
+        return {PADDING: 0}
+    read = {field.name: part(field, message[field.name], flavour) for field in kind.fields}
+    return {"seq": 0, **read} if kind.name == HEADER and flavour == "ros1" else read
+
+
+def part(field: Field, found: Any, flavour: Flavour) -> Any:
+    if field.repeated:
+        return [one(field, each, flavour) for each in found]
+    return one(field, found, flavour)
+
+
+def one(field: Field, found: Any, flavour: Flavour) -> Any:
+    if flavour == "ros1" and field.kind in (TIME, DURATION):
+        return {"sec": found["sec"], "nsec": found["nanosec"]}  # which are primitives there
+    if field.nested:
+        return as_read(REGISTRY[field.kind], found, flavour)
+    if flavour == "ros1" and field.kind == "byte":  # an int8 there
+        return (int(found) + 128) % 256 - 128
+    if field.kind in ("int64", "uint64"):
+        return str(found)
+    if field.kind.startswith("float"):
+        return float(found)
+    return found if isinstance(found, str | bool) else int(found)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return installed(tmp_path_factory.mktemp("foxglove"), *PACKAGES)
+
+
+@pytest.mark.slow
+@node
+@pytest.mark.parametrize("flavour", ["ros1", "ros2"])
+@in_a_loop
+async def test_foxglove_reads_every_type_that_there_is_at_first_try(
+    flavour: Flavour, folder: Path
+) -> None:
+    protocol = Protocol(REGISTRY, flavour=flavour, limits=Limits(subscriptions=1000))
+    serve_standard(protocol)
+    kinds = [REGISTRY[name] for name in REGISTRY]
+    sent = {kind.name: complete(REGISTRY, kind, filled(kind, itertools.count())) for kind in kinds}
+    wishes: list[Message] = []
+    async with Server(protocol, port=0) as server:
+        for kind in kinds:
+            server.advertise(f"/all/{kind.name}", kind.name, latch=True)
+            server.publish(f"/all/{kind.name}", sent[kind.name])
+        server.serve("/switch", "std_srvs/SetBool", lambda *_: {"success": True, "message": "on"})
+        server.listen("/cmd_vel", "geometry_msgs/Twist", lambda _, wish, __: wishes.append(wish))
+        script = shutil.copy(JAVASCRIPT / "foxglove_checks.cjs", folder)
+        process = await asyncio.create_subprocess_exec(
+            *("node", script, server.url, "/switch", "/cmd_vel"),
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.PIPE,
+        )
+        out, complaints = await process.communicate()
+    assert process.returncode == 0, complaints.decode()
+    said = json.loads(out)
+    assert said["version"] == (1 if flavour == "ros1" else 2)
+    names = {kind.name: short_name(kind.name) if flavour == "ros1" else kind.name for kind in kinds}
+    for kind in kinds:
+        assert said["read"][names[kind.name]] == as_read(kind, sent[kind.name], flavour), kind.name
+    assert said["nodes"].keys() == {"/rosbridge_websocket", "/client_1"}
+    subscriptions, publications, services = said["nodes"]["/rosbridge_websocket"]
+    assert "/cmd_vel" in subscriptions
+    assert "/rosout" in publications
+    assert "/switch" in services
+    assert said["serviceType"] == (
+        "std_srvs/SetBool" if flavour == "ros1" else "std_srvs/srv/SetBool"
+    )
+    assert said["answer"] == {"success": True, "message": "on"}
+    assert [wish["linear"]["x"] for wish in wishes] == [0.5]

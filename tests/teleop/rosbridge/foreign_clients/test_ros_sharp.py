@@ -1,0 +1,303 @@
+"""ROS#, the client of Unity, imitated on the wire: there is no .NET to run it with.
+
+What it sends and where it falls is from its own sources and tests: ``WebSocketNetProtocol.cs`` (binary
+messages in continuation frames of a kilobyte, texts read as ASCII), ``RosSocket.cs`` (one callback for
+each topic, ids), ``RosCommunicationTests.cs`` (the order of members), ``JoyPublisher.cs``.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.asyncio.client import connect
+
+from teleop.rosbridge.compat.standard_services import serve_standard
+from teleop.rosbridge.messages.message_types import Field, MessageType
+from teleop.rosbridge.server.server import Server
+from tests.teleop.rosbridge.server.test_server import in_a_loop, serving, until
+from tests.teleop.rosbridge.support import REGISTRY
+
+CHUNK = 1024
+
+
+class Fallen(Exception):
+    """The receive loop has ended, as ROS#'s does without a word."""
+
+
+class RosSharp:
+    """A connection that writes and reads as ROS# does."""
+
+    def __init__(self, socket: Any) -> None:
+        self._socket = socket
+        self._kinds: dict[str, MessageType] = {}
+        self._answers: dict[str, Any] = {}
+        self.heard: dict[str, list[Any]] = {}
+        self.asked: list[Any] = []
+        self._loop = asyncio.create_task(self._read())
+
+    async def send(self, text: str) -> None:
+        """Send a text as ROS# does: a binary message, a kilobyte to a frame."""
+        data = text.encode("ascii")
+        pieces = [data[i : i + CHUNK] for i in range(0, len(data), CHUNK)]
+        await self._socket.send(iter(pieces) if len(pieces) > 1 else pieces[0])
+
+    async def say(self, **operation: Any) -> None:
+        """Send an operation; ``op`` comes last but for the id, as the base class's members do."""
+        op, identity = operation.pop("op"), operation.pop("id", None)
+        end = {"op": op} if identity is None else {"op": op, "id": identity}
+        await self.send(json.dumps({**operation, **end}, separators=(",", ":")))
+
+    async def subscribe(self, topic: str, kind: str) -> None:
+        self._kinds[topic] = REGISTRY[kind]
+        self.heard[topic] = []
+        await self.send(
+            f'{{"topic":"{topic}","type":"{kind}","throttle_rate":0,"queue_length":1,'
+            f'"fragment_size":2147483647,"compression":"none","op":"subscribe","id":"{topic}:0"}}'
+        )
+
+    async def advertise(self, topic: str, kind: str) -> None:
+        await self.say(topic=topic, type=kind, latch=False, op="advertise", id=topic)
+
+    async def publish(self, topic: str, message: Any) -> None:
+        await self.say(topic=topic, msg=message, op="publish", id=topic)
+
+    async def call(self, service: str, args: Any, response: MessageType) -> Any:
+        identity = f"{service}:{len(self._kinds)}"
+        self._kinds[identity] = response
+        await self.send(
+            f'{{"service":"{service}","args":{json.dumps(args)},"fragment_size":2147483647,'
+            f'"compression":"none","op":"call_service","id":"{identity}"}}'
+        )
+        await until(lambda: identity in self._answers or self._loop.done())
+        await self.alive()
+        return self._answers.pop(identity)
+
+    async def alive(self) -> None:
+        """Raise what the receive loop has fallen over, if it has."""
+        if self._loop.done():
+            await self._loop
+
+    async def close(self) -> None:
+        await self.alive()
+        self._loop.cancel()
+
+    async def _read(self) -> None:
+        async for frame in self._socket:
+            data = frame if isinstance(frame, bytes) else frame.encode()
+            if any(byte > 127 for byte in data):
+                raise Fallen("not ASCII: characters become question marks")
+            operation = json.loads(data, parse_constant=_fall)
+            match operation["op"]:
+                case "publish":
+                    topic = operation["topic"]
+                    strict(self._kinds[topic], operation["msg"], topic)
+                    self.heard[topic].append(operation["msg"])
+                case "service_response":
+                    strict(self._kinds[operation["id"]], operation["values"], operation["service"])
+                    self._answers[operation["id"]] = operation["values"]
+                case "call_service":
+                    self.asked.append(operation)
+                case _:
+                    pass  # it knows no status
+
+
+def _fall(constant: str) -> None:
+    raise Fallen(f"{constant} is not JSON")
+
+
+def strict(kind: MessageType, message: Any, path: str) -> None:
+    """Read a message as a typed deserialiser does: any value of another kind ends all."""
+    if not isinstance(message, dict):
+        raise Fallen(f"{path}: no object")
+    for field in kind.fields:
+        if field.name not in message:  # what is missing keeps its default, unknown is ignored
+            continue
+        value = message[field.name]
+        where = f"{path}.{field.name}"
+        if field.repeated and field.kind in ("uint8", "char"):
+            if not isinstance(value, str):
+                raise Fallen(f"{where}: bytes come as base64")
+        elif field.repeated:
+            if not isinstance(value, list):
+                raise Fallen(f"{where}: no list")
+            for part in value:
+                _strict(field, part, where)
+        else:
+            _strict(field, value, where)
+
+
+def _strict(field: Field, value: Any, where: str) -> None:
+    if field.nested:
+        strict(REGISTRY[field.kind], value, where)
+        return
+    if field.kind == "string":
+        good = isinstance(value, str)
+    elif field.kind == "bool":
+        good = isinstance(value, bool)
+    elif field.kind.startswith("float"):
+        good = isinstance(value, int | float) and not isinstance(value, bool)
+    else:
+        good = isinstance(value, int) and not isinstance(value, bool)
+    if not good:  # null among numbers, above all
+        raise Fallen(f"{where}: {value!r} is no {field.kind}")
+
+
+@asynccontextmanager
+async def unity(server: Server) -> AsyncIterator[RosSharp]:
+    async with connect(server.url, compression=None) as socket:
+        client = RosSharp(socket)
+        yield client
+        await client.close()
+
+
+JOY = {
+    "header": {"seq": 0, "stamp": {"secs": 0, "nsecs": 0}, "frame_id": "Unity"},
+    "axes": [0, 1],  # integers where the stick is at its end
+    "buttons": [0] * 600 + [1],  # more than a kilobyte, so that there are several frames
+}
+
+
+@pytest.mark.parametrize("kind", ["sensor_msgs/Joy", "sensor_msgs/msg/Joy"])
+@in_a_loop
+async def test_its_joystick_arrives(kind: str) -> None:
+    async with serving() as server, unity(server) as client:
+        heard: list[Any] = []
+        server.listen("/joy", "sensor_msgs/Joy", lambda c, message, now: heard.append(message))
+        await client.advertise("/joy", kind)
+        for _ in range(3):
+            await client.publish("/joy", JOY)
+        await until(lambda: len(heard) == 3)
+        assert heard[0]["axes"].tolist() == [0.0, 1.0]
+        assert heard[0]["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "Unity"}
+
+
+MESSAGES: dict[str, tuple[str, Any]] = {
+    "/scan": ("sensor_msgs/LaserScan", {"ranges": np.full(1080, 30.1, np.float32)}),
+    "/odom": ("nav_msgs/Odometry", {"child_frame_id": "bäse"}),
+    "/map": ("nav_msgs/OccupancyGrid", {"data": np.full(10_000, -1, np.int8)}),
+    "/points": ("sensor_msgs/PointCloud2", {"data": bytes(range(256)) * 40}),
+    "/clock": ("rosgraph_msgs/Clock", {}),
+}
+
+
+@in_a_loop
+async def test_it_reads_all_that_robots_send() -> None:
+    async with serving() as server, unity(server) as client:
+        for topic, (kind, _) in MESSAGES.items():
+            server.advertise(topic, kind)
+            await client.subscribe(topic, kind)
+        await until(lambda: all(map(server.wanted, MESSAGES)))
+        for _ in range(3):
+            for topic, (_, message) in MESSAGES.items():
+                server.publish(topic, message)
+            await asyncio.sleep(0.05)
+        await until(lambda: all(client.heard.values()))
+        await client.alive()
+        assert client.heard["/odom"][0]["child_frame_id"] == "bäse"
+
+
+@in_a_loop
+async def test_one_message_comes_once_for_each_topic_whatever_it_subscribed() -> None:
+    async with serving() as server, unity(server) as client:
+        await client.subscribe("/chatter", "std_msgs/String")
+        await client.say(topic="/chatter", type="std_msgs/String", op="subscribe", id="/chatter:1")
+        await until(lambda: server.wanted("/chatter"))
+        server.publish("/chatter", {"data": "once"})
+        server.publish("/chatter", {"data": "x" * 5000})
+        await until(lambda: len(client.heard["/chatter"]) >= 2)
+        assert [len(message["data"]) for message in client.heard["/chatter"]] == [4, 5000]
+
+
+@in_a_loop
+async def test_it_publishes_within_milliseconds_of_advertising_and_before_unadvertising() -> None:
+    async with serving() as server, unity(server) as client, unity(server) as other:
+        await other.subscribe("/publication_test", "std_msgs/String")
+        await until(lambda: server.wanted("/publication_test"))
+        await client.advertise("/publication_test", "std_msgs/String")
+        await client.publish("/publication_test", {"data": "publication test message data"})
+        await client.say(topic="/publication_test", op="unadvertise", id="/publication_test")
+        await until(lambda: bool(other.heard["/publication_test"]))
+
+
+@in_a_loop
+async def test_it_asks_for_a_parameter_and_for_the_time() -> None:
+    async with serving() as server, unity(server) as client:
+        kind = REGISTRY.service("rosapi_msgs/GetParam").response
+        asked = {"name": "/rosdistro", "default": "default"}
+        assert (await client.call("/rosapi/get_param", asked, kind))["value"] == '"jazzy"'
+        kind = REGISTRY.service("rosapi_msgs/GetTime").response
+        time = (await client.call("/rosapi/get_time", {}, kind))["time"]
+        assert (time["sec"], time["nanosec"]) == (time["secs"], time["nsecs"])
+
+
+@in_a_loop
+async def test_it_provides_a_service() -> None:
+    async with serving() as server, unity(server) as client, unity(server) as other:
+        await client.say(
+            service="/service_response_test",
+            type="std_srvs/Trigger",
+            op="advertise_service",
+            id="/service_response_test",
+        )
+        await until(lambda: "/service_response_test" in {s.name for s in server.protocol.services})
+        kind = REGISTRY.service("std_srvs/Trigger").response
+        call = asyncio.create_task(other.call("/service_response_test", {}, kind))
+        await until(lambda: bool(client.asked))
+        await client.say(
+            service="/service_response_test",
+            values={"success": True, "message": "service response message"},
+            result=True,
+            op="service_response",
+            id=client.asked[0]["id"],
+        )
+        assert (await call)["message"] == "service response message"
+
+
+@in_a_loop
+async def test_it_floods_with_pictures_and_all_of_them_arrive() -> None:
+    async with serving() as server, unity(server) as client:
+        serve_standard(server.protocol)
+        count = 0
+
+        def see(c: int, message: Any, now: int) -> None:
+            nonlocal count
+            count += len(message["data"]) == 3000
+
+        server.listen("/image", "sensor_msgs/CompressedImage", see)
+        await client.advertise("/image", "sensor_msgs/CompressedImage")
+        picture = {"header": JOY["header"], "format": "jpeg", "data": "AAAA" * 1000}
+        for _ in range(500):
+            await client.publish("/image", picture)
+        await until(lambda: count == 500)
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        '{"op":"publish","topic":"/x","msg":{"ranges":[null]}}',
+        '{"op":"publish","topic":"/x","msg":{"ranges":[NaN]}}',
+        '{"op":"publish","topic":"/x","msg":{"header":{"frame_id":"é"}}}',
+        '{"op":"publish","topic":"/x","msg":{"ranges":"AAAA"}}',
+        '{"topic":"/x"}',
+    ],
+)
+@in_a_loop
+async def test_the_imitation_falls_where_it_should(broken: str) -> None:
+    class Socket:
+        def __aiter__(self) -> AsyncIterator[str]:
+            async def frames() -> AsyncIterator[str]:
+                yield broken
+
+            return frames()
+
+    client = RosSharp(Socket())
+    client._kinds["/x"] = REGISTRY["sensor_msgs/LaserScan"]
+    client.heard["/x"] = []
+    with pytest.raises((Fallen, KeyError)):
+        await client._loop

@@ -1,0 +1,181 @@
+from __future__ import annotations
+
+import base64
+import math
+
+import numpy as np
+import pytest
+
+from teleop.rosbridge.errors import MessageError
+from teleop.rosbridge.messages.message_completion import complete
+from tests.teleop.rosbridge.support import REGISTRY, SECOND
+
+BLOB = {"header": {}, "format": "jpeg", "data": b"\x00\xff"}
+
+
+def refusal(kind: str, partial: object) -> str:
+    with pytest.raises(MessageError) as caught:
+        complete(REGISTRY, kind, partial)
+    return str(caught.value)
+
+
+def test_fields_left_out_get_typed_defaults() -> None:
+    odometry = complete(REGISTRY, "nav_msgs/Odometry", {"child_frame_id": "base_link"})
+    assert odometry["child_frame_id"] == "base_link"
+    assert odometry["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+    assert odometry["pose"]["covariance"].tolist() == [0.0] * 36
+    assert odometry["pose"]["pose"]["orientation"]["w"] == 1.0
+
+
+def test_an_integer_may_stand_for_a_float() -> None:
+    value = complete(REGISTRY, "std_msgs/Float64", {"data": 1})["data"]
+    assert (value, type(value)) == (1.0, float)
+
+
+@pytest.mark.parametrize(
+    ("kind", "partial", "text"),
+    [
+        (
+            "std_msgs/String",
+            {"dat": "x"},
+            "Message type std_msgs/String does not have a field dat",
+        ),
+        (
+            "std_msgs/String",
+            {"data": 1},
+            "std_msgs/String message requires a string for field data, but got a <class 'int'>",
+        ),
+        (
+            "geometry_msgs/Twist",
+            {"linear": {"x": "fast"}},
+            "geometry_msgs/Twist message requires a float64 for field linear.x, "
+            "but got a <class 'str'>",
+        ),
+        (
+            "geometry_msgs/Twist",
+            {"linear": {"w": 1}},
+            "Message type geometry_msgs/Twist does not have a field linear.w",
+        ),
+        (
+            "std_msgs/UInt8",
+            {"data": 300},
+            "std_msgs/UInt8 message requires a uint8 for field data, but got one out of range",
+        ),
+        (
+            "sensor_msgs/Joy",
+            {"buttons": [1, 0.5]},
+            "sensor_msgs/Joy message requires a int32 for field buttons[1], "
+            "but got a <class 'float'>",
+        ),
+        (
+            "sensor_msgs/Joy",
+            [],
+            "sensor_msgs/Joy message requires a sensor_msgs/Joy, but got a <class 'list'>",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_rosbridges_words(
+    kind: str, partial: object, text: str
+) -> None:
+    assert refusal(kind, partial) == text
+
+
+@pytest.mark.parametrize(
+    ("kind", "data"),
+    [
+        ("Int32", 1.0),
+        ("Int32", True),
+        ("Int32", "1"),
+        ("Int32", 2**31),
+        ("Int64", -(2**63) - 1),
+        ("UInt8", -1),
+        ("Float64", None),
+        ("Float64", True),
+        ("Float64", math.nan),
+        ("Float64", math.inf),
+        ("Float64", 10**400),
+        ("Float32", 1e39),
+        ("Bool", 1),
+        ("String", None),
+        ("String", "\ud800"),
+        ("Float32MultiArray", [1e39]),
+        ("Float64MultiArray", [math.nan]),
+        ("Float64MultiArray", [10**400]),
+        ("Float64MultiArray", [[1.0]]),
+        ("Float64MultiArray", [True]),
+        ("Float64MultiArray", 1.0),
+        ("Float64MultiArray", "AAAA"),
+        ("Int64MultiArray", [2**63]),
+        ("UInt8MultiArray", [256]),
+        ("UInt8MultiArray", "no base64!"),
+        ("UInt8MultiArray", "AAA"),
+        ("UInt8MultiArray", None),
+    ],
+)
+def test_values_of_another_kind_or_out_of_range_are_refused(kind: str, data: object) -> None:
+    assert "data" in refusal(f"std_msgs/{kind}", {"data": data})
+
+
+def test_a_huge_double_is_legal() -> None:
+    assert complete(REGISTRY, "std_msgs/Float64", {"data": 1e308})["data"] == 1e308
+
+
+@pytest.mark.parametrize("data", [b"\x00\xff", "AP8=", [0, 255], bytearray(b"\x00\xff")])
+def test_bytes_may_come_as_base64_or_as_a_list(data: object) -> None:
+    image = complete(REGISTRY, "sensor_msgs/CompressedImage", {**BLOB, "data": data})
+    assert image["data"] == b"\x00\xff"
+
+
+@pytest.mark.parametrize("size", [0, 35, 37])
+def test_a_fixed_array_has_its_size(size: int) -> None:
+    text = refusal("geometry_msgs/PoseWithCovariance", {"covariance": [0.0] * size})
+    assert "36 elements" in text
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    [
+        {"sec": 5, "nanosec": 7},
+        {"secs": 5, "nsecs": 7},
+        {"sec": 5, "nanosec": 7, "secs": 5, "nsecs": 7},
+        "now",
+    ],
+)
+def test_a_stamp_may_be_spelled_as_in_either_ros_or_be_now(stamp: object) -> None:
+    header = complete(REGISTRY, "std_msgs/Header", {"stamp": stamp}, now=5 * SECOND + 7)
+    assert header["stamp"] == {"sec": 5, "nanosec": 7}
+
+
+def test_a_header_without_a_stamp_is_stamped_now_and_a_header_left_out_is_not() -> None:
+    given = complete(REGISTRY, "sensor_msgs/Joy", {"header": {}}, now=SECOND)
+    absent = complete(REGISTRY, "sensor_msgs/Joy", {}, now=SECOND)
+    assert given["header"]["stamp"] == {"sec": 1, "nanosec": 0}
+    assert absent["header"]["stamp"] == {"sec": 0, "nanosec": 0}
+
+
+def test_a_stamp_of_zero_stays_zero() -> None:
+    stamp = {"secs": 0, "nsecs": 0}
+    header = complete(REGISTRY, "std_msgs/Header", {"stamp": stamp}, now=SECOND)
+    assert header["stamp"] == {"sec": 0, "nanosec": 0}
+
+
+def test_the_sequence_number_of_ros_1_is_ignored() -> None:
+    header = complete(REGISTRY, "std_msgs/Header", {"seq": 7, "frame_id": "map"})
+    assert header == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
+
+
+def test_now_needs_a_clock() -> None:
+    assert "now" in refusal("std_msgs/Header", {"stamp": "now"})
+
+
+def test_numpy_arrays_pass_if_their_values_fit() -> None:
+    joy = complete(REGISTRY, "sensor_msgs/Joy", {"axes": np.array([0.5]), "buttons": np.array([1])})
+    assert joy["axes"].dtype == np.float32
+    assert joy["buttons"].dtype == np.int32
+    assert "buttons" in refusal("sensor_msgs/Joy", {"buttons": np.array([2**40])})
+
+
+def test_bytes_are_told_from_text() -> None:
+    text = base64.b64encode(b"abc").decode()
+    assert "string" in refusal("std_msgs/String", {"data": b"abc"})
+    assert complete(REGISTRY, "std_msgs/String", {"data": text})["data"] == text

@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from teleop.rosbridge.errors import TypeNameError
+from teleop.rosbridge.messages.message_types import short_name
+from teleop.rosbridge.messages.type_registry import Registry
+from tests.teleop.rosbridge.support import REGISTRY
+
+
+@pytest.mark.parametrize(
+    "name", ["sensor_msgs/Joy", "sensor_msgs/msg/Joy", "sensor_msgs/joy", "SENSOR_MSGS/MSG/JOY"]
+)
+def test_a_type_has_one_canonical_name_however_it_is_written(name: str) -> None:
+    assert REGISTRY.resolve(name) == "sensor_msgs/msg/Joy"
+    assert name in REGISTRY
+
+
+@pytest.mark.parametrize("name", ["std_srvs/Trigger", "std_srvs/srv/Trigger", "std_srvs/trigger"])
+def test_a_service_type_has_one_canonical_name_however_it_is_written(name: str) -> None:
+    assert REGISTRY.resolve_service(name) == "std_srvs/srv/Trigger"
+
+
+def test_a_type_that_is_not_there_is_answered_with_those_written_alike() -> None:
+    with pytest.raises(TypeNameError, match="did you mean sensor_msgs/PointCloud2"):
+        REGISTRY.resolve("sensor_msgs/PointClud2")
+
+
+@pytest.mark.parametrize("name", ["", "Joy", "/", "a" * 1_000_000, "sensor_msgs/", "é/ü"])
+def test_what_is_no_name_is_refused_in_one_short_line(name: str) -> None:
+    with pytest.raises(TypeNameError) as caught:
+        REGISTRY.resolve(name)
+    assert len(str(caught.value)) < 200
+    assert name not in REGISTRY or name == ""
+
+
+def test_our_own_types_are_read_from_their_folder() -> None:
+    ours = [name for name in REGISTRY if name.startswith("farsteer_msgs/")]
+    assert sorted(map(short_name, ours)) == [
+        "farsteer_msgs/BumperState",
+        "farsteer_msgs/Condition",
+        "farsteer_msgs/HintVerdict",
+        "farsteer_msgs/LocalizationStatus",
+        "farsteer_msgs/MapInfo",
+        "farsteer_msgs/Slip",
+        "farsteer_msgs/TeleopState",
+    ]
+    step = REGISTRY.service("farsteer_msgs/Step")
+    assert [field.name for field in step.request.fields] == ["ticks"]
+    assert [field.name for field in step.response.fields] == ["success", "message", "stamp"]
+
+
+def test_an_empty_message_has_no_field() -> None:
+    assert REGISTRY["std_msgs/Empty"].fields == ()
+    assert REGISTRY.service("std_srvs/Empty").request.fields == ()
+
+
+def test_a_folder_without_definitions_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(TypeNameError, match=r"no .msg, .srv or .action files"):
+        Registry([tmp_path])
+
+
+def test_users_add_packages_of_messages_services_and_actions(tmp_path: Path) -> None:
+    for package, part, name, text in (
+        ("lamp_msgs", "msg", "Lamp.msg", "bool on\nother_msgs/Color color  # of another package\n"),
+        ("lamp_msgs", "srv", "Switch.srv", "bool on\r\n---\r\nbool done\r\n"),
+        ("lamp_msgs", "action", "Dim.action", "float32 goal\n---\n---\nLamp now\n"),
+        ("other_msgs", "", "Color.msg", "uint8 RED=255\nuint8 red\n"),
+        ("other_msgs", "", "README.md", "no definition"),
+    ):
+        folder = tmp_path / package / part
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, newline="")
+    registry = Registry([tmp_path])
+    assert registry["lamp_msgs/Lamp"].names == {"on", "color"}
+    assert registry["other_msgs/color"].constants == (("RED", "255"),)
+    assert registry.service("lamp_msgs/srv/Switch").response.names == {"done"}
+    dim = registry.action("lamp_msgs/action/Dim")
+    assert [list(part.names) for part in (dim.goal, dim.result, dim.feedback)] == [
+        ["goal"],
+        [],
+        ["now"],
+    ]
+    assert registry["lamp_msgs/DimActionFeedback"].names == {"header", "status", "feedback"}
+    assert Registry([tmp_path / "other_msgs"])["other_msgs/Color"].names == {"red"}
+
+
+@pytest.mark.parametrize("text", ["float32 goal\n---\nbool x", "---\n---\n---\n", ""])
+def test_an_action_needs_two_lines_between_its_parts(text: str) -> None:
+    with pytest.raises(TypeNameError, match="an action's definition needs 2 lines '---'"):
+        Registry().add_action("odd_msgs/Odd", text)
+
+
+def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(TypeNameError, match="no folder"):
+        Registry([tmp_path / "nope"])
+
+
+def test_an_action_that_is_not_there_is_answered_with_those_written_alike() -> None:
+    with pytest.raises(TypeNameError, match=r"did you mean .*example_interfaces/Fibonacci"):
+        REGISTRY.resolve_action("example_interface/Fibonaci")
+
+
+def test_a_field_of_an_unknown_type_is_refused_when_the_folder_is_loaded(tmp_path: Path) -> None:
+    (tmp_path / "Odd.msg").write_text("nowhere_msgs/Nothing thing\n")
+    with pytest.raises(TypeNameError, match=r"field thing .* unknown type nowhere_msgs/Nothing"):
+        Registry([tmp_path])
+
+
+@pytest.mark.parametrize("text", ["float64", "[] x", "uint8 = 3", "---"])
+def test_a_definition_that_cannot_be_read_is_refused(text: str) -> None:
+    with pytest.raises(TypeNameError):
+        Registry().add("odd_msgs/Odd", text)
+
+
+def test_a_service_needs_the_line_between_request_and_response() -> None:
+    with pytest.raises(TypeNameError, match="---"):
+        Registry().add_service("odd_msgs/Odd", "bool a\nbool b")

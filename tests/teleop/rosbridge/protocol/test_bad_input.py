@@ -1,0 +1,335 @@
+"""Whatever a client sends is answered, never with silence, an exception or a closed connection."""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import Any
+
+import pytest
+from hypothesis import given, settings, strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+
+from teleop.rosbridge.compat.rosapi import serve_rosapi
+from teleop.rosbridge.protocol.rate_limits import Limits
+from tests.teleop.rosbridge.support import Wire, error, messages
+
+CALL = '{"op":"call_service","service":"/nope","id":1}'
+TEXT = "std_msgs/String"
+
+
+def answers(frame: str | bytes) -> list[Any]:
+    wire = Wire()
+    wire.raw(frame)
+    return wire.heard()
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        "",
+        "   ",
+        "{",
+        '{"op":"publish","topic":"/x","msg":{"data":"cut of',
+        "[1,2,3]",
+        "null",
+        "1",
+        '"subscribe"',
+        "true",
+        "nonsense",
+        "{'op': 'subscribe'}",
+        '{"op":"set_level","level":"error"} x',
+        '{"op":NaN}',
+        '{"op":"publish","topic":"/x","msg":{"data":Infinity}}',
+        '{"op":"publish","topic":"/x","msg":{"data":-Infinity}}',
+        '{"op":' + "9" * 5000 + "}",
+        "[" * 100_000,
+        '{"a":' * 100_000,
+        "[{" * 50_000 + "}]" * 50_000,
+        "{" * 2401,
+        b"\xff\xfe\x00",
+        b"",
+        b"\x00" * 100,
+        "\ud800",
+    ],
+)
+def test_a_frame_that_is_no_operation_is_answered_with_an_error(frame: str | bytes) -> None:
+    wire = Wire()
+    wire.raw(frame)
+    heard = wire.heard()
+    assert heard
+    assert [status["op"] for status in heard] == ["status"] * len(heard)
+    wire.raw(CALL)
+    (answer,) = wire.heard()
+    assert answer["op"] == "service_response"
+
+
+def test_a_missing_or_unknown_op_is_answered_with_those_there_are() -> None:
+    known = (
+        "action_feedback, action_result, advertise, advertise_action, advertise_service, auth, "
+        "call_service, cancel_action_goal, fragment, publish, send_action_goal, service_response, "
+        "set_level, status, subscribe, unadvertise, unadvertise_action, unadvertise_service, "
+        "unsubscribe"
+    )
+    assert answers("{}") == [error(f"Received a message without an op; it is one of {known}")]
+    unknown = [error(f"Unknown operation: dance. Allowed operations: {known}", 7)]
+    assert answers('{"op":"dance","id":7}') == unknown
+    odd: list[object] = [1, None, [], {}, True]
+    for op in odd:
+        (status,) = answers(json.dumps({"op": op}))
+        assert status["level"] == "error"
+
+
+def test_several_objects_in_a_frame_are_all_heard() -> None:
+    heard = answers(f"{CALL}{CALL}\n {CALL} ")
+    assert [answer["op"] for answer in heard] == ["service_response"] * 3
+
+
+def test_what_comes_before_a_mistake_is_heard() -> None:
+    assert [answer["op"] for answer in answers(f"{CALL} oops {CALL}")] == [
+        "service_response",
+        "status",
+    ]
+
+
+def test_binary_frames_may_hold_json_with_any_characters() -> None:
+    wire = Wire()
+    wire.raw(json.dumps({"op": "subscribe", "topic": "/x", "type": TEXT}).encode())
+    message = {"op": "publish", "topic": "/x", "msg": {"data": 'é "{[\\ \n'}}
+    wire.raw(json.dumps(message, ensure_ascii=False).encode())
+    assert wire.heard() == [message]
+
+
+@pytest.mark.parametrize(
+    ("operation", "text"),
+    [
+        ({"op": "advertise", "topic": "/x"}, "advertise: it needs a type"),
+        ({"op": "advertise", "topic": "/x", "type": "a/B"}, "advertise: no message type 'a/B'"),
+        ({"op": "advertise", "topic": 1, "type": TEXT}, "advertise: it needs a topic"),
+        ({"op": "advertise", "topic": "", "type": TEXT}, "advertise: '' is no name"),
+        ({"op": "advertise", "topic": "/", "type": TEXT}, "advertise: '/' is no name"),
+        ({"op": "advertise", "topic": "/x y", "type": TEXT}, "advertise: '/x y' is no name"),
+        ({"op": "advertise", "topic": "/\ud800", "type": TEXT}, "is no name"),
+        ({"op": "advertise", "topic": "x" * 300, "type": TEXT}, "is no name"),
+        (
+            {"op": "advertise", "topic": "/known", "type": "std_msgs/Int32"},
+            "advertise: Tried to register topic /known with type std_msgs/Int32 but it is already "
+            "established with type std_msgs/String",
+        ),
+        (
+            {"op": "subscribe", "topic": "/known", "type": "std_msgs/Int32"},
+            "subscribe: Tried to register topic /known",
+        ),
+        ({"op": "subscribe", "topic": "/x"}, "subscribe: Cannot infer topic type for topic /x"),
+        ({"op": "subscribe", "type": TEXT}, "subscribe: it needs a topic"),
+        ({"op": "subscribe", "topic": "/x", "type": 7}, "subscribe: it needs a type"),
+        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": []}, "subscribe: an id is"),
+        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": True}, "subscribe: an id is"),
+        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": 1.5}, "subscribe: an id is"),
+        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": "i" * 999}, "an id is"),
+        ({"op": "unsubscribe"}, "unsubscribe: it needs a topic"),
+        (
+            {"op": "publish", "topic": "/x", "msg": {}},
+            "publish: Cannot infer topic type for topic /x as it is not yet advertised",
+        ),
+        (
+            {"op": "publish", "topic": "/known", "msg": {"dat": "x"}},
+            "publish: Message type std_msgs/String does not have a field dat",
+        ),
+        (
+            {"op": "publish", "topic": "/known", "msg": {"data": 1}},
+            "publish: std_msgs/String message requires a string for field data, "
+            "but got a <class 'int'>",
+        ),
+        ({"op": "publish", "topic": "/known", "msg": None}, "publish: std_msgs/String message"),
+        ({"op": "publish", "topic": "/known", "msg": [1]}, "publish: std_msgs/String message"),
+        ({"op": "call_service"}, "call_service: it needs a service"),
+        ({"op": "call_service", "service": 5}, "call_service: it needs a service"),
+        ({"op": "set_level"}, "set_level: a level is one of none, error, warning, info"),
+        ({"op": "set_level", "level": "loud"}, "set_level: a level is"),
+        ({"op": "advertise_service", "service": "/x", "type": "a/B"}, "no service type 'a/B'"),
+        ({"op": "advertise_service", "service": "/x"}, "advertise_service: it needs a type"),
+        ({"op": "advertise_service", "type": "std_srvs/Empty"}, "it needs a service"),
+        ({"op": "unadvertise_service"}, "unadvertise_service: it needs a service"),
+        ({"op": "advertise_action", "action": "/x", "type": "a/B"}, "no action type 'a/B'"),
+        ({"op": "advertise_action", "action": 1, "type": "actionlib/Test"}, "it needs an action"),
+        ({"op": "unadvertise_action"}, "unadvertise_action: it needs an action"),
+        ({"op": "send_action_goal"}, "send_action_goal: it needs an action"),
+        (
+            {"op": "subscribe", "topic": "/x", "type": TEXT, "qos": 1},
+            "subscribe: a qos is an object",
+        ),
+        ({"op": "advertise", "topic": "/x", "type": TEXT, "qos": []}, "a qos is an object"),
+        ({"op": "fragment", "num": 0, "total": 2, "data": 1}, "fragment: data must be a string"),
+        (
+            {"op": "fragment", "num": 2, "total": 2, "data": ""},
+            "fragment: num must be 0 to 1, got 2",
+        ),
+        ({"op": "fragment", "num": 0, "total": 1e9, "data": ""}, "total must be 1 to 1024"),
+        ({"op": "operate"}, "Unknown operation: operate"),
+    ],
+)
+def test_an_operation_that_cannot_be_done_is_answered_with_the_reason(
+    operation: dict[str, Any], text: str
+) -> None:
+    wire = Wire()
+    wire.send({"op": "advertise", "topic": "/known", "type": TEXT})
+    (status,) = wire.ask({"id": "me", **operation})
+    assert (status["op"], status["level"]) == ("status", "error")
+    assert text in status["msg"]
+    assert len(status["msg"]) < 400
+    if operation.get("id") is None:
+        assert status["id"] == "me"
+
+
+def test_a_number_too_large_for_json_to_hold_does_not_become_infinite() -> None:
+    wire = Wire()
+    wire.send({"op": "subscribe", "topic": "/x", "type": "std_msgs/Float64"})
+    wire.raw('{"op":"publish","topic":"/x","msg":{"data":1e999}}')
+    (status,) = wire.heard()
+    assert "out of range" in status["msg"]
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3)
+    ),
+    max_leaves=8,
+)
+
+frames = st.one_of(
+    st.text(max_size=60),
+    st.binary(max_size=60),
+    json_values.map(json.dumps),
+    st.text(alphabet='{}[]",: \\0aeNn', max_size=60),
+)
+
+
+@settings(max_examples=300)
+@given(st.lists(frames, max_size=5))
+def test_no_frame_makes_it_fall_and_each_is_answered(garbage: list[str | bytes]) -> None:
+    wire = Wire(clients=2)
+    for frame in garbage:
+        wire.raw(frame)
+        assert wire.heard()
+    wire.raw(CALL)
+    assert [answer["op"] for answer in wire.heard()] == ["service_response"]
+    assert wire.heard(1) == []
+
+
+@settings(max_examples=300)
+@given(
+    st.sampled_from(
+        ["advertise", "unadvertise", "publish", "subscribe", "unsubscribe", "call_service"]
+        + ["advertise_service", "unadvertise_service", "service_response", "advertise_action"]
+        + ["unadvertise_action", "send_action_goal", "cancel_action_goal", "action_feedback"]
+        + ["action_result", "fragment", "auth", "status"]
+    ),
+    st.dictionaries(
+        st.sampled_from(
+            ["topic", "type", "msg", "id", "service", "args", "throttle_rate", "queue_length"]
+            + ["compression", "latch", "fragment_size", "action", "action_type", "values", "result"]
+            + ["status", "feedback", "timeout", "qos", "num", "total", "data"]
+        ),
+        json_values
+        | st.sampled_from(
+            ["/known", "known", TEXT, "/rosapi/topics", "std_srvs/SetBool", "/action"]
+        )
+        | st.sampled_from(["actionlib/Test", "png", "cbor", "cbor-raw", 0, 1, 2]),
+    ),
+)
+def test_no_field_of_an_operation_makes_it_fall(op: str, fields: dict[str, Any]) -> None:
+    wire = Wire()
+    serve_rosapi(wire.protocol)
+    wire.send({"op": "advertise", "topic": "/known", "type": TEXT})
+    wire.send({"op": "advertise_action", "action": "/action", "type": "actionlib/Test"})
+    wire.raw(json.dumps({**fields, "op": op}))
+    wire.wait(60_000)
+    known = ("status", "publish", "service_response", "png", "fragment")
+    assert all(
+        (heard["op"] in known or heard["op"].endswith(("_goal", "action_result")))
+        and "internal" not in str(heard.get("msg"))
+        and "internal" not in str(heard.get("values"))
+        for heard in wire.heard()
+    )
+
+
+class Crowd(RuleBasedStateMachine):
+    """Several clients at once, some of them rude; a model says who must hear what."""
+
+    topics = st.sampled_from(["/a", "/b"])
+    clients = st.integers(0, 2)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.wire = Wire(clients=3, limits=Limits.unhurried())
+        self.subscribed: set[tuple[int, str]] = set()
+        self.advertised: set[tuple[int, str]] = set()
+        self.count = 0
+
+    @rule(client=clients, topic=topics, identity=st.sampled_from(["x", "y", None]))
+    def subscribe(self, client: int, topic: str, identity: str | None) -> None:
+        self.wire.send({"op": "subscribe", "topic": topic, "type": TEXT, "id": identity}, client)
+        self.subscribed.add((client, topic))
+
+    @rule(client=clients, topic=topics)
+    def unsubscribe(self, client: int, topic: str) -> None:
+        self.wire.send({"op": "unsubscribe", "topic": topic}, client)
+        self.subscribed.discard((client, topic))
+        self.wire.wait(1000)  # its time of grace is over
+
+    @rule(client=clients, topic=topics)
+    def advertise(self, client: int, topic: str) -> None:
+        self.wire.send({"op": "advertise", "topic": topic, "type": TEXT}, client)
+        self.advertised.add((client, topic))
+
+    @rule(client=clients, topic=topics, message=messages(TEXT))
+    def publish(self, client: int, topic: str, message: Any) -> None:
+        self.wire.send({"op": "publish", "topic": topic, "msg": message}, client)
+        known = any(topic == other for _, other in self.subscribed | self.advertised)
+        want = {"op": "publish", "topic": topic, "msg": {"data": message.get("data", "")}}
+        for other in range(3):
+            heard = self.wire.heard(other)
+            if not known:
+                assert [h["op"] for h in heard] == (["status"] if other == client else [])
+            else:
+                assert heard == ([want] if (other, topic) in self.subscribed else [])
+
+    @rule(client=clients)
+    def call(self, client: int) -> None:
+        self.count += 1
+        operation = {"op": "call_service", "service": "/nope", "id": self.count}
+        self.wire.send(operation, client)
+        (answer,) = self.wire.heard(client)
+        assert answer["id"] == self.count
+
+    @rule(client=clients, frame=frames)
+    def garbage(self, client: int, frame: str | bytes) -> None:
+        self.wire.raw(frame, client)
+        assert all(answer["op"] == "status" for answer in self.wire.heard(client))
+
+    @rule(client=clients)
+    def reconnect(self, client: int) -> None:
+        self.wire.protocol.disconnect(self.wire.clients[client], self.wire.now)
+        self.wire.clients[client] = self.wire.protocol.connect(self.wire.now)
+        self.subscribed = {pair for pair in self.subscribed if pair[0] != client}
+        self.advertised = {pair for pair in self.advertised if pair[0] != client}
+        self.wire.wait(1000)
+
+    @invariant()
+    def nobody_hears_what_is_not_for_it(self) -> None:
+        assert [self.wire.heard(client) for client in range(3)] == [[], [], []]
+
+    @invariant()
+    def topics_are_those_somebody_has_to_do_with(self) -> None:
+        known = {topic for _, topic in self.subscribed | self.advertised}
+        assert {topic.name for topic in self.wire.protocol.topics} == known
+
+
+TestCrowd = Crowd.TestCase
+TestCrowd.settings = settings(max_examples=60, stateful_step_count=30)
+
+
+def test_random_bytes_of_a_cbor_client_are_answered_too() -> None:
+    assert answers(struct.pack("<d", 1.0))[0]["op"] == "status"

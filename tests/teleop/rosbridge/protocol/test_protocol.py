@@ -1,0 +1,602 @@
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teleop.rosbridge.errors import MessageError, OperationError, ServiceError
+from teleop.rosbridge.graph.services import Later
+from teleop.rosbridge.messages.message_types import Message
+from teleop.rosbridge.protocol.outgoing_messages import Close, Kind
+from teleop.rosbridge.protocol.rate_limits import Limits
+from tests.teleop.rosbridge.support import SECOND, Wire, error
+
+CHATTER = {"topic": "/chatter", "type": "std_msgs/String"}
+
+
+def subscribe(topic: str = "/chatter", kind: str = "std_msgs/String", **more: Any) -> Message:
+    return {"op": "subscribe", "topic": topic, "type": kind, **more}
+
+
+def publish(data: Any, topic: str = "/chatter") -> Message:
+    return {"op": "publish", "topic": topic, "msg": {"data": data}}
+
+
+# Topics between clients
+
+
+def test_a_message_goes_to_all_subscribers_the_publisher_among_them() -> None:
+    wire = Wire(clients=3)
+    wire.send(subscribe(), 0)
+    wire.send(subscribe(), 1)
+    wire.send({"op": "advertise", **CHATTER}, 0)
+    wire.send(publish("hello"), 0)
+    assert wire.heard(0) == [publish("hello")]
+    assert wire.heard(1) == [publish("hello")]
+    assert wire.heard(2) == []
+
+
+def test_a_client_gets_one_message_however_often_it_subscribed() -> None:
+    wire = Wire()
+    wire.send(subscribe(id="a"))
+    wire.send(subscribe(id="b"))
+    for data in "123":
+        wire.send(publish(data))
+    assert wire.heard() == [publish(data) for data in "123"]
+
+
+def test_the_topic_comes_back_as_each_client_wrote_it() -> None:
+    wire = Wire(clients=2)
+    wire.send(subscribe("chatter"), 0)
+    wire.send(subscribe("/chatter"), 1)
+    wire.send(publish("x", "/chatter/"), 1)
+    assert wire.heard(0) == [publish("x", "chatter")]
+    assert wire.heard(1) == [publish("x", "/chatter")]
+
+
+def test_a_message_is_three_keys_of_ascii() -> None:
+    wire = Wire()
+    wire.send(subscribe())
+    wire.send(publish("é"))
+    (output,) = wire.outputs()
+    assert output.payload == b'{"op":"publish","topic":"/chatter","msg":{"data":"\\u00e9"}}'
+    assert (output.kind, output.binary) == (Kind.DATA, False)
+
+
+def test_a_message_of_some_fields_arrives_with_all() -> None:
+    wire = Wire()
+    wire.send(subscribe("/t", "geometry_msgs/Twist"))
+    wire.send({"op": "publish", "topic": "/t", "msg": {"linear": {"x": 1}}})
+    zero = {"x": 0.0, "y": 0.0, "z": 0.0}
+    assert wire.heard()[0]["msg"] == {"linear": {**zero, "x": 1.0}, "angular": zero}
+
+
+def test_a_message_may_be_left_out_altogether() -> None:
+    wire = Wire()
+    wire.send(subscribe())
+    wire.send({"op": "publish", "topic": "/chatter"})
+    assert wire.heard() == [publish("")]
+
+
+def test_unsubscribing_one_id_leaves_the_others() -> None:
+    wire = Wire()
+    wire.send(subscribe(id="a"))
+    wire.send(subscribe(id="b"))
+    wire.send({"op": "unsubscribe", "topic": "/chatter", "id": "a"})
+    wire.send(publish("1"))
+    wire.send({"op": "unsubscribe", "topic": "/chatter", "id": "b"})
+    wire.send(subscribe("/other"))
+    wire.send({"op": "advertise", **CHATTER})
+    wire.send(publish("2"))
+    assert wire.heard() == [publish("1")]
+
+
+def test_unsubscribing_without_an_id_ends_all() -> None:
+    wire = Wire()
+    wire.send(subscribe(id="a"))
+    wire.send(subscribe(id=7))
+    wire.send({"op": "advertise", **CHATTER})
+    wire.send({"op": "unsubscribe", "topic": "/chatter"})
+    wire.send(publish("1"))
+    assert wire.heard() == []
+
+
+@pytest.mark.parametrize("op", ["unsubscribe", "unadvertise"])
+def test_ending_what_never_began_is_no_error(op: str) -> None:
+    wire = Wire()
+    assert wire.ask({"op": op, "topic": "/nothing"}) == []
+
+
+def test_a_topic_ends_a_second_after_nobody_has_to_do_with_it() -> None:
+    wire = Wire()
+    wire.send({"op": "advertise", **CHATTER, "id": "a"})
+    wire.send({"op": "advertise", **CHATTER, "id": "b"})
+    wire.send({"op": "unadvertise", "topic": "/chatter", "id": "a"})
+    assert [topic.name for topic in wire.protocol.topics] == ["/chatter"]
+    wire.send({"op": "unadvertise", "topic": "/chatter"})
+    assert wire.protocol.due == wire.now + SECOND
+    wire.wait(999)
+    assert [topic.name for topic in wire.protocol.topics] == ["/chatter"]
+    wire.wait(1)
+    assert wire.protocol.topics == []
+    assert wire.protocol.due is None
+
+
+def test_what_crosses_its_own_unadvertise_is_no_error() -> None:
+    wire = Wire()
+    wire.send({"op": "advertise", **CHATTER})
+    wire.send({"op": "unadvertise", "topic": "/chatter"})
+    assert wire.ask(publish("late")) == []
+    wire.wait(1000)
+    assert wire.ask(publish("too late"))[0]["level"] == "error"
+
+
+def test_a_topic_that_nobody_has_to_do_with_may_get_another_type_at_once() -> None:
+    wire = Wire()
+    wire.send({"op": "advertise", **CHATTER})
+    wire.send({"op": "unadvertise", "topic": "/chatter"})
+    assert wire.ask(subscribe("/chatter", "std_msgs/Int32")) == []
+    assert [topic.kind.name for topic in wire.protocol.topics] == ["std_msgs/msg/Int32"]
+
+
+def test_topics_in_their_time_of_grace_are_bounded() -> None:
+    wire = Wire(limits=Limits.unhurried())
+    for i in range(1000):
+        wire.send({"op": "advertise", "topic": f"/t{i}", "type": "std_msgs/String"})
+        wire.send({"op": "unadvertise", "topic": f"/t{i}"})
+    assert len(wire.protocol.topics) == 256
+    assert wire.protocol.topics[-1].name == "/t999"
+
+
+def test_a_client_that_leaves_takes_all_with_it() -> None:
+    wire = Wire(clients=2)
+    wire.send(subscribe(), 0)
+    wire.send({"op": "advertise", **CHATTER, "latch": True}, 0)
+    wire.send(publish("1"), 0)
+    wire.protocol.disconnect(wire.clients[0], wire.now)
+    wire.wait(1000)
+    assert wire.protocol.topics == []
+    wire.send(publish("2"), 0)
+    wire.send(subscribe(), 1)
+    assert wire.heard(1) == []
+
+
+def test_a_latched_message_waits_for_who_comes_later() -> None:
+    wire = Wire(clients=2)
+    wire.send({"op": "advertise", **CHATTER, "latch": True}, 0)
+    wire.send(publish("old"), 0)
+    wire.send(publish("new"), 0)
+    wire.send(subscribe(id="a"), 1)
+    wire.send(subscribe(id="b"), 1)
+    assert wire.heard(1) == [publish("new")]
+
+
+def test_a_type_is_not_needed_for_a_topic_that_is_there() -> None:
+    wire = Wire()
+    wire.send({"op": "advertise", **CHATTER})
+    wire.send({"op": "subscribe", "topic": "/chatter"})
+    wire.send(publish("x"))
+    assert wire.heard() == [publish("x")]
+
+
+def test_the_types_of_ros_1_and_2_and_of_the_paper_are_the_same() -> None:
+    wire = Wire()
+    for kind in ("sensor_msgs/Joy", "sensor_msgs/msg/Joy", "sensor_msgs/joy"):
+        assert wire.ask(subscribe("/joy", kind, id=kind)) == []
+
+
+# Throttling
+
+
+def test_of_a_burst_the_first_and_the_last_message_arrive() -> None:
+    wire = Wire()
+    wire.send(subscribe(throttle_rate=100))
+    for data in "1234":
+        wire.send(publish(data))
+        wire.wait(10)
+    assert wire.heard() == [publish("1")]
+    assert wire.protocol.due == SECOND + 100_000_000
+    wire.wait(60)
+    assert wire.heard() == [publish("4")]
+    wire.wait(1000)
+    assert wire.heard() == []
+    assert wire.protocol.due is None
+
+
+def test_a_throttle_passes_one_message_each_period() -> None:
+    wire = Wire()
+    wire.send(subscribe(throttle_rate=100))
+    for i in range(100):
+        wire.send(publish(str(i)))
+        wire.wait(10)
+    assert len(wire.heard()) in (10, 11)
+
+
+def test_of_several_subscriptions_the_fastest_counts_until_it_ends() -> None:
+    wire = Wire()
+    wire.send(subscribe(throttle_rate=1000, id="slow"))
+    wire.send(subscribe(throttle_rate=0, id="fast"))
+    for data in "12":
+        wire.send(publish(data))
+    assert wire.heard() == [publish("1"), publish("2")]
+    wire.send({"op": "unsubscribe", "topic": "/chatter", "id": "fast"})
+    wire.send(publish("3"))
+    assert wire.heard() == []
+    wire.wait(1000)
+    assert wire.heard() == [publish("3")]
+
+
+@pytest.mark.parametrize("rate", [100, 100.0, None, 0, -5, 1e300])
+def test_a_throttle_may_be_any_number_or_null(rate: object) -> None:
+    assert Wire().ask(subscribe(throttle_rate=rate, queue_length=rate)) == []
+
+
+@pytest.mark.parametrize("rate", ["100", True, [100], {}])
+def test_a_throttle_that_is_no_number_is_refused(rate: object) -> None:
+    (status,) = Wire().ask(subscribe(throttle_rate=rate))
+    assert status == error("subscribe: throttle_rate must be a number")
+
+
+def test_how_messages_leave_is_of_each_subscription_and_no_other_operation_changes_it() -> None:
+    wire = Wire()
+    wire.send(subscribe())
+    settings = {"fragment_size": 10, "png": True, "message_intervall": 1e6, "compression": "cbor"}
+    wire.send({**publish("x" * 100), **settings})
+    wire.send(publish("y" * 100))
+    outputs = wire.outputs()
+    assert [(output.binary, len(list(output.frames))) for output in outputs] == [(False, 1)] * 2
+
+
+def test_a_subscription_tells_the_queue_how_many_may_wait() -> None:
+    wire = Wire()
+    wire.send(subscribe(queue_length=5, id="a"))
+    wire.send(subscribe(queue_length=2, id="b"))
+    wire.send(publish("x"))
+    assert [output.depth for output in wire.outputs()] == [2]
+
+
+# Encodings
+
+
+def test_cbor_comes_in_binary_frames_with_arrays_for_arrays() -> None:
+    wire = Wire()
+    wire.send(subscribe("/scan", "sensor_msgs/LaserScan", compression="cbor"))
+    wire.send({"op": "publish", "topic": "/scan", "msg": {"ranges": [1.5, 2.5]}})
+    (output,) = wire.outputs()
+    assert output.binary
+    wire.send({"op": "publish", "topic": "/scan", "msg": {"ranges": [1.5, 2.5]}})
+    (heard,) = wire.heard()
+    assert (heard["op"], heard["topic"]) == ("publish", "/scan")
+    assert heard["msg"]["ranges"].tolist() == [1.5, 2.5]
+    assert heard["msg"]["ranges"].dtype == np.float32
+
+
+@pytest.mark.parametrize("compression", ["none", "zip", "PNG", None, 3])
+def test_compressions_we_do_not_have_are_json(compression: object) -> None:
+    wire = Wire()
+    assert wire.ask(subscribe(compression=compression)) == []
+    wire.send(publish("x"))
+    assert [output.binary for output in wire.outputs()] == [False]
+
+
+def test_a_message_is_encoded_once_for_all_who_get_the_same() -> None:
+    wire = Wire(clients=4)
+    for client, compression in enumerate(("none", "none", "cbor", "cbor")):
+        wire.send(subscribe(compression=compression), client)
+    wire.send(publish("x"))
+    payloads = [wire.outputs(client)[0].payload for client in range(4)]
+    assert payloads[0] is payloads[1]
+    assert payloads[2] is payloads[3]
+
+
+# Topics of the host
+
+
+def test_the_host_publishes_to_who_subscribes_and_builds_no_message_otherwise() -> None:
+    wire = Wire()
+    wire.protocol.advertise("/odom", "std_msgs/String")
+    built: list[int] = []
+
+    def build() -> Message:
+        built.append(1)
+        return {"data": "x"}
+
+    wire.protocol.publish("/odom", build, wire.now)
+    assert (built, wire.protocol.wanted("/odom")) == ([], False)
+    wire.send(subscribe("/odom"))
+    wire.protocol.publish("/odom", build, wire.now)
+    assert (built, wire.protocol.wanted("/odom")) == ([1], True)
+    assert wire.heard() == [publish("x", "/odom")]
+
+
+def test_the_hosts_latched_message_waits_for_who_comes_later() -> None:
+    wire = Wire()
+    wire.protocol.advertise("/map_info", "farsteer_msgs/MapInfo", latch=True)
+    wire.protocol.publish("/map_info", {"name": "hall"}, wire.now)
+    (heard,) = wire.ask(subscribe("/map_info", "farsteer_msgs/MapInfo"))
+    assert heard["msg"]["name"] == "hall"
+
+
+def test_clients_cannot_publish_what_is_the_hosts() -> None:
+    wire = Wire()
+    wire.protocol.advertise("/odom", "nav_msgs/Odometry")
+    text = "topic /odom is published by the server only"
+    heard = wire.ask({"op": "advertise", "topic": "/odom", "type": "nav_msgs/Odometry", "id": "i"})
+    assert heard == [error(f"advertise: {text}", "i")]
+    assert wire.ask({"op": "publish", "topic": "/odom", "msg": {}}) == [error(f"publish: {text}")]
+
+
+def test_the_host_must_advertise_before_it_publishes() -> None:
+    wire = Wire()
+    with pytest.raises(OperationError, match="/odom"):
+        wire.protocol.publish("/odom", {}, wire.now)
+
+
+def test_a_message_of_the_hosts_that_json_cannot_hold_is_the_hosts_error() -> None:
+    wire = Wire()
+    wire.protocol.advertise("/x", "std_msgs/Float64")
+    wire.send(subscribe("/x", "std_msgs/Float64"))
+    with pytest.raises(MessageError, match="nan"):
+        wire.protocol.publish("/x", {"data": float("nan")}, wire.now)
+
+
+def test_the_host_hears_what_clients_publish_completed_and_with_its_time() -> None:
+    wire = Wire(clients=2)
+    heard: list[Any] = []
+    wire.protocol.listen("/joy", "sensor_msgs/joy", lambda *call: heard.append(call))
+    wire.send({"op": "publish", "topic": "/joy", "msg": {"buttons": [1], "header": {}}}, 1)
+    ((client, message, now),) = heard
+    assert (client, now) == (wire.clients[1], wire.now)
+    assert message["buttons"].tolist() == [1]
+    assert message["axes"].tolist() == []
+    assert message["header"]["stamp"] == {"sec": 1, "nanosec": 0}
+
+
+def test_a_message_that_the_host_refuses_goes_to_nobody_and_the_client_is_told() -> None:
+    wire = Wire()
+
+    def refuse(client: int, message: Message, now: int) -> None:
+        raise MessageError("a hint must be in frame map")
+
+    wire.protocol.listen("/chatter", "std_msgs/String", refuse)
+    wire.send(subscribe())
+    assert wire.ask(publish("x")) == [error("publish: a hint must be in frame map")]
+
+
+def test_a_fault_of_the_hosts_is_logged_and_ends_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    wire = Wire()
+
+    def fail(client: int, message: Message, now: int) -> None:
+        raise ZeroDivisionError
+
+    wire.protocol.listen("/chatter", "std_msgs/String", fail)
+    assert wire.ask(publish("x")) == [error("publish: internal error")]
+    assert "ZeroDivisionError" in caplog.text
+
+
+# Services
+
+
+def double(client: int, request: Message, now: int) -> Message:
+    if not request["data"]:
+        raise ServiceError("no")
+    return {"success": True, "message": "twice"}
+
+
+def call(**more: Any) -> Message:
+    return {"op": "call_service", "service": "/double", **more}
+
+
+@pytest.mark.parametrize("args", [{"data": True}, [True]])
+def test_a_service_takes_its_arguments_by_name_or_in_order(args: object) -> None:
+    wire = Wire()
+    wire.protocol.serve("/double", "std_srvs/SetBool", double)
+    assert wire.ask(call(args=args, id="call:1")) == [
+        {
+            "op": "service_response",
+            "service": "/double",
+            "values": {"success": True, "message": "twice"},
+            "result": True,
+            "id": "call:1",
+        }
+    ]
+
+
+@pytest.mark.parametrize("identity", ["x", 0, 7, "", "é"])
+def test_the_answer_has_the_id_of_the_call(identity: object) -> None:
+    wire = Wire()
+    wire.protocol.serve("/double", "std_srvs/SetBool", double)
+    (answer,) = wire.ask(call(args={"data": True}, id=identity))
+    assert answer["id"] == identity
+
+
+def test_without_an_id_the_answer_has_none() -> None:
+    wire = Wire()
+    wire.protocol.serve("/double", "std_srvs/SetBool", double)
+    (answer,) = wire.ask(call(args={"data": True}))
+    assert "id" not in answer
+
+
+@pytest.mark.parametrize(
+    ("args", "text"),
+    [
+        ({"data": False}, "no"),
+        (None, "no"),
+        ({"data": 1}, "requires a bool for field data"),
+        ({"datum": True}, "does not have a field datum"),
+        ([True, True], "takes 1 arguments, got 2"),
+        ("data", "got a <class 'str'>"),
+    ],
+)
+def test_a_service_that_cannot_do_it_says_why(args: object, text: str) -> None:
+    wire = Wire()
+    wire.protocol.serve("/double", "std_srvs/SetBool", double)
+    (answer,) = wire.ask(call(args=args, id="i"))
+    assert (answer["op"], answer["result"], answer["id"]) == ("service_response", False, "i")
+    assert text in answer["values"]
+
+
+def test_a_service_that_is_not_there_is_answered_as_rosbridge_does() -> None:
+    assert Wire().ask({"op": "call_service", "service": "/nope", "id": "n"}) == [
+        {
+            "op": "service_response",
+            "service": "/nope",
+            "values": "Service /nope does not exist",
+            "result": False,
+            "id": "n",
+        }
+    ]
+
+
+def test_a_service_that_falls_is_answered_and_logged(caplog: pytest.LogCaptureFixture) -> None:
+    wire = Wire()
+
+    def fail(client: int, request: Message, now: int) -> Message:
+        raise KeyError("x")
+
+    wire.protocol.serve("/double", "std_srvs/SetBool", fail)
+    (answer,) = wire.ask(call(args={"data": True}))
+    assert (answer["result"], answer["values"]) == (False, "Service /double failed: internal error")
+    assert "KeyError" in caplog.text
+
+
+@pytest.mark.parametrize("response", [{"wrong": 1}, {"message": 1}, None])
+def test_a_response_that_does_not_fit_is_an_answer_too(response: Any) -> None:
+    wire = Wire()
+    wire.protocol.serve("/double", "std_srvs/SetBool", lambda *_: response)
+    (answer,) = wire.ask(call(args={"data": True}))
+    assert answer["result"] is False
+
+
+def test_an_answer_may_come_later_behind_what_was_published_before() -> None:
+    wire = Wire(clients=2)
+    later = Later()
+    wire.protocol.advertise("/clock", "rosgraph_msgs/Clock")
+    wire.protocol.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
+    wire.protocol.lossless(wire.clients[0])
+    wire.send(subscribe("/clock", "rosgraph_msgs/Clock"))
+    wire.send({"op": "call_service", "service": "/sim/step", "args": {"ticks": 3}, "id": "s"})
+    assert wire.heard() == []
+    for second in range(3):
+        wire.protocol.publish("/clock", {"clock": {"sec": second}}, wire.now)
+    later.answer({"success": True})
+    later.answer({"success": False})
+    outputs = wire.outputs()
+    assert [output.lossless for output in outputs] == [True] * 4
+    ops = [json.loads(output.text)["op"] for output in outputs]
+    assert ops == ["publish"] * 3 + ["service_response"]
+    assert later.settled
+
+
+def test_a_later_answer_may_be_no_or_come_at_once() -> None:
+    wire = Wire()
+    later = Later()
+    later.refuse("somebody else steps")
+    wire.protocol.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
+    (answer,) = wire.ask({"op": "call_service", "service": "/sim/step"})
+    assert (answer["result"], answer["values"]) == (False, "somebody else steps")
+
+
+def test_an_answer_to_who_has_left_goes_nowhere() -> None:
+    wire = Wire()
+    later = Later()
+    wire.protocol.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
+    wire.send({"op": "call_service", "service": "/sim/step"})
+    wire.protocol.disconnect(wire.clients[0], wire.now)
+    later.answer({})
+    assert wire.protocol.drain() == []
+
+
+# Status
+
+
+def test_a_client_hears_of_errors_unless_it_wants_not_to() -> None:
+    wire = Wire()
+    (status,) = wire.ask({"op": "nonsense", "id": "x"})
+    assert (status["op"], status["level"], status["id"]) == ("status", "error", "x")
+    assert wire.ask({"op": "set_level", "level": "none"}) == []
+    assert wire.ask({"op": "nonsense"}) == []
+
+
+def test_who_would_authenticate_is_told_that_nobody_asks_and_may_go_on() -> None:
+    wire = Wire()
+    auth = {"op": "auth", "mac": "0f", "client": "c", "dest": "d", "rand": "r", "t": 0, "end": 0}
+    assert wire.ask({**auth, "level": "admin"}) == []
+    wire.send({"op": "set_level", "level": "warning"})
+    (status,) = wire.ask({**auth, "level": "admin", "id": "a"})
+    assert status["msg"] == "auth: authentication is not enabled here"
+    wire.send(subscribe())
+    assert wire.ask(publish("x")) == [publish("x")]
+
+
+def test_warnings_are_for_who_asks_for_them() -> None:
+    wire = Wire()
+    wire.protocol.status(wire.clients[0], "warning", "somebody else drives")
+    assert wire.heard() == []
+    wire.send({"op": "set_level", "level": "warning"})
+    wire.protocol.status(wire.clients[0], "warning", "somebody else drives")
+    wire.protocol.status(wire.clients[0], "info", "all is well")
+    assert wire.heard() == [{"op": "status", "level": "warning", "msg": "somebody else drives"}]
+
+
+# Limits
+
+
+def test_who_sends_too_fast_is_told_once_and_then_closed() -> None:
+    wire = Wire(limits=Limits(messages=10, burst=1))
+    for _ in range(10):
+        wire.send(subscribe())
+    assert wire.heard() == []
+    wire.send(publish("lost"))
+    assert wire.heard() == [error("more than 10 operations a second: not heard")]
+    for _ in range(20):
+        wire.send(publish("lost"))
+    assert wire.heard() == [Close(1008, "more than 10 operations a second")]
+    wire.wait(5000)
+    wire.send(publish("x"))
+    assert wire.heard() == []
+
+
+def test_who_slows_down_is_heard_again() -> None:
+    wire = Wire(limits=Limits(messages=10, burst=1))
+    for _ in range(15):
+        wire.send(subscribe())
+    wire.wait(1000)
+    wire.heard()
+    wire.send(publish("x"))
+    assert wire.heard() == [publish("x")]
+
+
+def test_bytes_are_counted_too() -> None:
+    wire = Wire(limits=Limits(bytes=1000, burst=1))
+    wire.send(subscribe())
+    wire.send(publish("x" * 2000))
+    assert wire.heard() == [error("more than 1000 bytes a second: not heard")]
+
+
+def test_a_frame_that_is_too_large_closes_the_connection() -> None:
+    wire = Wire(limits=Limits(frame=100))
+    wire.raw(" " * 101)
+    assert [output.code for output in wire.outputs()] == [1009]
+
+
+def test_topics_and_ids_are_counted() -> None:
+    wire = Wire(clients=2, limits=Limits(subscriptions=2, advertisements=2))
+    for op in ("subscribe", "advertise"):
+        for name in "abc":
+            wire.send({"op": op, "topic": name, "type": "std_msgs/String", "id": "1"})
+        assert [status["level"] for status in wire.heard()] == ["error"]
+        for identity in "23":
+            wire.send({"op": op, "topic": "a", "type": "std_msgs/String", "id": identity})
+        (status,) = wire.heard()
+        assert "too many ids" in status["msg"]
+        assert wire.ask({"op": op, "topic": "c", "type": "std_msgs/String"}, 1) == []
+
+
+def test_in_lockstep_nobody_is_too_fast() -> None:
+    wire = Wire(limits=Limits.unhurried())
+    for _ in range(5000):
+        wire.send({"op": "unsubscribe", "topic": "/x"})
+    assert wire.heard() == []

@@ -1,0 +1,256 @@
+"""Clients that provide services and actions to each other, leave, and come late, against a model.
+
+The machine of topics is in ``test_bad_input.py``.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Any
+
+from hypothesis import settings, strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+
+from teleop.rosbridge.protocol.rate_limits import Limits
+from tests.teleop.rosbridge.support import SECOND, Wire
+
+CLIENTS = 3
+TIMEOUT = 5 * SECOND
+"""For a call whose caller does not say."""
+
+clients = st.integers(0, CLIENTS - 1)
+identities = st.integers(0, 10**6)
+
+
+@dataclass
+class Asked:
+    """A call or a goal that has not been answered."""
+
+    caller: int
+    identity: int
+    until: int
+    cancelled: bool = False
+
+
+@dataclass
+class Side:
+    """What the model knows of the service, or of the action."""
+
+    providers: list[int] = field(default_factory=list)
+    """Of several the last answers; an action has one at most."""
+
+    asked: dict[int, dict[str, Asked]] = field(
+        default_factory=lambda: {i: {} for i in range(CLIENTS)}
+    )
+    """By provider and by the id that it was given."""
+
+    def of(self, caller: int) -> list[tuple[int, str]]:
+        return [
+            (provider, key)
+            for provider, asked in self.asked.items()
+            for key, each in asked.items()
+            if each.caller == caller
+        ]
+
+
+class Household(RuleBasedStateMachine):
+    """Whoever asks is answered once; who has left is waited for by nobody, and answers nobody."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.wire = Wire(clients=CLIENTS, limits=Limits.unhurried())
+        self.services, self.actions = Side(), Side()
+        self.numbers = itertools.count()
+
+    def heard(self) -> list[list[Any]]:
+        return [self.wire.heard(client) for client in range(CLIENTS)]
+
+    def answered(
+        self, answers: list[tuple[Asked, object, bool]], cancelled: Counter[int] | None = None
+    ) -> None:
+        """Hold what everybody hears against answers: whose, their values, and their result.
+
+        ``cancelled`` counts the goals, by provider, that are to be ended.
+        """
+        expected: list[list[tuple[int, str, bool]]] = [[] for _ in range(CLIENTS)]
+        for asked, values, good in answers:
+            expected[asked.caller].append((asked.identity, str(values), good))
+        for client, heard in enumerate(self.heard()):
+            cancels = [each for each in heard if each["op"] == "cancel_action_goal"]
+            assert len(cancels) == (cancelled or Counter())[client]
+            got = [
+                (each["id"], str(each["values"]), each["result"])
+                for each in heard
+                if each not in cancels
+            ]
+            assert sorted(got) == sorted(expected[client])
+
+    # Services
+
+    @rule(client=clients)
+    def provide(self, client: int) -> None:
+        kind = {"service": "/s", "type": "std_srvs/Trigger"}
+        self.wire.send({"op": "advertise_service", **kind}, client)
+        if client not in self.services.providers:
+            self.services.providers.append(client)
+        self.answered([])
+
+    @rule(client=clients)
+    def withdraw(self, client: int) -> None:
+        self.wire.send({"op": "unadvertise_service", "service": "/s"}, client)
+        self.answered(self.abandon(self.services, client))
+
+    @rule(client=clients)
+    def call(self, client: int) -> None:
+        asked = Asked(client, next(self.numbers), self.wire.now + TIMEOUT)
+        self.wire.send({"op": "call_service", "service": "/s", "id": asked.identity}, client)
+        if not self.services.providers:
+            self.answered([(asked, "Service /s does not exist", False)])
+            return
+        provider = self.services.providers[-1]
+        heard = self.heard()
+        (request,) = heard.pop(provider)
+        assert (request["op"], request["args"]) == ("call_service", {})
+        assert heard == [[]] * (CLIENTS - 1)
+        self.services.asked[provider][request["id"]] = asked
+
+    @rule(client=clients, good=st.booleans(), which=identities)
+    def respond(self, client: int, good: bool, which: int) -> None:
+        waiting = self.services.asked[client]
+        if not waiting:
+            return
+        key = list(waiting)[which % len(waiting)]
+        asked = waiting.pop(key)
+        values: object = {"success": True, "message": key} if good else "no"
+        answer = {"service": "/s", "id": key, "values": values, "result": good}
+        self.wire.send({"op": "service_response", **answer}, client)
+        told = values if good else "Service /s failed: no"
+        self.answered([(asked, told, good)])
+
+    @rule(client=clients, which=identities)
+    def respond_for_another_or_late(self, client: int, which: int) -> None:
+        others = [
+            key
+            for provider, asked in self.services.asked.items()
+            for key in asked
+            if provider != client and key not in self.services.asked[client]
+        ]
+        key = [*others, "service_request:/s:999999"][which % (len(others) + 1)]
+        answer = {"service": "/s", "id": key, "values": {"success": True}, "result": True}
+        self.wire.send({"op": "service_response", **answer}, client)
+        self.answered([])
+
+    # Actions
+
+    @rule(client=clients)
+    def offer(self, client: int) -> None:
+        self.wire.send({"op": "advertise_action", "action": "/a", "type": "actionlib/Test"}, client)
+        ends: list[tuple[Asked, object, bool]] = []
+        if self.actions.providers and self.actions.providers != [client]:
+            (status,) = self.wire.heard(client)
+            assert "provided by another client" in status["msg"]
+        else:  # to offer it again is to begin anew
+            ends = self.abandon(self.actions, client)
+            self.actions.providers = [client]
+        self.answered(ends)
+
+    @rule(client=clients)
+    def retract(self, client: int) -> None:
+        self.wire.send({"op": "unadvertise_action", "action": "/a"}, client)
+        self.answered(self.abandon(self.actions, client))
+
+    @rule(client=clients)
+    def send_goal(self, client: int) -> None:
+        asked = Asked(client, next(self.numbers), 0)
+        goal = {"action": "/a", "id": asked.identity, "args": {"goal": asked.identity}}
+        self.wire.send({"op": "send_action_goal", **goal}, client)
+        if not self.actions.providers:
+            self.answered([(asked, "Action /a does not exist", False)])
+            return
+        heard = self.heard()
+        (request,) = heard.pop(self.actions.providers[0])
+        assert (request["op"], request["args"]) == ("send_action_goal", {"goal": asked.identity})
+        assert heard == [[]] * (CLIENTS - 1)
+        self.actions.asked[self.actions.providers[0]][request["id"]] = asked
+
+    @precondition(lambda self: any(self.actions.asked.values()))
+    @rule(which=identities, by=clients)
+    def cancel(self, which: int, by: int) -> None:
+        """Only who sent a goal can cancel it, and once."""
+        goals = [(p, key) for p, asked in self.actions.asked.items() for key in asked]
+        provider, key = goals[which % len(goals)]
+        asked = self.actions.asked[provider][key]
+        self.wire.send({"op": "cancel_action_goal", "action": "/a", "id": asked.identity}, by)
+        heard = self.heard()
+        if by == asked.caller and not asked.cancelled:
+            asked.cancelled = True
+            assert [(each["op"], each["id"]) for each in heard.pop(provider)] == [
+                ("cancel_action_goal", key)
+            ]
+            assert heard == [[]] * (CLIENTS - 1)
+        else:
+            assert heard == [[]] * CLIENTS
+
+    @rule(client=clients, which=identities, status=st.sampled_from([4, 5, 6]))
+    def finish(self, client: int, which: int, status: int) -> None:
+        waiting = self.actions.asked[client]
+        if not waiting:
+            return
+        key = list(waiting)[which % len(waiting)]
+        asked = waiting.pop(key)
+        result = {"action": "/a", "id": key, "values": {"result": 7}, "status": status}
+        self.wire.send({"op": "action_result", **result, "result": True}, client)
+        self.answered([(asked, {"result": 7}, True)])
+
+    # Time, and who comes and goes
+
+    @rule(seconds=st.sampled_from([1, 3, 6]))
+    def wait(self, seconds: int) -> None:
+        self.wire.wait(1000 * seconds)
+        ends: list[tuple[Asked, object, bool]] = []
+        why = "Timeout exceeded while waiting for service response: 5 s"
+        for asked in self.services.asked.values():
+            for key in [key for key, each in asked.items() if each.until <= self.wire.now]:
+                ends.append((asked.pop(key), why, False))
+        self.answered(ends)
+
+    @rule(client=clients)
+    def leave(self, client: int) -> None:
+        ends = [*self.abandon(self.services, client), *self.abandon(self.actions, client)]
+        for provider, key in self.services.of(client):
+            del self.services.asked[provider][key]
+        self.wire.protocol.disconnect(self.wire.clients[client], self.wire.now)
+        self.wire.heard(client)
+        # Goals of who has left are cancelled; when their providers end them, nobody hears it.
+        left = [(p, self.actions.asked[p].pop(key)) for p, key in self.actions.of(client)]
+        cancelled = Counter(p for p, asked in left if not asked.cancelled)
+        self.answered([end for end in ends if end[0].caller != client], cancelled)
+        self.wire.clients[client] = self.wire.protocol.connect(self.wire.now)
+
+    def abandon(self, side: Side, provider: int) -> list[tuple[Asked, object, bool]]:
+        """Forget a provider; return what becomes of what it was asked."""
+        if provider not in side.providers:
+            return []
+        side.providers.remove(provider)
+        what = "Service /s" if side is self.services else "Action /a"
+        asked, side.asked[provider] = side.asked[provider], {}
+        return [(each, f"{what}: its provider has left", False) for each in asked.values()]
+
+    @invariant()
+    def there_are_no_ghosts(self) -> None:
+        protocol = self.wire.protocol
+        there = {service.name: service.provider for service in protocol.services}
+        expected = self.services.providers[-1:]
+        assert list(there) == ["/s"] * len(expected)
+        assert list(there.values()) == [self.wire.clients[i] for i in expected]
+        assert [action.provider for action in protocol.actions] == [
+            self.wire.clients[i] for i in self.actions.providers
+        ]
+        waits = any(self.services.asked.values())
+        assert (protocol.due is not None) == waits
+
+
+TestHousehold = Household.TestCase
+TestHousehold.settings = settings(max_examples=60, stateful_step_count=30)

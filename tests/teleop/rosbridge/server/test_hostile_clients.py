@@ -1,0 +1,440 @@
+"""What rosbridge_suite was measured to do badly, and clients that mean harm: the others never notice."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import gc
+import json
+import os
+import socket
+import ssl
+import struct
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from teleop.rosbridge import Bounds, Limits, Pulse, Server, serve_rosapi, tls_context
+from teleop.rosbridge.server import http_upgrade as opening
+from tests.teleop.rosbridge.auth.test_authentication import certificate
+from tests.teleop.rosbridge.server.test_server import (
+    CHATTER,
+    IMAGE,
+    client,
+    in_a_loop,
+    say,
+    serving,
+    until,
+)
+from tests.teleop.rosbridge.support import Wire
+
+TEXT = "std_msgs/String"
+CALL = '{"op":"call_service","service":"/rosapi/get_time","id":"c"}'
+
+
+def heard(*frames: str | bytes, **options: Any) -> list[Any]:
+    """Return what a client hears that subscribes to a topic of each type and sends frames."""
+    wire = Wire(**options)
+    serve_rosapi(wire.protocol)
+    for topic, kind in (("/t", TEXT), ("/f", "std_msgs/Float64"), ("/u", "std_msgs/UInt8")):
+        wire.send({"op": "subscribe", "topic": topic, "type": kind})
+    blob = {"op": "subscribe", "topic": "/b", "type": "sensor_msgs/CompressedImage"}
+    wire.send(blob)
+    wire.send({"op": "subscribe", "topic": "/h", "type": "geometry_msgs/PointStamped"})
+    assert wire.heard() == []
+    for frame in frames:
+        wire.raw(frame)
+    return wire.heard()
+
+
+def published(topic: str, msg: object) -> str:
+    return json.dumps({"op": "publish", "topic": topic, "msg": msg}, ensure_ascii=False)
+
+
+# The rows of the measurement of rosbridge_suite, which answered nothing to most of them.
+
+
+@pytest.mark.parametrize(
+    ("frame", "answer"),
+    [
+        ('{"op":"publish","topic":"/t","msg":{"data":"cut o', "not JSON"),
+        ("[1,2,3]", "an operation is a JSON object, not an array"),
+        ('{"topic":"/t"}', "without an op"),
+        ('{"op":"dance"}', "Unknown operation: dance"),
+        ('{"op":"set_level"}', "a level is one of none, error, warning, info"),
+        ('{"op":"publish","topic":"/nobody","msg":{}}', "Cannot infer topic type"),
+        ('{"op":"advertise","topic":"/t","type":"std_msgs/Int8"}', "already established"),
+        ('{"op":"advertise","topic":"/x","type":"no/Such"}', "no message type 'no/Such'"),
+        ('{"op":"subscribe","topic":"/nobody"}', "Cannot infer topic type"),
+        (published("/t", {"dat": "x"}), "does not have a field dat"),
+        (published("/t", {"data": 1}), "requires a string for field data"),
+        ('{"op":"publish","topic":"/f","msg":{"data":NaN}}', "NaN is not JSON"),
+        ('{"op":"publish","topic":"/f","msg":{"data":-Infinity}}', "-Infinity is not JSON"),
+        (published("/f", {"data": None}), "field data"),
+        (published("/u", {"data": 1.5}), "field data"),
+        (published("/u", {"data": True}), "field data"),
+        (published("/u", {"data": 300}), "out of range"),
+        (published("/u", {"data": -1}), "out of range"),
+        (published("/u", {"data": 10**400}), "out of range"),
+        (published("/b", {"data": "no base64!"}), "field data"),
+    ],
+)
+def test_what_rosbridge_passes_over_in_silence_or_lets_through_is_answered(
+    frame: str, answer: str
+) -> None:
+    (status,) = heard(frame)
+    assert (status["op"], status["level"]) == ("status", "error")
+    assert answer in status["msg"]
+
+
+@pytest.mark.parametrize(
+    ("call", "why"),
+    [
+        ({"service": "/nope"}, "Service /nope does not exist"),
+        ({"service": "/rosapi/topic_type", "args": {"tpic": "/t"}}, "does not have a field tpic"),
+        ({"service": "/rosapi/get_param", "args": {"name": 1}}, "requires a string"),
+    ],
+)
+def test_a_call_that_cannot_be_done_is_answered_without_a_path_of_the_server(
+    call: dict[str, Any], why: str
+) -> None:
+    (answer,) = heard(json.dumps({"op": "call_service", "id": 7, **call}))
+    assert (answer["op"], answer["result"], answer["id"]) == ("service_response", False, 7)
+    assert why in answer["values"]
+    assert ".py" not in answer["values"]
+
+
+def test_ending_what_never_was_is_no_error_as_in_rosbridge() -> None:
+    assert heard(*(f'{{"op":"{op}","topic":"/x"}}' for op in ("unsubscribe", "unadvertise"))) == []
+
+
+def test_broken_json_leaves_nothing_behind_that_a_later_frame_meets() -> None:
+    status, answer = heard('{"op":"publish","topic":"/t","msg":{"data":"', CALL)
+    assert (status["op"], answer["op"]) == ("status", "service_response")
+    assert [each["op"] for each in heard(CALL + CALL)] == ["service_response"] * 2
+
+
+@pytest.mark.parametrize(
+    ("topic", "sent", "arrives"),
+    [
+        ("/f", {"data": 3}, {"data": 3.0}),
+        ("/t", {"data": 'é "{[\\ /'}, {"data": 'é "{[\\ /'}),
+        ("/b", {"data": [1, 2, 255]}, {"data": base64.b64encode(b"\1\2\xff").decode()}),
+        ("/b", {"data": "AQL/"}, {"data": "AQL/"}),
+        ("/h", {}, {"header": {"sec": 0}}),
+        ("/h", {"header": {"stamp": {"secs": 0}}}, {"header": {"sec": 0}}),
+        ("/h", {"header": {"frame_id": "map"}}, {"header": {"sec": 1}}),
+        ("/h", {"header": {"stamp": "now"}}, {"header": {"sec": 1}}),
+    ],
+)
+@pytest.mark.parametrize("binary", [False, True])
+def test_what_rosbridge_takes_is_taken_in_text_and_in_binary_frames(
+    topic: str, sent: object, arrives: dict[str, Any], binary: bool
+) -> None:
+    frame = published(topic, sent)
+    (message,) = heard(frame.encode() if binary else frame)
+    if "header" in arrives:
+        assert message["msg"]["header"]["stamp"]["sec"] == arrives["header"]["sec"]
+    else:
+        assert message["msg"]["data"] == arrives["data"]
+
+
+# What the issue names besides.
+
+
+def test_of_a_key_that_comes_twice_the_last_counts_as_in_every_browser() -> None:
+    (message,) = heard('{"op":"dance","op":"publish","topic":"/t","msg":{"data":"a","data":"b"}}')
+    assert message["msg"] == {"data": "b"}
+
+
+@pytest.mark.parametrize("number", ["1e999", "-1e999", "9" * 4000, "1" + "0" * 400, "1e-999"])
+@pytest.mark.parametrize(
+    "operation",
+    [
+        '{"op":"subscribe","topic":"/x","type":"std_msgs/String","throttle_rate":%s}',
+        '{"op":"subscribe","topic":"/x","type":"std_msgs/String","queue_length":%s}',
+        '{"op":"subscribe","topic":"/x","type":"std_msgs/String","fragment_size":%s}',
+        '{"op":"call_service","service":"/rosapi/get_time","timeout":%s}',
+        '{"op":"call_service","service":"/rosapi/get_time","id":%s}',
+        '{"op":"fragment","id":"f","num":%s,"total":2,"data":""}',
+        '{"op":"fragment","id":"f","num":0,"total":%s,"data":""}',
+        '{"op":"publish","topic":"/f","msg":{"data":%s}}',
+        '{"op":"publish","topic":"/h","msg":{"header":{"stamp":{"sec":%s}}}}',
+    ],
+)
+def test_no_number_is_too_large_to_be_answered(operation: str, number: str) -> None:
+    said = heard(operation % number, CALL)
+    assert said[-1]["id"] == "c"
+    assert "internal" not in str(said)
+
+
+def test_ten_thousand_topics_of_one_client_are_refused_beyond_its_own() -> None:
+    wire = Wire(2, limits=Limits.unhurried())
+    for number in range(10_000):
+        topic = {"topic": f"/t{number}", "type": TEXT}
+        wire.send({"op": "advertise", **topic})
+        wire.send({"op": "subscribe", **topic})
+    refused = [status["msg"] for status in wire.heard()]
+    assert len(wire.protocol.topics) == 64
+    assert len(refused) == 2 * (10_000 - 64)
+    assert all("at most 64 topics" in text for text in refused)
+    assert wire.ask({"op": "subscribe", "topic": "/mine", "type": TEXT}, 1) == []
+
+
+def test_ten_thousand_topics_one_after_the_other_are_forgotten() -> None:
+    wire = Wire(limits=Limits.unhurried())
+    for number in range(10_000):
+        wire.send({"op": "subscribe", "topic": f"/t{number}", "type": TEXT})
+        wire.send({"op": "unsubscribe", "topic": f"/t{number}"})
+        assert len(wire.protocol.topics) <= 257
+    wire.wait(1000)
+    assert wire.protocol.topics == []
+
+
+@pytest.mark.parametrize(
+    "frame", ["[" + "[]," * 300_000 + "[]]", " " * 1_000_000, "[" * 1_000_000, '{"a":' * 190_000]
+)
+def test_a_megabyte_of_nothing_is_read_without_looking_for_garbage_in_it(frame: str) -> None:
+    looks: list[int] = []
+
+    def look(phase: str, info: dict[str, int]) -> None:
+        looks.append(info["generation"])
+
+    gc.callbacks.append(look)
+    try:
+        (status,) = heard(frame)
+    finally:
+        gc.callbacks.remove(look)
+    assert status["op"] == "status"
+    assert gc.isenabled()
+    assert len(looks) < 200  # 856 for the first frame if it did not pause
+
+
+# On sockets: while one client does harm, another hears every message of a stream.
+
+
+@asynccontextmanager
+async def beside_a_stream(**options: Any) -> AsyncIterator[Server]:
+    """A server that publishes as fast as its loop turns, and a client that must hear all of it."""
+    async with serving(**options) as server, client(server) as bystander:
+        await say(bystander, CHATTER)
+        sent = 0
+        stop = asyncio.Event()
+
+        async def publish() -> None:
+            nonlocal sent
+            while not stop.is_set():
+                server.publish("/chatter", {"data": str(sent)})
+                sent += 1
+                await asyncio.sleep(0.002)
+
+        arrived: list[str] = []
+
+        async def hear() -> None:
+            async for frame in bystander:
+                arrived.append(json.loads(frame)["msg"]["data"])
+
+        publisher, hearer = asyncio.create_task(publish()), asyncio.create_task(hear())
+        yield server
+        before = sent
+        await until(lambda: sent >= before + 5)  # it still turns
+        stop.set()
+        await publisher
+        await until(lambda: len(arrived) >= sent or hearer.done())
+        hearer.cancel()
+        assert arrived == [str(number) for number in range(sent)]
+
+
+async def opened(server: Server) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    """Return a WebSocket by hand, for what no library would send."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+    key = base64.b64encode(os.urandom(16)).decode()
+    writer.write(
+        f"GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
+    )
+    assert b" 101 " in await reader.readuntil(b"\r\n\r\n")
+    return reader, writer
+
+
+def masked(payload: bytes, first: int = 0x81) -> bytes:
+    """Return a client's frame, masked by zeros."""
+    size = len(payload)
+    if size < 126:
+        head = struct.pack("!BB", first, 0x80 | size)
+    else:
+        head = struct.pack("!BBQ", first, 0x80 | 127, size)
+    return head + bytes(4) + payload
+
+
+async def close_code(reader: asyncio.StreamReader) -> int:
+    """Return the code with which the server ends the connection, having said what it likes."""
+    while True:
+        first, size = await reader.readexactly(2)
+        size = struct.unpack("!H", await reader.readexactly(2))[0] if size == 126 else size
+        payload = await reader.readexactly(size)
+        if first == 0x88:
+            return int(struct.unpack("!H", payload[:2])[0])
+
+
+@pytest.mark.parametrize(
+    ("sent", "code"),
+    [
+        (masked(b"x" * 1_000_001), 1009),
+        (struct.pack("!BBQ", 0x81, 0xFF, 2**62), 1009),
+        (masked(b"\xff\xfe"), 1007),
+        (masked(b"\xed\xa0\x80"), 1007),
+        (masked(b"x", 0x83), 1002),
+        (masked(b"x", 0xC1), 1002),
+        (b"\x81\x01x", 1002),
+        (masked(b"x" * 300, 0x89), 1002),
+        (masked(b"x", 0x80), 1002),
+        (masked(b"x" * 900_000, 0x01) + masked(b"x" * 900_000, 0x00), 1009),
+    ],
+    ids=[
+        *("oversize", "promised", "no-utf8", "surrogate", "opcode", "deflated", "unmasked"),
+        *("large-ping", "no-beginning", "oversize-in-pieces"),
+    ],
+)
+@in_a_loop
+async def test_what_breaks_the_websocket_ends_that_connection_with_its_code(
+    sent: bytes, code: int
+) -> None:
+    async with beside_a_stream() as server:
+        reader, writer = await opened(server)
+        writer.write(sent)
+        assert await close_code(reader) == code
+        writer.close()
+
+
+async def slow_loris(server: Server) -> None:
+    """Send a frame's bytes one by one, and never its last."""
+    _, writer = await opened(server)
+    writer.write(struct.pack("!BBQ", 0x81, 0xFF, 900_000))
+    for _ in range(50):
+        writer.write(b"x")
+        await asyncio.sleep(0.001)
+    writer.close()
+
+
+async def half_open(server: Server) -> None:
+    """Connect many times and say nothing, or half of a request, or vanish without a word."""
+    writers = []
+    for said in (b"", b"GET / HT", b"\x16\x03\x01") * 20:
+        _, writer = await asyncio.open_connection("127.0.0.1", server.port)
+        writer.write(said)
+        writers.append(writer)
+    await asyncio.sleep(0.01)
+    for writer in writers:
+        writer.close()
+    _, writer = await opened(server)
+    linger = struct.pack("ii", 1, 0)
+    writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
+    writer.transport.abort()
+
+
+async def deep_and_wide(server: Server) -> None:
+    async with client(server) as attacker:
+        for frame in ("[" * 900_000, '{"a":' * 150_000, "[" + "[]," * 300_000 + "[]]"):
+            await attacker.send(frame)
+            assert json.loads(await attacker.recv())["op"] == "status"
+
+
+async def floods(server: Server) -> None:
+    async with client(server) as attacker:
+        for _ in range(300):
+            await attacker.send('{"op":"x"}' * 50)
+            await attacker.ping()
+
+
+async def mutates(server: Server) -> None:
+    """Send frames as they should be, but for some bits."""
+    random = Random(0)
+    call = masked(CALL.encode())
+    say = masked(published("/t", {"data": "x" * 200}).encode())
+    for _ in range(60):
+        _, writer = await opened(server)
+        frames = bytearray(b"".join(random.choices([call, say, masked(b"", 0x89)], k=8)))
+        for _ in range(random.randint(1, 12)):
+            frames[random.randrange(len(frames))] ^= 1 << random.randrange(8)
+        writer.write(frames)
+        await asyncio.sleep(0.001)
+        writer.close()
+
+
+async def reads_nothing(server: Server) -> None:
+    async with client(server) as attacker:
+        await say(attacker, IMAGE, CHATTER)
+        attacker.transport.pause_reading()
+        for _ in range(20):
+            server.publish("/cloud", {"data": bytes(500_000)})
+            await asyncio.sleep(0.001)
+        (victim,) = [c for c in server.protocol.clients if server.waiting(c) > 100_000]
+        assert server.waiting(victim) <= Bounds().data
+
+
+@pytest.mark.parametrize(
+    "attack", [slow_loris, half_open, deep_and_wide, floods, mutates, reads_nothing]
+)
+@in_a_loop
+async def test_who_does_harm_costs_the_others_no_message(
+    attack: Callable[[Server], Awaitable[None]],
+) -> None:
+    async with beside_a_stream() as server:
+        await attack(server)
+
+
+@pytest.mark.parametrize(
+    ("lines", "status"),
+    [
+        (b"GET /" + b"x" * 9000 + b" HTTP/1.1\r\nHost: x\r\n", 414),
+        (b"GET / HTTP/1.1\r\nHost: " + b"x" * 9000 + b"\r\n", 431),
+        (b"GET / HTTP/1.1\r\n" + b"X-A: b\r\n" * 200, 431),
+        (b"GET / HTTP/1.1\r\n" + b"X" * 500_000, 431),
+    ],
+    ids=["long-target", "long-header", "many-headers", "endless-header"],
+)
+@in_a_loop
+async def test_a_request_that_is_too_long_is_answered_with_its_code(
+    lines: bytes, status: int
+) -> None:
+    async with beside_a_stream() as server:
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+        writer.write(lines + b"\r\n")
+        assert f" {status} ".encode() in await reader.readline()
+        writer.close()
+
+
+@in_a_loop
+async def test_a_connection_that_answers_no_ping_in_the_middle_of_a_frame_is_ended() -> None:
+    async with beside_a_stream(pulse=Pulse(0.05, 0.05, 0.05)) as server:
+        reader, writer = await opened(server)
+        writer.write(struct.pack("!BBQ", 0x81, 0xFF, 900_000) + b"x" * 100)
+        await reader.read()  # until it is at its end
+        writer.close()
+
+
+@in_a_loop
+async def test_who_begins_no_tls_is_cut_off(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("teleop.rosbridge.server.listener.HEADER_TIMEOUT", 0.1)
+    assert opening.HEADER_TIMEOUT > 0.1
+    crt, key = certificate(tmp_path)
+    async with serving(tls=tls_context(crt, key)) as server:
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+        assert await reader.read() == b""
+        writer.close()
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+        writer.write(b"GET / HTTP/1.1\r\n\r\n")
+        assert b"HTTP" not in await reader.read()
+        writer.close()
+        trust = ssl.create_default_context(cafile=str(crt))
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port, ssl=trust)
+        writer.write(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+        assert b" 200 " in await reader.readline()
+        writer.close()

@@ -1,0 +1,135 @@
+"""Plain HTTP on the WebSocket's port."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import http.client
+import json
+import socket
+
+import pytest
+
+from teleop.rosbridge.server import http_upgrade as opening
+from teleop.rosbridge.server.server import Server
+from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving
+
+MAP = bytes(range(256)) * 8192
+"""Two megabytes, which no socket takes at once."""
+
+
+async def fetch(
+    server: Server, path: str, method: str = "GET", **headers: str
+) -> tuple[int, dict[str, str], bytes]:
+    def ask() -> tuple[int, dict[str, str], bytes]:
+        connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
+        names = {name.replace("_", "-"): value for name, value in headers.items()}
+        connection.request(method, path, headers=names)
+        response = connection.getresponse()
+        body = response.read()
+        connection.close()
+        return response.status, {k.lower(): v for k, v in response.getheaders()}, body
+
+    return await asyncio.to_thread(ask)
+
+
+@in_a_loop
+async def test_version_and_health_are_told_as_json() -> None:
+    async with serving() as server, client(server):
+        status, headers, body = await fetch(server, "/version")
+        assert (status, headers["content-type"]) == (200, "application/json")
+        version = json.loads(body)
+        assert version["protocol"] == {"major": 2, "minor": 1, "patch": 0}
+        assert version["server"]
+        status, _, body = await fetch(server, "/healthz")
+        assert (status, json.loads(body)) == (200, {"status": "ok", "clients": 1})
+
+
+@in_a_loop
+async def test_a_file_is_fetched_once_and_then_known_by_its_sha256() -> None:
+    async with serving() as server:
+        digest = server.offer("/map.ply", MAP)
+        assert digest == hashlib.sha256(MAP).hexdigest()
+        status, headers, body = await fetch(server, "/map.ply?token=x")
+        assert (status, body == MAP) == (200, True)
+        assert headers["etag"] == f'"{digest}"'
+        for known in (f'"{digest}"', f'"other", W/"{digest}"', "*"):
+            status, headers, body = await fetch(server, "/map.ply", if_none_match=known)
+            assert (status, headers["etag"], body) == (304, f'"{digest}"', b"")
+        status, _, body = await fetch(server, "/map.ply", if_none_match='"other"')
+        assert (status, body == MAP) == (200, True)
+
+
+@in_a_loop
+async def test_a_head_has_the_size_and_no_body() -> None:
+    async with serving() as server:
+        server.offer("/map.ply", MAP)
+        status, headers, body = await fetch(server, "/map.ply", "HEAD")
+        assert (status, int(headers["content-length"]), body) == (200, len(MAP), b"")
+
+
+@pytest.mark.parametrize(
+    ("path", "method", "status"),
+    [("/nope", "GET", 404), ("/", "GET", 426), ("/map.ply", "DELETE", 405), ("/../x", "GET", 404)],
+)
+@in_a_loop
+async def test_what_there_is_not_is_refused(path: str, method: str, status: int) -> None:
+    async with serving() as server:
+        server.offer("/map.ply", MAP)
+        assert (await fetch(server, path, method))[0] == status
+
+
+@in_a_loop
+async def test_pages_of_this_machine_may_read_and_foreign_ones_not() -> None:
+    async with serving() as server:
+        server.offer("/map.ply", MAP)
+        origin = "http://localhost:8000"
+        status, headers, _ = await fetch(server, "/map.ply", origin=origin)
+        assert (status, headers["access-control-allow-origin"]) == (200, origin)
+        assert headers["access-control-expose-headers"] == "ETag"
+        status, headers, _ = await fetch(server, "/map.ply", origin="http://evil.example")
+        assert (status, "access-control-allow-origin" in headers) == (403, False)
+
+
+@in_a_loop
+async def test_a_slow_reader_of_a_page_holds_up_nobody_and_gets_it_all() -> None:
+    async with serving() as server:
+        server.offer("/map.ply", MAP)
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port, limit=4096)
+        writer.write(b"GET /map.ply HTTP/1.1\r\nHost: x\r\n\r\n")
+        await asyncio.sleep(0.1)
+        assert (await fetch(server, "/healthz"))[0] == 200
+        answer = await reader.read()
+        assert answer.partition(b"\r\n\r\n")[2] == MAP
+        writer.close()
+
+
+@in_a_loop
+async def test_who_sends_no_request_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(opening, "HEADER_TIMEOUT", 0.1)
+    async with serving() as server:
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+        writer.write(b"GET / HTTP/1.1\r\nHost: ")
+        with pytest.raises((ConnectionError, asyncio.IncompleteReadError)):
+            assert await reader.readexactly(1)
+        writer.close()
+        async with client(server) as other:  # who was quick enough stays
+            await asyncio.sleep(0.2)
+            await other.ping()
+
+
+@in_a_loop
+async def test_so_many_downloads_go_on_at_one_time() -> None:
+    async with serving() as server:
+        server.offer("/map.ply", MAP * 8)
+        idle = []
+        for _ in range(4):
+            taker = socket.create_connection(("127.0.0.1", server.port))
+            taker.sendall(b"GET /map.ply HTTP/1.1\r\nHost: x\r\n\r\n")
+            idle.append(taker)
+            await asyncio.sleep(0.01)
+        assert (await fetch(server, "/map.ply"))[0] == 503
+        for taker in idle:
+            taker.close()
+        await asyncio.sleep(0.2)
+        assert (await fetch(server, "/map.ply"))[0] == 200

@@ -1,0 +1,85 @@
+"""Many clients at once, and one that does not read: what they cost, and what they cost the others."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import json
+import ssl
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.asyncio.client import connect
+
+from teleop.rosbridge.auth.tls import tls_context
+from teleop.rosbridge.messages.codec import read_cbor
+from teleop.rosbridge.messages.message_types import Message, MessageType
+from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.server.keepalive import Pulse
+from teleop.rosbridge.server.server import Server
+from tests.teleop.rosbridge.auth.test_authentication import certificate
+from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire
+
+
+def test_a_message_is_encoded_once_for_all_who_want_it_alike(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    wire = Wire(9, limits=Limits.unhurried())
+    codec = wire.protocol.encoders.codec
+    done: list[str] = []
+    for method in ("json_pieces", "cbor"):
+
+        def counted(kind: MessageType, message: Message, method: str = method) -> Any:
+            done.append(method)
+            return getattr(type(codec), method)(codec, kind, message)
+
+        monkeypatch.setattr(codec, method, counted)
+    wire.protocol.advertise("/cloud", "sensor_msgs/PointCloud2")
+    for client in range(8):
+        compression = "cbor" if client % 2 else "none"
+        wire.send({"op": "subscribe", "topic": "/cloud", "compression": compression}, client)
+    for _ in range(3):
+        wire.protocol.publish("/cloud", {"data": np.arange(99, dtype=np.uint8)}, SECOND)
+        payloads = [wire.outputs(client)[0].payload for client in range(8)]
+        assert len({id(payload) for payload in payloads}) == 2
+    assert sorted(done) == ["cbor"] * 3 + ["json_pieces"] * 3
+
+
+@pytest.mark.parametrize("encrypted", [False, True])
+def test_long_frames_arrive_whole_between_pings(encrypted: bool, tmp_path: Path) -> None:
+    data = np.random.default_rng(0).integers(0, 256, 1_500_000, np.uint8)
+
+    async def run() -> None:
+        crt, key = certificate(tmp_path)
+        trust = ssl.create_default_context(cafile=str(crt))
+        tls = tls_context(crt, key) if encrypted else None
+        pulse = Pulse(ping_interval=0.01)
+        server = Server(Protocol(REGISTRY, limits=Limits.unhurried()), port=0, pulse=pulse, tls=tls)
+        server.advertise("/cloud", "sensor_msgs/PointCloud2")
+        options: dict[str, Any] = {"ssl": trust} if encrypted else {}
+        async with (
+            asyncio.timeout(30),
+            server,
+            connect(server.url, max_size=None, proxy=None, ping_interval=0.01, **options) as client,
+        ):
+            for compression in ("none", "cbor", "cbor-raw", "none"):
+                subscribe = {"op": "subscribe", "topic": "/cloud", "compression": compression}
+                await client.send('{"op":"unsubscribe","topic":"/cloud"}')
+                await client.send(json.dumps(subscribe))
+                await client.send('{"op":"call_service","service":"/there"}')
+                assert "service_response" in str(await client.recv())  # it has heard the rest, too
+                server.publish("/cloud", {"data": data})
+                frame = await client.recv()
+                if isinstance(frame, str):
+                    assert base64.b64decode(json.loads(frame)["msg"]["data"]) == data.tobytes()
+                else:
+                    content = read_cbor(frame)["msg"]
+                    # ROS's own bytes end with the data and one more truth value.
+                    assert (
+                        content.get("data") or content["bytes"][-len(data) - 1 : -1]
+                    ) == data.tobytes()
+
+    asyncio.run(run())

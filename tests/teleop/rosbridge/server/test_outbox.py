@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+from hypothesis import given, strategies as st
+
+from teleop.rosbridge.protocol.outgoing_messages import Kind, Outgoing
+from teleop.rosbridge.server.outbox import BULK, Bounds, Outbox
+
+
+def data(text: str, topic: str = "/a", depth: int = 0, lossless: bool = False) -> Outgoing:
+    return Outgoing(Kind.DATA, text.encode(), topic=topic, depth=depth, lossless=lossless)
+
+
+def control(text: str, lossless: bool = False) -> Outgoing:
+    return Outgoing(Kind.CONTROL, text.encode(), lossless=lossless)
+
+
+def contents(outbox: Outbox) -> list[str]:
+    frames = []
+    while frame := outbox.pop():
+        frames.append(frame.payload.decode())
+    assert (len(outbox), outbox.size) == (0, 0)
+    return frames
+
+
+def test_answers_leave_before_messages() -> None:
+    outbox = Outbox()
+    for frame in (data("1"), control("a"), data("2"), control("b")):
+        outbox.push(frame)
+    assert contents(outbox) == ["a", "b", "1", "2"]
+
+
+def test_small_messages_of_a_burst_all_leave_in_order() -> None:
+    outbox = Outbox()
+    for i in range(100):
+        outbox.push(data(str(i)))
+    assert contents(outbox) == [str(i) for i in range(100)]
+
+
+def test_of_a_topic_no_more_wait_than_its_queue_is_long() -> None:
+    outbox = Outbox()
+    for i in range(5):
+        outbox.push(data(f"a{i}", "/a", depth=2))
+        outbox.push(data(f"b{i}", "/b"))
+    assert contents(outbox) == ["b0", "b1", "b2", "a3", "b3", "a4", "b4"]
+    assert outbox.dropped == 3
+
+
+def test_of_bulk_messages_only_the_latest_of_a_topic_waits() -> None:
+    outbox = Outbox()
+    for i in range(5):
+        outbox.push(data(str(i) * BULK, depth=10))
+    assert outbox.size == BULK
+    assert contents(outbox) == ["4" * BULK]
+
+
+def test_when_the_queue_is_full_the_oldest_message_gives_way_and_the_newest_stays() -> None:
+    outbox = Outbox(Bounds(data=10))
+    for text in ("aaaa", "bbbb", "cccc"):
+        outbox.push(data(text))
+    assert contents(outbox) == ["bbbb", "cccc"]
+    outbox.push(data("larger than all of it"))
+    assert contents(outbox) == ["larger than all of it"]
+
+
+def test_answers_that_nobody_reads_end_the_connection() -> None:
+    outbox = Outbox(Bounds(control=10))
+    assert outbox.push(control("0123456789")) is None
+    assert "more than 10 bytes" in str(outbox.push(control("x")))
+
+
+def test_to_who_must_not_miss_anything_all_leaves_in_one_order() -> None:
+    outbox = Outbox(Bounds(data=2))
+    outbox.push(data("1", lossless=True, depth=1))
+    outbox.push(data("2" * BULK, lossless=True, depth=1))
+    outbox.push(control("answer", lossless=True))
+    outbox.push(data("3", lossless=True, depth=1))
+    assert contents(outbox) == ["1", "2" * BULK, "answer", "3"]
+
+
+def test_what_is_forgotten_is_gone() -> None:
+    outbox = Outbox()
+    outbox.push(data("1"))
+    outbox.push(control("a"))
+    outbox.forget_data()
+    assert contents(outbox) == ["a"]
+    outbox.push(control("a"))
+    outbox.clear()
+    assert contents(outbox) == []
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(["/a", "/b"]),
+            st.integers(0, 40),
+            st.integers(0, 3),
+            st.sampled_from(["data", "control", "pop"]),
+        )
+    )
+)
+def test_the_queue_keeps_its_bounds_and_its_books(
+    pushes: list[tuple[str, int, int, str]],
+) -> None:
+    outbox = Outbox(Bounds(data=100, control=10**6))
+    for number, (topic, size, depth, what) in enumerate(pushes):
+        text = f"{number:06}" + "x" * size
+        if what == "pop":
+            outbox.pop()
+        else:
+            outbox.push(data(text, topic, depth) if what == "data" else control(text))
+    frames = []
+    while frame := outbox.pop():
+        frames.append(frame)
+    assert (len(outbox), outbox.size) == (0, 0)
+    messages = [frame.payload for frame in frames if frame.kind is Kind.DATA]
+    assert sum(map(len, messages)) <= 100
+    assert messages == sorted(messages)
+    assert [frame.kind for frame in frames] == sorted(
+        (frame.kind for frame in frames), key=lambda kind: kind is Kind.DATA
+    )
