@@ -21,6 +21,7 @@ import pytest
 import tyro
 from mcap.reader import make_reader
 
+from benchmarks import _tables as tables
 from localization import Health, LocalizerConfig, Pose, Verdict
 from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.__main__ import Command
@@ -372,7 +373,7 @@ def test_mounts_in_the_documentation_are_the_robots() -> None:
 @pytest.mark.parametrize(
     ("page", "kind", "heading"),
     [
-        ("docs/localization.md", Health, "| state |"),
+        ("docs/health.md", Health, "| state |"),
         ("docs/localization.md", Verdict, "| verdict |"),
         ("docs/teleoperation.md", Control, "| control |"),
     ],
@@ -381,6 +382,11 @@ def test_every_state_and_verdict_is_explained(
     page: str, kind: type[Health] | type[Verdict] | type[Control], heading: str
 ) -> None:
     assert {row[0].strip("`") for row in rows(page, heading)} == set(kind)
+
+
+def test_tables_of_figures_are_those_of_the_sheets() -> None:
+    shown = tables.PAGE.read_text(encoding="utf-8")
+    assert shown == tables.page(shown), "run: python -m benchmarks._tables"
 
 
 @pytest.mark.parametrize("row", rows("docs/localization.md", "| setting |"), ids=lambda row: row[0])
