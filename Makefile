@@ -37,7 +37,7 @@ map: .venv/.map ## Build the office's map from a simulated drive (ARGS="...")
 quick: .venv/.dev ## Run the tests to run after each change (AREA=localization for one package)
 	@$(PYTEST) -q -m "not slow and not process and not sweep" $(AREAS) $(ARGS)
 
-test: .venv/.dev ## Run all tests and measure branch coverage (ARGS="-k rewind --no-cov")
+test: .venv/.dev ## Run all tests and measure branch coverage (ARGS="--hypothesis-profile=random" for new examples)
 	@tools/test-setup
 	@$(PYTEST) --cov $(ARGS)
 

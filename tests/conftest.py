@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from localization.maps.cloud import Cloud
     from robot_sim import World
 
-# `steady` draws the same examples in every run, so that a failure can be reproduced; HYPOTHESIS_PROFILE=random
+# `steady` draws the same examples in every run, so that a failure can be reproduced; `--hypothesis-profile=random`
 # draws new ones, and more of them. No deadlines: a loaded machine is not a failure.
 settings.register_profile("steady", deadline=None, derandomize=True)
 settings.register_profile("random", deadline=None, derandomize=False, max_examples=300)
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
+settings.load_profile("steady")
 
 CPU_LIMIT = 2.0
 """Processor time of a test without the mark `slow`, `process` or `sweep` [s], times FARSTEER_TEST_CPU_FACTOR."""
