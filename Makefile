@@ -14,7 +14,8 @@ export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
 # `make quick AREA=localization` runs the tests of one package, or of one folder of it.
 AREA ?=
 AREAS := $(if $(AREA),$(firstword $(wildcard tests/$(AREA) tests/teleop/$(AREA)) tests/$(AREA)),)
-# One process for each core; a test's threads would only compete with the other processes.
+# One process for each core; a test's threads would only compete with the other processes. Measuring coverage
+# takes processor time of its own, so the limit for tests without a mark is wider there.
 PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --numprocesses auto --dist worksteal
 
 help: ## List these targets
@@ -39,7 +40,7 @@ quick: .venv/.dev ## Run the tests to run after each change (AREA=localization f
 
 test: .venv/.dev ## Run all tests and measure branch coverage (ARGS="--hypothesis-profile=random" for new examples)
 	@tools/test-setup
-	@$(PYTEST) --cov $(ARGS)
+	@FARSTEER_TEST_CPU_FACTOR=3 $(PYTEST) --cov $(ARGS)
 
 test-all-pythons: ## Run all tests on Python 3.11, 3.12 and 3.13, each in an environment of its own
 	@tools/test-setup
