@@ -19,7 +19,7 @@ from robot_sim.raycasting import MujocoRayCaster, caster_for
 from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.simulation import TICK_NS
-from robot_sim.worlds.worlds import WorldOptions
+from robot_sim.worlds.world import WorldOptions
 
 ROUNDS = 7
 """Contenders take turns; the least CPU time of a turn counts, for others use this machine as well."""

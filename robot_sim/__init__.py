@@ -16,6 +16,7 @@ from robot_sim.errors import (
     UnknownSceneError as UnknownSceneError,
     WorldError as WorldError,
 )
+from robot_sim.floorplan.scene_folders import scene_names as scene_names
 from robot_sim.raycasting import (
     Hits as Hits,
     MujocoRayCaster as MujocoRayCaster,
@@ -45,11 +46,6 @@ from robot_sim.simulation import (
     SimulationConfig as SimulationConfig,
     Truth as Truth,
 )
-from robot_sim.worlds.mjcf_world import load_mjcf as load_mjcf
-from robot_sim.worlds.worlds import (
-    World as World,
-    WorldOptions as WorldOptions,
-    load_world as load_world,
-    parse_world as parse_world,
-    scene_names as scene_names,
-)
+from robot_sim.worlds.from_mjcf import load_mjcf as load_mjcf
+from robot_sim.worlds.loading import load_world as load_world, parse_world as parse_world
+from robot_sim.worlds.world import World as World, WorldOptions as WorldOptions

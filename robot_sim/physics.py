@@ -18,9 +18,9 @@ from mujoco.rollout import Rollout
 from localization.types import IntArray, Pose
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import PhysicsError
-from robot_sim.placement import place_robot
 from robot_sim.robot.mujoco_body import WHEELS
-from robot_sim.worlds.worlds import TIMESTEP_NS
+from robot_sim.robot_placement import place_robot
+from robot_sim.worlds.world import TIMESTEP_NS
 
 _STATE: Final = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
 _INPUTS: Final = int(mujoco.mjtState.mjSTATE_USER)

@@ -20,11 +20,13 @@ from robot_sim.drive.wheel_slip import Slip, slip_of
 from robot_sim.physics import Motion, Physics
 from robot_sim.raycasting import caster_for
 from robot_sim.robot.mujoco_body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
+from robot_sim.robot_placement import obstacles_touched
 from robot_sim.sensors.inertial_unit import InertialConfig, InertialUnit
 from robot_sim.sensors.lidar import Scanner, ScannerConfig, sweeps_until
 from robot_sim.sensors.pose_history import Trail
 from robot_sim.sensors.surface_optics import optics_of
-from robot_sim.worlds.worlds import TIMESTEP_NS, World, load_world, obstacles_touched
+from robot_sim.worlds.loading import load_world
+from robot_sim.worlds.world import TIMESTEP_NS, World
 
 TICK_NS: Final = 20_000_000
 """One tick [ns]: the period of wheel and inertial readings, and of commands."""

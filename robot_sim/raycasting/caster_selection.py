@@ -12,7 +12,7 @@ import mujoco
 
 from robot_sim.raycasting.mujoco_caster import MujocoRayCaster
 from robot_sim.raycasting.ray_caster import RayCaster
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 if TYPE_CHECKING:
     from robot_sim.raycasting.embree_caster import StaticGeometry

@@ -9,7 +9,7 @@ from localization.types import IntArray
 from robot_sim.array_types import FloatArray
 from robot_sim.raycasting.ray_caster import static_geoms, visible_geoms
 from robot_sim.raycasting.triangle_mesh import triangles_of
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 
 def still_mesh(world: World) -> tuple[FloatArray, IntArray]:

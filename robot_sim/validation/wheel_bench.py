@@ -23,7 +23,7 @@ from robot_sim.robot.mujoco_body import (
 )
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.scene_objects.floor_surfaces import Patch, Surface
-from robot_sim.worlds.worlds import TIMESTEP_NS
+from robot_sim.worlds.world import TIMESTEP_NS
 
 TICK: Final = 0.02
 """How often tyres and commands are renewed, as in the simulation [s]."""

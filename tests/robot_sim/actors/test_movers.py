@@ -24,7 +24,7 @@ from robot_sim.actors.movers import Mover, Walker, moving_bodies
 from robot_sim.actors.walking import ACCELERATION, Walk
 from robot_sim.floorplan.actors_in_plan import FASTEST, Leaf, Person
 from robot_sim.simulation import TICK_NS
-from robot_sim.worlds.worlds import WorldOptions
+from robot_sim.worlds.world import WorldOptions
 
 ALIVE = WorldOptions(alive=True)
 SECOND = 1_000_000_000

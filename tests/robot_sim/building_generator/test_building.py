@@ -17,8 +17,9 @@ from robot_sim.layout.footprints import footprints
 from robot_sim.layout.route_planning import TOUR_LIMIT, Footprint, length
 from robot_sim.robot.mujoco_body import HEADROOM
 from robot_sim.robot.p3at import P3AT
+from robot_sim.robot_placement import place_robot
 from robot_sim.scene_objects.furniture import piece_blocks, size_of
-from robot_sim.worlds.worlds import build_world, place_robot
+from robot_sim.worlds.from_floorplan import build_world
 
 SEEDS = range(32)
 LEAST = P3AT().swing_radius + MARGIN

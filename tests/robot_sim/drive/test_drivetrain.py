@@ -12,7 +12,8 @@ from localization.types import Pose, Twist, WheelSpeeds
 from robot_sim.drive.drivetrain import Drive, DriveConfig, WheelSlip, ramp
 from robot_sim.robot.p3at import P3AT
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World, parse_world
+from robot_sim.worlds.loading import parse_world
+from robot_sim.worlds.world import World
 
 BLIND = SimulationConfig(scanners=())
 speeds = st.floats(-5.0, 5.0)

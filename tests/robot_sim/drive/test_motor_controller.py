@@ -23,7 +23,7 @@ from robot_sim.drive.motor_controller import (
 )
 from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import TICK_NS, Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 P3AT_FIRMWARE = FirmwareConfig()
 LIKE_THE_VENDOR = SimulationConfig(drive=DriveConfig(firmware=P3AT_FIRMWARE), scanners=())

@@ -22,7 +22,7 @@ from robot_sim.scene_objects.floor_surfaces import SURFACES, Patch, Surface
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.validation import friction_theory as coulomb
 from robot_sim.validation.wheel_bench import STEP, Bench, chi, ramped
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 BLIND = SimulationConfig(scanners=())
 MUD = Surface("mud", 0.3, 0.5, 0.1, "for these tests")

@@ -23,7 +23,8 @@ from robot_sim.layout.rectangles import Rectangles
 from robot_sim.raycasting import caster_for
 from robot_sim.scene_objects.furniture import size_of
 from robot_sim.scene_objects.parts import Door, Piece, Placement, Wall
-from robot_sim.worlds.worlds import WorldOptions, load_plan
+from robot_sim.worlds.loading import load_plan
+from robot_sim.worlds.world import WorldOptions
 
 
 def corners(piece: Piece) -> np.ndarray:

@@ -26,7 +26,8 @@ from robot_sim.raycasting.pose_timetable import Timetable
 from robot_sim.raycasting.shape_intersection import CONVEX, shape_cosines, shape_distances
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
 from robot_sim.robot.p3at import MOUNTS
-from robot_sim.worlds.worlds import World, WorldOptions, load_world
+from robot_sim.worlds.loading import load_world
+from robot_sim.worlds.world import World, WorldOptions
 
 TOLERANCE = 1e-4
 """What the casters may differ by [m]."""

@@ -21,7 +21,7 @@ from robot_sim.sensors.inertial_unit import (
     allan_deviation,
 )
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 
 def test_noise_and_bias_have_the_configured_size() -> None:

@@ -18,7 +18,8 @@ from robot_sim.sensors.lidar import ScannerConfig, Track
 from robot_sim.sensors.light_paths import Sight
 from robot_sim.sensors.sensor_suite import sensor_suite
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World, load_world
+from robot_sim.worlds.loading import load_world
+from robot_sim.worlds.world import World
 
 EXACT = (
     ScannerConfig("laser_horizontal", sigma=0.0),

@@ -18,7 +18,8 @@ from robot_sim.floorplan.plan import Plan, Waypoint
 from robot_sim.floorplan.plan_ground import Ground
 from robot_sim.robot.mujoco_body import HEADROOM
 from robot_sim.scene_objects.blocks import Block, Shape
-from robot_sim.worlds.worlds import load_plan, plan_blocks
+from robot_sim.worlds.from_floorplan import plan_blocks
+from robot_sim.worlds.loading import load_plan
 from teleop.scenario.run import cloud_path
 from teleop.scenario.tour_driver import TourDriver
 
