@@ -17,7 +17,7 @@ from robot_sim.floorplan.actors_in_plan import Inhabitant
 from robot_sim.number_checks import check_finite, check_positive
 from robot_sim.scene_objects.floor_surfaces import Patch, surface_named
 from robot_sim.scene_objects.glazing import Glazing, Roof
-from robot_sim.scene_objects.parts import (
+from robot_sim.scene_objects.plan_elements import (
     Bounds as Bounds,
     Door as Door,
     Piece as Piece,
@@ -26,7 +26,7 @@ from robot_sim.scene_objects.parts import (
     Waypoint as Waypoint,
     Window as Window,
 )
-from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.terrain import Terrain
 
 NO_FLOOR: Final = "none"

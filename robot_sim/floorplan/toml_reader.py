@@ -6,7 +6,7 @@ import tomllib
 from typing import Any
 
 from robot_sim.errors import SimulationError, WorldError
-from robot_sim.floorplan import toml_parts as read, toml_table as toml
+from robot_sim.floorplan import toml_element_readers as read, toml_table as toml
 from robot_sim.floorplan.actors_in_plan import Cart, Leaf, Person
 from robot_sim.floorplan.plan import Plan
 

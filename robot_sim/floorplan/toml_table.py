@@ -8,7 +8,7 @@ from typing import Any, Final, TypeVar
 
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.actors_in_plan import Stop
-from robot_sim.scene_objects.parts import Bounds, Placement, Waypoint
+from robot_sim.scene_objects.plan_elements import Bounds, Placement, Waypoint
 
 T = TypeVar("T")
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from localization.types import IntArray
 from robot_sim.array_types import FloatArray
-from robot_sim.raycasting.pose_timetable import Moved as Moved, Timetable
+from robot_sim.raycasting.pose_interpolation import Moved as Moved, Timetable
 from robot_sim.raycasting.ray_caster import GeomArray, static_geoms, visible_geoms
 from robot_sim.raycasting.shape_intersection import (
     CONVEX,

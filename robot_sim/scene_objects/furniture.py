@@ -11,9 +11,9 @@ from typing import Final
 from robot_sim.errors import WorldError
 from robot_sim.scene_objects.blocks import Block, box, post
 from robot_sim.scene_objects.industrial_objects import INDUSTRIAL
-from robot_sim.scene_objects.object_catalogue import Kind, legs, round_solid, solid
+from robot_sim.scene_objects.object_builders import Kind, legs, round_solid, solid
 from robot_sim.scene_objects.outdoor_objects import OUTDOOR
-from robot_sim.scene_objects.parts import Piece, Waypoint
+from robot_sim.scene_objects.plan_elements import Piece, Waypoint
 
 
 def _desk(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:

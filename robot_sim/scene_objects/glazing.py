@@ -10,7 +10,7 @@ from typing import Final
 from robot_sim.errors import WorldError
 from robot_sim.number_checks import check_finite, check_positive
 from robot_sim.scene_objects.blocks import Block, box
-from robot_sim.scene_objects.parts import Door, Wall, Waypoint
+from robot_sim.scene_objects.plan_elements import Door, Wall, Waypoint
 from robot_sim.scene_objects.walls import wall_blocks
 
 PANE: Final = 0.006

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from robot_sim.scene_objects.blocks import Block, box
-from robot_sim.scene_objects.object_catalogue import Kind, legs, round_solid, solid
+from robot_sim.scene_objects.object_builders import Kind, legs, round_solid, solid
 
 BAY: Final = 2.8
 """About the length of a rack's bay [m]: three pallets side by side."""

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from robot_sim.scene_objects.blocks import Block, box, ellipsoid, post
-from robot_sim.scene_objects.object_catalogue import Kind, round_solid, solid
+from robot_sim.scene_objects.object_builders import Kind, round_solid, solid
 
 
 def _tree(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:

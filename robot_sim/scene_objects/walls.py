@@ -7,7 +7,7 @@ from typing import Final
 
 from robot_sim.errors import WorldError
 from robot_sim.scene_objects.blocks import Block, box
-from robot_sim.scene_objects.parts import Door, Wall, Window
+from robot_sim.scene_objects.plan_elements import Door, Wall, Window
 
 PANE: Final = 0.024
 """Thickness of double glazing [m]."""

@@ -11,10 +11,10 @@ import numpy as np
 from robot_sim.array_types import FloatArray
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
+from robot_sim.validation.drive_bench import BENCH, STEP, Bench, ramped
 from robot_sim.validation.planar_model import PLANAR_STEP, step_response
 from robot_sim.validation.row import Row, told
 from robot_sim.validation.turning_rows import WEIGHED, ballasted
-from robot_sim.validation.wheel_bench import BENCH, STEP, Bench, ramped
 
 STRONG = 15.0
 """Motor torque limit for which the step responses are told [N m]."""

@@ -12,8 +12,8 @@ from robot_sim.robot.mujoco_body import SERVO_DAMPING
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.validation import friction_theory as coulomb
+from robot_sim.validation.drive_bench import BENCH, Bench, ramped
 from robot_sim.validation.row import Row, within
-from robot_sim.validation.wheel_bench import BENCH, Bench, ramped
 
 _GROUP = "Imperfections"
 STICTION = 1.5

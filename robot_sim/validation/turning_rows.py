@@ -17,8 +17,8 @@ from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.scene_objects.floor_surfaces import Surface
 from robot_sim.validation import friction_theory as coulomb
+from robot_sim.validation.drive_bench import BENCH, Bench, Run, chi, ramped
 from robot_sim.validation.row import Row, told, within
-from robot_sim.validation.wheel_bench import BENCH, Bench, Run, chi, ramped
 
 WEIGHED = 27.1
 """Mass for which spin torque and power are told [kg]: a P3-AT without scanners."""

@@ -12,8 +12,8 @@ from robot_sim.actors.movers import moving_bodies
 from robot_sim.errors import SimulationError, WorldError
 from robot_sim.floorplan.plan import NO_FLOOR, Placement, Plan
 from robot_sim.floorplan.plan_ground import Ground
-from robot_sim.layout.furniture_moves import rearranged
-from robot_sim.layout.path_clearance import check_paths
+from robot_sim.layout.furniture_rearrangement import rearranged
+from robot_sim.layout.path_collisions import check_paths
 from robot_sim.robot.bumper_geom import add_fender
 from robot_sim.robot.drivable_surfaces import drivable_geoms, mark_drivable
 from robot_sim.robot.mujoco_body import add_robot, set_physics

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from localization.maps.cloud import Cloud
 from robot_sim import load_world, scene_names
-from robot_sim.survey.photograph import Camera, photograph
+from robot_sim.survey.rendering import Camera, photograph
 from robot_sim.worlds.world import World
 from teleop.scenario.run import cloud_of
 

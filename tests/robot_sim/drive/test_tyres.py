@@ -21,7 +21,7 @@ from robot_sim.robot.platforms import P3AT
 from robot_sim.scene_objects.floor_surfaces import SURFACES, Patch, Surface
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.validation import friction_theory as coulomb
-from robot_sim.validation.wheel_bench import STEP, Bench, chi, ramped
+from robot_sim.validation.drive_bench import STEP, Bench, chi, ramped
 from robot_sim.worlds.world import World
 
 BLIND = SimulationConfig(scanners=())

@@ -11,7 +11,7 @@ from robot_sim.floorplan.plan import CloudSpec, Door, Placement, Plan, Wall, Win
 from robot_sim.floorplan.toml_reader import plan_from_toml
 from robot_sim.scene_objects.floor_surfaces import SURFACES, Patch
 from robot_sim.scene_objects.glazing import Glazing, Roof
-from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.terrain import Hill, Level, Rut
 
 HEAD = "bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\n"

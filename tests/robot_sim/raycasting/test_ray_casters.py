@@ -22,7 +22,7 @@ from robot_sim.raycasting import (
 )
 from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
 from robot_sim.raycasting.moving_geoms import Moved
-from robot_sim.raycasting.pose_timetable import Timetable
+from robot_sim.raycasting.pose_interpolation import Timetable
 from robot_sim.raycasting.shape_intersection import CONVEX, shape_cosines, shape_distances
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
 from robot_sim.robot.p3at import MOUNTS

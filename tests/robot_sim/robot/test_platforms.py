@@ -18,7 +18,7 @@ from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT, PLATFORMS
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.validation import friction_theory as coulomb
-from robot_sim.validation.wheel_bench import Bench, ramped
+from robot_sim.validation.drive_bench import Bench, ramped
 from robot_sim.worlds.loading import parse_world
 from tests.robot_sim.conftest import FIELD
 

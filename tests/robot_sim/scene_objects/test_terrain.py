@@ -16,7 +16,7 @@ from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Placement, Plan
 from robot_sim.floorplan.plan_ground import Ground
-from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.terrain import Hill, Level, Rut, Terrain
 from robot_sim.worlds.from_floorplan import build_world
 from robot_sim.worlds.world import World

@@ -9,7 +9,7 @@ import pytest
 
 from robot_sim.floorplan.actors_in_plan import Cart
 from robot_sim.floorplan.plan import Placement, Plan, Wall, Window
-from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.survey.total_station import TotalStation
 from robot_sim.worlds.from_floorplan import build_world
 from robot_sim.worlds.world import WorldOptions

@@ -13,7 +13,7 @@ from hypothesis import given, settings, strategies as st
 from robot_sim import Simulation, World, WorldError, load_world, scene_names
 from robot_sim.floorplan.actors_in_plan import Person
 from robot_sim.floorplan.plan import Plan
-from robot_sim.layout.furniture_moves import (
+from robot_sim.layout.furniture_rearrangement import (
     DOOR_CLEARANCE,
     HABITS,
     ROBOT_CLEARANCE,
@@ -22,7 +22,7 @@ from robot_sim.layout.furniture_moves import (
 from robot_sim.layout.rectangles import Rectangles
 from robot_sim.raycasting import caster_for
 from robot_sim.scene_objects.furniture import size_of
-from robot_sim.scene_objects.parts import Door, Piece, Placement, Wall
+from robot_sim.scene_objects.plan_elements import Door, Piece, Placement, Wall
 from robot_sim.worlds.loading import load_plan
 from robot_sim.worlds.world import WorldOptions
 

@@ -23,7 +23,7 @@ from robot_sim.layout.rectangles import Rectangles, line_between
 from robot_sim.scene_objects.blocks import Block
 from robot_sim.scene_objects.furniture import footprint, piece_blocks, size_of
 from robot_sim.scene_objects.glazing import Glazing
-from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.walls import wall_blocks
 
 ROBOT_CLEARANCE: Final = 0.7

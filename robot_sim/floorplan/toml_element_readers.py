@@ -6,8 +6,8 @@ from robot_sim.floorplan import toml_table as toml
 from robot_sim.floorplan.plan import CloudSpec
 from robot_sim.scene_objects.floor_surfaces import Patch, surface_named
 from robot_sim.scene_objects.glazing import Glazing, Roof
-from robot_sim.scene_objects.parts import Door, Piece, Wall, Window
-from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.plan_elements import Door, Piece, Wall, Window
+from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.terrain import Hill, Level, Rut, Terrain
 
 

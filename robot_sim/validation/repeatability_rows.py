@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from robot_sim.robot.platforms import P3AT
+from robot_sim.validation.drive_bench import Bench, chi, ramped
 from robot_sim.validation.row import Row
-from robot_sim.validation.wheel_bench import Bench, chi, ramped
 
 STARTS = 48
 """Start conditions from which chatter is looked for."""
