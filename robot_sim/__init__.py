@@ -2,7 +2,7 @@
 
 from robot_sim.drive.aria_packets import StandardPacket as StandardPacket
 from robot_sim.drive.bumpers import Bumpers as Bumpers
-from robot_sim.drive.drivetrain import DriveConfig as DriveConfig, WheelSlip as WheelSlip
+from robot_sim.drive.drivetrain import DriveConfig as DriveConfig, SlipFault as SlipFault
 from robot_sim.drive.motor_controller import (
     FirmwareConfig as FirmwareConfig,
     MotionCommand as MotionCommand,

@@ -20,7 +20,7 @@ from localization.types import IntArray
 from robot_sim.actors.walking import Walk, smooth
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
-from robot_sim.floorplan.actors_in_plan import Cart, Leaf, Person
+from robot_sim.floorplan.actors_in_plan import Cart, DoorLeaf, Person
 from robot_sim.robot.bumper_geom import make_yielding
 from robot_sim.scene_objects.blocks import Block, box, ellipsoid, post
 
@@ -39,6 +39,8 @@ LEG_SHARE: Final = 0.55
 """How far a leg swings at the scanner, over how far the foot does: 0.40 m high, hip at 0.90 m."""
 ARM_REACH: Final = 0.45
 """From who pushes a cart to its rear edge [m]; chosen."""
+_KINDS: Final = {Person: "person", Cart: "cart", DoorLeaf: "leaf"}
+"""Names of the tables of a floor plan, for messages."""
 _SCHEDULE: Final = 16
 """Openings of a door before its schedule repeats."""
 
@@ -88,10 +90,10 @@ class Walker:
         return positions, motion.headings
 
 
-class SwingingLeaf:
+class SwingingDoor:
     """A door leaf that follows a schedule of its own."""
 
-    def __init__(self, leaf: Leaf, rng: np.random.Generator) -> None:
+    def __init__(self, leaf: DoorLeaf, rng: np.random.Generator) -> None:
         self.name = leaf.name
         self._hinge = np.array([*leaf.hinge, 0.0])
         share = rng.uniform(0.5, 1.5, (_SCHEDULE, 2)) * (leaf.closed_time, leaf.open_time)
@@ -135,25 +137,25 @@ class MovingBody:
 
 
 def moving_bodies(
-    inhabitants: Sequence[Person | Leaf | Cart], *, seed: int = 0
+    actors: Sequence[Person | DoorLeaf | Cart], *, seed: int = 0
 ) -> Iterator[MovingBody]:
     """Yield the bodies of what lives in a world.
 
     Args:
-        inhabitants: People, leaves and carts; their names must differ.
+        actors: People, door leaves and carts; their names must differ.
         seed: Of whatever they leave open; each draws by the seed and its own name.
 
     Raises:
         WorldError: a path cannot be walked, or a name comes twice; the message names whose.
     """
     names: set[str] = set()
-    for one in inhabitants:
-        kind = type(one).__name__.lower()
+    for one in actors:
+        kind = _KINDS[type(one)]
         if one.name in names:
             raise WorldError(f"{kind} {one.name!r}: there are two of that name")
         names.add(one.name)
         rng = np.random.default_rng([seed, zlib.crc32(one.name.encode())])
-        if isinstance(one, Leaf):
+        if isinstance(one, DoorLeaf):
             yield _leaf(one, rng)
             continue
         try:
@@ -162,11 +164,11 @@ def moving_bodies(
             raise WorldError(f"{kind} {one.name!r}: {error}") from None
 
 
-def _leaf(leaf: Leaf, rng: np.random.Generator) -> MovingBody:
+def _leaf(leaf: DoorLeaf, rng: np.random.Generator) -> MovingBody:
     # A finger's breadth off the floor, so that thresholds are no obstacle.
     size = (leaf.width, leaf.thickness)
     slab = box(f"{leaf.name}_slab", 0.5 * leaf.width, 0.0, 0.01, leaf.height, size, leaf.material)
-    return MovingBody(SwingingLeaf(leaf, rng), (slab,))
+    return MovingBody(SwingingDoor(leaf, rng), (slab,))
 
 
 def _walkers(one: Person | Cart, rng: np.random.Generator) -> Iterator[MovingBody]:

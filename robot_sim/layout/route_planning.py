@@ -24,6 +24,8 @@ COMFORT: Final = 0.9
 """Clearance of the robot's centre beyond which more is worth nothing [m]."""
 TOUR_LIMIT: Final = 240.0
 """Longest tour [m]: what can be driven in the ten minutes that a mission takes at most."""
+MARGIN: Final = 0.08
+"""Clearance kept along all routes beyond the circle in which the robot turns [m]."""
 _NARROWNESS: Final = 4.0
 """How many times longer a way counts where it is as narrow as allowed."""
 _BEND: Final = 0.1
@@ -127,7 +129,7 @@ class FreeSpace:
         return between
 
 
-class Ways:
+class RoutePlanner:
     """The best way from one point to every other that a robot can reach from it."""
 
     def __init__(self, space: FreeSpace, start: Waypoint, *, least: float) -> None:

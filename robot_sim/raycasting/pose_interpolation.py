@@ -32,7 +32,7 @@ class Moved(Protocol):
         ...
 
 
-class Timetable:
+class PoseInterpolator:
     """Poses of movers, worked out ahead in chunks and blended in between."""
 
     def __init__(self, movers: Sequence[Moved]) -> None:

@@ -405,7 +405,7 @@ def false_echoes(
     return np.where(told, nearest + (farthest - nearest) * draws[:, 1], np.inf)
 
 
-def quantised(ranges: FloatArray, step: float) -> FloatArray:
+def quantised_ranges(ranges: FloatArray, step: float) -> FloatArray:
     """Return ``ranges`` (N,) [m] in whole steps; what is not finite stays."""
     return np.asarray(np.rint(ranges / step) * step)
 

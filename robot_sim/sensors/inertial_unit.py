@@ -19,7 +19,7 @@ READING_SECONDS: Final = 0.02
 ZEROING_SECONDS: Final = 5.0
 """How long drivers average gyros at rest [s]; chosen."""
 
-GRAVITY: Final = 9.80665
+STANDARD_GRAVITY: Final = 9.80665
 """What data sheets call 1 g [m/s^2]; BIPM, SI brochure."""
 
 PEAK: Final = 0.6183
@@ -207,7 +207,7 @@ class InertialUnit:
         if self._wanders:
             told += self._wander(n)
         if self._digital:
-            told = self._as_told(told)
+            told = self._digitised(told)
         return np.asarray(told)
 
     def _wander(self, n: int) -> FloatArray:
@@ -226,7 +226,7 @@ class InertialUnit:
         self._biases = self._biases + walked[-1]
         return values
 
-    def _as_told(self, values: FloatArray) -> FloatArray:
+    def _digitised(self, values: FloatArray) -> FloatArray:
         steps = np.where(self._quantum > 0.0, self._quantum, 1.0)[:, None]
         whole = np.rint(values / steps) * steps
         values = np.where((self._quantum > 0.0)[:, None], whole, values)
@@ -249,7 +249,7 @@ class InertialModel:
 
 
 _DEGREE: Final = math.radians(1.0)
-_MICRO_G: Final = 1e-6 * GRAVITY
+_MICRO_G: Final = 1e-6 * STANDARD_GRAVITY
 _WALK: Final = "not on the sheet; chosen so that the walk reaches the bias instability after an hour's averaging"
 
 
@@ -274,7 +274,7 @@ _CATALOGUE: Final = (
             bias_sigma=0.03,
             instability=15.0 * _MICRO_G,
             walk=_hourly(15.0 * _MICRO_G),
-            full_scale=10.0 * GRAVITY,
+            full_scale=10.0 * STANDARD_GRAVITY,
         ),
         sources={
             "noise": "Xsens MTi 600-series data sheet: 0.007 deg/s/sqrt(Hz), 60 ug/sqrt(Hz)",
@@ -299,11 +299,11 @@ _CATALOGUE: Final = (
         ),
         force=Drift(
             noise=175.0 * _MICRO_G,
-            bias_sigma=0.020 * GRAVITY,
+            bias_sigma=0.020 * STANDARD_GRAVITY,
             instability=40.0 * _MICRO_G,
             walk=_hourly(40.0 * _MICRO_G),
-            full_scale=6.0 * GRAVITY,
-            quantum=GRAVITY / 5460.0,
+            full_scale=6.0 * STANDARD_GRAVITY,
+            quantum=STANDARD_GRAVITY / 5460.0,
         ),
         sources={
             "noise": "BST-BMI088-DS001: 0.014 deg/s/sqrt(Hz); 160 (x, y) and 190 ug/sqrt(Hz) (z) (M)",

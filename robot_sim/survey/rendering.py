@@ -53,7 +53,7 @@ class Camera:
         return pixels, depth, seen
 
 
-def photograph(
+def render_world(
     world: World, camera: Camera, *, width: int, height: int, hidden: tuple[str, ...] = ("ceiling",)
 ) -> npt.NDArray[np.uint8]:
     """Return the world with the robot at its spawn as colours (height, width, 3), on white.

@@ -11,9 +11,9 @@ import numpy as np
 from robot_sim.array_types import FloatArray
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
-from robot_sim.validation.drive_bench import BENCH, STEP, Bench, ramped
+from robot_sim.validation.drive_bench import BENCH, STEP, DriveBench, ramped
 from robot_sim.validation.planar_model import PLANAR_STEP, step_response
-from robot_sim.validation.row import Row, told
+from robot_sim.validation.row import Row, reported
 from robot_sim.validation.turning_rows import WEIGHED, ballasted
 
 STRONG = 15.0
@@ -24,7 +24,7 @@ def straight() -> Iterator[Row]:
     """Yield how straight it drives, and how far for what its wheels turn."""
     group, robot = "Straight", P3AT()
     rate = 0.7 / robot.rolling_radius
-    run = Bench(robot).run(ramped(rate, rate, 30.0, ramp=1.0))
+    run = DriveBench(robot).run(ramped(rate, rate, 30.0, ramp=1.0))
     aside = 1e3 * float(np.abs(run.positions[:, 1]).max())
     turned = math.degrees(float(np.abs(run.yaws).max()))
     yield Row(group, "sideways in 30 s at 0.7 m/s", 0.0, 1.0, aside, "mm", "symmetry")
@@ -62,7 +62,7 @@ def slopes() -> Iterator[Row]:
         ("15 deg to the side", 0.0, math.radians(15.0)),
     )
     for name, pitch, roll in cases:
-        run = Bench(P3AT(), pitch=pitch, roll=roll).run(ramped(0.0, 0.0, 10.0)).after(2.0)
+        run = DriveBench(P3AT(), pitch=pitch, roll=roll).run(ramped(0.0, 0.0, 10.0)).after(2.0)
         moved = run.positions[-1, :2] - run.positions[0, :2]
         speed = 1e3 * float(np.hypot(*moved)) / float(run.times[-1] - run.times[0])
         source = "regularised friction always creeps; limit chosen"
@@ -79,7 +79,7 @@ def responses() -> Iterator[Row]:
 
 
 def _response(robot: SkidSteer, name: str, left: float, right: float, column: int) -> Iterator[Row]:
-    bench = Bench(robot)
+    bench = DriveBench(robot)
     expected = step_response(robot, bench.inertia, BENCH.mu_long, left, right, 1.0)[:, column]
     values = bench.run(ramped(left, right, 2.0, ramp=0.0), fine=True).twists[:, column]
     final, late = float(values[-1]), values[-len(values) // 4 :]
@@ -91,7 +91,7 @@ def _response(robot: SkidSteer, name: str, left: float, right: float, column: in
         target = 1e3 * _reached(expected, share, PLANAR_STEP)
         found = 1e3 * _reached(values, share, STEP)
         source = "planar model that does not pitch; no log of a real robot was at hand"
-        yield told("Steps", f"{name}, {title}", target, found, "ms", source, 0)
+        yield reported("Steps", f"{name}, {title}", target, found, "ms", source, 0)
 
 
 def _reached(values: FloatArray, share: float, step: float) -> float:

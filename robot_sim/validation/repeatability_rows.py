@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from robot_sim.robot.platforms import P3AT
-from robot_sim.validation.drive_bench import Bench, chi, ramped
+from robot_sim.validation.drive_bench import DriveBench, chi, ramped
 from robot_sim.validation.row import Row
 
 STARTS = 48
@@ -19,7 +19,7 @@ CHATTER = 0.5
 
 def replay() -> Iterator[Row]:
     """Yield by how much a run differs that goes on from a snapshot."""
-    bench = Bench(P3AT())
+    bench = DriveBench(P3AT())
     bench.run(ramped(1.0, 3.0, 1.0))
     kind = mujoco.mjtState.mjSTATE_INTEGRATION
     snapshot = np.empty(mujoco.mj_stateSize(bench.model, kind))
@@ -42,7 +42,7 @@ def chatter() -> Iterator[Row]:
     locked, ratios = 0, []
     robot = P3AT()
     for _ in range(STARTS):
-        bench = Bench(robot)
+        bench = DriveBench(robot)
         bench.data.qvel[:2] = rng.uniform(-0.5, 0.5, 2)
         bench.data.qvel[5] = rng.uniform(-2.0, 2.0)
         bench.data.qvel[6:10] = rng.uniform(-6.0, 6.0, 4)
@@ -60,7 +60,7 @@ def chatter() -> Iterator[Row]:
 def control() -> Iterator[Row]:
     """Yield what the same rig says of MuJoCo's default contacts; it must be able to fail."""
     robot = P3AT()
-    bench = Bench(robot)
+    bench = DriveBench(robot)
     use_default_contacts(bench.model)
     run = bench.run(ramped(-2.0, 2.0, 4.0), fine=True).after(1.0)
     group, source = "Control: the same rig with MuJoCo's default contacts", "must miss"

@@ -92,7 +92,7 @@ def within(
     return Row(group, name, target, tolerance, value, unit, source, digits, relative=True)
 
 
-def told(
+def reported(
     group: str, name: str, target: float, value: float, unit: str, source: str, digits: int
 ) -> Row:
     """Return a row that nothing judges: a value beside one that it need not meet."""

@@ -17,8 +17,8 @@ from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.scene_objects.floor_surfaces import Surface
 from robot_sim.validation import friction_theory as coulomb
-from robot_sim.validation.drive_bench import BENCH, Bench, Run, chi, ramped
-from robot_sim.validation.row import Row, told, within
+from robot_sim.validation.drive_bench import BENCH, DriveBench, Run, chi, ramped
+from robot_sim.validation.row import Row, reported, within
 
 WEIGHED = 27.1
 """Mass for which spin torque and power are told [kg]: a P3-AT without scanners."""
@@ -49,7 +49,7 @@ def even(friction: float) -> Surface:
 
 def spin(robot: SkidSteer, rate: float, surface: Surface = BENCH, *, seconds: float = 3.0) -> Run:
     """Turn in place at a wheel rate [rad/s]; return the settled part, from 1 s on."""
-    return Bench(robot, surface).run(ramped(-rate, rate, seconds)).after(1.0)
+    return DriveBench(robot, surface).run(ramped(-rate, rate, seconds)).after(1.0)
 
 
 def in_place() -> Iterator[Row]:
@@ -105,7 +105,7 @@ def curves() -> Iterator[Row]:
     for curve in CURVES:
         slow, fast = _rates(curve)
         ways = [(slow, fast), (fast, slow), (-slow, -fast), (-fast, -slow)]
-        values = [chi(robot, Bench(robot).run(ramped(*w, 3.0)).after(1.0)) for w in ways]
+        values = [chi(robot, DriveBench(robot).run(ramped(*w, 3.0)).after(1.0)) for w in ways]
         target = coulomb.published_chi(curve)
         name = f"chi at lambda {curve:g}, the farthest of left, right, forward, back"
         yield within("Curves", name, target, 0.03, _farthest(values, target), source=_WANG)
@@ -114,7 +114,7 @@ def curves() -> Iterator[Row]:
 def chi_in_curve(curve: float, *, compliant: bool = True) -> float:
     """Return chi of the P3-AT in a left curve of that lambda, with tyres that bend or do not."""
     robot = P3AT()
-    run = Bench(robot, compliant=compliant).run(ramped(*_rates(curve), 3.0)).after(1.0)
+    run = DriveBench(robot, compliant=compliant).run(ramped(*_rates(curve), 3.0)).after(1.0)
     return chi(robot, run)
 
 
@@ -158,11 +158,11 @@ def width() -> Iterator[Row]:
     )
     for offset, target, source in cases:
         robot = replace(P3AT(), imperfections=Imperfections(com_offset=(offset, 0.0, 0.0)))
-        bench = Bench(robot, compliant=False)
+        bench = DriveBench(robot, compliant=False)
         widen(bench.model, robot)
         value = chi(robot, bench.run(ramped(-2.0, 2.0, 3.0)).after(1.0))
         name = f"chi, centre of mass {1e3 * offset:+.0f} mm"
-        yield told("Tyres as wide as they look", name, target, value, "", source, 3)
+        yield reported("Tyres as wide as they look", name, target, value, "", source, 3)
 
 
 def widen(model: mujoco.MjModel, robot: SkidSteer) -> None:
@@ -194,7 +194,7 @@ def effort() -> Iterator[Row]:
 
 def _rolling() -> Iterator[Row]:
     robot, floor = P3AT(), Surface("carpet", 0.8, 0.8, 0.03, "swept")
-    run = Bench(robot, floor).run(ramped(3.0, 3.0, 3.0)).after(1.0)
+    run = DriveBench(robot, floor).run(ramped(3.0, 3.0, 3.0)).after(1.0)
     target = 0.03 * robot.mass * GRAVITY / 4.0 * robot.rolling_radius
     value = float(run.torques.mean())
     name = "torque per wheel, straight, rolling resistance 0.03"
@@ -205,7 +205,7 @@ def _rolling() -> Iterator[Row]:
 def steadiness() -> Iterator[Row]:
     """Yield what must not happen while turning in place: walking, ripple, hopping, lost contacts."""
     group = "Steadiness in place"
-    run = Bench(P3AT()).run(ramped(-2.0, 2.0, 12.0), fine=True)
+    run = DriveBench(P3AT()).run(ramped(-2.0, 2.0, 12.0), fine=True)
     walked = float(np.hypot(*run.positions[:, :2].T).max())
     yield Row(group, "position walk in 12 s", 0.0, 10.0, 1e3 * walked, "mm", "target chosen")
     settled = run.after(1.0)
@@ -224,7 +224,7 @@ def steadiness() -> Iterator[Row]:
 
 
 def _fast() -> Run:
-    return Bench(P3AT()).run(ramped(-6.0, 6.0, 4.0), fine=True).after(2.0)
+    return DriveBench(P3AT()).run(ramped(-6.0, 6.0, 4.0), fine=True).after(2.0)
 
 
 def _farthest(values: list[float], target: float) -> float:

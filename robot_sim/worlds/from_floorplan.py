@@ -11,10 +11,10 @@ from localization.types import Pose
 from robot_sim.actors.movers import moving_bodies
 from robot_sim.errors import SimulationError, WorldError
 from robot_sim.floorplan.plan import NO_FLOOR, Placement, Plan
-from robot_sim.floorplan.plan_ground import Ground
+from robot_sim.floorplan.plan_ground import PlanGround
 from robot_sim.layout.furniture_rearrangement import rearranged
 from robot_sim.layout.path_collisions import check_paths
-from robot_sim.robot.bumper_geom import add_fender
+from robot_sim.robot.bumper_geom import add_bumper
 from robot_sim.robot.drivable_surfaces import drivable_geoms, mark_drivable
 from robot_sim.robot.mujoco_body import add_robot, set_physics
 from robot_sim.robot.platforms import P3AT
@@ -24,14 +24,14 @@ from robot_sim.scene_objects.floor_surfaces import surface_named
 from robot_sim.scene_objects.furniture import footprint, piece_blocks
 from robot_sim.scene_objects.terrain import add_terrain
 from robot_sim.scene_objects.walls import wall_blocks
-from robot_sim.worlds.world import TIMESTEP_NS, World, WorldOptions, check_places
+from robot_sim.worlds.world import AS_MAPPED, TIMESTEP_NS, World, WorldOptions, check_places
 
 
 def build_world(
     plan: Plan,
     *,
     robot: SkidSteer | None = None,
-    options: WorldOptions = WorldOptions(),
+    options: WorldOptions = AS_MAPPED,
 ) -> World:
     """Build a world from a plan; see ``load_world`` for the rest.
 
@@ -45,16 +45,14 @@ def build_world(
     try:
         if options.rearranged is not None:
             plan = rearranged(plan, options.rearranged)
-        ground = Ground(plan)
+        ground = PlanGround(plan)
         _add_ground(spec, plan, ground)
         blocks = list(plan_blocks(plan, ground))
         if options.alive:
             check_paths(plan, blocks)
         for block in blocks:
             block.add_to(spec)
-        bodies = tuple(
-            moving_bodies(plan.inhabitants, seed=options.timing) if options.alive else ()
-        )
+        bodies = tuple(moving_bodies(plan.actors, seed=options.timing) if options.alive else ())
         for body in bodies:
             body.add_to(spec)
         surfaces = tuple(geom.name for geom in drivable_geoms(spec))
@@ -62,7 +60,7 @@ def build_world(
             raise WorldError("no surface is drivable: give it a floor")
         add_robot(spec, surfaces=surfaces, robot=robot)
         if bodies:
-            add_fender(spec, robot)
+            add_bumper(spec, robot)
         model = spec.compile()
         spawns = _poses(plan.spawns, ground, robot)
         world = World(
@@ -85,9 +83,9 @@ def build_world(
     return world
 
 
-def plan_blocks(plan: Plan, ground: Ground | None = None) -> Iterator[Block]:
+def plan_blocks(plan: Plan, ground: PlanGround | None = None) -> Iterator[Block]:
     """Yield the blocks of everything in a plan that stands still, but for what is driven on."""
-    ground = ground or Ground(plan)
+    ground = ground or PlanGround(plan)
     for wall in plan.walls:
         yield from wall_blocks(wall)
     for glazing in plan.glazings:
@@ -102,7 +100,7 @@ def plan_blocks(plan: Plan, ground: Ground | None = None) -> Iterator[Block]:
         yield Block("ceiling", 0.5 * (x0 + x1), 0.5 * (y0 + y1), plan.height + 0.05, half)
 
 
-def _add_ground(spec: mujoco.MjSpec, plan: Plan, ground: Ground) -> None:
+def _add_ground(spec: mujoco.MjSpec, plan: Plan, ground: PlanGround) -> None:
     """Add what is driven on: the floor, slabs and terrains."""
     if plan.floor != NO_FLOOR:
         x0, y0, x1, y1 = plan.bounds
@@ -126,7 +124,7 @@ def _surface(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, name: str) -> None:
 
 
 def _poses(
-    placements: Mapping[str, Placement], ground: Ground, robot: SkidSteer
+    placements: Mapping[str, Placement], ground: PlanGround, robot: SkidSteer
 ) -> Mapping[str, Pose]:
     return MappingProxyType(
         {key: ground.stand(p, robot.wheelbase, robot.track) for key, p in placements.items()}

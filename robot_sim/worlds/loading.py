@@ -11,7 +11,7 @@ from robot_sim.floorplan.toml_reader import plan_from_toml
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.worlds.from_floorplan import build_world
 from robot_sim.worlds.from_mjcf import load_mjcf
-from robot_sim.worlds.world import World, WorldOptions
+from robot_sim.worlds.world import AS_MAPPED, World, WorldOptions
 
 
 def load_plan(scene: str) -> Plan:
@@ -32,7 +32,7 @@ def load_world(
     name: str,
     *,
     robot: SkidSteer | None = None,
-    options: WorldOptions = WorldOptions(),
+    options: WorldOptions = AS_MAPPED,
 ) -> World:
     """Build the world of a scene.
 
@@ -48,7 +48,7 @@ def load_world(
     """
     path = Path(name)
     if path.suffix == ".xml":
-        if options != WorldOptions():
+        if options != AS_MAPPED:
             raise WorldError(
                 f"{path.name}: an MJCF has no options; it moves what its joints let move"
             )
@@ -67,7 +67,7 @@ def parse_world(
     *,
     name: str,
     robot: SkidSteer | None = None,
-    options: WorldOptions = WorldOptions(),
+    options: WorldOptions = AS_MAPPED,
 ) -> World:
     """Build a world from the text of a floor plan; see ``load_world`` for the rest."""
     return build_world(plan_from_toml(text, name=name), robot=robot, options=options)

@@ -40,6 +40,10 @@ class WorldOptions:
                 raise WorldError(f"{key} is a seed and must be >= 0, got {seed}")
 
 
+AS_MAPPED: Final = WorldOptions()
+"""Nothing moves, and all furniture stands where it was when the world was mapped."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
     """A place with the robot in it. Its model is shared by simulations and never changed."""

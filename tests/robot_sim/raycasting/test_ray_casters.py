@@ -22,7 +22,7 @@ from robot_sim.raycasting import (
 )
 from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
 from robot_sim.raycasting.moving_geoms import Moved
-from robot_sim.raycasting.pose_interpolation import Timetable
+from robot_sim.raycasting.pose_interpolation import PoseInterpolator
 from robot_sim.raycasting.shape_intersection import CONVEX, shape_cosines, shape_distances
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
 from robot_sim.robot.p3at import MOUNTS
@@ -393,7 +393,7 @@ def test_without_embree_mujoco_casts_after_one_notice(
 
 def test_a_timetable_tells_where_movers_are_at_any_time() -> None:
     world = load_world("office", options=WorldOptions(alive=True))
-    table = Timetable(world.movers)
+    table = PoseInterpolator(world.movers)
     rng = np.random.default_rng(7)
     for second in (0, 1, 17, 18, 600):
         # A sweep may reach over from one chunk into the next.

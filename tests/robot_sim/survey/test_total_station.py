@@ -49,7 +49,7 @@ def test_reach_counts_from_the_eye_also_behind_a_pane() -> None:
 
 def test_what_moves_is_not_there() -> None:
     cart = Cart(name="cart", path=((5.0, 4.0), (5.0, 4.2)), pushed=False)
-    plan = hall(inhabitants=(cart,))
+    plan = hall(actors=(cart,))
     eye = np.array([[2.0, 4.1, 0.4]])
     alive = TotalStation(build_world(plan, options=WorldOptions(alive=True)))
     assert alive.look(eye, EAST, 30.0).distances[0] == pytest.approx(16.0, abs=1e-4)

@@ -12,11 +12,18 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from robot_sim.errors import ReportError
+from robot_sim.errors import PageError
 from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
 from robot_sim.validation import PARTS, Row, friction_theory as coulomb, validate
-from robot_sim.validation.report import between, plain, surfaces, table, verdict, written
-from robot_sim.validation.row import told, within
+from robot_sim.validation.report import (
+    markdown_table,
+    page_with_tables,
+    plain,
+    surfaces,
+    text_between,
+    verdict,
+)
+from robot_sim.validation.row import reported, within
 from teleop.__main__ import main
 
 PAGE = Path(__file__).parents[3] / "docs/robot.md"
@@ -51,8 +58,8 @@ def number(cell: str) -> tuple[float, float, str]:
 
 
 def test_page_tells_what_a_fresh_run_gives() -> None:
-    fresh = grid(table([row for part in PARTS for row in measured(part)]))
-    page = grid(between(PAGE.read_text(encoding="utf-8"), "validation"))
+    fresh = grid(markdown_table([row for part in PARTS for row in measured(part)]))
+    page = grid(text_between(PAGE.read_text(encoding="utf-8"), "validation"))
     again = "run farsteer validate --write docs/robot.md"
     assert len(page) == len(fresh), again
     for there, here in zip(page, fresh, strict=True):
@@ -66,7 +73,7 @@ def test_page_tells_what_a_fresh_run_gives() -> None:
 
 
 def test_page_lists_the_surfaces() -> None:
-    assert grid(between(PAGE.read_text(encoding="utf-8"), "surfaces")) == grid(surfaces())
+    assert grid(text_between(PAGE.read_text(encoding="utf-8"), "surfaces")) == grid(surfaces())
 
 
 def test_command_prints_rows_and_writes_the_page(
@@ -108,8 +115,8 @@ def test_page_without_markers_is_refused_by_name(
     assert main(["validate", "--write", str(page)]) == 2
     error = capsys.readouterr().err
     assert "page.md: the page needs one <!-- validation begin -->" in error
-    with pytest.raises(ReportError, match="one <!-- surfaces begin --> and after it one"):
-        written("<!-- validation begin --><!-- validation end -->", ())
+    with pytest.raises(PageError, match="one <!-- surfaces begin --> and after it one"):
+        page_with_tables("<!-- validation begin --><!-- validation end -->", ())
 
 
 def test_progress_names_each_part_and_grows() -> None:
@@ -132,7 +139,7 @@ def test_row_passes_only_within_its_tolerance_and_a_control_only_outside() -> No
     assert not dataclasses.replace(row, control=True).passed
     for control in (False, True):
         assert not dataclasses.replace(row, value=math.nan, control=control).passed
-    free = told("g", "t63", 50.0, 80.0, "ms", "s", 0)
+    free = reported("g", "t63", 50.0, 80.0, "ms", "s", 0)
     assert free.cells == ("t63", "50 ms", "none", "80 ms", "told", "s")
     assert verdict([row, far]) == "1 of 2 rows missed: chi"
 
