@@ -32,12 +32,10 @@ from robot_sim.scene_objects.floor_surfaces import (
     Patch as Patch,
     Surface as Surface,
 )
-from robot_sim.sensors.beam_effects import Effects as Effects
-from robot_sim.sensors.inertial_unit import (
-    INERTIAL_UNITS as INERTIAL_UNITS,
-    InertialConfig as InertialConfig,
-)
+from robot_sim.sensors.imu import InertialConfig as InertialConfig
+from robot_sim.sensors.imu_models import INERTIAL_UNITS as INERTIAL_UNITS
 from robot_sim.sensors.lidar import ScannerConfig as ScannerConfig
+from robot_sim.sensors.lidar_effects import Effects as Effects
 from robot_sim.sensors.lidar_models import LIDARS as LIDARS
 from robot_sim.sensors.sensor_suite import SensorSuite as SensorSuite, sensor_suite as sensor_suite
 from robot_sim.simulation import (

@@ -21,7 +21,7 @@ from robot_sim.physics import Physics, TickMotion
 from robot_sim.raycasting import caster_for
 from robot_sim.robot.mujoco_body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
 from robot_sim.robot_placement import obstacles_touched
-from robot_sim.sensors.inertial_unit import InertialConfig, InertialUnit
+from robot_sim.sensors.imu import InertialConfig, InertialUnit
 from robot_sim.sensors.lidar import Scanner, ScannerConfig, scans_until
 from robot_sim.sensors.pose_history import PoseRecorder
 from robot_sim.sensors.surface_optics import optics_of

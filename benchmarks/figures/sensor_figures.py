@@ -20,7 +20,11 @@ from matplotlib.figure import Figure
 from localization.geometry import FloatArray
 from localization.types import IntArray, Scan
 from robot_sim.scene_objects.materials import MATERIALS
-from robot_sim.sensors.beam_effects import (
+from robot_sim.sensors.echoes import detection_chances, footprint_depth, received_power
+from robot_sim.sensors.imu import READING_SECONDS, InertialConfig, InertialUnit
+from robot_sim.sensors.imu_models import INERTIAL_UNITS
+from robot_sim.sensors.imu_noise import allan_deviation
+from robot_sim.sensors.lidar_effects import (
     NO_EFFECTS,
     Beam,
     Effects,
@@ -28,16 +32,6 @@ from robot_sim.sensors.beam_effects import (
     Sensitivity,
     Spreading,
     Sunlight,
-    detection_chances,
-    footprint_depth,
-    received_power,
-)
-from robot_sim.sensors.inertial_unit import (
-    INERTIAL_UNITS,
-    READING_SECONDS,
-    InertialConfig,
-    InertialUnit,
-    allan_deviation,
 )
 from robot_sim.sensors.lidar_models import LIDARS
 from robot_sim.sensors.scanner_config import ScannerConfig

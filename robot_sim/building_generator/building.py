@@ -23,7 +23,8 @@ from robot_sim.building_generator.room_types import CORRIDOR, HOME, OFFICE, Room
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Piece, Placement, Plan, Waypoint
 from robot_sim.layout.footprints import footprints
-from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, FreeSpace, RoutePlanner
+from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner
 from robot_sim.robot.p3at import P3AT
 
 AREAS: Final = (60.0, 10_000.0)

@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from robot_sim.actors.movers import ARM_REACH
+from robot_sim.actors.actor_bodies import ARM_REACH
 from robot_sim.floorplan.actors_in_plan import Actor, Cart, DoorLeaf
 from robot_sim.floorplan.plan import Piece, Plan, Wall, Waypoint
 from robot_sim.layout.rectangles import Rectangles, line_between

@@ -16,7 +16,8 @@ from localization.maps.occupancy_grid import OccupancyMap
 from robot_sim.array_types import BoolArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Placement, Plan, Wall, Waypoint
-from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, FreeSpace, RoutePlanner
+from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner
 from robot_sim.robot.platforms import P3AT
 
 MOST_BOXES: Final = 30_000

@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 
 from localization.types import IntArray
+from robot_sim.actors.movers import Mover
 from robot_sim.array_types import FloatArray
-from robot_sim.raycasting.pose_interpolation import Moved as Moved, PoseInterpolator
+from robot_sim.raycasting.pose_interpolation import PoseInterpolator
 from robot_sim.raycasting.ray_caster import GeomArray, static_geoms, visible_geoms
 from robot_sim.raycasting.shape_intersection import (
     CONVEX,
@@ -31,7 +32,7 @@ class MovingGeoms:
     on a hinge) are where ``data`` has them, which is where they were when the tick's last step began.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Moved]) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Mover]) -> None:
         self._model, self._data = model, data
         self._geoms = np.flatnonzero(visible_geoms(model) & ~static_geoms(model)).astype(np.int32)
         bodies = model.geom_bodyid[self._geoms]

@@ -11,8 +11,8 @@ from localization.types import IntArray, Pose, Scan
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import SensorError
 from robot_sim.raycasting import RayCaster
-from robot_sim.sensors.beam_effects import Echoes
 from robot_sim.sensors.beam_pattern import BeamPattern
+from robot_sim.sensors.echoes import Echoes
 from robot_sim.sensors.light_paths import LightTracer
 from robot_sim.sensors.pose_history import PoseHistory as PoseHistory
 from robot_sim.sensors.range_receiver import RangeReceiver

@@ -15,74 +15,15 @@ import numpy.typing as npt
 
 from localization.types import IntArray
 from robot_sim.array_types import BoolArray, FloatArray
-from robot_sim.raycasting.ray_caster import NO_GEOM, GeomArray, Hits, RayCaster
-from robot_sim.sensors.beam_effects import Echoes, Panes, received_power
+from robot_sim.raycasting.ray_caster import NO_GEOM, Hits, RayCaster
+from robot_sim.sensors.echoes import Echoes
+from robot_sim.sensors.lidar_effects import Panes
+from robot_sim.sensors.light_rays import ClearHits, LightRays, StrongestEchoes
 from robot_sim.sensors.surface_optics import SurfaceOptics
 
 _STEP: Final = 1e-5
 """A ray goes on this far behind the surface it has passed [m]."""
 _NOT_INSIDE: Final = np.int32(NO_GEOM)
-_FAINT: Final = 0.03
-"""Light that has less than this share left one way, a thousandth both ways, is followed no more."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LightRays:
-    """Rays on their way; arrays of one length."""
-
-    ray: npt.NDArray[np.intp]
-    """Which of the rays that were sent out each one is a part of."""
-    origins: FloatArray
-    """(N, 3) [m]."""
-    directions: FloatArray
-    """(N, 3)."""
-    times: IntArray
-    """[ns]."""
-    travelled: FloatArray
-    """[m]."""
-    share: FloatArray
-    """Of the light, one way."""
-    inside: GeomArray
-    """The clear geom each one is in, unless that is a box: those are left as they are entered."""
-
-    @classmethod
-    def sent(cls, origins: FloatArray, directions: FloatArray, times: IntArray) -> LightRays:
-        """Return all the light of rays that leave the scanner."""
-        n = len(origins)
-        inside = np.full(n, NO_GEOM, dtype=np.int32)
-        return cls(np.arange(n), origins, directions, times, np.zeros(n), np.ones(n), inside)
-
-    def __len__(self) -> int:
-        return len(self.ray)
-
-    def only(self, rows: npt.NDArray[np.intp]) -> LightRays:
-        """Return the rays ``rows`` (M,)."""
-        return LightRays(
-            self.ray.take(rows),
-            self.origins.take(rows, axis=0),
-            self.directions.take(rows, axis=0),
-            self.times.take(rows),
-            self.travelled.take(rows),
-            self.share.take(rows),
-            self.inside.take(rows),
-        )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Met:
-    """Light that has come upon something clear; arrays of one length, but for ``light``."""
-
-    light: LightRays
-    """This and other."""
-    rows: npt.NDArray[np.intp]
-    """Of that light."""
-    distances: FloatArray
-    """[m]."""
-    geoms: GeomArray
-    mirrored: FloatArray
-    """Share of it that this mirrors."""
-    leaving: BoolArray
-    """Whether it comes upon it from inside."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,9 +99,9 @@ class LightTracer:
         if self.panes is None or not len(chosen):
             return
         met = self._met(light, hits, echoes.remissions, chosen)
-        found = _Strongest(echoes, self.optics.brightest, self.least)
-        fresh: list[_Met] = [met]
-        late: list[_Met] = []
+        found = StrongestEchoes(echoes, self.optics.brightest, self.least)
+        fresh: list[ClearHits] = [met]
+        late: list[ClearHits] = []
         for _ in range(self.panes.depth):
             going = [_passing(met, self.optics, found) for met in fresh]
             # Mirrored light lets what passes go first, and then has its echo to outdo; most of it
@@ -175,7 +116,7 @@ class LightTracer:
             if not fresh and not late:
                 break
 
-    def _on(self, light: LightRays, found: _Strongest) -> _Met:
+    def _on(self, light: LightRays, found: StrongestEchoes) -> ClearHits:
         """Cast light on, note its echoes, and return what has come upon something clear."""
         hits = self.caster.hits(light.origins, light.directions, light.times, self.max_range)
         ways = light.travelled + hits.distances
@@ -190,7 +131,7 @@ class LightTracer:
 
     def _met(
         self, light: LightRays, hits: Hits, remissions: FloatArray, clear: npt.NDArray[np.intp]
-    ) -> _Met:
+    ) -> ClearHits:
         """Return the light that has come upon something ``clear``; add the glints to ``remissions``.
 
         Near normal incidence a pane or mirror sends its share straight back. A surface that is met
@@ -203,45 +144,10 @@ class LightTracer:
         straight_back = np.exp((cosines * cosines - 1.0) / self.panes.lobe**2)
         glints = self.panes.glint * mirrored * straight_back
         remissions[clear] = np.where(leaving, 0.0, remissions.take(clear) + glints)
-        return _Met(light, clear, hits.distances.take(clear), geoms, mirrored, leaving)
+        return ClearHits(light, clear, hits.distances.take(clear), geoms, mirrored, leaving)
 
 
-class _Strongest:
-    """The strongest echo of each ray so far."""
-
-    def __init__(self, echoes: Echoes, brightest: float, least: float) -> None:
-        self.echoes = echoes
-        self._brightest, self._least = brightest, least
-        self._powers = received_power(echoes.remissions, echoes.distances)
-
-    def add(
-        self, light: LightRays, ways: FloatArray, remissions: FloatArray, cosines: FloatArray
-    ) -> None:
-        """Take echoes (N,) of ``light`` into account."""
-        powers = received_power(remissions, ways)
-        better = np.flatnonzero(powers > self._powers.take(light.ray))
-        # Several may be of one ray; of those the last that is written stays, the strongest.
-        better = better[np.argsort(powers[better], kind="stable")]
-        rays = light.ray[better]
-        self._powers[rays] = powers[better]
-        self.echoes.distances[rays] = ways[better]
-        self.echoes.remissions[rays] = remissions[better]
-        self.echoes.cosines[rays] = cosines[better]
-
-    def promising(self, met: _Met, share: FloatArray) -> npt.NDArray[np.intp]:
-        """Return the rows of ``met`` that may yet bring back more than was found, off the brightest wall.
-
-        Args:
-            met: From where it goes on.
-            share: (N,) that goes on, of all the light, one way.
-        """
-        ways = met.light.travelled.take(met.rows) + met.distances
-        found = self._powers.take(met.light.ray.take(met.rows))
-        needed = np.maximum(found, self._least) * ways * ways
-        return np.flatnonzero((share > _FAINT) & (share * share * self._brightest > needed))
-
-
-def _passing(met: _Met, optics: SurfaceOptics, found: _Strongest) -> LightRays:
+def _passing(met: ClearHits, optics: SurfaceOptics, found: StrongestEchoes) -> LightRays:
     """Return the light that goes on through what it has come upon, where that is worth while."""
     share = np.where(met.leaving, 1.0, optics.transmitted(met.geoms, met.mirrored))
     share *= met.light.share.take(met.rows)
@@ -261,7 +167,7 @@ def _passing(met: _Met, optics: SurfaceOptics, found: _Strongest) -> LightRays:
     )
 
 
-def _mirrored(met: _Met, optics: SurfaceOptics, found: _Strongest) -> LightRays:
+def _mirrored(met: ClearHits, optics: SurfaceOptics, found: StrongestEchoes) -> LightRays:
     """Return the light that is thrown back by what it has come upon, where that is worth while."""
     share = np.where(met.leaving, 0.0, met.mirrored) * met.light.share.take(met.rows)
     back = found.promising(met, share)

@@ -8,24 +8,19 @@ import numpy as np
 
 from robot_sim.array_types import FloatArray
 from robot_sim.raycasting.ray_caster import RayCaster
-from robot_sim.sensors.beam_effects import (
-    SUB_BEAMS,
-    Beam,
+from robot_sim.sensors.echoes import (
     Echoes,
-    Effects,
-    RangeNoise,
     detection_chances,
     dilution,
     false_echoes,
     footprint_depth,
-    mixed,
     quantised_ranges,
     received_power,
-    sub_beam_places,
-    sub_rays,
     sunlit_sigma,
 )
+from robot_sim.sensors.lidar_effects import Beam, Effects, RangeNoise
 from robot_sim.sensors.light_paths import LightTracer
+from robot_sim.sensors.mixed_pixels import SUB_BEAMS, mixed, sub_beam_places, sub_rays
 from robot_sim.sensors.surface_optics import SurfaceOptics
 
 _STREAMS: Final = ("footprint", "blend", "detection", "sunlight", "bias")

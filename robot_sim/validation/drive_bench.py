@@ -23,13 +23,13 @@ from robot_sim.robot.mujoco_body import (
 )
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.scene_objects.floor_surfaces import Patch, Surface
+from robot_sim.simulation import STEPS_PER_TICK
 from robot_sim.worlds.world import TIMESTEP_NS
 
 TICK: Final = 0.02
 """How often tyres and commands are renewed, as in the simulation [s]."""
 STEP: Final = TIMESTEP_NS * 1e-9
 """[s]."""
-STEPS_PER_TICK: Final = round(TICK / STEP)
 BENCH: Final = Surface("bench", 0.7, 0.7, 0.0, "what the targets assume; rolls without resistance")
 
 

@@ -27,30 +27,45 @@ def straight() -> Iterator[Row]:
     run = DriveBench(robot).run(ramped(rate, rate, 30.0, ramp=1.0))
     aside = 1e3 * float(np.abs(run.positions[:, 1]).max())
     turned = math.degrees(float(np.abs(run.yaws).max()))
-    yield Row(group, "sideways in 30 s at 0.7 m/s", 0.0, 1.0, aside, "mm", "symmetry")
-    yield Row(group, "turned in 30 s at 0.7 m/s", 0.0, 0.01, turned, "deg", "symmetry", 4)
+    yield Row(
+        group=group,
+        name="sideways in 30 s at 0.7 m/s",
+        target=0.0,
+        tolerance=1.0,
+        value=aside,
+        unit="mm",
+        source="symmetry",
+    )
+    yield Row(
+        group=group,
+        name="turned in 30 s at 0.7 m/s",
+        target=0.0,
+        tolerance=0.01,
+        value=turned,
+        unit="deg",
+        source="symmetry",
+        digits=4,
+    )
     settled = run.after(2.0)
     rolled = float(settled.positions[-1, 0] - settled.positions[0, 0])
     angle = float((settled.wheel_angles[-1] - settled.wheel_angles[0]).mean())
     yield Row(
-        group,
-        "rolled over wheel angle x unloaded radius",
-        0.9975,
-        0.0025,
-        rolled / (angle * robot.wheel_radius),
-        "",
-        "0.995 to 1.000: the tyre gives by a millimetre",
-        4,
+        group=group,
+        name="rolled over wheel angle x unloaded radius",
+        target=0.9975,
+        tolerance=0.0025,
+        value=rolled / (angle * robot.wheel_radius),
+        source="0.995 to 1.000: the tyre gives by a millimetre",
+        digits=4,
     )
     yield Row(
-        group,
-        "rolled over what the encoders say",
-        1.0,
-        0.0005,
-        rolled / (angle * robot.rolling_radius),
-        "",
-        "the firmware's radius is the loaded one",
-        5,
+        group=group,
+        name="rolled over what the encoders say",
+        target=1.0,
+        tolerance=0.0005,
+        value=rolled / (angle * robot.rolling_radius),
+        source="the firmware's radius is the loaded one",
+        digits=5,
     )
 
 
@@ -66,7 +81,15 @@ def slopes() -> Iterator[Row]:
         moved = run.positions[-1, :2] - run.positions[0, :2]
         speed = 1e3 * float(np.hypot(*moved)) / float(run.times[-1] - run.times[0])
         source = "regularised friction always creeps; limit chosen"
-        yield Row("Slopes", f"creep, wheels held, {name}", 0.0, 1.0, speed, "mm/s", source)
+        yield Row(
+            group="Slopes",
+            name=f"creep, wheels held, {name}",
+            target=0.0,
+            tolerance=1.0,
+            value=speed,
+            unit="mm/s",
+            source=source,
+        )
 
 
 def responses() -> Iterator[Row]:
@@ -85,13 +108,33 @@ def _response(robot: SkidSteer, name: str, left: float, right: float, column: in
     final, late = float(values[-1]), values[-len(values) // 4 :]
     over = 100.0 * max(0.0, float(values.max()) / final - 1.0)
     ripple = 100.0 * float(np.ptp(late)) / final
-    yield Row("Steps", f"{name}, overshoot", 0.0, 1.0, over, "%", "none wanted, limit chosen", 2)
-    yield Row("Steps", f"{name}, ripple after 1.5 s", 0.0, 1.0, ripple, "%", "limit chosen", 4)
+    yield Row(
+        group="Steps",
+        name=f"{name}, overshoot",
+        target=0.0,
+        tolerance=1.0,
+        value=over,
+        unit="%",
+        source="none wanted, limit chosen",
+        digits=2,
+    )
+    yield Row(
+        group="Steps",
+        name=f"{name}, ripple after 1.5 s",
+        target=0.0,
+        tolerance=1.0,
+        value=ripple,
+        unit="%",
+        source="limit chosen",
+        digits=4,
+    )
     for share, title in ((0.632, "t63"), (0.9, "t90")):
         target = 1e3 * _reached(expected, share, PLANAR_STEP)
         found = 1e3 * _reached(values, share, STEP)
         source = "planar model that does not pitch; no log of a real robot was at hand"
-        yield reported("Steps", f"{name}, {title}", target, found, "ms", source, 0)
+        yield reported(
+            "Steps", f"{name}, {title}", target, found, unit="ms", source=source, digits=0
+        )
 
 
 def _reached(values: FloatArray, share: float, step: float) -> float:

@@ -13,13 +13,15 @@ import mujoco
 import numpy as np
 
 from localization.types import Pose, Scan
+from robot_sim.actors.movers import Mover
 from robot_sim.array_types import FloatArray
 from robot_sim.raycasting import MujocoRayCaster, RayCaster
-from robot_sim.raycasting.moving_geoms import Moved
 from robot_sim.scene_objects.materials import MATERIALS
-from robot_sim.sensors.beam_effects import Echoes, Panes
+from robot_sim.sensors.echoes import Echoes
 from robot_sim.sensors.lidar import Scanner
-from robot_sim.sensors.light_paths import LightRays, LightTracer
+from robot_sim.sensors.lidar_effects import Panes
+from robot_sim.sensors.light_paths import LightTracer
+from robot_sim.sensors.light_rays import LightRays
 from robot_sim.sensors.pose_history import PoseHistory
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.sensors.surface_optics import optics_of
@@ -28,7 +30,7 @@ from robot_sim.sensors.surface_optics import optics_of
 class OpticalBench:
     """Things around a scanner at the origin that looks along x."""
 
-    def __init__(self, things: str, movers: Sequence[Moved] = ()) -> None:
+    def __init__(self, things: str, movers: Sequence[Mover] = ()) -> None:
         """Set things up.
 
         Args:

@@ -24,11 +24,14 @@ def plain(rows: Iterable[Row]) -> str:
 
 
 def verdict(rows: Sequence[Row]) -> str:
-    """Return one line on how many rows are met."""
+    """Return one line on how many rows are met; rows without a tolerance are counted apart."""
+    judged = [row for row in rows if row.judged]
     missed = [row.name for row in rows if not row.passed]
-    if not missed:
-        return f"all {len(rows)} rows met"
-    return f"{len(missed)} of {len(rows)} rows missed: {'; '.join(missed)}"
+    if missed:
+        return f"{len(missed)} of {len(judged)} judged rows missed: {'; '.join(missed)}"
+    fitted = sum(row.fitted for row in judged)
+    only_reported = len(rows) - len(judged)
+    return f"{len(judged)} judged rows met, of which {fitted} fitted; {only_reported} reported only"
 
 
 def markdown_table(rows: Iterable[Row]) -> str:

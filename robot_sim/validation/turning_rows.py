@@ -100,7 +100,7 @@ def _others() -> Iterator[Row]:
 
 
 def curves() -> Iterator[Row]:
-    """Yield chi in curves of growing radius."""
+    """Yield chi in curves of growing radius; the rule of the tyres' lateral grip was fitted to them."""
     robot = P3AT()
     for curve in CURVES:
         slow, fast = _rates(curve)
@@ -108,7 +108,9 @@ def curves() -> Iterator[Row]:
         values = [chi(robot, DriveBench(robot).run(ramped(*w, 3.0)).after(1.0)) for w in ways]
         target = coulomb.published_chi(curve)
         name = f"chi at lambda {curve:g}, the farthest of left, right, forward, back"
-        yield within("Curves", name, target, 0.03, _farthest(values, target), source=_WANG)
+        yield within(
+            "Curves", name, target, 0.03, _farthest(values, target), source=_WANG, fitted=True
+        )
 
 
 def chi_in_curve(curve: float, *, compliant: bool = True) -> float:
@@ -162,7 +164,7 @@ def width() -> Iterator[Row]:
         widen(bench.model, robot)
         value = chi(robot, bench.run(ramped(-2.0, 2.0, 3.0)).after(1.0))
         name = f"chi, centre of mass {1e3 * offset:+.0f} mm"
-        yield reported("Tyres as wide as they look", name, target, value, "", source, 3)
+        yield reported("Tyres as wide as they look", name, target, value, source=source, digits=3)
 
 
 def widen(model: mujoco.MjModel, robot: SkidSteer) -> None:
@@ -207,20 +209,54 @@ def steadiness() -> Iterator[Row]:
     group = "Steadiness in place"
     run = DriveBench(P3AT()).run(ramped(-2.0, 2.0, 12.0), fine=True)
     walked = float(np.hypot(*run.positions[:, :2].T).max())
-    yield Row(group, "position walk in 12 s", 0.0, 10.0, 1e3 * walked, "mm", "target chosen")
+    yield Row(
+        group=group,
+        name="position walk in 12 s",
+        target=0.0,
+        tolerance=10.0,
+        value=1e3 * walked,
+        unit="mm",
+        source="target chosen",
+    )
     settled = run.after(1.0)
     turn = settled.twists[:, 2]
     turns = (settled.yaws[-1] - settled.yaws[0]) / (2.0 * math.pi)
     ripple = 100.0 * float(np.ptp(turn) / turn.mean())
     name = f"yaw-rate ripple, peak to peak, {turns:.1f} turns"
-    yield Row(group, name, 0.0, 1.0, ripple, "%", "pyramidal cones fail this", 4)
+    yield Row(
+        group=group,
+        name=name,
+        target=0.0,
+        tolerance=1.0,
+        value=ripple,
+        unit="%",
+        source="pyramidal cones fail this",
+        digits=4,
+    )
     for rate, part in ((2.0, settled), (6.0, _fast())):
         shake = float(part.accelerations.std(axis=0).max())
         name = f"accelerometer std, wheels at {rate:g} rad/s, every step"
-        yield Row(group, name, 0.0, 0.05, shake, "m/s²", "MuJoCo's default contacts: 7.7", 4)
+        yield Row(
+            group=group,
+            name=name,
+            target=0.0,
+            tolerance=0.05,
+            value=shake,
+            unit="m/s²",
+            source="MuJoCo's default contacts: 7.7",
+            digits=4,
+        )
         down = int(part.tyres_down.sum(axis=1).min())
         name = f"wheels down, fewest in any step, at {rate:g} rad/s"
-        yield Row(group, name, 4, 0, down, "", "MuJoCo's default contacts: 0", 0)
+        yield Row(
+            group=group,
+            name=name,
+            target=4,
+            tolerance=0,
+            value=down,
+            source="MuJoCo's default contacts: 0",
+            digits=0,
+        )
 
 
 def _fast() -> Run:

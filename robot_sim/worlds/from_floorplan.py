@@ -8,7 +8,7 @@ from types import MappingProxyType
 import mujoco
 
 from localization.types import Pose
-from robot_sim.actors.movers import moving_bodies
+from robot_sim.actors.actor_bodies import moving_bodies
 from robot_sim.errors import SimulationError, WorldError
 from robot_sim.floorplan.plan import NO_FLOOR, Placement, Plan
 from robot_sim.floorplan.plan_ground import PlanGround

@@ -20,7 +20,8 @@ from robot_sim import (
     parse_world,
     scene_names,
 )
-from robot_sim.actors.movers import Mover, Walker, moving_bodies
+from robot_sim.actors.actor_bodies import moving_bodies
+from robot_sim.actors.movers import Mover, Walker
 from robot_sim.actors.walking import ACCELERATION, Walk
 from robot_sim.floorplan.actors_in_plan import MAX_WALKING_SPEED, DoorLeaf, Person
 from robot_sim.simulation import TICK_NS

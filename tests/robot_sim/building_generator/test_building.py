@@ -13,8 +13,8 @@ from robot_sim.building_generator import AREAS, Building, generate
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.toml_reader import plan_from_toml
 from robot_sim.floorplan.toml_writer import plan_to_toml
-from robot_sim.layout.footprints import footprints
-from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, Footprint, length
+from robot_sim.layout.footprints import Footprint, footprints
+from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, length
 from robot_sim.robot.mujoco_body import HEADROOM
 from robot_sim.robot.p3at import P3AT
 from robot_sim.robot_placement import place_robot

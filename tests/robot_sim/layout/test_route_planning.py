@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from robot_sim.layout.route_planning import Footprint, FreeSpace, RoutePlanner, length
+from robot_sim.layout.footprints import Footprint
+from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.route_planning import RoutePlanner, length
 
 lengths = st.floats(0.0, 2.0)
 boxes = st.builds(

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.types import Pose
+from robot_sim.actors.movers import Mover
 from robot_sim.raycasting import (
     MujocoRayCaster,
     RayCaster,
@@ -20,8 +21,8 @@ from robot_sim.raycasting import (
     caster_for,
     caster_selection as choice,
 )
-from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
-from robot_sim.raycasting.moving_geoms import Moved
+from robot_sim.raycasting.embree_caster import EmbreeRayCaster
+from robot_sim.raycasting.embree_scene import StaticGeometry
 from robot_sim.raycasting.pose_interpolation import PoseInterpolator
 from robot_sim.raycasting.shape_intersection import CONVEX, shape_cosines, shape_distances
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
@@ -140,7 +141,7 @@ def assert_native(
 
 
 def both(
-    model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Moved] = ()
+    model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Mover] = ()
 ) -> tuple[EmbreeRayCaster, MujocoRayCaster]:
     return (
         EmbreeRayCaster(StaticGeometry(model), model, data, movers),

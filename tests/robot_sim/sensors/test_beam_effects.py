@@ -16,11 +16,17 @@ from robot_sim.array_types import FloatArray
 from robot_sim.errors import SensorError, SimulationError
 from robot_sim.robot.p3at import MOUNTS
 from robot_sim.scene_objects.materials import MATERIALS
-from robot_sim.sensors.beam_effects import (
-    SUB_BEAMS,
+from robot_sim.sensors.echoes import (
+    Echoes,
+    detection_chances,
+    dilution,
+    footprint_depth,
+    received_power,
+)
+from robot_sim.sensors.lidar import Scanner
+from robot_sim.sensors.lidar_effects import (
     Beam,
     Bias,
-    Echoes,
     Effects,
     Mixing,
     Panes,
@@ -28,15 +34,9 @@ from robot_sim.sensors.beam_effects import (
     Sensitivity,
     Spreading,
     Sunlight,
-    detection_chances,
-    dilution,
-    footprint_depth,
-    mixed,
-    received_power,
-    sub_beam_places,
 )
-from robot_sim.sensors.lidar import Scanner
 from robot_sim.sensors.lidar_models import LIDARS, lidar_model
+from robot_sim.sensors.mixed_pixels import SUB_BEAMS, mixed, sub_beam_places
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.sensors.surface_optics import pane_reflectance
 from robot_sim.validation.optical_bench import (
@@ -304,7 +304,8 @@ def test_glass_is_looked_through_but_for_its_own_glint() -> None:
 
 def test_both_casters_look_through_the_same_glass() -> None:
     pytest.importorskip("embreex")
-    from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
+    from robot_sim.raycasting.embree_caster import EmbreeRayCaster
+    from robot_sim.raycasting.embree_scene import StaticGeometry
 
     bench = DriveBench(
         pane_xml(2.0)

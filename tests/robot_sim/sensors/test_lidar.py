@@ -13,7 +13,7 @@ from localization.geometry import interpolate_many, rotation_from_quaternion
 from localization.types import Pose, Scan, Twist
 from robot_sim.array_types import FloatArray
 from robot_sim.robot.p3at import MOUNTS
-from robot_sim.sensors.beam_effects import Echoes
+from robot_sim.sensors.echoes import Echoes
 from robot_sim.sensors.lidar import PoseHistory, ScannerConfig
 from robot_sim.sensors.light_paths import LightTracer
 from robot_sim.sensors.sensor_suite import sensor_suite

@@ -100,10 +100,13 @@ def test_command_prints_rows_and_writes_the_page(
 def test_command_ends_with_1_if_a_row_is_missed_and_names_it(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rows = [within("g", "chi", 1.466, 0.03, 2.1, source="s"), Row("g", "b", 1, 0, 1, "", "s")]
+    rows = [
+        within("g", "chi", 1.466, 0.03, 2.1, source="s"),
+        Row(group="g", name="b", target=1, tolerance=0, value=1, source="s"),
+    ]
     monkeypatch.setattr("robot_sim.validation.PARTS", {"wrong": lambda: iter(rows)})
     assert main(["validate"]) == 1
-    assert "1 of 2 rows missed: chi" in capsys.readouterr().out
+    assert "1 of 2 judged rows missed: chi" in capsys.readouterr().out
 
 
 def test_page_without_markers_is_refused_by_name(
@@ -139,13 +142,34 @@ def test_row_passes_only_within_its_tolerance_and_a_control_only_outside() -> No
     assert not dataclasses.replace(row, control=True).passed
     for control in (False, True):
         assert not dataclasses.replace(row, value=math.nan, control=control).passed
-    free = reported("g", "t63", 50.0, 80.0, "ms", "s", 0)
-    assert free.cells == ("t63", "50 ms", "none", "80 ms", "told", "s")
-    assert verdict([row, far]) == "1 of 2 rows missed: chi"
+    free = reported("g", "t63", 50.0, 80.0, unit="ms", source="s", digits=0)
+    assert free.cells == ("t63", "50 ms", "none", "80 ms", "reported", "s")
+    assert verdict([row, far, free]) == "1 of 2 judged rows missed: chi"
+
+
+def test_verdict_counts_judged_rows_and_says_which_were_fitted() -> None:
+    row = within("g", "chi", 2.0, 0.01, 2.0, source="s")
+    fitted = dataclasses.replace(row, fitted=True)
+    free = reported("g", "t63", 50.0, 80.0, source="s")
+    assert fitted.result == "ok (fitted)"
+    assert verdict([row, fitted, free]) == "2 judged rows met, of which 1 fitted; 1 reported only"
+    missed = dataclasses.replace(fitted, value=3.0)
+    assert missed.result == "missed"
+
+
+def test_only_the_curves_to_which_the_tyres_were_fitted_are_marked_so() -> None:
+    fitted = {part for part in PARTS for row in measured(part) if row.fitted}
+    assert fitted == {"curves"}
+    assert all(row.fitted for row in measured("curves"))
 
 
 def test_small_negative_numbers_print_without_a_sign() -> None:
-    assert Row("g", "n", 0.0, 1.0, -1e-9, "mm", "s").cells[3] == "0.000 mm"
+    assert (
+        Row(
+            group="g", name="n", target=0.0, tolerance=1.0, value=-1e-9, unit="mm", source="s"
+        ).cells[3]
+        == "0.000 mm"
+    )
 
 
 @given(ratio=st.floats(0.3, 3.0))
