@@ -16,10 +16,11 @@ from localization.types import IntArray, Twist
 from robot_sim import MOUNTS, Simulation, SimulationConfig, World, load_world, scene_names
 from robot_sim.array_types import FloatArray
 from robot_sim.raycasting import MujocoRayCaster, caster_for
-from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
+from robot_sim.raycasting.embree_caster import EmbreeRayCaster
+from robot_sim.raycasting.embree_scene import StaticGeometry
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.simulation import TICK_NS
-from robot_sim.worlds.worlds import WorldOptions
+from robot_sim.worlds.world import WorldOptions
 
 ROUNDS = 7
 """Contenders take turns; the least CPU time of a turn counts, for others use this machine as well."""

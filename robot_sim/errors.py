@@ -43,5 +43,5 @@ class PacketError(SimulationError, ValueError):
     """Bytes that are not a sound packet of the robot's controller, or numbers that fit in none."""
 
 
-class ReportError(SimulationError):
+class PageError(SimulationError):
     """A page has no place for what shall be written into it."""

@@ -18,9 +18,9 @@ from mujoco.rollout import Rollout
 from localization.types import IntArray, Pose
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import PhysicsError
-from robot_sim.placement import place_robot
 from robot_sim.robot.mujoco_body import WHEELS
-from robot_sim.worlds.worlds import TIMESTEP_NS
+from robot_sim.robot_placement import place_robot
+from robot_sim.worlds.world import TIMESTEP_NS
 
 _STATE: Final = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
 _INPUTS: Final = int(mujoco.mjtState.mjSTATE_USER)
@@ -37,7 +37,7 @@ _BAD_NUMBERS: Final = {
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class TickMotion:
     """How the robot moved through one tick, step by step: views that hold until the next tick."""
 
     stamps: IntArray
@@ -112,7 +112,7 @@ class Physics:
         """(S,) end of each step of the coming tick [ns]."""
         return self.stamp + self._ends
 
-    def advance(self, controls: FloatArray) -> Motion:
+    def advance(self, controls: FloatArray) -> TickMotion:
         """Run one tick.
 
         Whatever else ``data`` holds as input (``mocap_pos``, ``xfrc_applied`` ...) stays as it is
@@ -148,7 +148,7 @@ class Physics:
         self._check()
         stamps = self.step_stamps
         self._ticks += 1
-        return Motion(stamps, *self._views)
+        return TickMotion(stamps, *self._views)
 
     def _check(self) -> None:
         """Raise if MuJoCo warned, or if anything is not finite or absurdly fast.

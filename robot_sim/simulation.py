@@ -9,22 +9,24 @@ from typing import Final
 import numpy as np
 
 from localization.types import Pose, Reading, Twist, WheelSpeeds
-from robot_sim.actors.mocap_driver import Puppeteer
+from robot_sim.actors.mocap_driver import MocapDriver
 from robot_sim.drive.aria_packets import StandardPacket
-from robot_sim.drive.drivetrain import Drive, DriveConfig
+from robot_sim.drive.drivetrain import DriveConfig, Drivetrain
 from robot_sim.drive.encoders import Encoders
 from robot_sim.drive.motor_controller import Firmware, Override
 from robot_sim.drive.robot_condition import Condition, ConditionMonitor
 from robot_sim.drive.tyres import Tyres
 from robot_sim.drive.wheel_slip import Slip, slip_of
-from robot_sim.physics import Motion, Physics
+from robot_sim.physics import Physics, TickMotion
 from robot_sim.raycasting import caster_for
 from robot_sim.robot.mujoco_body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
-from robot_sim.sensors.inertial_unit import InertialConfig, InertialUnit
-from robot_sim.sensors.lidar import Scanner, ScannerConfig, sweeps_until
-from robot_sim.sensors.pose_history import Trail
+from robot_sim.robot_placement import obstacles_touched
+from robot_sim.sensors.imu import InertialConfig, InertialUnit
+from robot_sim.sensors.lidar import Scanner, ScannerConfig, scans_until
+from robot_sim.sensors.pose_history import PoseRecorder
 from robot_sim.sensors.surface_optics import optics_of
-from robot_sim.worlds.worlds import TIMESTEP_NS, World, load_world, obstacles_touched
+from robot_sim.worlds.loading import load_world
+from robot_sim.worlds.world import TIMESTEP_NS, World
 
 TICK_NS: Final = 20_000_000
 """One tick [ns]: the period of wheel and inertial readings, and of commands."""
@@ -84,13 +86,13 @@ class Simulation:
         self._physics = Physics(self.world.model, start, steps_per_tick=STEPS_PER_TICK)
         self._model, self._data = self._physics.model, self._physics.data
         self._tyres = Tyres(self._model, self._robot, self.world.patches)
-        self._puppeteer = Puppeteer(self._model, self.world.movers, TICK_NS)
+        self._mocap_driver = MocapDriver(self._model, self.world.movers, TICK_NS)
         self._index_joints()
 
         # Children are numbered: wheels 0, inertial unit 1, then the scanners as they are mounted.
         # A sensor more or less leaves the noise of the others as it is.
         seeds = np.random.SeedSequence(seed).spawn(2 + len(mounts))
-        self._drive = Drive(self.config.drive, self._robot)
+        self._drive = Drivetrain(self.config.drive, self._robot)
         self._encoders = Encoders(self.config.drive, self._robot, seeds[0])
         firmware = self.config.drive.firmware
         self._firmware = None if firmware is None else Firmware(firmware)
@@ -107,7 +109,7 @@ class Simulation:
             Scanner(s, mounts[s.name], self._caster, by_name[s.name], optics)
             for s in self.config.scanners
         ]
-        self._trail = Trail(0, self._data.qpos[self._base])
+        self._pose_recorder = PoseRecorder(0, self._data.qpos[self._base])
 
     def _index_joints(self) -> None:
         """Keep views of the wheels' numbers; MuJoCo lays out joints and motors in our order."""
@@ -155,7 +157,7 @@ class Simulation:
             PhysicsError: the physics became unstable.
         """
         motion = self._advance()
-        self._trail.extend(motion.stamps, motion.poses)
+        self._pose_recorder.extend(motion.stamps, motion.poses)
         stamp, dt = self.stamp, TICK_NS * 1e-9
         angles = 0.5 * (self._wheel_angles[:2] + self._wheel_angles[2:])
         speeds = self._encoders.read(stamp, angles, dt)
@@ -164,9 +166,9 @@ class Simulation:
         velocity = np.add.reduce(motion.angular_velocities) / STEPS_PER_TICK
         force = np.add.reduce(motion.sensors[:, self._accelerometer]) / STEPS_PER_TICK
         inertial = self._inertial.read(stamp, velocity, force)
-        track = self._trail.track()
-        scans = sweeps_until(stamp, self._scanners, self._caster, track)
-        self._trail.forget(min([s.start for s in self._scanners], default=stamp))
+        track = self._pose_recorder.track()
+        scans = scans_until(stamp, self._scanners, self._caster, track)
+        self._pose_recorder.forget(min([s.start for s in self._scanners], default=stamp))
         # Scans end before or with the tick.
         return (*scans, *wheels, inertial)
 
@@ -177,7 +179,7 @@ class Simulation:
         forward, _ = self._drive.target
         self._drive.override = self._firmware.judge(self._condition, forward)
         if self._drive.override is Override.RELAX:
-            self._monitor.stall_watch.clear()
+            self._monitor.stall_detector.clear()
         told = self._firmware.take(speeds, dt)
         return () if told is None else (told,)
 
@@ -189,13 +191,13 @@ class Simulation:
         slip = slip_of(self._robot, linear[0], linear[1], rates[5], self._wheel_rates)
         return Truth(self.stamp, map_from_base, Twist(linear, rates[3:]), slip)
 
-    def _advance(self) -> Motion:
+    def _advance(self) -> TickMotion:
         """Run the physics of one tick.
 
         What must be written before it (poses of moved bodies, friction under the wheels) is
         written here: it holds from the tick's first step to its last.
         """
-        self._puppeteer.place(self._data, self.stamp + TICK_NS)
+        self._mocap_driver.place(self._data, self.stamp + TICK_NS)
         self._tyres.grip(self._data)
         if self._robot.imperfections.integral_control:
             self._limit_windup()

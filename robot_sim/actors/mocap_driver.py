@@ -14,7 +14,7 @@ _CHUNK: Final = 64
 """Poses are computed for so many ticks at once: a call costs the same for one as for many."""
 
 
-class Puppeteer:
+class MocapDriver:
     """Puts the mocap bodies of a model where their movers are."""
 
     def __init__(self, model: mujoco.MjModel, movers: Sequence[Mover], tick: int) -> None:

@@ -18,7 +18,7 @@ _SPIKE: Final = math.radians(150.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class RoundedPath:
     """Straight stretches joined by arcs that touch them."""
 
     starts: FloatArray
@@ -44,7 +44,7 @@ class Curve:
         return self.points[k] + offset, self.headings[k] + turned
 
 
-def rounded(corners: FloatArray, *, closed: bool = False) -> Curve:
+def rounded_path(corners: FloatArray, *, closed: bool = False) -> RoundedPath:
     """Return the polyline through ``corners`` (C, 2) [m] with its inner corners rounded.
 
     An arc has ``CORNER_RADIUS``, or what half of the shorter stretch beside it allows. A closed curve
@@ -62,7 +62,7 @@ def rounded(corners: FloatArray, *, closed: bool = False) -> Curve:
         x, y = corners[int(np.argmin(lengths))]
         raise WorldError(f"path stays at [{x:g}, {y:g}] for two way-points in a row")
     headings = np.arctan2(stretches[:, 1], stretches[:, 0])
-    turns = wrapped(np.diff(headings))
+    turns = wrap_to_pi(np.diff(headings))
     if (np.abs(turns) > _SPIKE).any():
         x, y = corners[1 + int(np.argmax(np.abs(turns)))]
         raise WorldError(f"path turns right back at [{x:g}, {y:g}]: it needs a stop there")
@@ -84,7 +84,7 @@ def rounded(corners: FloatArray, *, closed: bool = False) -> Curve:
             pieces.append((x, y, heading, curvature, abs(turns[i]) * after / half[i]))
     table = np.array([p for p in pieces if p[4] > 1e-12])
     ends = np.cumsum(table[:, 4])
-    return Curve(
+    return RoundedPath(
         starts=ends - table[:, 4],
         points=table[:, :2],
         headings=table[:, 2],
@@ -93,7 +93,7 @@ def rounded(corners: FloatArray, *, closed: bool = False) -> Curve:
     )
 
 
-def wrapped(angles: FloatArray) -> FloatArray:
+def wrap_to_pi(angles: FloatArray) -> FloatArray:
     """Return the angles in (-pi, pi] [rad]; half a turn stays to the left."""
     angle: FloatArray = math.pi - np.mod(math.pi - angles, 2.0 * math.pi)
     return angle

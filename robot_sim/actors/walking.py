@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from localization.types import IntArray
-from robot_sim.actors.rounded_paths import Curve, rounded, wrapped
+from robot_sim.actors.rounded_paths import RoundedPath, rounded_path, wrap_to_pi
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 
@@ -27,7 +27,7 @@ TURN_TIME: Final = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class WalkerState:
     """What a walk answers: one row per time asked for."""
 
     positions: FloatArray
@@ -42,7 +42,7 @@ class Motion:
 class _Go:
     """From stop to stop: from rest to rest, or round and round without one."""
 
-    curve: Curve
+    curve: RoundedPath
     speed: float
     steps: int
     endless: bool
@@ -58,7 +58,7 @@ class _Go:
             return self.curve.length / self.speed
         return self.curve.length / self.peak + self.peak / ACCELERATION
 
-    def at(self, times: FloatArray) -> Motion:
+    def at(self, times: FloatArray) -> WalkerState:
         length = self.curve.length
         if self.endless:
             distances = self.speed * times
@@ -70,7 +70,7 @@ class _Go:
             distances = 0.5 * ACCELERATION * (speeding**2 - slowing**2) + self.peak * steady
         distances = np.clip(distances, 0.0, length)
         positions, headings = self.curve.at(distances)
-        return Motion(positions, headings, math.pi * self.steps * distances / length)
+        return WalkerState(positions, headings, math.pi * self.steps * distances / length)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,11 +82,11 @@ class _Stop:
     turn: float
     duration: float
 
-    def at(self, times: FloatArray) -> Motion:
+    def at(self, times: FloatArray) -> WalkerState:
         turning = min(TURN_TIME, self.duration)
         share = smooth((times - (self.duration - turning)) / turning)
         positions = np.broadcast_to(self.point, (len(times), 2))
-        return Motion(positions, self.heading + self.turn * share, np.zeros(len(times)))
+        return WalkerState(positions, self.heading + self.turn * share, np.zeros(len(times)))
 
 
 def smooth(share: FloatArray) -> FloatArray:
@@ -148,7 +148,7 @@ class Walk:
         """Time after which everything repeats [ns]."""
         return int(self._ends[-1])
 
-    def at(self, times: IntArray) -> Motion:
+    def at(self, times: IntArray) -> WalkerState:
         """Return where the walker is at ``times`` (N,) [ns]; at zero it leaves the first stop."""
         within = np.mod(times, self.cycle)
         stages = np.searchsorted(self._ends, within, "right")
@@ -161,7 +161,7 @@ class Walk:
             motion = self._stages[stage].at(1e-9 * (within[rows] - begun))
             positions[rows], headings[rows] = motion.positions, motion.headings
             strides[rows] = motion.strides
-        return Motion(positions, headings, strides)
+        return WalkerState(positions, headings, strides)
 
 
 def _stages(
@@ -170,20 +170,20 @@ def _stages(
     """Return the stages of the closed polyline through ``corners``, which stands at ``stops`` [s]."""
     where = np.flatnonzero(stops > 0.0)
     if len(where) == 0:
-        curve = rounded(corners, closed=True)
+        curve = rounded_path(corners, closed=True)
         # A cycle of the gait is two steps; the last must hand over to the first.
         steps = 2 * max(1, round(0.5 * curve.length / step_length))
         return [_Go(curve, speed, steps, endless=True)]
     around = np.roll(corners, -where[0], axis=0)
     ring = np.concatenate([around, around[:1]])
     marks = [int(w - where[0]) for w in where] + [len(corners)]
-    curves = [rounded(ring[a : b + 1]) for a, b in pairwise(marks)]
+    curves = [rounded_path(ring[a : b + 1]) for a, b in pairwise(marks)]
     stages: list[_Go | _Stop] = []
     for i, curve in enumerate(curves):
         steps = max(1, round(curve.length / step_length))
         end, heading = curve.at(np.array([curve.length]))
         following = curves[(i + 1) % len(curves)]
-        turn = float(wrapped(following.headings[:1] - heading)[0])
+        turn = float(wrap_to_pi(following.headings[:1] - heading)[0])
         stop = float(stops[where[(i + 1) % len(where)]])
         stages.append(_Go(curve, speed, steps, endless=False))
         stages.append(_Stop(end[0], float(heading[0]), turn, stop))

@@ -18,18 +18,17 @@ from robot_sim.building_generator.doors_and_windows import (
     windows,
 )
 from robot_sim.building_generator.furnishing import Box, Doorway, Furnisher, hub_and_ways, numbered
-from robot_sim.building_generator.room_layout import FloorPlan, Rectangle, draw_floor_plan
-from robot_sim.building_generator.room_types import CORRIDOR, HOME, OFFICE, Use, choose_use
+from robot_sim.building_generator.room_layout import Rectangle, RoomLayout, draw_room_layout
+from robot_sim.building_generator.room_types import CORRIDOR, HOME, OFFICE, RoomUse, choose_room_use
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Piece, Placement, Plan, Waypoint
 from robot_sim.layout.footprints import footprints
-from robot_sim.layout.route_planning import TOUR_LIMIT, FreeSpace, Ways
+from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner
 from robot_sim.robot.p3at import P3AT
 
 AREAS: Final = (60.0, 10_000.0)
 """Areas that a building can have [m^2]."""
-MARGIN: Final = 0.08
-"""Between the circle the robot turns in and everything else, all along the routes [m]."""
 _HOMELY: Final = 250.0
 """Buildings up to this area may be houses [m^2]."""
 _ATTEMPTS: Final = 50
@@ -91,7 +90,7 @@ class _Unfit(Exception):
 
 
 def _attempt(rng: np.random.Generator, seed: int, area: float, name: str) -> Building:
-    floor = draw_floor_plan(rng, area)
+    floor = draw_room_layout(rng, area)
     try:
         ways = openings(rng, floor)
     except WorldError as error:
@@ -114,13 +113,13 @@ def _attempt(rng: np.random.Generator, seed: int, area: float, name: str) -> Bui
     space = FreeSpace.around(bare.bounds, footprints(bare))
     least = P3AT().swing_radius + MARGIN
     start = _start(drafts)
-    reach = Ways(space, start.hub, least=least)
+    reach = RoutePlanner(space, start.hub, least=least)
     places = {d.name: _place(d, reach) for d in drafts}
     spots = [(p.x, p.y) for p in places.values()]
     more = [s for d in drafts for s in _more_spots(d, reach)]
     spawn = places[start.name]
     # Routes set out from where the robot stands, which need not be the hub.
-    reach = Ways(space, (spawn.x, spawn.y), least=least)
+    reach = RoutePlanner(space, (spawn.x, spawn.y), least=least)
     plan = Plan(
         name=name,
         bounds=bare.bounds,
@@ -153,13 +152,16 @@ class _Draft:
 
 
 def _furnished(
-    rng: np.random.Generator, floor: FloorPlan, ways: Sequence[Opening], uses: Mapping[str, Use]
+    rng: np.random.Generator,
+    floor: RoomLayout,
+    ways: Sequence[Opening],
+    uses: Mapping[str, RoomUse],
 ) -> Iterator[_Draft]:
     taken: list[str] = []
     for i, cell in enumerate(floor.cells):
         r = cell.rectangle
         inner = _inner(r, floor.outline)
-        kind = "corridor" if cell.corridor else choose_use(rng, uses, r.area, taken)
+        kind = "corridor" if cell.corridor else choose_room_use(rng, uses, r.area, taken)
         taken.append(kind)
         doors = [_doorway(o, r) for o in ways if i in o.edge.cells]
         hub, free = hub_and_ways(rng, inner, doors, along=cell.corridor)
@@ -204,7 +206,7 @@ def _window_of(draft: _Draft, space: FreeSpace) -> tuple[slice, slice]:
     return slice(r.y0, r.y1 + 1), slice(r.x0, r.x1 + 1)
 
 
-def _place(draft: _Draft, reach: Ways) -> Placement:
+def _place(draft: _Draft, reach: RoutePlanner) -> Placement:
     """Return the roomiest spot of a room that can be reached, near its hub.
 
     Raises:
@@ -235,7 +237,7 @@ def _place(draft: _Draft, reach: Ways) -> Placement:
     return Placement(px, py, yaw)
 
 
-def _more_spots(draft: _Draft, reach: Ways) -> Iterator[Waypoint]:
+def _more_spots(draft: _Draft, reach: RoutePlanner) -> Iterator[Waypoint]:
     """Yield spots that, with a room's place, let one see all of a large or long room."""
     r = draft.rectangle
     if r.area <= _SURVEYED and r.longer <= 80:

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from robot_sim.building_generator.room_layout import Edge, FloorPlan
+from robot_sim.building_generator.room_layout import CellEdge, RoomLayout
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Door, Wall, Window
 
@@ -30,7 +30,7 @@ _LARGE: Final = 40.0
 class Opening:
     """A way through an edge: a door, or the whole edge where two corridors meet."""
 
-    edge: Edge
+    edge: CellEdge
     at: int
     """Its middle along the edge's line [dm]."""
     width: int
@@ -39,7 +39,7 @@ class Opening:
     """Whether there is a wall around it."""
 
 
-def openings(rng: np.random.Generator, plan: FloorPlan) -> tuple[Opening, ...]:
+def openings(rng: np.random.Generator, plan: RoomLayout) -> tuple[Opening, ...]:
     """Return the ways between a plan's cells, which join them all.
 
     Raises:
@@ -71,11 +71,11 @@ def openings(rng: np.random.Generator, plan: FloorPlan) -> tuple[Opening, ...]:
     return tuple(made)
 
 
-def _room_for_door(edge: Edge) -> bool:
+def _room_for_door(edge: CellEdge) -> bool:
     return edge.length > min(_DOORS) + 2 * _JAMB
 
 
-def _opening(rng: np.random.Generator, plan: FloorPlan, edge: Edge) -> Opening:
+def _opening(rng: np.random.Generator, plan: RoomLayout, edge: CellEdge) -> Opening:
     cells = [plan.cells[i] for i in edge.cells]
     if all(c.corridor for c in cells):
         return Opening(edge, (edge.low + edge.high) // 2, edge.length, walled=False)
@@ -86,7 +86,7 @@ def _opening(rng: np.random.Generator, plan: FloorPlan, edge: Edge) -> Opening:
     return Opening(edge, int(rng.integers(low, high + 1)), width)
 
 
-def windows(rng: np.random.Generator, plan: FloorPlan) -> dict[Edge, tuple[int, int]]:
+def windows(rng: np.random.Generator, plan: RoomLayout) -> dict[CellEdge, tuple[int, int]]:
     """Return the middle and the width [dm] of the window in each outer edge that has one."""
     panes = {}
     for edge in plan.edges:
@@ -100,9 +100,9 @@ def windows(rng: np.random.Generator, plan: FloorPlan) -> dict[Edge, tuple[int, 
 
 
 def walls(
-    plan: FloorPlan,
+    plan: RoomLayout,
     ways: Sequence[Opening],
-    panes: dict[Edge, tuple[int, int]],
+    panes: dict[CellEdge, tuple[int, int]],
     *,
     height: float,
 ) -> tuple[Wall, ...]:
@@ -133,13 +133,13 @@ def walls(
     return tuple(built)
 
 
-def _point(edge: Edge, along: int) -> tuple[float, float]:
+def _point(edge: CellEdge, along: int) -> tuple[float, float]:
     return (edge.at / 10, along / 10) if edge.upright else (along / 10, edge.at / 10)
 
 
-def _runs(edges: Sequence[Edge]) -> Iterator[list[Edge]]:
+def _runs(edges: Sequence[CellEdge]) -> Iterator[list[CellEdge]]:
     """Yield the edges that follow each other on one line, outer and inner ones apart."""
-    run: list[Edge] = []
+    run: list[CellEdge] = []
     for edge in sorted(edges, key=lambda e: (len(e.cells), e.upright, e.at, e.low)):
         if run:
             last = run[-1]

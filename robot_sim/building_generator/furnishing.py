@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from robot_sim.array_types import FloatArray
-from robot_sim.building_generator.room_types import Group, Use
+from robot_sim.building_generator.room_types import Group, RoomUse
 from robot_sim.floorplan.plan import Piece
 
 WAY: Final = 0.62
@@ -73,7 +73,7 @@ class Furnisher:
         self._taken: list[Box] = []
         self.pieces: list[Piece] = []
 
-    def furnish(self, use: Use) -> None:
+    def furnish(self, use: RoomUse) -> None:
         """Put in what the use calls for, and some of what it allows; what finds no place is left out."""
         for make in use.musts:
             self._put(make(self._rng))

@@ -85,7 +85,7 @@ class Cell:
 
 
 @dataclass(frozen=True, slots=True)
-class Edge:
+class CellEdge:
     """What two cells share, or a cell and the outside: a piece of an upright or level line."""
 
     cells: tuple[int, ...]
@@ -105,18 +105,18 @@ class Edge:
 
 
 @dataclass(frozen=True, slots=True)
-class FloorPlan:
+class RoomLayout:
     """A building's cells, which tile its outline."""
 
     outline: Rectangle
     cells: tuple[Cell, ...]
-    edges: tuple[Edge, ...] = field(init=False)
+    edges: tuple[CellEdge, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "edges", tuple(_edges(self.outline, self.cells)))
 
 
-def draw_floor_plan(rng: np.random.Generator, area: float) -> FloorPlan:
+def draw_room_layout(rng: np.random.Generator, area: float) -> RoomLayout:
     """Return a floor plan of about ``area`` [m^2]."""
     aspect = rng.uniform(1.15, 1.9)
     # At least a corridor with a room on either side.
@@ -124,7 +124,7 @@ def draw_floor_plan(rng: np.random.Generator, area: float) -> FloorPlan:
     outline = Rectangle(0, 0, round(100.0 * area / depth), depth)
     # Rooms grow with the building, for a hall of offices has fewer walls than as many flats.
     typical = min(20.0 + area / 60.0, 60.0)
-    return FloorPlan(outline, tuple(_Divider(rng, typical).divide(outline)))
+    return RoomLayout(outline, tuple(_Divider(rng, typical).divide(outline)))
 
 
 class _Divider:
@@ -227,7 +227,7 @@ class _Divider:
         yield from self._rooms(second, access - {near})
 
 
-def _edges(outline: Rectangle, cells: tuple[Cell, ...]) -> Iterator[Edge]:
+def _edges(outline: Rectangle, cells: tuple[Cell, ...]) -> Iterator[CellEdge]:
     for i, cell in enumerate(cells):
         a = cell.rectangle
         for j in range(i + 1, len(cells)):
@@ -241,13 +241,13 @@ def _edges(outline: Rectangle, cells: tuple[Cell, ...]) -> Iterator[Edge]:
         ):
             rim = (outline.x0, outline.x1) if upright else (outline.y0, outline.y1)
             if at in rim:
-                yield Edge((i,), upright, at, low, high)
+                yield CellEdge((i,), upright, at, low, high)
 
 
-def _shared(i: int, a: Rectangle, j: int, b: Rectangle) -> Iterator[Edge]:
+def _shared(i: int, a: Rectangle, j: int, b: Rectangle) -> Iterator[CellEdge]:
     low, high = max(a.y0, b.y0), min(a.y1, b.y1)
     if low < high and (a.x1 == b.x0 or b.x1 == a.x0):
-        yield Edge((i, j), True, a.x1 if a.x1 == b.x0 else a.x0, low, high)
+        yield CellEdge((i, j), True, a.x1 if a.x1 == b.x0 else a.x0, low, high)
     low, high = max(a.x0, b.x0), min(a.x1, b.x1)
     if low < high and (a.y1 == b.y0 or b.y1 == a.y0):
-        yield Edge((i, j), False, a.y1 if a.y1 == b.y0 else a.y0, low, high)
+        yield CellEdge((i, j), False, a.y1 if a.y1 == b.y0 else a.y0, low, high)

@@ -39,7 +39,7 @@ class Group:
     """Whether its back goes to a wall; else it stands anywhere."""
 
 
-Maker = Callable[[np.random.Generator], Group]
+GroupMaker = Callable[[np.random.Generator], Group]
 
 
 def _between(rng: np.random.Generator, low: float, high: float) -> float:
@@ -47,7 +47,7 @@ def _between(rng: np.random.Generator, low: float, high: float) -> float:
     return round(float(rng.uniform(low, high)), 1)
 
 
-def _alone(kind: str, width: tuple[float, float], depth: float, height: float) -> Maker:
+def _alone(kind: str, width: tuple[float, float], depth: float, height: float) -> GroupMaker:
     """A single piece with its back to the wall."""
 
     def make(rng: np.random.Generator) -> Group:
@@ -145,35 +145,35 @@ _pilaster = _alone("pillar", (0.3, 0.5), 0.2, 2.8)
 
 
 @dataclass(frozen=True, slots=True)
-class Use:
+class RoomUse:
     """What a room may be for."""
 
     areas: tuple[float, float]
     """Of rooms that suit [m^2]."""
     weight: float
     """How common it is."""
-    musts: tuple[Maker, ...]
+    musts: tuple[GroupMaker, ...]
     """What comes first."""
-    mays: tuple[Maker, ...]
+    mays: tuple[GroupMaker, ...]
     """What comes after, at random, as long as there is room for it."""
     density: float = 0.2
     """Optional groups per square metre."""
 
 
-OFFICE: Final[Mapping[str, Use]] = MappingProxyType(
+OFFICE: Final[Mapping[str, RoomUse]] = MappingProxyType(
     {
-        "office": Use((6, 30), 5, (_desk,), (_desk, _shelf, _cabinet, _plant, _boxes)),
-        "open_office": Use(
+        "office": RoomUse((6, 30), 5, (_desk,), (_desk, _shelf, _cabinet, _plant, _boxes)),
+        "open_office": RoomUse(
             (28, 150), 6, (_desk_island,), (_desk_island, _desk, _shelf, _cabinet, _plant)
         ),
-        "meeting_room": Use((12, 60), 3, (_table_with_chairs,), (_cabinet, _plant, _shelf, _counter), 0.1),
-        "kitchen": Use((8, 35), 1.2, (_kitchen,), (_round_table, _cabinet, _plant)),
-        "library": Use((15, 90), 1.2, (_shelf, _bookcases), (_shelf, _bookcases, _round_table)),
-        "lounge": Use((14, 90), 1.2, (_seating,), (_seating, _round_table, _plant, _shelf)),
-        "workshop": Use((16, 120), 1.2, (_workbench,), (_workbench, _cabinet, _boxes, _shelf)),
-        "washroom": Use((6, 16), 1, (_basin,), (_basin, _cabinet), 0.15),
-        "store": Use((6, 30), 1, (_shelf,), (_shelf, _boxes, _boxes, _cabinet), 0.4),
-        "hall": Use(
+        "meeting_room": RoomUse((12, 60), 3, (_table_with_chairs,), (_cabinet, _plant, _shelf, _counter), 0.1),
+        "kitchen": RoomUse((8, 35), 1.2, (_kitchen,), (_round_table, _cabinet, _plant)),
+        "library": RoomUse((15, 90), 1.2, (_shelf, _bookcases), (_shelf, _bookcases, _round_table)),
+        "lounge": RoomUse((14, 90), 1.2, (_seating,), (_seating, _round_table, _plant, _shelf)),
+        "workshop": RoomUse((16, 120), 1.2, (_workbench,), (_workbench, _cabinet, _boxes, _shelf)),
+        "washroom": RoomUse((6, 16), 1, (_basin,), (_basin, _cabinet), 0.15),
+        "store": RoomUse((6, 30), 1, (_shelf,), (_shelf, _boxes, _boxes, _cabinet), 0.4),
+        "hall": RoomUse(
             (60, 400), 5, (_counter, _free_pillar), (_seating, _plant, _free_pillar, _round_table),
             0.08,
         ),
@@ -181,27 +181,27 @@ OFFICE: Final[Mapping[str, Use]] = MappingProxyType(
 )  # fmt: skip
 """Rooms of an office building."""
 
-HOME: Final[Mapping[str, Use]] = MappingProxyType(
+HOME: Final[Mapping[str, RoomUse]] = MappingProxyType(
     {
-        "living_room": Use((14, 90), 3, (_seating, _shelf), (_seating, _table_with_chairs, _plant)),
-        "kitchen": Use((8, 30), 2, (_kitchen,), (_table_with_chairs, _round_table, _counter)),
-        "bedroom": Use((8, 40), 4, (_bed, _cabinet), (_shelf, _cabinet, _desk, _plant)),
-        "bathroom": Use((5, 14), 2, (_tub, _basin), (_cabinet,), 0.1),
-        "study": Use((8, 30), 2, (_desk, _shelf), (_shelf, _seating, _plant)),
-        "store": Use((5, 20), 1, (_shelf,), (_shelf, _boxes, _boxes), 0.4),
-        "games_room": Use(
+        "living_room": RoomUse((14, 90), 3, (_seating, _shelf), (_seating, _table_with_chairs, _plant)),
+        "kitchen": RoomUse((8, 30), 2, (_kitchen,), (_table_with_chairs, _round_table, _counter)),
+        "bedroom": RoomUse((8, 40), 4, (_bed, _cabinet), (_shelf, _cabinet, _desk, _plant)),
+        "bathroom": RoomUse((5, 14), 2, (_tub, _basin), (_cabinet,), 0.1),
+        "study": RoomUse((8, 30), 2, (_desk, _shelf), (_shelf, _seating, _plant)),
+        "store": RoomUse((5, 20), 1, (_shelf,), (_shelf, _boxes, _boxes), 0.4),
+        "games_room": RoomUse(
             (28, 400), 1, (_table_with_chairs, _free_pillar), (_seating, _plant, _boxes), 0.12
         ),
     }
 )  # fmt: skip
 """Rooms of a house."""
 
-CORRIDOR: Final = Use((0, 1e9), 1, (), (_locker, _pilaster, _pilaster, _plant), 0.08)
+CORRIDOR: Final = RoomUse((0, 1e9), 1, (), (_locker, _pilaster, _pilaster, _plant), 0.08)
 """What stands along a corridor's walls."""
 
 
-def choose_use(
-    rng: np.random.Generator, uses: Mapping[str, Use], area: float, taken: Sequence[str]
+def choose_room_use(
+    rng: np.random.Generator, uses: Mapping[str, RoomUse], area: float, taken: Sequence[str]
 ) -> str:
     """Return what a room of that area [m^2] is for; what there is already becomes less likely."""
     names = [n for n, use in uses.items() if use.areas[0] <= area <= use.areas[1]]

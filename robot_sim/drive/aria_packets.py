@@ -14,7 +14,7 @@ from typing import Final
 from robot_sim.drive.bumpers import SEGMENTS, Bumpers
 from robot_sim.errors import PacketError
 
-HEADER: Final = b"\xfa\xfb"
+PACKET_HEADER: Final = b"\xfa\xfb"
 POSITION_UNITS: Final = 1 << 15
 """Positions are sent in 15 bits, and begin anew beyond them."""
 
@@ -36,7 +36,7 @@ def checksum(data: bytes) -> int:
     return total ^ data[-1] if len(data) > even else total
 
 
-def frame(data: bytes) -> bytes:
+def frame_packet(data: bytes) -> bytes:
     """Return a packet's data, which begins with its type, in its frame.
 
     Raises:
@@ -44,16 +44,16 @@ def frame(data: bytes) -> bytes:
     """
     if len(data) > _LONGEST - 5:
         raise PacketError(f"a packet holds {_LONGEST - 5} bytes at most, got {len(data)}")
-    return HEADER + bytes([len(data) + 2]) + data + checksum(data).to_bytes(2, "big")
+    return PACKET_HEADER + bytes([len(data) + 2]) + data + checksum(data).to_bytes(2, "big")
 
 
-def unframe(packet: bytes) -> bytes:
+def unframe_packet(packet: bytes) -> bytes:
     """Return the data of one whole packet.
 
     Raises:
         PacketError: the bytes are not one sound packet; the message says what is wrong.
     """
-    if packet[:2] != HEADER:
+    if packet[:2] != PACKET_HEADER:
         raise PacketError(f"a packet begins with fa fb, got {packet[:2].hex(' ') or 'nothing'}")
     if len(packet) < 6 or packet[2] != len(packet) - 3:
         raise PacketError(f"a packet's third byte counts what follows it, got {len(packet)} bytes")
@@ -132,7 +132,7 @@ class StandardPacket:
             data += _END.pack(0, 0, 0, 0, 0, self.battery, 0, self.turn)
         except struct.error as error:
             raise PacketError(f"a number does not fit the standard packet: {error}") from None
-        return frame(data)
+        return frame_packet(data)
 
     @classmethod
     def from_bytes(cls, packet: bytes) -> StandardPacket:
@@ -141,7 +141,7 @@ class StandardPacket:
         Raises:
             PacketError: the bytes are not one sound standard packet.
         """
-        data = unframe(packet)
+        data = unframe_packet(packet)
         if data[0] not in (_STOPPED, _MOVING):
             raise PacketError(f"a standard packet is of type 0x32 or 0x33, got {data[0]:#04x}")
         try:

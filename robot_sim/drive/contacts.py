@@ -10,9 +10,9 @@ import numpy as np
 
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.drive.bumpers import Bumpers, pressed_by
-from robot_sim.physics import Motion
-from robot_sim.robot.bumper_geom import FENDER
-from robot_sim.robot.contact_sensors import FeelerColumns
+from robot_sim.physics import TickMotion
+from robot_sim.robot.bumper_geom import BUMPER
+from robot_sim.robot.contact_sensors import ContactSensorColumns
 from robot_sim.robot.mujoco_body import FLOOR_BIT, WHEELS
 from robot_sim.robot.underbody import NOSE
 
@@ -22,7 +22,7 @@ _CLEAR = Bumpers()
 
 
 @dataclass(frozen=True, slots=True)
-class Touches:
+class ContactSummary:
     """What a tick's contacts amount to; one step of the tick is enough."""
 
     names: tuple[str, ...]
@@ -34,17 +34,17 @@ class Touches:
     """Whether each of ``WHEELS`` was on the ground."""
 
 
-class TouchFinder:
+class ContactFinder:
     """Finds the contacts of every step of a tick in which the feelers felt something."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Look up the robot's parts; ``data`` is at rest where the first tick begins."""
         self._model = model
-        self._columns = FeelerColumns.of(model, "base_link", WHEELS)
+        self._columns = ContactSensorColumns.of(model, "base_link", WHEELS)
         self._base = int(model.body("base_link").id)
         roots = model.body_rootid[model.geom_bodyid]
         self._is_robot: list[bool] = np.asarray(roots == self._base).tolist()
-        rings = ("chassis", NOSE, FENDER, *(f"{wheel}_hull" for wheel in WHEELS))
+        rings = ("chassis", NOSE, BUMPER, *(f"{wheel}_hull" for wheel in WHEELS))
         # Only where something moves on its own is there a fender.
         ids = (mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in rings)
         self._ring = {geom for geom in ids if geom >= 0}
@@ -53,7 +53,7 @@ class TouchFinder:
         self._scratch = mujoco.MjData(model)
         self._before: FloatArray = data.qpos.copy()
 
-    def find(self, data: mujoco.MjData, motion: Motion) -> Touches:
+    def find(self, data: mujoco.MjData, motion: TickMotion) -> ContactSummary:
         """Return what was touched in the tick that has just been rolled out into ``data``."""
         felt = motion.sensors[:, self._columns.hull] > 0.0
         before, self._before = self._before, motion.positions[-1].copy()
@@ -61,11 +61,11 @@ class TouchFinder:
         states = self._touching_states(data, motion, felt, before) if touching else ()
         return self._touches(motion.sensors, states)
 
-    def begin(self, data: mujoco.MjData) -> Touches:
+    def begin(self, data: mujoco.MjData) -> ContactSummary:
         """Return what is touched before the first tick, after ``mj_forward``."""
         return self._touches(data.sensordata[None, :], [data])
 
-    def _touches(self, sensors: FloatArray, states: Iterable[mujoco.MjData]) -> Touches:
+    def _touches(self, sensors: FloatArray, states: Iterable[mujoco.MjData]) -> ContactSummary:
         counts = np.maximum.reduce(sensors[:, self._columns.tyres]).tolist()
         wheels_down = (counts[0] > 0.0, counts[1] > 0.0, counts[2] > 0.0, counts[3] > 0.0)
         names: set[str] = set()
@@ -77,10 +77,10 @@ class TouchFinder:
             patches += met
             grounded |= sat
         bumpers = pressed_by(patches) if patches else _CLEAR
-        return Touches(tuple(sorted(names)), bumpers, grounded, wheels_down)
+        return ContactSummary(tuple(sorted(names)), bumpers, grounded, wheels_down)
 
     def _touching_states(
-        self, data: mujoco.MjData, motion: Motion, felt: BoolArray, before: FloatArray
+        self, data: mujoco.MjData, motion: TickMotion, felt: BoolArray, before: FloatArray
     ) -> Iterator[mujoco.MjData]:
         """Yield states with the contacts of the steps in which other parts were touched than in the last.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from localization.types import Twist
 from robot_sim.array_types import FloatArray
-from robot_sim.drive.motor_controller import FirmwareConfig, Override, quantised
+from robot_sim.drive.motor_controller import FirmwareConfig, Override, quantised_command
 from robot_sim.drive.motor_stall import StallConfig
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
@@ -24,7 +24,7 @@ _LIMITS = (
 
 
 @dataclass(frozen=True, slots=True)
-class WheelSlip:
+class SlipFault:
     """An injected fault: wheels spinning on ice.
 
     While it lasts, the encoders of both sides report ``factor`` times the real rim speed. The
@@ -67,7 +67,7 @@ class DriveConfig:
     """Standard deviation of each side's constant scale error, drawn once per seed."""
     encoder_noise: float = 0.002
     """Standard deviation of one reading [m/s]."""
-    slips: tuple[WheelSlip, ...] = ()
+    slips: tuple[SlipFault, ...] = ()
     """Injected faults."""
     stall: StallConfig = field(default_factory=StallConfig)
     """When the motors count as stalled."""
@@ -89,7 +89,7 @@ def ramp(now: float, target: float, *, gain: float, loss: float) -> float:
     return min(target, now + gain) if target > now else max(target, now - gain)
 
 
-class Drive:
+class Drivetrain:
     """Follows a set-point within its limits."""
 
     def __init__(self, config: DriveConfig, robot: SkidSteer) -> None:
@@ -119,7 +119,7 @@ class Drive:
                 f"command must be finite, got forward {forward} m/s and turn {turn} rad/s"
             )
         if self._config.firmware is not None:
-            forward, turn = quantised(forward, turn, self._config.firmware)
+            forward, turn = quantised_command(forward, turn, self._config.firmware)
         rim = abs(forward) + abs(turn) * 0.5 * self._track
         excess = max(
             1.0,

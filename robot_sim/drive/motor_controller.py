@@ -83,7 +83,7 @@ class FirmwareConfig:
         return 2e-3 / self.differential_factor
 
 
-def quantised(forward: float, turn: float, config: FirmwareConfig) -> tuple[float, float]:
+def quantised_command(forward: float, turn: float, config: FirmwareConfig) -> tuple[float, float]:
     """Return a command [m/s, rad/s] as the controller gets it."""
     if config.motion is MotionCommand.VEL:
         return round(1e3 * forward) / 1e3, math.radians(round(math.degrees(turn)))

@@ -37,7 +37,7 @@ class StallConfig:
                 raise ValueError(f"stall {name} must be > 0, got {getattr(self, name)}")
 
 
-class StallWatch:
+class StallDetector:
     """Averages the load of both sides, each of which has its wheels coupled."""
 
     def __init__(self, robot: SkidSteer, config: StallConfig, tick: int) -> None:

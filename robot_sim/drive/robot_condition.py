@@ -9,9 +9,9 @@ import mujoco
 
 from robot_sim.array_types import FloatArray
 from robot_sim.drive.bumpers import Bumpers
-from robot_sim.drive.contacts import Touches, TouchFinder
-from robot_sim.drive.motor_stall import StallConfig, StallWatch
-from robot_sim.physics import Motion
+from robot_sim.drive.contacts import ContactFinder, ContactSummary
+from robot_sim.drive.motor_stall import StallConfig, StallDetector
+from robot_sim.physics import TickMotion
 from robot_sim.robot.mujoco_body import WHEELS
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
@@ -79,18 +79,18 @@ class ConditionMonitor:
         stall: StallConfig,
     ) -> None:
         """Begin with the robot at rest, ``mj_forward`` called; ``tick`` is the time between updates [ns]."""
-        self._finder = TouchFinder(model, data)
-        self.stall_watch = StallWatch(robot, stall, tick)
+        self._finder = ContactFinder(model, data)
+        self.stall_detector = StallDetector(robot, stall, tick)
         joints = [model.joint(wheel) for wheel in WHEELS]
         dofs = [int(joint.dofadr[0]) for joint in joints]
         self._rates = data.qvel[dofs[0] : dofs[-1] + 1]
         motors = [int(model.actuator(wheel).id) for wheel in WHEELS]
         self._torques = data.actuator_force[motors[0] : motors[-1] + 1]
 
-    def update(self, data: mujoco.MjData, motion: Motion) -> Condition:
+    def update(self, data: mujoco.MjData, motion: TickMotion) -> Condition:
         """Return the condition after the tick that has just been rolled out into ``data``."""
         touches = self._finder.find(data, motion)
-        stalled = self.stall_watch.update(self._torques, self._rates)
+        stalled = self.stall_detector.update(self._torques, self._rates)
         return self._condition(int(motion.stamps[-1]), motion.poses[-1], touches, stalled)
 
     def begin(self, data: mujoco.MjData) -> Condition:
@@ -99,7 +99,7 @@ class ConditionMonitor:
         return self._condition(0, pose, self._finder.begin(data), (False, False))
 
     def _condition(
-        self, stamp: int, pose: FloatArray, touches: Touches, stalled: tuple[bool, bool]
+        self, stamp: int, pose: FloatArray, touches: ContactSummary, stalled: tuple[bool, bool]
     ) -> Condition:
         left, right = stalled
         roll, pitch, upright = attitude(pose[3:])

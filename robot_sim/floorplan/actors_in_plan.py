@@ -12,10 +12,10 @@ from typing import Final
 
 from robot_sim.errors import WorldError
 
-Stop = tuple[float, ...]
+PathPoint = tuple[float, ...]
 """x, y in ``map`` [m], and for how long one stops there [s] if there is a third."""
 
-FASTEST: Final = 2.5
+MAX_WALKING_SPEED: Final = 2.5
 """Nobody walks faster [m/s]; a leg that swings forward is nearly twice as fast."""
 
 
@@ -24,7 +24,7 @@ class Person:
     """Somebody who walks a path, out and back or round and round."""
 
     name: str
-    path: tuple[Stop, ...]
+    path: tuple[PathPoint, ...]
     speed: float | None = None
     """[m/s]; drawn from 0.8 to 1.4 if None."""
     pause: float | None = None
@@ -43,7 +43,7 @@ class Cart:
     """A trolley on a path; ``Person`` tells of the entries that both have."""
 
     name: str
-    path: tuple[Stop, ...]
+    path: tuple[PathPoint, ...]
     """Of whoever pushes it, or of its own middle."""
     speed: float | None = None
     pause: float | None = None
@@ -62,7 +62,7 @@ class Cart:
 
 
 @dataclass(frozen=True, slots=True)
-class Leaf:
+class DoorLeaf:
     """A door leaf on a hinge, which opens and closes again."""
 
     name: str
@@ -102,7 +102,7 @@ class Leaf:
         )
 
 
-Inhabitant = Person | Cart | Leaf
+Actor = Person | Cart | DoorLeaf
 """Whatever moves in a world."""
 
 
@@ -112,8 +112,10 @@ def _check_walk(kind: str, walker: Person | Cart) -> None:
         value = getattr(walker, key)
         if value is not None:
             _check_positive(what, **{key: value})
-    if walker.speed is not None and walker.speed > FASTEST:
-        raise WorldError(f"{what}: speed must be at most {FASTEST:g} m/s, got {walker.speed:g}")
+    if walker.speed is not None and walker.speed > MAX_WALKING_SPEED:
+        raise WorldError(
+            f"{what}: speed must be at most {MAX_WALKING_SPEED:g} m/s, got {walker.speed:g}"
+        )
     if walker.start is not None and not (math.isfinite(walker.start) and walker.start >= 0.0):
         raise WorldError(f"{what}: start must be >= 0 s, got {walker.start}")
 

@@ -13,11 +13,11 @@ from types import MappingProxyType
 from typing import Final
 
 from robot_sim.errors import WorldError
-from robot_sim.floorplan.actors_in_plan import Inhabitant
+from robot_sim.floorplan.actors_in_plan import Actor
 from robot_sim.number_checks import check_finite, check_positive
 from robot_sim.scene_objects.floor_surfaces import Patch, surface_named
 from robot_sim.scene_objects.glazing import Glazing, Roof
-from robot_sim.scene_objects.parts import (
+from robot_sim.scene_objects.plan_elements import (
     Bounds as Bounds,
     Door as Door,
     Piece as Piece,
@@ -26,7 +26,7 @@ from robot_sim.scene_objects.parts import (
     Waypoint as Waypoint,
     Window as Window,
 )
-from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.terrain import Terrain
 
 NO_FLOOR: Final = "none"
@@ -75,7 +75,7 @@ class Plan:
     survey: tuple[Waypoint, ...] = ()
     """A longer drive that sees every corner, for building a map."""
     cloud: CloudSpec = field(default_factory=CloudSpec)
-    inhabitants: tuple[Inhabitant, ...] = ()
+    actors: tuple[Actor, ...] = ()
     """Who and what moves when the world is alive."""
 
     def __post_init__(self) -> None:

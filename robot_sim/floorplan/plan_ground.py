@@ -13,7 +13,7 @@ from robot_sim.floorplan.plan import NO_FLOOR, Placement, Plan
 from robot_sim.scene_objects.terrain import Terrain, grid_heights
 
 
-class Ground:
+class PlanGround:
     """Height of the highest drivable thing at any point of a plan: floor, slabs and terrains."""
 
     def __init__(self, plan: Plan) -> None:

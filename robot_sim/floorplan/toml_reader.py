@@ -6,8 +6,8 @@ import tomllib
 from typing import Any
 
 from robot_sim.errors import SimulationError, WorldError
-from robot_sim.floorplan import toml_parts as read, toml_table as toml
-from robot_sim.floorplan.actors_in_plan import Cart, Leaf, Person
+from robot_sim.floorplan import toml_element_readers as read, toml_table as toml
+from robot_sim.floorplan.actors_in_plan import Cart, DoorLeaf, Person
 from robot_sim.floorplan.plan import Plan
 
 
@@ -56,7 +56,7 @@ def _plan(table: toml.Table, name: str) -> Plan:
         tour=tour,
         survey=table.take("survey", toml.waypoints, tour),
         cloud=read.cloud(table.table("cloud")),
-        inhabitants=(
+        actors=(
             *(_person(t, i) for i, t in enumerate(table.tables("person"))),
             *(_cart(t, i) for i, t in enumerate(table.tables("cart"))),
             *(_leaf(t, i) for i, t in enumerate(table.tables("leaf"))),
@@ -92,11 +92,11 @@ def _walk(table: toml.Table) -> dict[str, Any]:
     }
 
 
-def _leaf(table: toml.Table, index: int) -> Leaf:
+def _leaf(table: toml.Table, index: int) -> DoorLeaf:
     lengths = ("width", "height", "thickness", "open_time", "closed_time", "moving_time")
     own: dict[str, Any] = {key: table.take(key, toml.number, None) for key in lengths}
     own["material"] = table.take("material", toml.text, None)
-    leaf = Leaf(
+    leaf = DoorLeaf(
         name=table.take("name", toml.text, f"leaf_{index}"),
         hinge=table.take("hinge", toml.point),
         closed=table.take("closed", toml.degrees),

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeVar
 
 from robot_sim.errors import WorldError
-from robot_sim.floorplan.actors_in_plan import Stop
-from robot_sim.scene_objects.parts import Bounds, Placement, Waypoint
+from robot_sim.floorplan.actors_in_plan import PathPoint
+from robot_sim.scene_objects.plan_elements import Bounds, Placement, Waypoint
 
 T = TypeVar("T")
 
@@ -146,7 +146,7 @@ def waypoints(value: Any) -> tuple[Waypoint, ...]:
     return tuple(point(v) for v in value)
 
 
-def path(value: Any) -> tuple[Stop, ...]:
+def path(value: Any) -> tuple[PathPoint, ...]:
     """Read a list of points, each with how long to stop there if it has a third number."""
     if not isinstance(value, list):
         raise TypeError(f"must be a list of [x, y] or [x, y, stop], got {value!r}")

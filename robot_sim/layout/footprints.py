@@ -1,13 +1,40 @@
-"""What the things of a plan cover of the floor, for whoever plans ways between them."""
+"""Footprints: the area of the floor that walls and furniture cover, for route planning."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
+import numpy as np
+
+from robot_sim.array_types import FloatArray
 from robot_sim.floorplan.plan import Plan, Wall
-from robot_sim.layout.route_planning import Footprint
 from robot_sim.scene_objects.furniture import size_of
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """What an obstacle covers of the floor: a rectangle, its corners rounded outward."""
+
+    x: float
+    """Centre [m]."""
+    y: float
+    half: tuple[float, float]
+    """Half extents before rounding [m]."""
+    yaw: float = 0.0
+    """[rad]."""
+    rounding: float = 0.0
+    """Radius added all round [m]; a disc has no extents and its radius here."""
+
+    def distance(self, points: FloatArray) -> FloatArray:
+        """Return distances (...,) [m] of points (..., 2) from the edge; negative inside a rounding."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        offset = points - (self.x, self.y)
+        along = np.abs(offset[..., 0] * c + offset[..., 1] * s) - self.half[0]
+        across = np.abs(offset[..., 1] * c - offset[..., 0] * s) - self.half[1]
+        gap: FloatArray = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0)) - self.rounding
+        return gap
 
 
 def footprints(plan: Plan) -> Iterator[Footprint]:

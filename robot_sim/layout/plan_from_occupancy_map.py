@@ -16,11 +16,10 @@ from localization.maps.occupancy_grid import OccupancyMap
 from robot_sim.array_types import BoolArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Placement, Plan, Wall, Waypoint
-from robot_sim.layout.route_planning import TOUR_LIMIT, FreeSpace, Ways
+from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner
 from robot_sim.robot.platforms import P3AT
 
-MARGIN: Final = 0.08
-"""Between the circle the robot turns in and what is not free, all along the routes [m]."""
 MOST_BOXES: Final = 30_000
 """A map that takes more is not of a building."""
 _NODES: Final = 0.1
@@ -69,7 +68,7 @@ def plan_from_map(
                 f"map {grid.name!r}: the spawn at x {spawn.x:.2f}, y {spawn.y:.2f} has free cells"
                 f" within {max(clearance, 0.0):.2f} m all round; the robot needs {least:.2f} m"
             )
-    ways = Ways(space, start, least=least)
+    ways = RoutePlanner(space, start, least=least)
     spots = _places(ways)
     known = grid.occupied | grid.free
     return Plan(
@@ -162,7 +161,7 @@ def _clearance(space: FreeSpace, point: Waypoint) -> float:
     return float(space.clearance.flat[space.node(point)])
 
 
-def _places(ways: Ways) -> list[Waypoint]:
+def _places(ways: RoutePlanner) -> list[Waypoint]:
     """Return the roomiest reachable spots that are well apart, the roomiest first."""
     space = ways.space
     worth = np.where(ways.reached, space.clearance, -np.inf)
@@ -181,7 +180,7 @@ def _places(ways: Ways) -> list[Waypoint]:
     return spots
 
 
-def _survey_stops(ways: Ways) -> Iterator[Waypoint]:
+def _survey_stops(ways: RoutePlanner) -> Iterator[Waypoint]:
     """Yield the roomiest reachable spot of each square."""
     space = ways.space
     worth = np.where(ways.reached, space.clearance, -np.inf)

@@ -1,14 +1,13 @@
-"""Where a robot has room, and the ways between: clearance on a grid, shortest paths, round trips.
+"""Route planning on a clearance grid: shortest paths that keep to the middle, and round trips.
 
-A way is shortest in a length that counts more where it is narrow, so that it keeps to the middle of
-doors and corridors without being told of either.
+Path length counts more where it is narrow, so that a path keeps to the middle of doors and
+corridors without knowing of either.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final
 
@@ -16,14 +15,16 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from localization.types import IntArray
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.floorplan.plan import Waypoint
+from robot_sim.layout.free_space import FreeSpace
 
 COMFORT: Final = 0.9
 """Clearance of the robot's centre beyond which more is worth nothing [m]."""
 TOUR_LIMIT: Final = 240.0
 """Longest tour [m]: what can be driven in the ten minutes that a mission takes at most."""
+MARGIN: Final = 0.08
+"""Clearance kept along all routes beyond the circle in which the robot turns [m]."""
 _NARROWNESS: Final = 4.0
 """How many times longer a way counts where it is as narrow as allowed."""
 _BEND: Final = 0.1
@@ -32,102 +33,7 @@ _REACH: Final = 48
 """Bends of a grid path that one straight leg may skip."""
 
 
-@dataclass(frozen=True, slots=True)
-class Footprint:
-    """What an obstacle covers of the floor: a rectangle, its corners rounded outward."""
-
-    x: float
-    """Centre [m]."""
-    y: float
-    half: tuple[float, float]
-    """Half extents before rounding [m]."""
-    yaw: float = 0.0
-    """[rad]."""
-    rounding: float = 0.0
-    """Radius added all round [m]; a disc has no extents and its radius here."""
-
-    def distance(self, points: FloatArray) -> FloatArray:
-        """Return distances (...,) [m] of points (..., 2) from the edge; negative inside a rounding."""
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        offset = points - (self.x, self.y)
-        along = np.abs(offset[..., 0] * c + offset[..., 1] * s) - self.half[0]
-        across = np.abs(offset[..., 1] * c - offset[..., 0] * s) - self.half[1]
-        gap: FloatArray = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0)) - self.rounding
-        return gap
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FreeSpace:
-    """Clearance at the nodes of a grid."""
-
-    corner: Waypoint
-    """The node in row 0 and column 0 [m]."""
-    spacing: float
-    """Between nodes [m]."""
-    clearance: FloatArray
-    """(rows along y, columns along x): distance to the nearest obstacle [m], perhaps cut off."""
-
-    @classmethod
-    def around(
-        cls,
-        bounds: tuple[float, float, float, float],
-        footprints: Iterable[Footprint],
-        *,
-        spacing: float = 0.1,
-        horizon: float = 1.6,
-    ) -> FreeSpace:
-        """Return the exact clearance at each node.
-
-        Args:
-            bounds: smallest x, y and largest x, y [m]; the first node is at the smallest.
-            footprints: the obstacles.
-            spacing: between nodes [m].
-            horizon: clearance is cut off here [m].
-        """
-        x0, y0, x1, y1 = bounds
-        xs = x0 + spacing * np.arange(math.floor((x1 - x0) / spacing + 1e-6) + 1)
-        ys = y0 + spacing * np.arange(math.floor((y1 - y0) / spacing + 1e-6) + 1)
-        clearance = np.full((len(ys), len(xs)), horizon)
-        for f in footprints:
-            c, s = abs(math.cos(f.yaw)), abs(math.sin(f.yaw))
-            reach_x = c * f.half[0] + s * f.half[1] + f.rounding + horizon
-            reach_y = s * f.half[0] + c * f.half[1] + f.rounding + horizon
-            columns = slice(*np.searchsorted(xs, (f.x - reach_x, f.x + reach_x)))
-            rows = slice(*np.searchsorted(ys, (f.y - reach_y, f.y + reach_y)))
-            points = np.stack(np.meshgrid(xs[columns], ys[rows]), axis=-1)
-            window = clearance[rows, columns]
-            np.minimum(window, f.distance(points), out=window)
-        clearance.flags.writeable = False
-        return cls((x0, y0), spacing, clearance)
-
-    def points(self, nodes: IntArray) -> FloatArray:
-        """Return where nodes (N,), numbered row by row, lie: (N, 2) [m]."""
-        row, column = np.divmod(nodes, self.clearance.shape[1])
-        points: FloatArray = np.stack([column, row], axis=1) * self.spacing + np.array(self.corner)
-        return points
-
-    def node(self, point: Waypoint) -> int:
-        """Return the node nearest to a point."""
-        rows, columns = self.clearance.shape
-        column = round((point[0] - self.corner[0]) / self.spacing)
-        row = round((point[1] - self.corner[1]) / self.spacing)
-        return int(min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1))
-
-    def at(self, points: FloatArray) -> FloatArray:
-        """Return the clearance (...,) at points (..., 2) [m], interpolated between four nodes."""
-        rows, columns = self.clearance.shape
-        u = np.clip((points[..., 0] - self.corner[0]) / self.spacing, 0.0, columns - 1.000001)
-        v = np.clip((points[..., 1] - self.corner[1]) / self.spacing, 0.0, rows - 1.000001)
-        i, j = v.astype(int), u.astype(int)
-        fv, fu = v - i, u - j
-        c = self.clearance
-        low = c[i, j] * (1.0 - fu) + c[i, j + 1] * fu
-        high = c[i + 1, j] * (1.0 - fu) + c[i + 1, j + 1] * fu
-        between: FloatArray = low * (1.0 - fv) + high * fv
-        return between
-
-
-class Ways:
+class RoutePlanner:
     """The best way from one point to every other that a robot can reach from it."""
 
     def __init__(self, space: FreeSpace, start: Waypoint, *, least: float) -> None:

@@ -12,10 +12,10 @@ import mujoco
 
 from robot_sim.raycasting.mujoco_caster import MujocoRayCaster
 from robot_sim.raycasting.ray_caster import RayCaster
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 if TYPE_CHECKING:
-    from robot_sim.raycasting.embree_caster import StaticGeometry
+    from robot_sim.raycasting.embree_scene import StaticGeometry
 
 _STATIC: weakref.WeakKeyDictionary[mujoco.MjModel, StaticGeometry] = weakref.WeakKeyDictionary()
 
@@ -32,7 +32,8 @@ def caster_for(world: World, data: mujoco.MjData) -> RayCaster:
     """
     if not _embree_is_there():
         return MujocoRayCaster(world.model, data, world.movers)
-    from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
+    from robot_sim.raycasting.embree_caster import EmbreeRayCaster
+    from robot_sim.raycasting.embree_scene import StaticGeometry
 
     static = _STATIC.get(world.model)
     if static is None:

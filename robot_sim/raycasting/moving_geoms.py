@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 
 from localization.types import IntArray
+from robot_sim.actors.movers import Mover
 from robot_sim.array_types import FloatArray
-from robot_sim.raycasting.pose_timetable import Moved as Moved, Timetable
+from robot_sim.raycasting.pose_interpolation import PoseInterpolator
 from robot_sim.raycasting.ray_caster import GeomArray, static_geoms, visible_geoms
 from robot_sim.raycasting.shape_intersection import (
     CONVEX,
@@ -19,7 +20,7 @@ from robot_sim.raycasting.shape_intersection import (
     to_frames,
 )
 
-SWIFTEST: Final = 5.0
+MAX_MOVER_SPEED: Final = 5.0
 """No part of a mover is faster than this [m/s]: four times a walk. Sets how wide to look for them."""
 
 
@@ -31,12 +32,12 @@ class MovingGeoms:
     on a hinge) are where ``data`` has them, which is where they were when the tick's last step began.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Moved]) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Mover]) -> None:
         self._model, self._data = model, data
         self._geoms = np.flatnonzero(visible_geoms(model) & ~static_geoms(model)).astype(np.int32)
         bodies = model.geom_bodyid[self._geoms]
         by_body = {model.body(m.name).id: i for i, m in enumerate(movers)}
-        self._timetable = Timetable(movers)
+        self._timetable = PoseInterpolator(movers)
         self._mover_of = np.array([by_body.get(int(b), -1) for b in bodies], dtype=np.int64)
         self._reach = model.geom_rbound[self._geoms].copy()
         # Planes have no bounding sphere.
@@ -124,7 +125,7 @@ class MovingGeoms:
         middle = np.full(len(self._geoms), (first + last) // 2)
         centres, _ = self._poses(np.arange(len(self._geoms)), middle)
         reach = self._reach.copy()
-        reach[self._timed] += SWIFTEST * 1e-9 * (last - first) / 2
+        reach[self._timed] += MAX_MOVER_SPEED * 1e-9 * (last - first) / 2
         return centres, reach
 
     def _poses(self, columns: IntArray, times: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 
 from localization.types import IntArray
+from robot_sim.actors.movers import Mover
 from robot_sim.array_types import BoolArray, FloatArray
-from robot_sim.raycasting.moving_geoms import Moved, MovingGeoms
+from robot_sim.raycasting.moving_geoms import MovingGeoms
 from robot_sim.raycasting.ray_caster import Hits, no_hits, static_geoms, visible_geoms
 
 _SHOWN, _HIDDEN = 0, 1
@@ -27,7 +28,7 @@ class MujocoRayCaster:
     """
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Moved] = ()
+        self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Mover] = ()
     ) -> None:
         """Cast at the geometry of ``model`` where ``data`` and the movers have it."""
         self._data = data

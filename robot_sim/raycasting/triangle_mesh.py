@@ -13,7 +13,7 @@ import numpy as np
 from localization.types import IntArray
 from robot_sim.array_types import FloatArray
 
-Faces = tuple[FloatArray, IntArray]
+MeshFaces = tuple[FloatArray, IntArray]
 """Vertices (V, 3) [m] and triangles (F, 3) that index them."""
 
 FAR: Final = 1000.0
@@ -82,7 +82,7 @@ def triangles_of(model: mujoco.MjModel, data: mujoco.MjData, geoms: IntArray) ->
     )
 
 
-def _faces_of(model: mujoco.MjModel, geom: int) -> Faces:
+def _faces_of(model: mujoco.MjModel, geom: int) -> MeshFaces:
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     match kind:
         case mujoco.mjtGeom.mjGEOM_BOX:
@@ -120,7 +120,7 @@ def _bulge_of(model: mujoco.MjModel, geom: int) -> float:
     return math.inf if kind in curved else 0.0
 
 
-def _plane(size: FloatArray) -> Faces:
+def _plane(size: FloatArray) -> MeshFaces:
     """Return a rectangle that faces up; without a size it reaches as far as any ray."""
     x, y = (s if s > 0.0 else FAR for s in size[:2])
     vertices = np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]])
@@ -133,7 +133,7 @@ def _sides(radius: float) -> int:
     return int(np.clip(math.ceil(wanted), *_SIDES))
 
 
-def _cylinder(radius: float, half: float) -> Faces:
+def _cylinder(radius: float, half: float) -> MeshFaces:
     n = _sides(radius)
     angles = 2.0 * math.pi * np.arange(n) / n
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1) * (radius / math.cos(math.pi / n))
@@ -145,7 +145,7 @@ def _cylinder(radius: float, half: float) -> Faces:
     return np.concatenate([bottom, top]), np.concatenate([side, fan, fan + n])
 
 
-def _capsule(radius: float, half: float) -> Faces:
+def _capsule(radius: float, half: float) -> MeshFaces:
     """Return the halves of a ball, drawn apart along z, and a cylinder's side between them."""
     vertices, faces = _ball()
     shifted = vertices * radius
@@ -162,7 +162,7 @@ def _capsule(radius: float, half: float) -> Faces:
 
 
 @functools.cache
-def _ball() -> Faces:
+def _ball() -> MeshFaces:
     """Return a subdivided octahedron that stands just outside of the unit ball."""
     vertices = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
     points = np.array(vertices, dtype=float)
@@ -187,14 +187,14 @@ def _ball() -> Faces:
     return points / nearest, faces
 
 
-def _mesh(model: mujoco.MjModel, mesh: int) -> Faces:
+def _mesh(model: mujoco.MjModel, mesh: int) -> MeshFaces:
     v, f = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
     vertices = model.mesh_vert[v : v + model.mesh_vertnum[mesh]]
     faces = model.mesh_face[f : f + model.mesh_facenum[mesh]]
     return vertices.astype(float), faces.astype(np.int64)
 
 
-def _heightfield(model: mujoco.MjModel, field: int) -> Faces:
+def _heightfield(model: mujoco.MjModel, field: int) -> MeshFaces:
     """Return MuJoCo's own triangles of a terrain, its four sides, and the box below it."""
     rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
     half_x, half_y, top, base = model.hfield_size[field]

@@ -11,7 +11,7 @@ from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 MOVER_BIT: Final = 4
 """Collision bit of movers: they meet the robot's fender and nothing else."""
-FENDER: Final = "fender"
+BUMPER: Final = "fender"
 """A box round the robot, wheels included, that movers shove; with single parts they would get
 stuck between wheel and chassis."""
 YIELDING: Final = (0.15, 1.0)
@@ -23,12 +23,12 @@ _GIVE: Final = (0.1, 0.1, 0.001, 0.5, 2.0)
 harder than one that pushes from one side."""
 
 
-def add_fender(spec: mujoco.MjSpec, robot: SkidSteer) -> None:
+def add_bumper(spec: mujoco.MjSpec, robot: SkidSteer) -> None:
     """Give the robot in a specification what movers shove."""
     bottom, top = robot.clearance, robot.height
     half_width = 0.5 * robot.track + robot.wheel_half_width
     spec.body("base_link").add_geom(
-        name=FENDER,
+        name=BUMPER,
         type=mujoco.mjtGeom.mjGEOM_BOX,
         pos=(0.0, 0.0, 0.5 * (bottom + top)),
         size=(0.5 * robot.length, half_width, 0.5 * (top - bottom)),

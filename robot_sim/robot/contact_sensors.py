@@ -17,7 +17,7 @@ _LOWEST: Final = 1
 """Reduce to the deepest contact."""
 
 
-def add_feelers(spec: mujoco.MjSpec, body: str, wheels: tuple[str, ...]) -> None:
+def add_contact_sensors(spec: mujoco.MjSpec, body: str, wheels: tuple[str, ...]) -> None:
     """Add a contact sensor for the hull, for each wheel's hull and for each tyre.
 
     Args:
@@ -40,7 +40,7 @@ def _add(spec: mujoco.MjSpec, name: str, kind: mujoco.mjtObj, part: str) -> None
 
 
 @dataclass(frozen=True, slots=True)
-class FeelerColumns:
+class ContactSensorColumns:
     """Where the feelers' counts are in the sensor data."""
 
     hull: slice
@@ -49,7 +49,7 @@ class FeelerColumns:
     """One column per wheel, in their order."""
 
     @classmethod
-    def of(cls, model: mujoco.MjModel, body: str, wheels: tuple[str, ...]) -> FeelerColumns:
+    def of(cls, model: mujoco.MjModel, body: str, wheels: tuple[str, ...]) -> ContactSensorColumns:
         """Look the columns up by name."""
         first = int(model.sensor(f"{body}_touch").adr[0])
         tyres = int(model.sensor(f"{wheels[0]}_tyre_touch").adr[0])

@@ -14,7 +14,7 @@ from typing import Final
 
 import mujoco
 
-from robot_sim.robot.contact_sensors import add_feelers
+from robot_sim.robot.contact_sensors import add_contact_sensors
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.robot.underbody import HULL_FRICTION, add_underbody
@@ -105,7 +105,7 @@ def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer | N
         objtype=mujoco.mjtObj.mjOBJ_SITE,
         objname="imu_link",
     )
-    add_feelers(spec, "base_link", WHEELS)
+    add_contact_sensors(spec, "base_link", WHEELS)
 
 
 def _battery_position(robot: SkidSteer) -> tuple[float, float, float]:

@@ -11,9 +11,9 @@ from typing import Final
 from robot_sim.errors import WorldError
 from robot_sim.scene_objects.blocks import Block, box, post
 from robot_sim.scene_objects.industrial_objects import INDUSTRIAL
-from robot_sim.scene_objects.object_catalogue import Kind, legs, round_solid, solid
+from robot_sim.scene_objects.object_builders import ObjectKind, legs, round_solid, solid
 from robot_sim.scene_objects.outdoor_objects import OUTDOOR
-from robot_sim.scene_objects.parts import Piece, Waypoint
+from robot_sim.scene_objects.plan_elements import Piece, Waypoint
 
 
 def _desk(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
@@ -56,20 +56,20 @@ def _round_table(width: float, depth: float, height: float, seed: int) -> Iterat
 _TRUNK: Final = 0.1
 """Half the width of a trunk over the width of the crown, roots included."""
 
-FURNITURE: Final[Mapping[str, Kind]] = MappingProxyType(
+FURNITURE: Final[Mapping[str, ObjectKind]] = MappingProxyType(
     {
-        "desk": Kind(_desk, (1.6, 0.8, 0.74)),
-        "table": Kind(_desk, (2.0, 1.0, 0.74)),
-        "round_table": Kind(_round_table, (1.0, 1.0, 0.74)),
-        "chair": Kind(_chair, (0.5, 0.5, 0.95)),
-        "sofa": Kind(_sofa, (1.9, 0.85, 0.8)),
-        "shelf": Kind(_shelf, (1.0, 0.35, 1.9)),
-        "cabinet": Kind(solid("metal"), (0.8, 0.45, 1.2)),
-        "box": Kind(solid("cardboard"), (0.5, 0.4, 0.45)),
-        "counter": Kind(solid("wood"), (2.4, 0.6, 0.92)),
-        "pillar": Kind(solid("wall"), (0.4, 0.4, 2.8)),
-        "round_pillar": Kind(round_solid("wall"), (0.4, 0.4, 2.8)),
-        "plant": Kind(_plant, (0.5, 0.5, 1.5)),
+        "desk": ObjectKind(_desk, (1.6, 0.8, 0.74)),
+        "table": ObjectKind(_desk, (2.0, 1.0, 0.74)),
+        "round_table": ObjectKind(_round_table, (1.0, 1.0, 0.74)),
+        "chair": ObjectKind(_chair, (0.5, 0.5, 0.95)),
+        "sofa": ObjectKind(_sofa, (1.9, 0.85, 0.8)),
+        "shelf": ObjectKind(_shelf, (1.0, 0.35, 1.9)),
+        "cabinet": ObjectKind(solid("metal"), (0.8, 0.45, 1.2)),
+        "box": ObjectKind(solid("cardboard"), (0.5, 0.4, 0.45)),
+        "counter": ObjectKind(solid("wood"), (2.4, 0.6, 0.92)),
+        "pillar": ObjectKind(solid("wall"), (0.4, 0.4, 2.8)),
+        "round_pillar": ObjectKind(round_solid("wall"), (0.4, 0.4, 2.8)),
+        "plant": ObjectKind(_plant, (0.5, 0.5, 1.5)),
         **INDUSTRIAL,
         **OUTDOOR,
     }
@@ -107,7 +107,7 @@ def piece_blocks(piece: Piece, ground: float = 0.0) -> Iterator[Block]:
         yield replace(block, name=f"{piece.name}_{part.name}")
 
 
-def _kind(piece: Piece) -> Kind:
+def _kind(piece: Piece) -> ObjectKind:
     if piece.kind not in FURNITURE:
         kinds = ", ".join(FURNITURE)
         raise WorldError(f"no furniture of type {piece.kind!r}; there are: {kinds}")

@@ -10,10 +10,10 @@ from typing import Final
 from robot_sim.errors import WorldError
 from robot_sim.number_checks import check_finite, check_positive
 from robot_sim.scene_objects.blocks import Block, box
-from robot_sim.scene_objects.parts import Door, Wall, Waypoint
+from robot_sim.scene_objects.plan_elements import Door, Wall, Waypoint
 from robot_sim.scene_objects.walls import wall_blocks
 
-PANE: Final = 0.006
+GREENHOUSE_PANE: Final = 0.006
 """Thickness of horticultural glass [m]."""
 _BAR: Final = 0.06
 """Side of the frame's square bars [m]."""
@@ -46,7 +46,9 @@ class Glazing:
 
     def blocks(self) -> Iterator[Block]:
         """Yield plinth, panes, posts and the rail on top."""
-        pane = Wall(self.name, self.start, self.end, self.height, PANE, "glass", self.doors)
+        pane = Wall(
+            self.name, self.start, self.end, self.height, GREENHOUSE_PANE, "glass", self.doors
+        )
         plinth = Wall(
             f"{self.name}_plinth", self.start, self.end, self.plinth, 0.12, "concrete", self.doors
         )
@@ -118,7 +120,7 @@ class Roof:
         rafters = max(1, round(length / self.spacing))
         for i, side in enumerate((1.0, -1.0)):
             pane = Block(
-                f"slope_{i}", 0.0, side * 0.25 * span, z, (half, 0.5 * length, 0.5 * PANE),
+                f"slope_{i}", 0.0, side * 0.25 * span, z, (half, 0.5 * length, 0.5 * GREENHOUSE_PANE),
                 yaw=side * 0.5 * math.pi, pitch=slope, material=self.material,
             )  # fmt: skip
             yield pane
@@ -133,5 +135,11 @@ class Roof:
             top = self.eaves + rise * (1.0 - 2.0 * abs(y) / span)
             for j, x in enumerate((-0.5 * length, 0.5 * length)):
                 yield box(
-                    f"gable_{j}_{i}", x, y, self.eaves, top, (PANE, span / strips), self.material
+                    f"gable_{j}_{i}",
+                    x,
+                    y,
+                    self.eaves,
+                    top,
+                    (GREENHOUSE_PANE, span / strips),
+                    self.material,
                 )

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from robot_sim.scene_objects.blocks import Block, box
-from robot_sim.scene_objects.object_catalogue import Kind, legs, round_solid, solid
+from robot_sim.scene_objects.object_builders import ObjectKind, legs, round_solid, solid
 
 BAY: Final = 2.8
 """About the length of a rack's bay [m]: three pallets side by side."""
@@ -110,15 +110,15 @@ def _heating(width: float, depth: float, height: float, seed: int) -> Iterator[B
 
 
 INDUSTRIAL: Final = {
-    "rack": Kind(_rack, (4 * BAY, 1.2, 7.2)),
-    "pallet": Kind(_pallet, (0.8, 1.2, 1.2)),
-    "dock_door": Kind(_dock_door, (3.0, 0.2, 3.4)),
-    "forklift": Kind(_forklift, (2.6, 1.1, 2.2)),
-    "guard_rail": Kind(_guard_rail, (1.6, 0.16, 0.5)),
-    "drum": Kind(round_solid("plastic"), (0.6, 0.6, 0.9)),
-    "machine": Kind(solid("metal"), (1.8, 1.0, 1.6)),
-    "planting_table": Kind(_planting_table, (3.0, 1.2, 1.3)),
-    "heating": Kind(_heating, (3.0, 0.12, 0.5)),
-    "tank": Kind(round_solid("plastic"), (1.4, 1.4, 1.8)),
+    "rack": ObjectKind(_rack, (4 * BAY, 1.2, 7.2)),
+    "pallet": ObjectKind(_pallet, (0.8, 1.2, 1.2)),
+    "dock_door": ObjectKind(_dock_door, (3.0, 0.2, 3.4)),
+    "forklift": ObjectKind(_forklift, (2.6, 1.1, 2.2)),
+    "guard_rail": ObjectKind(_guard_rail, (1.6, 0.16, 0.5)),
+    "drum": ObjectKind(round_solid("plastic"), (0.6, 0.6, 0.9)),
+    "machine": ObjectKind(solid("metal"), (1.8, 1.0, 1.6)),
+    "planting_table": ObjectKind(_planting_table, (3.0, 1.2, 1.3)),
+    "heating": ObjectKind(_heating, (3.0, 0.12, 0.5)),
+    "tank": ObjectKind(round_solid("plastic"), (1.4, 1.4, 1.8)),
 }
 """By the name a floor plan calls them by."""

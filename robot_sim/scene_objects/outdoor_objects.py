@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from robot_sim.scene_objects.blocks import Block, box, ellipsoid, post
-from robot_sim.scene_objects.object_catalogue import Kind, round_solid, solid
+from robot_sim.scene_objects.object_builders import ObjectKind, round_solid, solid
 
 
 def _tree(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
@@ -99,19 +99,19 @@ def _canopy(width: float, depth: float, height: float, seed: int) -> Iterator[Bl
 
 
 OUTDOOR: Final = {
-    "tree": Kind(_tree, (4.0, 4.0, 6.0)),
-    "conifer": Kind(_conifer, (2.6, 2.6, 7.0)),
-    "bush": Kind(_bush, (1.2, 1.2, 1.0)),
-    "hedge": Kind(solid("leaves"), (3.0, 0.6, 1.2)),
-    "bench": Kind(_bench, (1.8, 0.6, 0.85)),
-    "lamp_post": Kind(_lamp_post, (0.3, 0.3, 4.0)),
-    "bollard": Kind(round_solid("concrete"), (0.25, 0.25, 0.8)),
-    "planter": Kind(_planter, (1.6, 0.7, 1.1)),
-    "fountain": Kind(_fountain, (2.6, 2.6, 1.8)),
-    "arch": Kind(_arch, (3.0, 0.5, 3.6)),
-    "bicycle_stand": Kind(_bicycle_stand, (3.2, 0.8, 0.8)),
-    "canopy": Kind(_canopy, (4.0, 3.0, 3.6)),
-    "facade_pier": Kind(solid("brick"), (0.6, 0.25, 5.0)),
-    "stone": Kind(round_solid("concrete"), (0.5, 0.5, 0.4)),
+    "tree": ObjectKind(_tree, (4.0, 4.0, 6.0)),
+    "conifer": ObjectKind(_conifer, (2.6, 2.6, 7.0)),
+    "bush": ObjectKind(_bush, (1.2, 1.2, 1.0)),
+    "hedge": ObjectKind(solid("leaves"), (3.0, 0.6, 1.2)),
+    "bench": ObjectKind(_bench, (1.8, 0.6, 0.85)),
+    "lamp_post": ObjectKind(_lamp_post, (0.3, 0.3, 4.0)),
+    "bollard": ObjectKind(round_solid("concrete"), (0.25, 0.25, 0.8)),
+    "planter": ObjectKind(_planter, (1.6, 0.7, 1.1)),
+    "fountain": ObjectKind(_fountain, (2.6, 2.6, 1.8)),
+    "arch": ObjectKind(_arch, (3.0, 0.5, 3.6)),
+    "bicycle_stand": ObjectKind(_bicycle_stand, (3.2, 0.8, 0.8)),
+    "canopy": ObjectKind(_canopy, (4.0, 3.0, 3.6)),
+    "facade_pier": ObjectKind(solid("brick"), (0.6, 0.25, 5.0)),
+    "stone": ObjectKind(round_solid("concrete"), (0.5, 0.5, 0.4)),
 }
 """By the name a floor plan calls them by."""

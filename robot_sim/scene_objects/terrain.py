@@ -17,8 +17,7 @@ import numpy as np
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 from robot_sim.number_checks import check_finite, check_positive
-
-Bounds = tuple[float, float, float, float]
+from robot_sim.scene_objects.plan_elements import Bounds
 
 MOST_CELLS: Final = 256
 """Along one side: beyond, a heightfield costs more memory than it shows relief."""
@@ -63,7 +62,7 @@ class Rut:
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class LevelDisc:
     """A disc that is made level, such as a place to stand."""
 
     x: float
@@ -101,7 +100,7 @@ class Terrain:
     """A key of ``surfaces.SURFACES``, and its material."""
     hills: tuple[Hill, ...] = ()
     ruts: tuple[Rut, ...] = ()
-    levels: tuple[Level, ...] = ()
+    levels: tuple[LevelDisc, ...] = ()
 
     def __post_init__(self) -> None:
         what = f"terrain {self.name!r}"

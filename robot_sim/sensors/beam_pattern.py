@@ -6,10 +6,10 @@ import numpy as np
 
 from localization.types import IntArray, Pose
 from robot_sim.array_types import FloatArray
-from robot_sim.sensors.pose_history import Track
+from robot_sim.sensors.pose_history import PoseHistory
 
 
-class Fan:
+class BeamPattern:
     """Beams in the scanner's x-y plane at fixed angles and fixed times after the sweep's start.
 
     Origin and plane of the scanner are worked out at each physics step and blended in between. Both
@@ -36,7 +36,7 @@ class Fan:
         self._phase = -1
         self._weights: FloatArray = np.zeros((0, len(offsets)))
 
-    def rays(self, track: Track, start: int) -> tuple[FloatArray, FloatArray]:
+    def rays(self, track: PoseHistory, start: int) -> tuple[FloatArray, FloatArray]:
         """Return origins (N, 3) [m] and unit directions (N, 3), in ``map``, stored by columns.
 
         Args:
@@ -47,7 +47,7 @@ class Fan:
         directions = _unit(self._cosines * at[3:6] + self._sines * at[6:])
         return at[:3].T, directions.T
 
-    def axes(self, track: Track, start: int) -> tuple[FloatArray, FloatArray]:
+    def axes(self, track: PoseHistory, start: int) -> tuple[FloatArray, FloatArray]:
         """Return origins (N, 3) [m] and axes (N, 3, 3), in ``map``; arguments as for ``rays``.
 
         In its columns an axes' matrix has the beam's direction, left of it, and up.
@@ -60,7 +60,7 @@ class Fan:
         axes[2] = y * w - z * v, z * u - x * w, x * v - y * u
         return np.ascontiguousarray(at[:3].T), np.ascontiguousarray(axes.transpose(2, 1, 0))
 
-    def _blended(self, track: Track, start: int) -> FloatArray:
+    def _blended(self, track: PoseHistory, start: int) -> FloatArray:
         """Return (9, N): where the scanner was at each beam's time, and its x and y axes there."""
         stamps = track.stamps
         step = int(stamps[1] - stamps[0])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from robot_sim.errors import SensorError
-from robot_sim.sensors.beam_effects import (
+from robot_sim.sensors.lidar_effects import (
     Beam,
     Bias,
     Effects,

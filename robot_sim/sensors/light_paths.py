@@ -15,82 +15,23 @@ import numpy.typing as npt
 
 from localization.types import IntArray
 from robot_sim.array_types import BoolArray, FloatArray
-from robot_sim.raycasting.ray_caster import NO_GEOM, GeomArray, Hits, RayCaster
-from robot_sim.sensors.beam_effects import Echoes, Panes, received_power
-from robot_sim.sensors.surface_optics import Optics
+from robot_sim.raycasting.ray_caster import NO_GEOM, Hits, RayCaster
+from robot_sim.sensors.echoes import Echoes
+from robot_sim.sensors.lidar_effects import Panes
+from robot_sim.sensors.light_rays import ClearHits, LightRays, StrongestEchoes
+from robot_sim.sensors.surface_optics import SurfaceOptics
 
 _STEP: Final = 1e-5
 """A ray goes on this far behind the surface it has passed [m]."""
 _NOT_INSIDE: Final = np.int32(NO_GEOM)
-_FAINT: Final = 0.03
-"""Light that has less than this share left one way, a thousandth both ways, is followed no more."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Light:
-    """Rays on their way; arrays of one length."""
-
-    ray: npt.NDArray[np.intp]
-    """Which of the rays that were sent out each one is a part of."""
-    origins: FloatArray
-    """(N, 3) [m]."""
-    directions: FloatArray
-    """(N, 3)."""
-    times: IntArray
-    """[ns]."""
-    travelled: FloatArray
-    """[m]."""
-    share: FloatArray
-    """Of the light, one way."""
-    inside: GeomArray
-    """The clear geom each one is in, unless that is a box: those are left as they are entered."""
-
-    @classmethod
-    def sent(cls, origins: FloatArray, directions: FloatArray, times: IntArray) -> Light:
-        """Return all the light of rays that leave the scanner."""
-        n = len(origins)
-        inside = np.full(n, NO_GEOM, dtype=np.int32)
-        return cls(np.arange(n), origins, directions, times, np.zeros(n), np.ones(n), inside)
-
-    def __len__(self) -> int:
-        return len(self.ray)
-
-    def only(self, rows: npt.NDArray[np.intp]) -> Light:
-        """Return the rays ``rows`` (M,)."""
-        return Light(
-            self.ray.take(rows),
-            self.origins.take(rows, axis=0),
-            self.directions.take(rows, axis=0),
-            self.times.take(rows),
-            self.travelled.take(rows),
-            self.share.take(rows),
-            self.inside.take(rows),
-        )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Met:
-    """Light that has come upon something clear; arrays of one length, but for ``light``."""
-
-    light: Light
-    """This and other."""
-    rows: npt.NDArray[np.intp]
-    """Of that light."""
-    distances: FloatArray
-    """[m]."""
-    geoms: GeomArray
-    mirrored: FloatArray
-    """Share of it that this mirrors."""
-    leaving: BoolArray
-    """Whether it comes upon it from inside."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Sight:
+class LightTracer:
     """Sends out light in a world, and tells what comes back."""
 
     caster: RayCaster
-    optics: Optics
+    optics: SurfaceOptics
     panes: Panes | None
     """How far light is followed; None takes what a ray meets first."""
     max_range: float
@@ -98,7 +39,7 @@ class Sight:
     least: float = 0.0
     """Power that no receiver takes notice of: light that cannot bring it back is given up."""
 
-    def sees_as(self, other: Sight) -> bool:
+    def traces_like(self, other: LightTracer) -> bool:
         """Whether ``other`` would tell the same of any light."""
         return (
             self.caster is other.caster
@@ -107,13 +48,13 @@ class Sight:
             == (other.panes, other.max_range, other.least)
         )
 
-    def look(self, light: Light) -> Echoes:
+    def trace(self, light: LightRays) -> Echoes:
         """Return the strongest echo of each ray, through panes and off mirrors."""
         echoes, hits = self.first(light)
         self.follow(light, echoes, hits, self.optics.clear.take(hits.geoms))
         return echoes
 
-    def see(self, starts: FloatArray, directions: FloatArray, times: IntArray) -> Echoes:
+    def trace_beams(self, starts: FloatArray, directions: FloatArray, times: IntArray) -> Echoes:
         """Return the echoes (K, N) of the K sub-rays of N beams.
 
         Beyond clear things a beam is as thin as its centre: where that and another sub-ray have both
@@ -125,7 +66,7 @@ class Sight:
             times: (N,) of the beams [ns].
         """
         _, rays, beams = shape = starts.shape
-        light = Light.sent(
+        light = LightRays.sent(
             starts.reshape(3, -1).T, directions.reshape(3, -1).T, np.tile(times, rays)
         )
         echoes, hits = self.first(light)
@@ -139,13 +80,13 @@ class Sight:
             values[sub_rays, of] = values[0, of]
         return grid
 
-    def first(self, light: Light) -> tuple[Echoes, Hits]:
+    def first(self, light: LightRays) -> tuple[Echoes, Hits]:
         """Return the echo of the first surface of each ray, and what was hit; glints come later."""
         hits = self.caster.hits(light.origins, light.directions, light.times, self.max_range)
         remissions = self.optics.remissions(hits.geoms, hits.cosines)
         return Echoes(hits.distances.copy(), remissions, hits.cosines.copy()), hits
 
-    def follow(self, light: Light, echoes: Echoes, hits: Hits, rows: BoolArray) -> None:
+    def follow(self, light: LightRays, echoes: Echoes, hits: Hits, rows: BoolArray) -> None:
         """Follow rays beyond the clear surfaces they have hit, and write what is stronger to ``echoes``.
 
         Args:
@@ -158,9 +99,9 @@ class Sight:
         if self.panes is None or not len(chosen):
             return
         met = self._met(light, hits, echoes.remissions, chosen)
-        found = _Strongest(echoes, self.optics.brightest, self.least)
-        fresh: list[_Met] = [met]
-        late: list[_Met] = []
+        found = StrongestEchoes(echoes, self.optics.brightest, self.least)
+        fresh: list[ClearHits] = [met]
+        late: list[ClearHits] = []
         for _ in range(self.panes.depth):
             going = [_passing(met, self.optics, found) for met in fresh]
             # Mirrored light lets what passes go first, and then has its echo to outdo; most of it
@@ -175,7 +116,7 @@ class Sight:
             if not fresh and not late:
                 break
 
-    def _on(self, light: Light, found: _Strongest) -> _Met:
+    def _on(self, light: LightRays, found: StrongestEchoes) -> ClearHits:
         """Cast light on, note its echoes, and return what has come upon something clear."""
         hits = self.caster.hits(light.origins, light.directions, light.times, self.max_range)
         ways = light.travelled + hits.distances
@@ -189,8 +130,8 @@ class Sight:
         return met
 
     def _met(
-        self, light: Light, hits: Hits, remissions: FloatArray, clear: npt.NDArray[np.intp]
-    ) -> _Met:
+        self, light: LightRays, hits: Hits, remissions: FloatArray, clear: npt.NDArray[np.intp]
+    ) -> ClearHits:
         """Return the light that has come upon something ``clear``; add the glints to ``remissions``.
 
         Near normal incidence a pane or mirror sends its share straight back. A surface that is met
@@ -203,45 +144,10 @@ class Sight:
         straight_back = np.exp((cosines * cosines - 1.0) / self.panes.lobe**2)
         glints = self.panes.glint * mirrored * straight_back
         remissions[clear] = np.where(leaving, 0.0, remissions.take(clear) + glints)
-        return _Met(light, clear, hits.distances.take(clear), geoms, mirrored, leaving)
+        return ClearHits(light, clear, hits.distances.take(clear), geoms, mirrored, leaving)
 
 
-class _Strongest:
-    """The strongest echo of each ray so far."""
-
-    def __init__(self, echoes: Echoes, brightest: float, least: float) -> None:
-        self.echoes = echoes
-        self._brightest, self._least = brightest, least
-        self._powers = received_power(echoes.remissions, echoes.distances)
-
-    def add(
-        self, light: Light, ways: FloatArray, remissions: FloatArray, cosines: FloatArray
-    ) -> None:
-        """Take echoes (N,) of ``light`` into account."""
-        powers = received_power(remissions, ways)
-        better = np.flatnonzero(powers > self._powers.take(light.ray))
-        # Several may be of one ray; of those the last that is written stays, the strongest.
-        better = better[np.argsort(powers[better], kind="stable")]
-        rays = light.ray[better]
-        self._powers[rays] = powers[better]
-        self.echoes.distances[rays] = ways[better]
-        self.echoes.remissions[rays] = remissions[better]
-        self.echoes.cosines[rays] = cosines[better]
-
-    def promising(self, met: _Met, share: FloatArray) -> npt.NDArray[np.intp]:
-        """Return the rows of ``met`` that may yet bring back more than was found, off the brightest wall.
-
-        Args:
-            met: From where it goes on.
-            share: (N,) that goes on, of all the light, one way.
-        """
-        ways = met.light.travelled.take(met.rows) + met.distances
-        found = self._powers.take(met.light.ray.take(met.rows))
-        needed = np.maximum(found, self._least) * ways * ways
-        return np.flatnonzero((share > _FAINT) & (share * share * self._brightest > needed))
-
-
-def _passing(met: _Met, optics: Optics, found: _Strongest) -> Light:
+def _passing(met: ClearHits, optics: SurfaceOptics, found: StrongestEchoes) -> LightRays:
     """Return the light that goes on through what it has come upon, where that is worth while."""
     share = np.where(met.leaving, 1.0, optics.transmitted(met.geoms, met.mirrored))
     share *= met.light.share.take(met.rows)
@@ -250,7 +156,7 @@ def _passing(met: _Met, optics: Optics, found: _Strongest) -> Light:
     points = light.origins + distances[:, None] * light.directions
     steps = optics.faces.depths(geoms, points, light.directions) + _STEP
     done = optics.faces.is_box.take(geoms) | met.leaving[on]
-    return Light(
+    return LightRays(
         light.ray,
         points + steps[:, None] * light.directions,
         light.directions,
@@ -261,7 +167,7 @@ def _passing(met: _Met, optics: Optics, found: _Strongest) -> Light:
     )
 
 
-def _mirrored(met: _Met, optics: Optics, found: _Strongest) -> Light:
+def _mirrored(met: ClearHits, optics: SurfaceOptics, found: StrongestEchoes) -> LightRays:
     """Return the light that is thrown back by what it has come upon, where that is worth while."""
     share = np.where(met.leaving, 0.0, met.mirrored) * met.light.share.take(met.rows)
     back = found.promising(met, share)
@@ -270,7 +176,7 @@ def _mirrored(met: _Met, optics: Optics, found: _Strongest) -> Light:
     points = light.origins + distances[:, None] * d
     n = optics.faces.normals(met.geoms[back], points)
     d = d - 2.0 * np.einsum("ni,ni->n", d, n)[:, None] * n
-    return Light(
+    return LightRays(
         light.ray,
         points + _STEP * d,
         d,
@@ -281,8 +187,8 @@ def _mirrored(met: _Met, optics: Optics, found: _Strongest) -> Light:
     )
 
 
-def _joined(parts: list[Light]) -> Light:
+def _joined(parts: list[LightRays]) -> LightRays:
     if len(parts) == 1:
         return parts[0]
-    columns = ([getattr(part, f.name) for part in parts] for f in fields(Light))
-    return Light(*(np.concatenate(column) for column in columns))
+    columns = ([getattr(part, f.name) for part in parts] for f in fields(LightRays))
+    return LightRays(*(np.concatenate(column) for column in columns))

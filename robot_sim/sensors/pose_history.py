@@ -15,7 +15,7 @@ _ROWS = 256
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Track:
+class PoseHistory:
     """Where ``base_link`` was at each physics step, oldest first."""
 
     stamps: IntArray
@@ -52,7 +52,7 @@ def rotations(quaternions_wxyz: FloatArray) -> FloatArray:
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-class Trail:
+class PoseRecorder:
     """Gathers the poses of each tick, and drops those that no coming sweep can ask for."""
 
     def __init__(self, stamp: int, pose: FloatArray) -> None:
@@ -77,10 +77,10 @@ class Trail:
         after = bisect_right(self._stamps, before, self._first, self._end)
         self._first = max(self._first, after - 1)
 
-    def track(self) -> Track:
+    def track(self) -> PoseHistory:
         """Return what is kept, as views that hold until the trail is extended."""
         kept = slice(self._first, self._end)
-        return Track(self._stamps[kept], self._poses[kept, :3], self._poses[kept, 3:])
+        return PoseHistory(self._stamps[kept], self._poses[kept, :3], self._poses[kept, 3:])
 
     def _make_room(self, rows: int) -> None:
         """Move what is kept to the front, of larger arrays where that is not enough."""

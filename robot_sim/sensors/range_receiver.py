@@ -8,25 +8,20 @@ import numpy as np
 
 from robot_sim.array_types import FloatArray
 from robot_sim.raycasting.ray_caster import RayCaster
-from robot_sim.sensors.beam_effects import (
-    SUB_BEAMS,
-    Beam,
+from robot_sim.sensors.echoes import (
     Echoes,
-    Effects,
-    RangeNoise,
     detection_chances,
     dilution,
     false_echoes,
     footprint_depth,
-    mixed,
-    quantised,
+    quantised_ranges,
     received_power,
-    sub_beam_places,
-    sub_rays,
     sunlit_sigma,
 )
-from robot_sim.sensors.light_paths import Sight
-from robot_sim.sensors.surface_optics import Optics
+from robot_sim.sensors.lidar_effects import Beam, Effects, RangeNoise
+from robot_sim.sensors.light_paths import LightTracer
+from robot_sim.sensors.mixed_pixels import SUB_BEAMS, mixed, sub_beam_places, sub_rays
+from robot_sim.sensors.surface_optics import SurfaceOptics
 
 _STREAMS: Final = ("footprint", "blend", "detection", "sunlight", "bias")
 """Whose random numbers are whose: children of the scanner's seed, in this order for good."""
@@ -34,7 +29,7 @@ _NOTICED: Final = 0.2
 """Of the threshold: echoes weaker than this are seen once in ten million times."""
 
 
-class Receiver:
+class RangeReceiver:
     """Owns the effects of one scanner and their random numbers.
 
     Each effect draws from a stream of its own, the same amount for each sweep, so that one effect
@@ -65,9 +60,9 @@ class Receiver:
     def measured(self, distances: FloatArray) -> FloatArray:
         """Return ranges (N,) [m] of plain ``distances``: noise, bias and steps, and no optics."""
         sigma = self._noise.at(distances)
-        return self._told(distances + sigma * self._rng.standard_normal(len(distances)))
+        return self._reported(distances + sigma * self._rng.standard_normal(len(distances)))
 
-    def sight(self, caster: RayCaster, optics: Optics, max_range: float) -> Sight:
+    def tracer(self, caster: RayCaster, optics: SurfaceOptics, max_range: float) -> LightTracer:
         """Return what looks after the light of this receiver's scanner.
 
         Args:
@@ -78,7 +73,7 @@ class Receiver:
         effects = self._effects
         least = 0.0 if effects.sensitivity is None else _NOTICED * effects.sensitivity.threshold
         seen = optics.opaque() if effects.panes is None else optics
-        return Sight(caster, seen, effects.panes, max_range, least)
+        return LightTracer(caster, seen, effects.panes, max_range, least)
 
     def sent(self, origins: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return starts [m] and directions (3, K, N) of the rays that stand for beams.
@@ -128,7 +123,7 @@ class Receiver:
             false = false_echoes(np.isposinf(distances), chance, *limits, draws)
             distances = np.minimum(distances, false)
         remissions = np.where(np.isfinite(distances), echoes.remissions, 0.0)
-        return self._told(distances + sigma * self._rng.standard_normal(n)), remissions
+        return self._reported(distances + sigma * self._rng.standard_normal(n)), remissions
 
     def _mixed(self, heard: Echoes) -> Echoes:
         """Return one echo (N,) of each beam: of its centre, or of what its sub-rays add up to."""
@@ -137,7 +132,7 @@ class Receiver:
         blends, picks = self._streams["blend"].random((2, heard.distances.shape[1]))
         return mixed(self._beam, self._effects.mixing, heard, blends, picks)
 
-    def _told(self, ranges: FloatArray) -> FloatArray:
+    def _reported(self, ranges: FloatArray) -> FloatArray:
         quantisation = self._effects.quantisation
         ranges = ranges + self.bias
-        return ranges if quantisation is None else quantised(ranges, quantisation.step)
+        return ranges if quantisation is None else quantised_ranges(ranges, quantisation.step)

@@ -12,7 +12,7 @@ from localization.types import SECOND, Scan
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import SensorError
 from robot_sim.robot.p3at import MOUNTS
-from robot_sim.sensors.beam_effects import NO_EFFECTS, Beam, Effects, RangeNoise
+from robot_sim.sensors.lidar_effects import NO_EFFECTS, Beam, Effects, RangeNoise
 from robot_sim.sensors.lidar_models import LMS1XX_BEAM, SigmaBands, lidar_model
 
 _TURN = 2.0 * math.pi

@@ -7,8 +7,8 @@ from typing import Final
 
 from robot_sim.errors import SensorError
 from robot_sim.robot.p3at import MOUNTS
-from robot_sim.sensors.beam_effects import NO_EFFECTS
-from robot_sim.sensors.inertial_unit import InertialConfig
+from robot_sim.sensors.imu import InertialConfig
+from robot_sim.sensors.lidar_effects import NO_EFFECTS
 from robot_sim.sensors.lidar_models import LIDARS, lidar_model
 from robot_sim.sensors.scanner_config import ScannerConfig
 

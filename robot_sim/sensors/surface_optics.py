@@ -18,7 +18,7 @@ the brightest matt surface and the dimmest foil."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Faces:
+class FlatFaces:
     """The flat faces of geoms: boxes and planes. Other shapes mirror nothing."""
 
     is_box: BoolArray
@@ -53,7 +53,7 @@ class Faces:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Optics:
+class SurfaceOptics:
     """What each geom does with light; arrays (G + 1,), the last for no geom at all."""
 
     reflectivity: FloatArray
@@ -66,9 +66,9 @@ class Optics:
     """Share that is mirrored at normal incidence, over what a clear pane of that index mirrors there (1
     for opaque mirrors); 0 where there is no flat face to mirror it."""
     clear: BoolArray
-    faces: Faces
+    faces: FlatFaces
 
-    def opaque(self) -> Optics:
+    def opaque(self) -> SurfaceOptics:
         """Return the same with glass and mirrors as matt walls."""
         reflectivity = np.where(self.clear, DEFAULT.reflectivity, self.reflectivity)
         return replace(
@@ -96,7 +96,7 @@ class Optics:
         return np.minimum(self.unmirrored.take(geoms) * (1.0 - mirrored), 1.0)
 
 
-def optics_of(model: mujoco.MjModel, data: mujoco.MjData) -> Optics:
+def optics_of(model: mujoco.MjModel, data: mujoco.MjData) -> SurfaceOptics:
     """Look up the materials of a model's geoms by the names of their MuJoCo materials.
 
     Args:
@@ -114,13 +114,13 @@ def optics_of(model: mujoco.MjModel, data: mujoco.MjData) -> Optics:
     specular = np.array([m.specular for m in materials])
     at_normal = np.where(index > 1.0, pane_reflectance(np.ones(len(index)), index), 1.0)
     kind = model.geom_type
-    faces = Faces(
+    faces = FlatFaces(
         np.append(kind == mujoco.mjtGeom.mjGEOM_BOX, False),
         np.append(kind == mujoco.mjtGeom.mjGEOM_PLANE, False),
         np.vstack([model.geom_size, np.zeros(3)]),
         data,
     )
-    return Optics(
+    return SurfaceOptics(
         reflectivity,
         float(reflectivity.max()),
         np.array([m.transmittance for m in materials]) / np.maximum(1.0 - specular, 1e-9),

@@ -9,10 +9,10 @@ from localization.types import IntArray
 from robot_sim.array_types import FloatArray
 from robot_sim.raycasting.ray_caster import static_geoms, visible_geoms
 from robot_sim.raycasting.triangle_mesh import triangles_of
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 
-def still_mesh(world: World) -> tuple[FloatArray, IntArray]:
+def static_mesh(world: World) -> tuple[FloatArray, IntArray]:
     """Return vertices (V, 3) in ``map`` [m] and triangles (F, 3) of all that scanners see and stands still.
 
     Round things are polygons that stand out by 0.02 mm at most, where they are not very large.

@@ -15,7 +15,7 @@ from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.raycasting import Hits, caster_for
 from robot_sim.raycasting.ray_caster import static_geoms
 from robot_sim.scene_objects.materials import material_named
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 _STEP: Final = 1e-5
 """A ray goes on this far behind what it has passed [m]."""

@@ -7,9 +7,9 @@ from types import MappingProxyType
 from typing import Final
 
 from robot_sim.validation import (
-    control_rows as trust,
     driving_rows as driving,
     imperfection_rows as flaws,
+    repeatability_rows as trust,
     turning_rows as turning,
 )
 from robot_sim.validation.row import Row as Row

@@ -12,8 +12,8 @@ from robot_sim.robot.mujoco_body import SERVO_DAMPING
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.validation import friction_theory as coulomb
+from robot_sim.validation.drive_bench import BENCH, DriveBench, ramped
 from robot_sim.validation.row import Row, within
-from robot_sim.validation.wheel_bench import BENCH, Bench, ramped
 
 _GROUP = "Imperfections"
 STICTION = 1.5
@@ -24,7 +24,7 @@ def radii() -> Iterator[Row]:
     """Yield how far a robot with uneven tyres gets, and how it bends, when told to drive straight."""
     robot = replace(P3AT(), imperfections=MANDOW_2007)
     rate = 0.4 / robot.rolling_radius
-    run = Bench(robot).run(ramped(rate, rate, 14.0)).after(2.0)
+    run = DriveBench(robot).run(ramped(rate, rate, 14.0)).after(2.0)
     believed = float((run.wheel_angles[-1] - run.wheel_angles[0]).mean()) * robot.rolling_radius
     steps = np.diff(run.positions[:, :2], axis=0)
     driven = float(np.hypot(*steps.T).sum())
@@ -50,13 +50,22 @@ def dead_band() -> Iterator[Row]:
     for share, expected in ((0.25, 0.0), (0.5, 0.0), (2.0, 0.5), (4.0, 0.75)):
         value = _obeyed(robot, share * threshold)
         name = f"yaw rate over commanded in place, at {share:g} of the dead band"
-        yield Row(_GROUP, name, expected, 0.05, value, "", source)
+        yield Row(
+            group=_GROUP, name=name, target=expected, tolerance=0.05, value=value, source=source
+        )
     value = _obeyed(replace(robot, imperfections=Imperfections()), 0.5 * threshold)
-    yield Row(_GROUP, "the same at 0.5, as drawn", 1.0, 0.05, value, "", "integral control")
+    yield Row(
+        group=_GROUP,
+        name="the same at 0.5, as drawn",
+        target=1.0,
+        tolerance=0.05,
+        value=value,
+        source="integral control",
+    )
 
 
 def _obeyed(robot: SkidSteer, rate: float) -> float:
-    run = Bench(robot).run(ramped(-rate, rate, 4.0)).after(2.0)
+    run = DriveBench(robot).run(ramped(-rate, rate, 4.0)).after(2.0)
     commanded = 2.0 * rate * robot.rolling_radius / robot.effective_track
     turned = float(run.yaws[-1] - run.yaws[0]) / float(run.times[-1] - run.times[0])
     return turned / commanded

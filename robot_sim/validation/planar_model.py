@@ -15,7 +15,7 @@ from robot_sim.drive.tyres import GRAVITY
 from robot_sim.drive.wheel_slip import contact_positions, contact_slip
 from robot_sim.robot.mujoco_body import SERVO_DAMPING, SERVO_STIFFNESS
 from robot_sim.robot.skid_steer_parameters import SkidSteer
-from robot_sim.validation.wheel_bench import Inertia
+from robot_sim.validation.drive_bench import Inertia
 
 PLANAR_STEP: Final = 1e-4
 """[s]."""

@@ -7,7 +7,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Final
 
-from robot_sim.errors import ReportError
+from robot_sim.errors import PageError
 from robot_sim.scene_objects.floor_surfaces import SURFACES
 from robot_sim.validation.row import Row
 
@@ -24,14 +24,17 @@ def plain(rows: Iterable[Row]) -> str:
 
 
 def verdict(rows: Sequence[Row]) -> str:
-    """Return one line on how many rows are met."""
+    """Return one line on how many rows are met; rows without a tolerance are counted apart."""
+    judged = [row for row in rows if row.judged]
     missed = [row.name for row in rows if not row.passed]
-    if not missed:
-        return f"all {len(rows)} rows met"
-    return f"{len(missed)} of {len(rows)} rows missed: {'; '.join(missed)}"
+    if missed:
+        return f"{len(missed)} of {len(judged)} judged rows missed: {'; '.join(missed)}"
+    fitted = sum(row.fitted for row in judged)
+    only_reported = len(rows) - len(judged)
+    return f"{len(judged)} judged rows met, of which {fitted} fitted; {only_reported} reported only"
 
 
-def table(rows: Iterable[Row]) -> str:
+def markdown_table(rows: Iterable[Row]) -> str:
     """Return the rows as a Markdown table for each group."""
     lines: list[str] = []
     for group, members in groupby(rows, key=lambda row: row.group):
@@ -56,16 +59,16 @@ def _grid(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[st
         yield f"| {' | '.join(row)} |"
 
 
-def written(page: str, rows: Sequence[Row]) -> str:
+def page_with_tables(page: str, rows: Sequence[Row]) -> str:
     """Return a page's text with both tables in it renewed.
 
     Raises:
         ReportError: a pair of marker comments is not there.
     """
-    return _replaced(_replaced(page, "validation", table(rows)), "surfaces", surfaces())
+    return _replaced(_replaced(page, "validation", markdown_table(rows)), "surfaces", surfaces())
 
 
-def between(page: str, name: str) -> str:
+def text_between(page: str, name: str) -> str:
     """Return what stands between ``<!-- name begin -->`` and ``<!-- name end -->``.
 
     Raises:
@@ -84,9 +87,9 @@ def write_report(path: Path, rows: Sequence[Row]) -> None:
     """
     try:
         page = path.read_text(encoding="utf-8")
-        path.write_text(written(page, rows), encoding="utf-8")
-    except ReportError as error:
-        raise ReportError(f"{path}: {error}") from None
+        path.write_text(page_with_tables(page, rows), encoding="utf-8")
+    except PageError as error:
+        raise PageError(f"{path}: {error}") from None
 
 
 def _replaced(page: str, name: str, text: str) -> str:
@@ -98,5 +101,5 @@ def _marks(page: str, name: str) -> tuple[int, int]:
     """Return where the text between the markers begins and ends."""
     begin, finish = f"<!-- {name} begin -->", f"<!-- {name} end -->"
     if page.count(begin) != 1 or page.count(finish) != 1 or page.index(finish) < page.index(begin):
-        raise ReportError(f"the page needs one {begin} and after it one {finish}")
+        raise PageError(f"the page needs one {begin} and after it one {finish}")
     return page.index(begin) + len(begin), page.index(finish)

@@ -17,8 +17,8 @@ from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.scene_objects.floor_surfaces import Surface
 from robot_sim.validation import friction_theory as coulomb
-from robot_sim.validation.row import Row, told, within
-from robot_sim.validation.wheel_bench import BENCH, Bench, Run, chi, ramped
+from robot_sim.validation.drive_bench import BENCH, DriveBench, Run, chi, ramped
+from robot_sim.validation.row import Row, reported, within
 
 WEIGHED = 27.1
 """Mass for which spin torque and power are told [kg]: a P3-AT without scanners."""
@@ -49,7 +49,7 @@ def even(friction: float) -> Surface:
 
 def spin(robot: SkidSteer, rate: float, surface: Surface = BENCH, *, seconds: float = 3.0) -> Run:
     """Turn in place at a wheel rate [rad/s]; return the settled part, from 1 s on."""
-    return Bench(robot, surface).run(ramped(-rate, rate, seconds)).after(1.0)
+    return DriveBench(robot, surface).run(ramped(-rate, rate, seconds)).after(1.0)
 
 
 def in_place() -> Iterator[Row]:
@@ -100,21 +100,23 @@ def _others() -> Iterator[Row]:
 
 
 def curves() -> Iterator[Row]:
-    """Yield chi in curves of growing radius."""
+    """Yield chi in curves of growing radius; the rule of the tyres' lateral grip was fitted to them."""
     robot = P3AT()
     for curve in CURVES:
         slow, fast = _rates(curve)
         ways = [(slow, fast), (fast, slow), (-slow, -fast), (-fast, -slow)]
-        values = [chi(robot, Bench(robot).run(ramped(*w, 3.0)).after(1.0)) for w in ways]
+        values = [chi(robot, DriveBench(robot).run(ramped(*w, 3.0)).after(1.0)) for w in ways]
         target = coulomb.published_chi(curve)
         name = f"chi at lambda {curve:g}, the farthest of left, right, forward, back"
-        yield within("Curves", name, target, 0.03, _farthest(values, target), source=_WANG)
+        yield within(
+            "Curves", name, target, 0.03, _farthest(values, target), source=_WANG, fitted=True
+        )
 
 
 def chi_in_curve(curve: float, *, compliant: bool = True) -> float:
     """Return chi of the P3-AT in a left curve of that lambda, with tyres that bend or do not."""
     robot = P3AT()
-    run = Bench(robot, compliant=compliant).run(ramped(*_rates(curve), 3.0)).after(1.0)
+    run = DriveBench(robot, compliant=compliant).run(ramped(*_rates(curve), 3.0)).after(1.0)
     return chi(robot, run)
 
 
@@ -158,11 +160,11 @@ def width() -> Iterator[Row]:
     )
     for offset, target, source in cases:
         robot = replace(P3AT(), imperfections=Imperfections(com_offset=(offset, 0.0, 0.0)))
-        bench = Bench(robot, compliant=False)
+        bench = DriveBench(robot, compliant=False)
         widen(bench.model, robot)
         value = chi(robot, bench.run(ramped(-2.0, 2.0, 3.0)).after(1.0))
         name = f"chi, centre of mass {1e3 * offset:+.0f} mm"
-        yield told("Tyres as wide as they look", name, target, value, "", source, 3)
+        yield reported("Tyres as wide as they look", name, target, value, source=source, digits=3)
 
 
 def widen(model: mujoco.MjModel, robot: SkidSteer) -> None:
@@ -194,7 +196,7 @@ def effort() -> Iterator[Row]:
 
 def _rolling() -> Iterator[Row]:
     robot, floor = P3AT(), Surface("carpet", 0.8, 0.8, 0.03, "swept")
-    run = Bench(robot, floor).run(ramped(3.0, 3.0, 3.0)).after(1.0)
+    run = DriveBench(robot, floor).run(ramped(3.0, 3.0, 3.0)).after(1.0)
     target = 0.03 * robot.mass * GRAVITY / 4.0 * robot.rolling_radius
     value = float(run.torques.mean())
     name = "torque per wheel, straight, rolling resistance 0.03"
@@ -205,26 +207,60 @@ def _rolling() -> Iterator[Row]:
 def steadiness() -> Iterator[Row]:
     """Yield what must not happen while turning in place: walking, ripple, hopping, lost contacts."""
     group = "Steadiness in place"
-    run = Bench(P3AT()).run(ramped(-2.0, 2.0, 12.0), fine=True)
+    run = DriveBench(P3AT()).run(ramped(-2.0, 2.0, 12.0), fine=True)
     walked = float(np.hypot(*run.positions[:, :2].T).max())
-    yield Row(group, "position walk in 12 s", 0.0, 10.0, 1e3 * walked, "mm", "target chosen")
+    yield Row(
+        group=group,
+        name="position walk in 12 s",
+        target=0.0,
+        tolerance=10.0,
+        value=1e3 * walked,
+        unit="mm",
+        source="target chosen",
+    )
     settled = run.after(1.0)
     turn = settled.twists[:, 2]
     turns = (settled.yaws[-1] - settled.yaws[0]) / (2.0 * math.pi)
     ripple = 100.0 * float(np.ptp(turn) / turn.mean())
     name = f"yaw-rate ripple, peak to peak, {turns:.1f} turns"
-    yield Row(group, name, 0.0, 1.0, ripple, "%", "pyramidal cones fail this", 4)
+    yield Row(
+        group=group,
+        name=name,
+        target=0.0,
+        tolerance=1.0,
+        value=ripple,
+        unit="%",
+        source="pyramidal cones fail this",
+        digits=4,
+    )
     for rate, part in ((2.0, settled), (6.0, _fast())):
         shake = float(part.accelerations.std(axis=0).max())
         name = f"accelerometer std, wheels at {rate:g} rad/s, every step"
-        yield Row(group, name, 0.0, 0.05, shake, "m/s²", "MuJoCo's default contacts: 7.7", 4)
+        yield Row(
+            group=group,
+            name=name,
+            target=0.0,
+            tolerance=0.05,
+            value=shake,
+            unit="m/s²",
+            source="MuJoCo's default contacts: 7.7",
+            digits=4,
+        )
         down = int(part.tyres_down.sum(axis=1).min())
         name = f"wheels down, fewest in any step, at {rate:g} rad/s"
-        yield Row(group, name, 4, 0, down, "", "MuJoCo's default contacts: 0", 0)
+        yield Row(
+            group=group,
+            name=name,
+            target=4,
+            tolerance=0,
+            value=down,
+            source="MuJoCo's default contacts: 0",
+            digits=0,
+        )
 
 
 def _fast() -> Run:
-    return Bench(P3AT()).run(ramped(-6.0, 6.0, 4.0), fine=True).after(2.0)
+    return DriveBench(P3AT()).run(ramped(-6.0, 6.0, 4.0), fine=True).after(2.0)
 
 
 def _farthest(values: list[float], target: float) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from localization.types import SECOND, Hint, Pose
-from robot_sim import WheelSlip
+from robot_sim import SlipFault
 from teleop.robot.robot_options import Outfit
 
 HINT_STAMP = SECOND
@@ -79,9 +79,9 @@ class Mission:
         return round((self.duration or _TIME_LIMIT) * SECOND)
 
     @property
-    def slips(self) -> tuple[WheelSlip, ...]:
+    def slips(self) -> tuple[SlipFault, ...]:
         """The slip bursts as the simulator wants them."""
-        return tuple(WheelSlip(round(t * SECOND), SECOND, 2.0) for t in self.slip)
+        return tuple(SlipFault(round(t * SECOND), SECOND, 2.0) for t in self.slip)
 
     def hint(self, spawn: Pose) -> Hint:
         """Return the hint: the true first pose, moved and turned by the errors, which way by the seed."""

@@ -24,7 +24,7 @@ from localization.mapping.slam import Survey
 from localization.maps.cloud import Cloud
 from localization.types import SECOND
 from robot_sim import Simulation, SimulationConfig, World
-from robot_sim.survey.static_mesh import still_mesh
+from robot_sim.survey.static_mesh import static_mesh
 from teleop.world_building.survey import visible_surface
 from teleop.world_building.survey_drive import Progress, survey_drive
 
@@ -84,7 +84,7 @@ class Fit:
     @classmethod
     def of(cls, points: FloatArray, world: World) -> Fit:
         """Measure points (N, 3) against all that stands still in a world."""
-        distances = distances_to_mesh(points, *still_mesh(world))
+        distances = distances_to_mesh(points, *static_mesh(world))
         return cls(Statistics.of(distances), float((distances < _NEAR).mean()))
 
 

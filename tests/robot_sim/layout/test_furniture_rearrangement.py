@@ -13,17 +13,18 @@ from hypothesis import given, settings, strategies as st
 from robot_sim import Simulation, World, WorldError, load_world, scene_names
 from robot_sim.floorplan.actors_in_plan import Person
 from robot_sim.floorplan.plan import Plan
-from robot_sim.layout.furniture_moves import (
+from robot_sim.layout.furniture_rearrangement import (
     DOOR_CLEARANCE,
-    HABITS,
+    MOBILITY,
     ROBOT_CLEARANCE,
     rearranged,
 )
 from robot_sim.layout.rectangles import Rectangles
 from robot_sim.raycasting import caster_for
 from robot_sim.scene_objects.furniture import size_of
-from robot_sim.scene_objects.parts import Door, Piece, Placement, Wall
-from robot_sim.worlds.worlds import WorldOptions, load_plan
+from robot_sim.scene_objects.plan_elements import Door, Piece, Placement, Wall
+from robot_sim.worlds.loading import load_plan
+from robot_sim.worlds.world import WorldOptions
 
 
 def corners(piece: Piece) -> np.ndarray:
@@ -122,7 +123,7 @@ def test_moved_pieces_keep_clear_of_everything(scene: str, seed: int) -> None:
             for door in wall.doors:
                 inside = np.abs(local - (door.at, 0.0)) < (0.5 * door.width, DOOR_CLEARANCE - 0.02)
                 assert not inside.all(axis=1).any(), f"{piece.name} before a door of {wall.name}"
-    assert all(piece.kind in HABITS or piece.name.startswith("left_box") for piece in moved)
+    assert all(piece.kind in MOBILITY or piece.name.startswith("left_box") for piece in moved)
 
 
 def _to_segment(points: np.ndarray, a: np.ndarray, b: np.ndarray) -> float:
@@ -152,7 +153,7 @@ def test_nothing_leaves_its_room_or_enters_a_wall(seed: int) -> None:
         Piece("crate", "box", 2.9, 3.4), Piece("post", "pillar", 3.0, 1.0),
     )  # fmt: skip
     plan = Plan("two rooms", (0.0, 0.0, 8.0, 4.0), {"spawn": Placement(6.0, 2.0)}, walls=walls,
-                furniture=pieces, inhabitants=(Person("a", ((0.6, 2.4), (2.4, 2.4))),))  # fmt: skip
+                furniture=pieces, actors=(Person("a", ((0.6, 2.4), (2.4, 2.4))),))  # fmt: skip
     after = {p.name: p for p in rearranged(plan, seed).furniture}
     assert after["post"] == pieces[3]
     for name in ("desk", "chair", "crate"):
@@ -168,7 +169,7 @@ def test_nothing_leaves_its_room_or_enters_a_wall(seed: int) -> None:
 
 def test_enough_is_moved_to_matter() -> None:
     plan = load_plan("office")
-    movable = {p.name: p for p in plan.furniture if p.kind in HABITS}
+    movable = {p.name: p for p in plan.furniture if p.kind in MOBILITY}
     shares, distances, gone, new = [], [], 0, 0
     for seed in range(12):
         after = {p.name: p for p in rearranged(plan, seed).furniture}

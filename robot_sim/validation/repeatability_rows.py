@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from robot_sim.robot.platforms import P3AT
+from robot_sim.validation.drive_bench import DriveBench, chi, ramped
 from robot_sim.validation.row import Row
-from robot_sim.validation.wheel_bench import Bench, chi, ramped
 
 STARTS = 48
 """Start conditions from which chatter is looked for."""
@@ -19,7 +19,7 @@ CHATTER = 0.5
 
 def replay() -> Iterator[Row]:
     """Yield by how much a run differs that goes on from a snapshot."""
-    bench = Bench(P3AT())
+    bench = DriveBench(P3AT())
     bench.run(ramped(1.0, 3.0, 1.0))
     kind = mujoco.mjtState.mjSTATE_INTEGRATION
     snapshot = np.empty(mujoco.mj_stateSize(bench.model, kind))
@@ -33,7 +33,15 @@ def replay() -> Iterator[Row]:
         for name in first.__dataclass_fields__
     )
     name = "numbers that differ in 2 s replayed from a snapshot"
-    yield Row("Trust", name, 0, 0, different, "", "bit for bit", 0)
+    yield Row(
+        group="Trust",
+        name=name,
+        target=0,
+        tolerance=0,
+        value=different,
+        source="bit for bit",
+        digits=0,
+    )
 
 
 def chatter() -> Iterator[Row]:
@@ -42,7 +50,7 @@ def chatter() -> Iterator[Row]:
     locked, ratios = 0, []
     robot = P3AT()
     for _ in range(STARTS):
-        bench = Bench(robot)
+        bench = DriveBench(robot)
         bench.data.qvel[:2] = rng.uniform(-0.5, 0.5, 2)
         bench.data.qvel[5] = rng.uniform(-2.0, 2.0)
         bench.data.qvel[6:10] = rng.uniform(-6.0, 6.0, 4)
@@ -52,23 +60,60 @@ def chatter() -> Iterator[Row]:
         ratios.append(chi(robot, run))
     source = "stiffer recipes locked 4 of 36"
     name = f"starts of {STARTS} that end in torque chatter, wheels at 0.5 rad/s"
-    yield Row("Trust", name, 0, 0, locked, "", source, 0)
+    yield Row(
+        group="Trust", name=name, target=0, tolerance=0, value=locked, source=source, digits=0
+    )
     name = f"spread of chi over these {STARTS} starts"
-    yield Row("Trust", name, 0.0, 0.01, float(np.ptp(ratios)), "", "one answer, limit chosen", 4)
+    yield Row(
+        group="Trust",
+        name=name,
+        target=0.0,
+        tolerance=0.01,
+        value=float(np.ptp(ratios)),
+        source="one answer, limit chosen",
+        digits=4,
+    )
 
 
 def control() -> Iterator[Row]:
     """Yield what the same rig says of MuJoCo's default contacts; it must be able to fail."""
     robot = P3AT()
-    bench = Bench(robot)
+    bench = DriveBench(robot)
     use_default_contacts(bench.model)
     run = bench.run(ramped(-2.0, 2.0, 4.0), fine=True).after(1.0)
     group, source = "Control: the same rig with MuJoCo's default contacts", "must miss"
-    yield Row(group, "chi", robot.chi, 0.03 * robot.chi, chi(robot, run), "", source, control=True)
+    yield Row(
+        group=group,
+        name="chi",
+        target=robot.chi,
+        tolerance=0.03 * robot.chi,
+        value=chi(robot, run),
+        source=source,
+        control=True,
+    )
     down = int(run.tyres_down.sum(axis=1).min())
-    yield Row(group, "wheels down, fewest in any step", 4, 0, down, "", source, 0, control=True)
+    yield Row(
+        group=group,
+        name="wheels down, fewest in any step",
+        target=4,
+        tolerance=0,
+        value=down,
+        source=source,
+        digits=0,
+        control=True,
+    )
     shake = float(run.accelerations.std(axis=0).max())
-    yield Row(group, "accelerometer std", 0.0, 0.05, shake, "m/s²", source, 2, control=True)
+    yield Row(
+        group=group,
+        name="accelerometer std",
+        target=0.0,
+        tolerance=0.05,
+        value=shake,
+        unit="m/s²",
+        source=source,
+        digits=2,
+        control=True,
+    )
 
 
 def use_default_contacts(model: mujoco.MjModel) -> None:

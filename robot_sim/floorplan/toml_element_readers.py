@@ -6,9 +6,9 @@ from robot_sim.floorplan import toml_table as toml
 from robot_sim.floorplan.plan import CloudSpec
 from robot_sim.scene_objects.floor_surfaces import Patch, surface_named
 from robot_sim.scene_objects.glazing import Glazing, Roof
-from robot_sim.scene_objects.parts import Door, Piece, Wall, Window
-from robot_sim.scene_objects.slabs import Slab
-from robot_sim.scene_objects.terrain import Hill, Level, Rut, Terrain
+from robot_sim.scene_objects.plan_elements import Door, Piece, Wall, Window
+from robot_sim.scene_objects.ramps_and_steps import Slab
+from robot_sim.scene_objects.terrain import Hill, LevelDisc, Rut, Terrain
 
 
 def wall(table: toml.Table, index: int, height: float, thickness: float) -> Wall:
@@ -150,9 +150,9 @@ def _rut(table: toml.Table) -> Rut:
     return rut
 
 
-def _level(table: toml.Table) -> Level:
+def _level(table: toml.Table) -> LevelDisc:
     x, y = table.take("at", toml.point)
-    level = Level(x, y, table.take("radius", toml.number), table.take("height", toml.number))
+    level = LevelDisc(x, y, table.take("radius", toml.number), table.take("height", toml.number))
     table.close()
     return level
 

@@ -16,14 +16,14 @@ from typing import Final
 
 import numpy as np
 
-from robot_sim.actors.movers import ARM_REACH
-from robot_sim.floorplan.actors_in_plan import Cart, Inhabitant, Leaf
+from robot_sim.actors.actor_bodies import ARM_REACH
+from robot_sim.floorplan.actors_in_plan import Actor, Cart, DoorLeaf
 from robot_sim.floorplan.plan import Piece, Plan, Wall, Waypoint
 from robot_sim.layout.rectangles import Rectangles, line_between
 from robot_sim.scene_objects.blocks import Block
 from robot_sim.scene_objects.furniture import footprint, piece_blocks, size_of
 from robot_sim.scene_objects.glazing import Glazing
-from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.walls import wall_blocks
 
 ROBOT_CLEARANCE: Final = 0.7
@@ -43,7 +43,7 @@ _REACHABLE: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Habit:
+class Mobility:
     """How pieces of a kind are moved about."""
 
     least: float
@@ -56,22 +56,22 @@ class Habit:
     """Probability of being carried away."""
 
 
-HABITS: Final = {
-    "chair": Habit(0.3, 1.5, math.pi, 0.15),
-    "box": Habit(0.5, 2.5, math.pi, 0.25),
-    "plant": Habit(0.3, 1.2, math.pi, 0.1),
-    "desk": Habit(0.3, 1.0, 0.3),
-    "table": Habit(0.3, 1.0, 0.3),
-    "round_table": Habit(0.3, 1.0, math.pi),
-    "sofa": Habit(0.3, 1.0, 0.3),
-    "cabinet": Habit(0.2, 0.7, 0.2),
-    "pallet": Habit(0.3, 2.5, 0.4, 0.3),
-    "drum": Habit(0.3, 2.0, math.pi, 0.2),
-    "forklift": Habit(1.0, 5.0, math.pi, 0.2),
-    "planting_table": Habit(0.2, 0.6, 0.1),
-    "bench": Habit(0.3, 1.5, 0.6),
-    "planter": Habit(0.3, 1.2, 0.4),
-    "bicycle_stand": Habit(0.3, 1.5, 0.3),
+MOBILITY: Final = {
+    "chair": Mobility(0.3, 1.5, math.pi, 0.15),
+    "box": Mobility(0.5, 2.5, math.pi, 0.25),
+    "plant": Mobility(0.3, 1.2, math.pi, 0.1),
+    "desk": Mobility(0.3, 1.0, 0.3),
+    "table": Mobility(0.3, 1.0, 0.3),
+    "round_table": Mobility(0.3, 1.0, math.pi),
+    "sofa": Mobility(0.3, 1.0, 0.3),
+    "cabinet": Mobility(0.2, 0.7, 0.2),
+    "pallet": Mobility(0.3, 2.5, 0.4, 0.3),
+    "drum": Mobility(0.3, 2.0, math.pi, 0.2),
+    "forklift": Mobility(1.0, 5.0, math.pi, 0.2),
+    "planting_table": Mobility(0.2, 0.6, 0.1),
+    "bench": Mobility(0.3, 1.5, 0.6),
+    "planter": Mobility(0.3, 1.2, 0.4),
+    "bicycle_stand": Mobility(0.3, 1.5, 0.3),
 }
 """What is moved at all, and how far; chosen. All other kinds stand fast: pillars, shelves, counters,
 racks, machines, tanks, trees."""
@@ -87,7 +87,7 @@ def rearranged(plan: Plan, seed: int) -> Plan:
     fixed = Rectangles(_fixed(plan))
     kept_free = Rectangles(_kept_free(plan))
     pieces = {p.name: p for p in plan.furniture}
-    movable = [p for p in plan.furniture if p.kind in HABITS]
+    movable = [p for p in plan.furniture if p.kind in MOBILITY]
 
     def others(name: str) -> Rectangles:
         return Rectangles(_row(p, GAP) for p in pieces.values() if p.name != name)
@@ -106,7 +106,7 @@ def rearranged(plan: Plan, seed: int) -> Plan:
     # Small ones first: a desk has room once its chair is out of the way.
     for piece in sorted(movable, key=lambda p: math.prod(size_of(p)[:2])):
         rng = np.random.default_rng([seed, zlib.crc32(piece.name.encode())])
-        habit = HABITS[piece.kind]
+        habit = MOBILITY[piece.kind]
         if rng.random() < habit.gone:
             del pieces[piece.name]
             continue
@@ -129,14 +129,14 @@ def rearranged(plan: Plan, seed: int) -> Plan:
         for _ in range(_TRIES):
             x, y = anchors[rng.integers(len(anchors))]
             anchor = Piece(name, "box", x, y, size=(size[0], size[1], size[2]))
-            candidate = _shoved(anchor, Habit(0.5, 3.0, math.pi), rng)
+            candidate = _shoved(anchor, Mobility(0.5, 3.0, math.pi), rng)
             if fits(candidate, (x, y), rest):
                 pieces[candidate.name] = candidate
                 break
     return replace(plan, furniture=tuple(pieces.values()))
 
 
-def _shoved(piece: Piece, habit: Habit, rng: np.random.Generator, share: float = 1.0) -> Piece:
+def _shoved(piece: Piece, habit: Mobility, rng: np.random.Generator, share: float = 1.0) -> Piece:
     distance = share * rng.uniform(habit.least, habit.most)
     direction = rng.uniform(-math.pi, math.pi)
     return replace(
@@ -186,7 +186,7 @@ def _fixed_blocks(plan: Plan) -> Iterator[Block]:
     for glazing in plan.glazings:
         yield from glazing.blocks()
     for piece in plan.furniture:
-        if piece.kind not in HABITS:
+        if piece.kind not in MOBILITY:
             yield from piece_blocks(piece)
 
 
@@ -202,13 +202,13 @@ def _kept_free(plan: Plan) -> Iterator[tuple[float, float, float, float, float]]
     for placement in (*plan.spawns.values(), *plan.places.values()):
         yield placement.x, placement.y, ROBOT_CLEARANCE, ROBOT_CLEARANCE, 0.0
     yield from _lines(plan.tour, ROBOT_CLEARANCE)
-    for inhabitant in plan.inhabitants:
+    for inhabitant in plan.actors:
         yield from _haunt(inhabitant)
 
 
-def _haunt(one: Inhabitant) -> Iterator[tuple[float, float, float, float, float]]:
+def _haunt(one: Actor) -> Iterator[tuple[float, float, float, float, float]]:
     """Yield where somebody walks, or a leaf swings."""
-    if isinstance(one, Leaf):
+    if isinstance(one, DoorLeaf):
         yield *one.hinge, one.width + GAP, one.width + GAP, 0.0
         return
     clearance = PERSON_CLEARANCE

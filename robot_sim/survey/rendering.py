@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from robot_sim.array_types import BoolArray, FloatArray
-from robot_sim.placement import place_robot
-from robot_sim.worlds.worlds import World
+from robot_sim.robot_placement import place_robot
+from robot_sim.worlds.world import World
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ class Camera:
         return pixels, depth, seen
 
 
-def photograph(
+def render_world(
     world: World, camera: Camera, *, width: int, height: int, hidden: tuple[str, ...] = ("ceiling",)
 ) -> npt.NDArray[np.uint8]:
     """Return the world with the robot at its spawn as colours (height, width, 3), on white.

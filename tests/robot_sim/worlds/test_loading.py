@@ -9,14 +9,11 @@ import numpy as np
 import pytest
 
 from robot_sim.errors import UnknownSceneError, WorldError
-from robot_sim.worlds.worlds import (
-    Waypoint,
-    World,
-    load_world,
-    parse_world,
-    place_robot,
-    scene_names,
-)
+from robot_sim.floorplan.plan import Waypoint
+from robot_sim.floorplan.scene_folders import scene_names
+from robot_sim.robot_placement import place_robot
+from robot_sim.worlds.loading import load_world, parse_world
+from robot_sim.worlds.world import World
 
 
 def length(line: Sequence[Waypoint]) -> float:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 
 from localization.types import IntArray
+from robot_sim.actors.movers import Mover
 from robot_sim.array_types import FloatArray
 
 _KNOT: Final = 1_000_000
@@ -19,23 +20,10 @@ _KEPT: Final = 3
 """Chunks remembered: a sweep reaches back into the last one."""
 
 
-class Moved(Protocol):
-    """What the casters ask of a mover."""
-
-    @property
-    def name(self) -> str:
-        """Name of its mocap body."""
-        ...
-
-    def pose_at(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return positions (N, 3) [m] and yaws (N,) [rad] of the body at ``times`` (N,) [ns]."""
-        ...
-
-
-class Timetable:
+class PoseInterpolator:
     """Poses of movers, worked out ahead in chunks and blended in between."""
 
-    def __init__(self, movers: Sequence[Moved]) -> None:
+    def __init__(self, movers: Sequence[Mover]) -> None:
         self._movers = tuple(movers)
         self._chunks: dict[int, FloatArray] = {}
 

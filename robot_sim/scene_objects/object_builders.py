@@ -12,7 +12,7 @@ Builder = Callable[[float, float, float, int], Iterator[Block]]
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class ObjectKind:
     """One entry of the catalogue."""
 
     build: Builder

@@ -22,9 +22,9 @@ from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan_ground import stand_on
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
-from robot_sim.scene_objects.parts import Bounds, Placement, Waypoint
-from robot_sim.worlds.mjcf_checks import compile_mjcf
-from robot_sim.worlds.worlds import TIMESTEP_NS, World, check_places
+from robot_sim.scene_objects.plan_elements import Bounds, Placement, Waypoint
+from robot_sim.worlds.mjcf_preparation import compile_mjcf
+from robot_sim.worlds.world import TIMESTEP_NS, World, check_places
 
 SPAWN: Final = "spawn"
 """Name of the site or body where the robot starts."""

@@ -12,11 +12,18 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from robot_sim.errors import ReportError
+from robot_sim.errors import PageError
 from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
 from robot_sim.validation import PARTS, Row, friction_theory as coulomb, validate
-from robot_sim.validation.report import between, plain, surfaces, table, verdict, written
-from robot_sim.validation.row import told, within
+from robot_sim.validation.report import (
+    markdown_table,
+    page_with_tables,
+    plain,
+    surfaces,
+    text_between,
+    verdict,
+)
+from robot_sim.validation.row import reported, within
 from teleop.__main__ import main
 
 PAGE = Path(__file__).parents[3] / "docs/robot.md"
@@ -51,8 +58,8 @@ def number(cell: str) -> tuple[float, float, str]:
 
 
 def test_page_tells_what_a_fresh_run_gives() -> None:
-    fresh = grid(table([row for part in PARTS for row in measured(part)]))
-    page = grid(between(PAGE.read_text(encoding="utf-8"), "validation"))
+    fresh = grid(markdown_table([row for part in PARTS for row in measured(part)]))
+    page = grid(text_between(PAGE.read_text(encoding="utf-8"), "validation"))
     again = "run farsteer validate --write docs/robot.md"
     assert len(page) == len(fresh), again
     for there, here in zip(page, fresh, strict=True):
@@ -66,7 +73,7 @@ def test_page_tells_what_a_fresh_run_gives() -> None:
 
 
 def test_page_lists_the_surfaces() -> None:
-    assert grid(between(PAGE.read_text(encoding="utf-8"), "surfaces")) == grid(surfaces())
+    assert grid(text_between(PAGE.read_text(encoding="utf-8"), "surfaces")) == grid(surfaces())
 
 
 def test_command_prints_rows_and_writes_the_page(
@@ -93,10 +100,13 @@ def test_command_prints_rows_and_writes_the_page(
 def test_command_ends_with_1_if_a_row_is_missed_and_names_it(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rows = [within("g", "chi", 1.466, 0.03, 2.1, source="s"), Row("g", "b", 1, 0, 1, "", "s")]
+    rows = [
+        within("g", "chi", 1.466, 0.03, 2.1, source="s"),
+        Row(group="g", name="b", target=1, tolerance=0, value=1, source="s"),
+    ]
     monkeypatch.setattr("robot_sim.validation.PARTS", {"wrong": lambda: iter(rows)})
     assert main(["validate"]) == 1
-    assert "1 of 2 rows missed: chi" in capsys.readouterr().out
+    assert "1 of 2 judged rows missed: chi" in capsys.readouterr().out
 
 
 def test_page_without_markers_is_refused_by_name(
@@ -108,8 +118,8 @@ def test_page_without_markers_is_refused_by_name(
     assert main(["validate", "--write", str(page)]) == 2
     error = capsys.readouterr().err
     assert "page.md: the page needs one <!-- validation begin -->" in error
-    with pytest.raises(ReportError, match="one <!-- surfaces begin --> and after it one"):
-        written("<!-- validation begin --><!-- validation end -->", ())
+    with pytest.raises(PageError, match="one <!-- surfaces begin --> and after it one"):
+        page_with_tables("<!-- validation begin --><!-- validation end -->", ())
 
 
 def test_progress_names_each_part_and_grows() -> None:
@@ -132,13 +142,34 @@ def test_row_passes_only_within_its_tolerance_and_a_control_only_outside() -> No
     assert not dataclasses.replace(row, control=True).passed
     for control in (False, True):
         assert not dataclasses.replace(row, value=math.nan, control=control).passed
-    free = told("g", "t63", 50.0, 80.0, "ms", "s", 0)
-    assert free.cells == ("t63", "50 ms", "none", "80 ms", "told", "s")
-    assert verdict([row, far]) == "1 of 2 rows missed: chi"
+    free = reported("g", "t63", 50.0, 80.0, unit="ms", source="s", digits=0)
+    assert free.cells == ("t63", "50 ms", "none", "80 ms", "reported", "s")
+    assert verdict([row, far, free]) == "1 of 2 judged rows missed: chi"
+
+
+def test_verdict_counts_judged_rows_and_says_which_were_fitted() -> None:
+    row = within("g", "chi", 2.0, 0.01, 2.0, source="s")
+    fitted = dataclasses.replace(row, fitted=True)
+    free = reported("g", "t63", 50.0, 80.0, source="s")
+    assert fitted.result == "ok (fitted)"
+    assert verdict([row, fitted, free]) == "2 judged rows met, of which 1 fitted; 1 reported only"
+    missed = dataclasses.replace(fitted, value=3.0)
+    assert missed.result == "missed"
+
+
+def test_only_the_curves_to_which_the_tyres_were_fitted_are_marked_so() -> None:
+    fitted = {part for part in PARTS for row in measured(part) if row.fitted}
+    assert fitted == {"curves"}
+    assert all(row.fitted for row in measured("curves"))
 
 
 def test_small_negative_numbers_print_without_a_sign() -> None:
-    assert Row("g", "n", 0.0, 1.0, -1e-9, "mm", "s").cells[3] == "0.000 mm"
+    assert (
+        Row(
+            group="g", name="n", target=0.0, tolerance=1.0, value=-1e-9, unit="mm", source="s"
+        ).cells[3]
+        == "0.000 mm"
+    )
 
 
 @given(ratio=st.floats(0.3, 3.0))

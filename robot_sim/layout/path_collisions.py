@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Final
 
 from robot_sim.errors import WorldError
-from robot_sim.floorplan.actors_in_plan import Cart, Leaf
+from robot_sim.floorplan.actors_in_plan import Cart, DoorLeaf
 from robot_sim.floorplan.plan import Plan
 from robot_sim.layout.rectangles import Rectangles, line_between
 from robot_sim.scene_objects.blocks import Block
@@ -29,8 +29,8 @@ def check_paths(plan: Plan, blocks: Iterable[Block]) -> None:
     """
     solid = [b for b in blocks if b.bottom < _HEAD and 2.0 * b.z - b.bottom > _FOOT]
     met = Rectangles((b.x, b.y, b.half[0], b.half[1], b.yaw) for b in solid).met
-    for one in plan.inhabitants:
-        if isinstance(one, Leaf):
+    for one in plan.actors:
+        if isinstance(one, DoorLeaf):
             continue
         kind = "cart" if isinstance(one, Cart) else "person"
         corners = [*one.path, one.path[0]] if one.loop else one.path

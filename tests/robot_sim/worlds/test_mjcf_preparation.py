@@ -11,11 +11,11 @@ import pytest
 
 from localization.types import Scan, Twist
 from robot_sim import Simulation, World, WorldError, load_world
-from robot_sim.placement import place_robot
 from robot_sim.robot.platforms import HUSKY
-from robot_sim.scene_objects.parts import Placement
-from robot_sim.worlds.mjcf_world import load_mjcf
-from robot_sim.worlds.worlds import TIMESTEP_NS, WorldOptions
+from robot_sim.robot_placement import place_robot
+from robot_sim.scene_objects.plan_elements import Placement
+from robot_sim.worlds.from_mjcf import load_mjcf
+from robot_sim.worlds.world import TIMESTEP_NS, WorldOptions
 
 FLOOR = '<geom name="floor" type="plane" size="6 5 0.1" user="0.7"/>'
 SPAWN = '<site name="spawn"/>'

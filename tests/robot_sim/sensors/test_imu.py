@@ -11,17 +11,11 @@ import pytest
 
 from localization.types import Inertial, Twist
 from robot_sim.errors import SimulationError
-from robot_sim.sensors.inertial_unit import (
-    INERTIAL_UNITS,
-    READING_SECONDS,
-    Drift,
-    InertialConfig,
-    InertialModel,
-    InertialUnit,
-    allan_deviation,
-)
+from robot_sim.sensors.imu import READING_SECONDS, InertialConfig, InertialUnit
+from robot_sim.sensors.imu_models import INERTIAL_UNITS, InertialModel
+from robot_sim.sensors.imu_noise import Drift, allan_deviation
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 
 def test_noise_and_bias_have_the_configured_size() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.drive.tyres import GRAVITY, Tyres
-from robot_sim.robot.contact_sensors import FeelerColumns
+from robot_sim.robot.contact_sensors import ContactSensorColumns
 from robot_sim.robot.drivable_surfaces import mark_drivable
 from robot_sim.robot.mujoco_body import (
     SERVO_DAMPING,
@@ -23,13 +23,13 @@ from robot_sim.robot.mujoco_body import (
 )
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.scene_objects.floor_surfaces import Patch, Surface
-from robot_sim.worlds.worlds import TIMESTEP_NS
+from robot_sim.simulation import STEPS_PER_TICK
+from robot_sim.worlds.world import TIMESTEP_NS
 
 TICK: Final = 0.02
 """How often tyres and commands are renewed, as in the simulation [s]."""
 STEP: Final = TIMESTEP_NS * 1e-9
 """[s]."""
-STEPS_PER_TICK: Final = round(TICK / STEP)
 BENCH: Final = Surface("bench", 0.7, 0.7, 0.0, "what the targets assume; rolls without resistance")
 
 
@@ -75,7 +75,7 @@ class Inertia:
     """Of one wheel and its rotor about the axle [kg m^2]."""
 
 
-class Bench:
+class DriveBench:
     """A floor with a robot on it, at rest."""
 
     def __init__(
@@ -114,7 +114,7 @@ class Bench:
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         self._tyres = Tyres(self.model, robot, patches, compliant=compliant)
-        self._down = FeelerColumns.of(self.model, "base_link", WHEELS).tyres
+        self._down = ContactSensorColumns.of(self.model, "base_link", WHEELS).tyres
         mujoco.mj_forward(self.model, self.data)
 
     @property
