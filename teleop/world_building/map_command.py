@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from localization.cli.run_folder import run_folder
 from localization.cli.terminal import Progress, say
 
 if TYPE_CHECKING:
@@ -156,9 +157,7 @@ class Map:
         return survey_of(log, log.mounts, config, start=start, progress=bar)
 
     def _own_out(self) -> Path:
-        from teleop.clock import wall_clock_name
-
-        return self.out if self.out is not None else Path("runs") / wall_clock_name() / "map.ply"
+        return self.out if self.out is not None else run_folder(None) / "map.ply"
 
 
 def _is_scene(source: str) -> bool:
