@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 
 from localization.display.rerun_sink import Sink
-from localization.maps.cloud import load_cloud
+from localization.maps.map_files import load_cloud
 from localization.types import Pose, Twist
 from teleop.interfaces import registry
 from teleop.operator.display import Display

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from localization.display.rerun_sink import Sink
-from localization.maps.cloud import load_cloud
+from localization.maps.map_files import load_cloud
 from localization.types import SECOND, Pose
 from teleop.interfaces import registry
 from teleop.operator.display import Display

@@ -178,7 +178,7 @@ def _pose(x: float, y: float, degrees: float) -> Pose:
 
 
 def _save(cloud: Cloud, path: Path) -> None:
-    from localization.maps.cloud import save_cloud
+    from localization.maps.map_files import save_cloud
 
     path.parent.mkdir(parents=True, exist_ok=True)
     saved = save_cloud(cloud, path)

@@ -11,7 +11,8 @@ from scipy.spatial import cKDTree
 from localization.evaluation.trajectory import Trajectory, write_tum
 from localization.geometry import FloatArray
 from localization.logs.mcap_log import ReadingsWriter
-from localization.maps.cloud import Cloud, CloudError, load_cloud, save_cloud
+from localization.maps.cloud import Cloud, CloudError
+from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.normal_orientation import face_viewers, standing_places
 from localization.maps.plane_fitting import planes, thinned
 from localization.maps.point_files import read_points
@@ -223,7 +224,7 @@ def test_clouds_that_cannot_serve_are_refused_with_a_way_out(
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"hello there\n", "is no cloud: PLY, PCD and texts"),
+        (b"hello there\n", "is not a cloud; PLY, PCD and texts"),
         (b"1 2\n3 4\n", "lines want x y z"),
         (b"# .PCD v0.7\nFIELDS x y\nPOINTS 3\nDATA ascii\n", "lacks the fields z"),
         (
