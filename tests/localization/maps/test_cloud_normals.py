@@ -225,14 +225,14 @@ def test_clouds_that_cannot_serve_are_refused_with_a_way_out(
     ("content", "says"),
     [
         (b"hello there\n", "is not a cloud; PLY, PCD and texts"),
-        (b"1 2\n3 4\n", "lines want x y z"),
+        (b"1 2\n3 4\n", "lines need x y z"),
         (b"# .PCD v0.7\nFIELDS x y\nPOINTS 3\nDATA ascii\n", "lacks the fields z"),
         (
             b"# .PCD v0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 3\nDATA binary\n12",
             "damaged",
         ),
         (b"# .PCD v0.7\nFIELDS x y z\nPOINTS 3\nDATA ascii\n1 2 3\n", "cut short: 1 of 3"),
-        (b"\xff\xfe\x00\x01", "is no cloud"),
+        (b"\xff\xfe\x00\x01", "is not a cloud"),
         (b"", "is empty"),
     ],
 )
