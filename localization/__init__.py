@@ -33,9 +33,8 @@ if TYPE_CHECKING:
     from localization.maps.cloud import (
         Cloud as Cloud,
         CloudError as CloudError,
-        load_cloud as load_cloud,
-        save_cloud as save_cloud,
     )
+    from localization.maps.map_files import load_cloud as load_cloud, save_cloud as save_cloud
     from localization.maps.prepared_map import PreparedMap as PreparedMap, prepare as prepare
     from localization.pipeline.localizer import (
         Localizer as Localizer,
@@ -46,7 +45,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "pipeline.localizer": ("Localizer", "LocalizerConfig"),
     "logs.mcap_log": ("LogError", "ReadingsWriter", "read_log"),
-    "maps.cloud": ("Cloud", "CloudError", "load_cloud", "save_cloud"),
+    "maps.cloud": ("Cloud", "CloudError"),
+    "maps.map_files": ("load_cloud", "save_cloud"),
     "maps.prepared_map": ("PreparedMap", "prepare"),
     "pipeline.log_replay": ("Localized", "localize"),
 }

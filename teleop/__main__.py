@@ -19,6 +19,7 @@ import tyro
 
 from localization.cli.calibrate import Calibrate
 from localization.cli.localize import Localize
+from localization.cli.run_folder import run_folder
 from localization.cli.terminal import Progress as _Progress, say as _say
 from teleop.robot.robot_options import Outfit
 from teleop.world_building.map_command import Map
@@ -96,7 +97,7 @@ class Sim:
             duration=self.duration,
             outfit=self.outfit,
         )
-        folder = _folder(self.out)
+        folder = run_folder(self.out)
         world = self.outfit.world(self.scene, self.seed)
         cloud = cloud_of(self.scene)
         bar = _Progress()
@@ -328,7 +329,7 @@ def _known_errors() -> tuple[type[Exception], ...]:
     families = (
         ("robot_sim.errors", "SimulationError"),
         ("teleop.rosbridge.errors", "RosbridgeError"),
-        ("teleop.operator.rerun_sink", "SinkError"),
+        ("localization.display.rerun_sink", "SinkError"),
         ("teleop.world_building.survey_drive", "SurveyError"),
     )
     # A family whose module was never imported cannot have been raised.
@@ -341,12 +342,6 @@ def _table(summary: object) -> str:
 
     assert isinstance(summary, Summary)
     return table(summary)
-
-
-def _folder(out: Path | None) -> Path:
-    from teleop.clock import wall_clock_name
-
-    return out if out is not None else Path("runs") / wall_clock_name()
 
 
 def _cache() -> Path:

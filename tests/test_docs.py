@@ -23,11 +23,11 @@ from mcap.reader import make_reader
 
 from benchmarks import _tables as tables
 from localization import Health, LocalizerConfig, Pose, Verdict
+from localization.display.rerun_sink import viewer_program
 from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.__main__ import Command
 from teleop.joystick import Layout, layouts
 from teleop.operator import keyboard
-from teleop.operator.rerun_sink import viewer_program
 from teleop.robot.rosbridge_adapter import Stepper
 from teleop.robot.safety import Control, SafetyConfig
 from teleop.robot.serve import ServeConfig, snippet

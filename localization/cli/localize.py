@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from localization.cli.run_folder import run_folder
 from localization.cli.terminal import Progress, say
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ class Localize:
 
         truth = None if self.truth is None else read_tum(self.truth)
         run = self._run()
-        folder = self._folder()
+        folder = run_folder(self.out)
         folder.mkdir(parents=True, exist_ok=True)
         recording = _recording(folder / "recording.rrd", run, truth) if self.recording else None
         history, bar, ended = History(), Progress(), False
@@ -150,11 +151,6 @@ class Localize:
         own = open_log(self.log, layout).suite
         motion = own.motion if self.motion is None else Motion(self.motion)
         return Suite(motion, own.flat if self.flat is None else self.flat)
-
-    def _folder(self) -> Path:
-        from teleop.clock import wall_clock_name
-
-        return self.out if self.out is not None else Path("runs") / wall_clock_name()
 
     def _review(self, run: LogRun, history: History, judgement: Judgement | None) -> Review:
         from localization.report.html_page import Review

@@ -11,7 +11,9 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.logs import ros_messages as messages
+from localization.logs.ros_geometry import pose_from_transform
 from localization.logs.ros_messages import Message, MessageError
+from localization.logs.ros_stamps import stamp_from_message
 from localization.types import (
     Inertial,
     PointScan,
@@ -54,10 +56,7 @@ class FrameTree:
             parent, child = (_bare(f) for f in (link.header.frame_id, link.child_frame_id))
             if parent in _WORLD_FRAMES or child in _WORLD_FRAMES:
                 continue
-            move, turn = link.transform.translation, link.transform.rotation
-            pose = Pose(
-                np.array([move.x, move.y, move.z]), np.array([turn.w, turn.x, turn.y, turn.z])
-            )
+            pose = pose_from_transform(link.transform)
             self._links.setdefault(parent, {})[child] = pose
             self._links.setdefault(child, {})[parent] = pose.inverse()
 
@@ -147,7 +146,7 @@ def read_points(message: Message) -> PointScan:
     )
     table = packed.reshape(-1).view(dtype)
     points = np.stack([table[name].astype(float) for name in "xyz"], axis=1)
-    stamp = messages.read_stamp(message.header.stamp)
+    stamp = stamp_from_message(message.header.stamp)
     offsets = _offsets(table, stamp)
     real = np.isfinite(points).all(axis=1) & (np.abs(points).max(axis=1, initial=0.0) > 0.0)
     begin = min(0, int(offsets[real].min(initial=0)))
@@ -198,7 +197,7 @@ def _wheels(message: Message, radius: float) -> WheelSpeeds:
     left, right = (float(np.float32(radius * np.mean(sides[s]))) for s in ("left", "right"))
     if not (math.isfinite(left) and math.isfinite(right)):
         raise MessageError(f"wheel velocities must be finite, got {velocity}")
-    return WheelSpeeds(messages.read_stamp(message.header.stamp), left, right)
+    return WheelSpeeds(stamp_from_message(message.header.stamp), left, right)
 
 
 def is_scan(kind: str) -> bool:

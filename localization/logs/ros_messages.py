@@ -13,6 +13,8 @@ import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from localization.geometry import FloatArray
+from localization.logs.ros_geometry import pose_from_message, pose_from_transform
+from localization.logs.ros_stamps import stamp_from_message, stamp_to_dict
 from localization.types import (
     SECOND,
     Hint,
@@ -64,12 +66,7 @@ def stamp_message(stamp: int) -> Message:
     """Return ``builtin_interfaces/Time`` of a stamp [ns]."""
     if not 0 <= stamp < _LAST_STAMP:
         raise MessageError(f"stamp must be in [0, 2^31) s, got {stamp} ns")
-    return _build("builtin_interfaces/msg/Time", sec=stamp // SECOND, nanosec=stamp % SECOND)
-
-
-def read_stamp(time: Message) -> int:
-    """Return the stamp [ns] of a ``builtin_interfaces/Time``."""
-    return int(time.sec) * SECOND + int(time.nanosec)
+    return _build("builtin_interfaces/msg/Time", **stamp_to_dict(stamp))
 
 
 def header_message(stamp: int, frame: str) -> Message:
@@ -85,13 +82,6 @@ def _vector(xyz: FloatArray, name: str = "geometry_msgs/msg/Vector3") -> Message
 def _quaternion(wxyz: FloatArray) -> Message:
     w, x, y, z = map(float, wxyz)
     return _build("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
-
-
-def _read_pose(position: Message, orientation: Message) -> Pose:
-    return Pose(
-        np.array([position.x, position.y, position.z]),
-        np.array([orientation.w, orientation.x, orientation.y, orientation.z]),
-    )
 
 
 def _equal_steps(
@@ -171,7 +161,7 @@ def same_scan(a: Scan, b: Scan) -> bool:
 def read_scan(message: Message) -> Scan:
     """Return the scan in a ``LaserScan``; its ``frame_id`` is the scanner."""
     return Scan.uniform(
-        read_stamp(message.header.stamp),
+        stamp_from_message(message.header.stamp),
         str(message.header.frame_id),
         angle_min=message.angle_min,
         angle_increment=message.angle_increment,
@@ -247,7 +237,7 @@ def read_wheels(message: Message, wheel_radius: float = WHEEL_RADIUS) -> WheelSp
     if missing := [joint for joint in WHEEL_JOINTS if joint not in velocity]:
         raise MessageError(f"no velocity of {' and '.join(missing)} in joints {message.name}")
     left, right = (float(np.float32(wheel_radius * velocity[joint])) for joint in WHEEL_JOINTS)
-    return WheelSpeeds(read_stamp(message.header.stamp), left, right)
+    return WheelSpeeds(stamp_from_message(message.header.stamp), left, right)
 
 
 def inertial_message(inertial: Inertial) -> Message:
@@ -272,7 +262,9 @@ def read_inertial(message: Message) -> Inertial:
     """Return the reading in an ``Imu``, taken to be in ``base_link``'s axes."""
     w, a = message.angular_velocity, message.linear_acceleration
     return Inertial(
-        read_stamp(message.header.stamp), np.array([w.x, w.y, w.z]), np.array([a.x, a.y, a.z])
+        stamp_from_message(message.header.stamp),
+        np.array([w.x, w.y, w.z]),
+        np.array([a.x, a.y, a.z]),
     )
 
 
@@ -296,7 +288,7 @@ def odometry_message(odometry: Odometry) -> Message:
 def read_odometry(message: Message) -> Odometry:
     """Return the pose in an ``Odometry``, taken to be that of ``base_link``."""
     pose = message.pose.pose
-    return Odometry(read_stamp(message.header.stamp), _read_pose(pose.position, pose.orientation))
+    return Odometry(stamp_from_message(message.header.stamp), pose_from_message(pose))
 
 
 def _pose_with_covariance(pose: Pose, covariance: FloatArray) -> Message:
@@ -326,8 +318,8 @@ def read_hint(message: Message) -> Hint:
         raise MessageError(f"a hint must be in frame 'map', got {frame!r}")
     pose = message.pose.pose
     return Hint(
-        read_stamp(message.header.stamp),
-        _read_pose(pose.position, pose.orientation),
+        stamp_from_message(message.header.stamp),
+        pose_from_message(pose),
         np.asarray(message.pose.covariance, dtype=float).reshape(6, 6),
     )
 
@@ -355,7 +347,7 @@ def mounts_message(mounts: Mounts) -> Message:
 def read_mounts(message: Message) -> dict[str, Pose]:
     """Return ``base_from_frame`` of each frame that a ``TFMessage`` hangs on ``base_link``."""
     return {
-        str(link.child_frame_id): _read_pose(link.transform.translation, link.transform.rotation)
+        str(link.child_frame_id): pose_from_transform(link.transform)
         for link in message.transforms
         if link.header.frame_id == "base_link"
     }

@@ -22,7 +22,7 @@ _REACH = 5
 """Half side of the window in which a wall's direction is read from the free cells [cells]."""
 _TURNS = 4
 """Corrections of that direction; after each, the window's half plane is turned to it."""
-LOW, HIGH = -0.3, 1.2
+WALL_BOTTOM, WALL_TOP = -0.3, 1.2
 """Heights [m] from below a scanner whose mount says nothing to above the highest on such robots."""
 _STEP = 0.1
 """Between the heights of a wall's points [m]."""
@@ -47,7 +47,7 @@ def cloud_from_grid(
     if len(edge) == 0:
         raise CloudError(f"grid {name!r} has no occupied cell beside a free one: nothing to see")
     flat = np.column_stack([(edge[:, ::-1] + 0.5) * resolution, np.zeros(len(edge))])
-    heights = np.arange(LOW, HIGH + 0.5 * _STEP, _STEP)
+    heights = np.arange(WALL_BOTTOM, WALL_TOP + 0.5 * _STEP, _STEP)
     points = np.repeat(flat, len(heights), axis=0)
     points[:, 2] = np.tile(heights, len(flat))
     upright = np.column_stack([normals, np.zeros(len(normals))])

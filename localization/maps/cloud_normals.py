@@ -14,11 +14,10 @@ from scipy.spatial import cKDTree
 
 from localization.evaluation.trajectory import TrajectoryError, read_tum
 from localization.geometry import FloatArray
-from localization.maps.cloud import Cloud
+from localization.maps.cloud import Cloud, CloudError
 from localization.maps.ground_height import CELL, drivable_surfaces
 from localization.maps.normal_orientation import EYE, face_viewers, standing_places
 from localization.maps.plane_fitting import planes, thinned
-from localization.maps.point_files import CloudError
 
 _VERSION = 1
 """Part of the cloud's identity: raise it when other points or normals come out."""

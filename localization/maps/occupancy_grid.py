@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,9 +19,8 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from localization.geometry import FloatArray
-from localization.maps.cloud import Cloud, CloudError
-from localization.maps.cloud_from_grid import BoolArray, cloud_from_grid
-from localization.types import Pose
+from localization.maps.cloud import CloudError
+from localization.maps.cloud_from_grid import BoolArray
 
 MODES: Final = ("trinary", "scale", "raw")
 _NEEDED: Final = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
@@ -103,19 +102,6 @@ def read_occupancy_map(path: str | Path) -> OccupancyMap:
     # Images begin at the top, grids at the bottom.
     name = path.stem if path.stem != "map" else path.resolve().parent.name
     return OccupancyMap(name, resolution, origin, occupied[::-1], free[::-1], identity)
-
-
-def load_grid(path: str | Path) -> Cloud:
-    """Read an occupancy map as a cloud whose walls stand in the occupied cells.
-
-    Raises:
-        OccupancyError: as ``read_occupancy_map`` does.
-        CloudError: nothing in it can be seen.
-    """
-    grid = read_occupancy_map(path)
-    origin = Pose.planar(grid.origin.x, grid.origin.y, grid.origin.yaw)
-    cloud = cloud_from_grid(grid.occupied, grid.free, grid.resolution, origin, name=grid.name)
-    return replace(cloud, sha256=grid.sha256)
 
 
 def _parsed(path: Path) -> Mapping[str, Any]:

@@ -14,7 +14,8 @@ import numpy.typing as npt
 from localization.logs.mcap_log import LogError
 from localization.logs.open_log import ReadingsLog, open_log
 from localization.logs.ros_import import Layout
-from localization.maps.cloud import Cloud, load_map
+from localization.maps.cloud import Cloud
+from localization.maps.map_files import load_map
 from localization.maps.prepared_map import prepare
 from localization.motion.motion_model import Suite
 from localization.pipeline.localizer import Localizer, LocalizerConfig

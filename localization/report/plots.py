@@ -16,13 +16,13 @@ from matplotlib.patches import Ellipse
 from matplotlib.ticker import PercentFormatter
 from scipy.stats import chi2
 
+from localization.display.colours import HEALTH
 from localization.evaluation.localization_history import History
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.report.reference_comparison import Judgement
 from localization.types import SECOND, Health, HintVerdict, IntArray
-from teleop.operator.colours import HEALTH
 
 _BLUE: Final = "#0072b2"
 _VERMILION: Final = "#d55e00"

@@ -15,13 +15,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from localization.maps.cloud import load_cloud
+from localization.display.rerun_sink import Sink
+from localization.maps.map_files import load_cloud
 from localization.types import Pose, Twist
 from teleop.interfaces import registry
 from teleop.operator.display import Display
 from teleop.operator.keyboard import HELP, Keyboard, raw_terminal, read_keys
 from teleop.operator.operator_client import Station
-from teleop.operator.rerun_sink import Sink
 from teleop.operator.threaded_display import Aside
 from teleop.rosbridge.client.client import Client
 from teleop.rosbridge.client.client_connection import ConnectionState

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 
-from localization.maps.cloud import Cloud, CloudError, load_cloud
+from localization.maps.cloud import Cloud, CloudError
+from localization.maps.map_files import load_cloud
 from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import SECOND

@@ -56,7 +56,7 @@ def test_unknown_scene_is_answered_with_those_there_are(capsys: pytest.CaptureFi
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"not a cloud at all", "is no cloud: PLY, PCD and texts"),
+        (b"not a cloud at all", "is not a cloud; PLY, PCD and texts"),
         (b"ply\nformat binary_little_endian 1.0\nelement vertex 9\n", "damaged"),
     ],
 )

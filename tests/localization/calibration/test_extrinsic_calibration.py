@@ -19,7 +19,7 @@ from localization.calibration.sample_extraction import stations_of
 from localization.evaluation.metrics import nees
 from localization.geometry import FloatArray, so3_log
 from localization.logs.mcap_log import ReadingsWriter
-from localization.maps.cloud import save_cloud
+from localization.maps.map_files import save_cloud
 from localization.maps.prepared_map import PreparedMap
 from localization.monitoring.extrinsics_monitor import MountWatchConfig
 from localization.pipeline.localizer import Localizer, LocalizerConfig

@@ -13,7 +13,7 @@ import pytest
 from localization.logs.carmen_log import SCANNER, CarmenLog
 from localization.logs.mcap_log import LogError
 from localization.logs.open_log import open_log
-from localization.maps.cloud import save_cloud
+from localization.maps.map_files import save_cloud
 from localization.pipeline.log_replay import localize
 from localization.types import Odometry, Pose, Scan
 from tests.support_rooms import HALL, MOUNTS, Drive, Place

@@ -15,7 +15,7 @@ from localization.logs.mcap_log import LogError, ReadingsWriter
 from localization.logs.open_log import open_log
 from localization.logs.ros_bag import Bag
 from localization.logs.ros_import import Layout
-from localization.maps.cloud import save_cloud
+from localization.maps.map_files import save_cloud
 from localization.motion.motion_model import Motion, Suite
 from localization.pipeline.log_replay import localize
 from localization.types import (

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, strategies as st
 from PIL import Image
 
-from localization.maps.cloud import CloudError, load_map
+from localization.maps.cloud import CloudError
 from localization.maps.cloud_from_grid import cloud_from_grid
+from localization.maps.map_files import load_map
 from localization.maps.prepared_map import prepare
 from localization.motion.motion_model import Motion, Suite
 from localization.pipeline.localizer import Localizer, LocalizerConfig

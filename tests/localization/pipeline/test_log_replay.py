@@ -9,7 +9,8 @@ import pytest
 
 from localization.filter.ekf import EkfConfig
 from localization.logs.mcap_log import LogError, ReadingsWriter, read_log
-from localization.maps.cloud import CloudError, load_cloud, save_cloud
+from localization.maps.cloud import CloudError
+from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.prepared_map import prepare
 from localization.matching.registration import RegistrationConfig
 from localization.pipeline.localizer import Localizer, LocalizerConfig

@@ -1,0 +1,35 @@
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given, strategies as st
+
+from localization.logs.ros_messages import stamp_message
+from localization.logs.ros_stamps import split_stamp, stamp_from_message, stamp_to_dict
+
+stamps = st.integers(0, 2**31 * 1_000_000_000 - 1)
+
+
+@given(stamps)
+def test_dictionary_holds_the_stamp_exactly(stamp: int) -> None:
+    time = stamp_to_dict(stamp)
+    assert 0 <= time["nanosec"] < 1_000_000_000
+    assert stamp_from_message(time) == stamp
+
+
+@given(stamps)
+def test_message_object_and_dictionary_agree(stamp: int) -> None:
+    message = stamp_message(stamp)
+    assert {"sec": message.sec, "nanosec": message.nanosec} == stamp_to_dict(stamp)
+    assert (message.sec, message.nanosec) == split_stamp(stamp)
+    assert stamp_from_message(message) == stamp
+
+
+def test_ros_1_names_of_the_fields_are_read() -> None:
+    assert stamp_from_message({"secs": 3, "nsecs": 7}) == 3_000_000_007
+
+
+def test_stamp_without_its_fields_is_rejected() -> None:
+    with pytest.raises(KeyError):
+        stamp_from_message({"sec": 3})
+    with pytest.raises(AttributeError):
+        stamp_from_message(SimpleNamespace(sec=3))
