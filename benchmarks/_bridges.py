@@ -22,8 +22,8 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 from teleop.rosbridge import Limits, Protocol, Registry, Server, serve_rosapi
-from teleop.rosbridge.graph.topic_routing import Publication
-from teleop.rosbridge.messages.codec import Codec, write_cbor
+from teleop.rosbridge.graph.subscription import Publication
+from teleop.rosbridge.messages.json_cbor_codec import Codec, write_cbor
 
 RNG = np.random.default_rng(0)
 POINTS = RNG.integers(0, 256, 1_000_000, np.uint8)

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Final
 
-from teleop.rosbridge.protocol.rate_limits import Allowance
+from teleop.rosbridge.limits import Allowance
 
 _BURST: Final = 20.0
 """Seconds' worth of lines that may come at once."""

@@ -34,8 +34,8 @@ from teleop.rosbridge.auth.origins import LOOPBACK
 from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, Rules
 from teleop.rosbridge.auth.tls import tls_context
 from teleop.rosbridge.auth.token_file import TokenFile, TokenWatch
+from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.server import Server
 
 ROLES: Final[Mapping[Role, Rules]] = {

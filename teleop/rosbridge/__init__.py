@@ -6,7 +6,7 @@ from teleop.rosbridge.auth.permissions import Access as Access, Role as Role, Ru
 from teleop.rosbridge.auth.tls import tls_context as tls_context
 from teleop.rosbridge.auth.token_file import TokenFile as TokenFile, TokenWatch as TokenWatch
 from teleop.rosbridge.client.client import Client as Client
-from teleop.rosbridge.client.client_connection import ConnectionState as ConnectionState
+from teleop.rosbridge.client.reconnecting_connection import ConnectionState as ConnectionState
 from teleop.rosbridge.compat.client_traffic import announce_traffic as announce_traffic
 from teleop.rosbridge.compat.rosapi import serve_rosapi as serve_rosapi
 from teleop.rosbridge.errors import (
@@ -20,8 +20,14 @@ from teleop.rosbridge.errors import (
     ServiceError as ServiceError,
     TypeNameError as TypeNameError,
 )
+from teleop.rosbridge.framing.outgoing_frames import (
+    Close as Close,
+    Kind as Kind,
+    Outgoing as Outgoing,
+)
 from teleop.rosbridge.graph.services import Later as Later
-from teleop.rosbridge.messages.codec import Codec as Codec
+from teleop.rosbridge.limits import Limits as Limits
+from teleop.rosbridge.messages.json_cbor_codec import Codec as Codec
 from teleop.rosbridge.messages.message_completion import (
     complete as complete,
     default as default,
@@ -29,13 +35,7 @@ from teleop.rosbridge.messages.message_completion import (
 )
 from teleop.rosbridge.messages.message_types import Message as Message
 from teleop.rosbridge.messages.type_registry import Registry as Registry
-from teleop.rosbridge.protocol.outgoing_messages import (
-    Close as Close,
-    Kind as Kind,
-    Outgoing as Outgoing,
-)
 from teleop.rosbridge.protocol.protocol import Protocol as Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits as Limits
 from teleop.rosbridge.server.keepalive import Pulse as Pulse
 from teleop.rosbridge.server.outbox import Bounds as Bounds
 from teleop.rosbridge.server.server import Server as Server

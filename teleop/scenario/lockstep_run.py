@@ -15,9 +15,9 @@ from robot_sim import PhysicsError, World
 from teleop.interfaces import registry
 from teleop.robot.robot import Robot, Snapshot
 from teleop.robot.rosbridge_adapter import Host, Stepper
-from teleop.rosbridge.protocol.outgoing_messages import Outgoing, Output
+from teleop.rosbridge.framing.outgoing_frames import Outgoing, Output
+from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.server import Server
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.referee import Referee, RunRecord

@@ -28,9 +28,9 @@ from teleop.robot.robot import Robot
 from teleop.robot.rosbridge_adapter import Host, Stepper
 from teleop.robot.serve import ServeConfig, serve
 from teleop.robot.topics import OUTPUTS
-from teleop.rosbridge.messages.codec import read_cbor
+from teleop.rosbridge.limits import Limits
+from teleop.rosbridge.messages.json_cbor_codec import read_cbor
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.server import Server
 
 ROOT = Path(__file__).resolve().parents[2]

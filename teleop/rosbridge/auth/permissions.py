@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 from functools import lru_cache
 from typing import Final, Literal, TypeAlias
 
-from teleop.rosbridge.messages.topic_names import canonical
+from teleop.rosbridge.topic_names import canonical
 
 Act: TypeAlias = Literal["subscribe", "publish", "call", "provide"]
 """What is done with a name; a goal is a call, and who advertises is going to publish."""

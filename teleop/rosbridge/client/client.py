@@ -13,15 +13,15 @@ from typing import Final, Literal, Self
 
 from websockets.asyncio.client import ClientConnection
 
-from teleop.rosbridge.client.client_connection import ConnectionState, Line
 from teleop.rosbridge.client.connector import Dialler
 from teleop.rosbridge.client.pending_calls import Calls, Provider, Providers
+from teleop.rosbridge.client.reconnecting_connection import ConnectionState, Line
 from teleop.rosbridge.client.subscriptions import Hearing
 from teleop.rosbridge.errors import ClientError, FrameError, ServiceCallError
-from teleop.rosbridge.messages.codec import Codec, read_cbor, write_json
+from teleop.rosbridge.framing.json_frames import operations
+from teleop.rosbridge.messages.json_cbor_codec import Codec, read_cbor, write_json
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.frames import operations
 
 _LOG: Final = logging.getLogger(__name__)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, Final, TypeAlias
 
 from teleop.rosbridge.errors import ServiceCallError, ServiceError
-from teleop.rosbridge.messages.codec import write_json
+from teleop.rosbridge.messages.json_cbor_codec import write_json
 from teleop.rosbridge.messages.message_types import Message
 
 _LOG: Final = logging.getLogger(__name__)

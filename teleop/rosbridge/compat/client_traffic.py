@@ -7,7 +7,7 @@ from typing import Final
 from teleop.rosbridge.messages.message_completion import stamp
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.server.server import Server
-from teleop.rosbridge.server.server_connection import Traffic
+from teleop.rosbridge.server.socket_writer import Traffic
 
 TOPIC: Final = "/client_traffic"
 

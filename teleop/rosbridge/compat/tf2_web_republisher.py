@@ -18,7 +18,7 @@ from teleop.rosbridge.graph.goals import Goal
 from teleop.rosbridge.messages.message_completion import stamp
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.timers import Timer
+from teleop.rosbridge.timers import Timer
 
 _NAME: Final = "/tf2_web_republisher"
 _SOURCES: Final = ("/tf", "/tf_static")

@@ -9,15 +9,15 @@ from functools import partial
 from typing import TypeAlias
 
 from teleop.rosbridge.errors import OperationError, RosbridgeError, ServiceError
+from teleop.rosbridge.framing.operation_fields import Operation
 from teleop.rosbridge.graph.goals import Goal, GoalHandler, GoalStatus
-from teleop.rosbridge.messages.codec import Codec, write_json
+from teleop.rosbridge.limits import Limits
+from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import ActionType, Message
-from teleop.rosbridge.messages.topic_names import HOST, canonical
 from teleop.rosbridge.messages.type_registry import Registry
 from teleop.rosbridge.protocol.connections import PLAIN, Wrapping
-from teleop.rosbridge.protocol.operation_fields import Operation
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.topic_names import HOST, canonical
 
 Say: TypeAlias = Callable[[int, str, Wrapping], None]
 """Sends an operation's JSON text to a client."""

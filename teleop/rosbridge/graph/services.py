@@ -8,14 +8,14 @@ from functools import partial
 from typing import Final, TypeAlias
 
 from teleop.rosbridge.errors import OperationError, RosbridgeError, ServiceError
-from teleop.rosbridge.messages.codec import Codec, write_json
+from teleop.rosbridge.framing.operation_fields import Operation
+from teleop.rosbridge.limits import Limits
+from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import Message, ServiceType
-from teleop.rosbridge.messages.topic_names import HOST, canonical
 from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.operation_fields import Operation
-from teleop.rosbridge.protocol.rate_limits import Limits
-from teleop.rosbridge.protocol.timers import Timers
+from teleop.rosbridge.timers import Timers
+from teleop.rosbridge.topic_names import HOST, canonical
 
 _SECOND: Final = 1_000_000_000
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from teleop.rosbridge.messages.cdr import Flavour, RawCodec
-from teleop.rosbridge.messages.codec import Codec, Stamps
+from teleop.rosbridge.messages.json_cbor_codec import Codec, Stamps
+from teleop.rosbridge.messages.ros_serialization import Flavour, RawCodec
 from teleop.rosbridge.messages.type_registry import Registry
 
 

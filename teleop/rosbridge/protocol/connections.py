@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from teleop.rosbridge.auth.permissions import Access
-from teleop.rosbridge.auth.refusals import Refusal, Refused
-from teleop.rosbridge.compat.png_compression import packed
-from teleop.rosbridge.messages.codec import write_json
-from teleop.rosbridge.protocol.fragments import Assembly
-from teleop.rosbridge.protocol.operation_fields import Operation
-from teleop.rosbridge.protocol.outgoing_messages import Close, Kind, Outgoing, Output, Sink
-from teleop.rosbridge.protocol.rate_limits import Allowance, Limits
+from teleop.rosbridge.framing.fragments import Assembly
+from teleop.rosbridge.framing.operation_fields import Operation
+from teleop.rosbridge.framing.outgoing_frames import Close, Kind, Outgoing, Output, Sink
+from teleop.rosbridge.framing.png_compression import packed
+from teleop.rosbridge.limits import Allowance, Limits
+from teleop.rosbridge.messages.json_cbor_codec import write_json
+from teleop.rosbridge.protocol.refusals import Refusal, Refused
 
 LEVELS: Final = {"none": 0, "error": 1, "warning": 2, "info": 3}
 

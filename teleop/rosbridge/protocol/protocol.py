@@ -12,23 +12,23 @@ from typing import Final
 from teleop.rosbridge.auth.authenticator import Gate
 from teleop.rosbridge.auth.credentials import Keyring
 from teleop.rosbridge.auth.permissions import UNGUARDED, Access
-from teleop.rosbridge.auth.refusals import Refusal, Refused
+from teleop.rosbridge.framing.operation_fields import named
+from teleop.rosbridge.framing.outgoing_frames import Output, Sink
 from teleop.rosbridge.graph.actions import Action, Actions
-from teleop.rosbridge.graph.broker import Broker
 from teleop.rosbridge.graph.goals import GoalHandler
 from teleop.rosbridge.graph.services import Handler, Service, Services
-from teleop.rosbridge.graph.topic_routing import Listener, Tap, Topic
-from teleop.rosbridge.messages.cdr import Flavour
-from teleop.rosbridge.messages.codec import Stamps
+from teleop.rosbridge.graph.subscription import Listener, Tap, Topic
+from teleop.rosbridge.graph.topics import Broker
+from teleop.rosbridge.limits import Limits
+from teleop.rosbridge.messages.json_cbor_codec import Stamps
 from teleop.rosbridge.messages.message_encoders import Encoders
 from teleop.rosbridge.messages.message_types import Message
+from teleop.rosbridge.messages.ros_serialization import Flavour
 from teleop.rosbridge.messages.type_registry import Registry
 from teleop.rosbridge.protocol.connections import POLICY, Connection, Connections
-from teleop.rosbridge.protocol.dispatch import Dispatch
-from teleop.rosbridge.protocol.operation_fields import named
-from teleop.rosbridge.protocol.outgoing_messages import Output, Sink
-from teleop.rosbridge.protocol.rate_limits import Limits
-from teleop.rosbridge.protocol.timers import Alarm, Timer, Timers
+from teleop.rosbridge.protocol.dispatcher import Dispatch
+from teleop.rosbridge.protocol.refusals import Refusal, Refused
+from teleop.rosbridge.timers import Alarm, Timer, Timers
 
 _TOO_BIG: Final = 1009
 """Code of a close frame (RFC 6455, section 7.4.1)."""

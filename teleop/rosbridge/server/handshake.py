@@ -13,8 +13,8 @@ from teleop.rosbridge.auth.authenticator import token_in
 from teleop.rosbridge.auth.origins import Origins
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.server.http_connection import Opening, upgrades
 from teleop.rosbridge.server.http_pages import OPEN_PAGES, Pages
-from teleop.rosbridge.server.http_upgrade import Opening, upgrades
 from teleop.rosbridge.server.outbox import BULK
 
 _MOST_DOWNLOADS: Final = 4

@@ -13,9 +13,9 @@ from websockets.asyncio.server import Server as WebSocketServer, ServerConnectio
 from websockets.http11 import Request, Response
 
 from teleop.rosbridge.errors import ServerError
-from teleop.rosbridge.server.http_upgrade import DOWNLOAD_TIMEOUT, HEADER_TIMEOUT, Opening
+from teleop.rosbridge.server.http_connection import DOWNLOAD_TIMEOUT, HEADER_TIMEOUT, Opening
 from teleop.rosbridge.server.keepalive import Pulse
-from teleop.rosbridge.server.server_connection import PATIENCE
+from teleop.rosbridge.server.socket_writer import PATIENCE
 
 # websockets tells of each port scan with a traceback; what concerns us is raised.
 _WIRE: Final = logging.getLogger(f"{__name__}.wire")

@@ -10,7 +10,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
-from teleop.rosbridge.protocol.outgoing_messages import Kind, Outgoing
+from teleop.rosbridge.framing.outgoing_frames import Kind, Outgoing
 
 BULK: Final = 65_536
 """Size of a frame [bytes] from which on only the latest of its topic waits."""

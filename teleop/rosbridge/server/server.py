@@ -13,21 +13,21 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from teleop.rosbridge.auth.origins import Origins
-from teleop.rosbridge.graph.async_handlers import AsyncHandler, Coroutines
+from teleop.rosbridge.framing.outgoing_frames import Output
 from teleop.rosbridge.graph.goals import GoalHandler
 from teleop.rosbridge.graph.services import Handler
-from teleop.rosbridge.graph.topic_routing import Listener
+from teleop.rosbridge.graph.subscription import Listener
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.connections import POLICY
-from teleop.rosbridge.protocol.outgoing_messages import Output
 from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.server.async_handlers import AsyncHandler, Coroutines
 from teleop.rosbridge.server.handshake import Door
+from teleop.rosbridge.server.http_connection import Opening
 from teleop.rosbridge.server.http_pages import Pages
-from teleop.rosbridge.server.http_upgrade import Opening
 from teleop.rosbridge.server.keepalive import Pulse
 from teleop.rosbridge.server.listener import Endpoint
 from teleop.rosbridge.server.outbox import Bounds
-from teleop.rosbridge.server.server_connection import Link, Traffic
+from teleop.rosbridge.server.socket_writer import Link, Traffic
 
 
 class Server:

@@ -8,13 +8,13 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from teleop.rosbridge.messages.codec import read_cbor
+from teleop.rosbridge.framing.outgoing_frames import Close, Outgoing
+from teleop.rosbridge.limits import Limits
+from teleop.rosbridge.messages.json_cbor_codec import read_cbor
 from teleop.rosbridge.messages.message_completion import BLOBS, DTYPES, complete
 from teleop.rosbridge.messages.message_types import Field, MessageType
 from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.outgoing_messages import Close, Outgoing
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 
 ROOT = Path(__file__).resolve().parents[3]
 REGISTRY = Registry([ROOT / "assets" / "farsteer_msgs"])

@@ -24,7 +24,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from teleop.rosbridge import Client, Gate, Protocol, Pulse, Role, Server, serve_rosapi, tls_context
 from teleop.rosbridge.errors import ClientError, ServerError, ServiceCallError
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.limits import Limits
 from tests.teleop.rosbridge.auth.test_permissions import TOKENS, keyring
 from tests.teleop.rosbridge.server.test_server import in_a_loop, until
 from tests.teleop.rosbridge.support import REGISTRY

@@ -9,7 +9,7 @@ from teleop.rosbridge.auth.authenticator import Gate, token_in
 from teleop.rosbridge.auth.credentials import Key, Keyring
 from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Access, Role
 from teleop.rosbridge.errors import OperationError
-from teleop.rosbridge.protocol.outgoing_messages import Close
+from teleop.rosbridge.framing.outgoing_frames import Close
 from tests.teleop.rosbridge.support import SECOND, Wire
 
 SECRET = "abcdefghijklmnop"

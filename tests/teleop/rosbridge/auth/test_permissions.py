@@ -8,7 +8,7 @@ from teleop.rosbridge.auth.authenticator import Gate
 from teleop.rosbridge.auth.credentials import Key, Keyring
 from teleop.rosbridge.auth.permissions import DEFAULT_RULES, UNGUARDED, Access, Act, Role, Rules
 from teleop.rosbridge.compat.rosapi import serve_rosapi
-from teleop.rosbridge.protocol.outgoing_messages import Close
+from teleop.rosbridge.framing.outgoing_frames import Close
 from teleop.rosbridge.protocol.protocol import Protocol
 from tests.teleop.rosbridge.auth.test_credentials import digest
 from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire, error

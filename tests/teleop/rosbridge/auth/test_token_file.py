@@ -21,7 +21,7 @@ from teleop.rosbridge import (
     serve_rosapi,
 )
 from teleop.rosbridge.errors import ClientError
-from teleop.rosbridge.protocol.outgoing_messages import Close
+from teleop.rosbridge.framing.outgoing_frames import Close
 from tests.teleop.rosbridge.auth.test_authenticator import NOW, signed
 from tests.teleop.rosbridge.server.test_server import in_a_loop, until
 from tests.teleop.rosbridge.support import Wire

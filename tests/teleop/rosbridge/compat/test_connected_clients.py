@@ -8,7 +8,7 @@ from teleop.rosbridge.auth.authenticator import Gate
 from teleop.rosbridge.auth.permissions import Role
 from teleop.rosbridge.compat.connected_clients import announce_clients
 from teleop.rosbridge.compat.rosout import announce_log
-from teleop.rosbridge.messages.cdr import Flavour
+from teleop.rosbridge.messages.ros_serialization import Flavour
 from tests.teleop.rosbridge.auth.test_permissions import TOKENS, keyring
 from tests.teleop.rosbridge.support import Wire
 

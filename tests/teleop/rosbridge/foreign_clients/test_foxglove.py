@@ -15,7 +15,6 @@ import pytest
 
 from teleop.rosbridge import Limits, Protocol, Server
 from teleop.rosbridge.compat.standard_services import serve_standard
-from teleop.rosbridge.messages.cdr import Flavour
 from teleop.rosbridge.messages.definition_parser import PADDING
 from teleop.rosbridge.messages.message_completion import BLOBS, DTYPES, complete
 from teleop.rosbridge.messages.message_types import (
@@ -27,6 +26,7 @@ from teleop.rosbridge.messages.message_types import (
     MessageType,
     short_name,
 )
+from teleop.rosbridge.messages.ros_serialization import Flavour
 from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
     JAVASCRIPT,
     installed,

@@ -10,7 +10,7 @@ from typing import Any
 from hypothesis import settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.limits import Limits
 from tests.teleop.rosbridge.protocol.test_bad_input import frames
 from tests.teleop.rosbridge.support import Wire
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.protocol.rate_limits import Limits
 from tests.teleop.rosbridge.support import Wire, error
 
 ASKER, PROVIDER, OTHER = 0, 1, 2

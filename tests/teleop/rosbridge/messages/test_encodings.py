@@ -15,12 +15,12 @@ from hypothesis import given, settings, strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from teleop.rosbridge.compat.png_compression import picture
-from teleop.rosbridge.messages.cdr import Flavour, RawCodec
+from teleop.rosbridge.framing.fragments import cut
+from teleop.rosbridge.framing.png_compression import picture
+from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.messages.message_completion import DTYPES
 from teleop.rosbridge.messages.message_types import Field, MessageType
-from teleop.rosbridge.protocol.fragments import cut
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.messages.ros_serialization import Flavour, RawCodec
 from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire, error, messages, whole
 
 TEXT = {"topic": "/text", "type": "std_msgs/String"}

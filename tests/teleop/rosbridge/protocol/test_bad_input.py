@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from teleop.rosbridge.compat.rosapi import serve_rosapi
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.limits import Limits
 from tests.teleop.rosbridge.support import Wire, error, messages
 
 CALL = '{"op":"call_service","service":"/nope","id":1}'

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from teleop.rosbridge.errors import MessageError, OperationError, ServiceError
+from teleop.rosbridge.framing.outgoing_frames import Close, Kind
 from teleop.rosbridge.graph.services import Later
+from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.protocol.outgoing_messages import Close, Kind
-from teleop.rosbridge.protocol.rate_limits import Limits
 from tests.teleop.rosbridge.support import SECOND, Wire, error
 
 CHATTER = {"topic": "/chatter", "type": "std_msgs/String"}

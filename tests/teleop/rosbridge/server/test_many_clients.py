@@ -14,10 +14,10 @@ import pytest
 from websockets.asyncio.client import connect
 
 from teleop.rosbridge.auth.tls import tls_context
-from teleop.rosbridge.messages.codec import read_cbor
+from teleop.rosbridge.limits import Limits
+from teleop.rosbridge.messages.json_cbor_codec import read_cbor
 from teleop.rosbridge.messages.message_types import Message, MessageType
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.keepalive import Pulse
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.auth.test_authentication import certificate

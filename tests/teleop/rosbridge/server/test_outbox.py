@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from hypothesis import given, strategies as st
 
-from teleop.rosbridge.protocol.outgoing_messages import Kind, Outgoing
+from teleop.rosbridge.framing.outgoing_frames import Kind, Outgoing
 from teleop.rosbridge.server.outbox import BULK, Bounds, Outbox
 
 

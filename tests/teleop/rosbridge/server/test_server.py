@@ -18,9 +18,9 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import ServerError, ServiceError
 from teleop.rosbridge.graph.services import Later
+from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.keepalive import Pulse
 from teleop.rosbridge.server.outbox import Bounds
 from teleop.rosbridge.server.server import Server

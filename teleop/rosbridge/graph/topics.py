@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Final
 
 from teleop.rosbridge.errors import OperationError
-from teleop.rosbridge.graph.topic_routing import (
+from teleop.rosbridge.framing.outgoing_frames import Sink
+from teleop.rosbridge.graph.subscription import (
     Listener,
     Publication,
     Request,
@@ -14,13 +15,12 @@ from teleop.rosbridge.graph.topic_routing import (
     Tap,
     Topic,
 )
+from teleop.rosbridge.limits import Limits
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_encoders import Encoders
 from teleop.rosbridge.messages.message_types import Message, MessageType, short_name
-from teleop.rosbridge.messages.topic_names import HOST, canonical
 from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.outgoing_messages import Sink
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.topic_names import HOST, canonical
 
 GRACE_NS: Final = 1_000_000_000
 """For which a topic that nobody has to do with is still known [ns].

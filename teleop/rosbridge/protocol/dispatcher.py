@@ -9,21 +9,11 @@ from typing import Any, Final
 
 from teleop.rosbridge.auth.authenticator import Gate
 from teleop.rosbridge.auth.permissions import Access, Act
-from teleop.rosbridge.auth.refusals import Refusal
 from teleop.rosbridge.errors import FrameError, OperationError, RosbridgeError, ServiceError
-from teleop.rosbridge.graph.actions import Actions
-from teleop.rosbridge.graph.broker import Broker
-from teleop.rosbridge.graph.services import Later, Service, Services
-from teleop.rosbridge.graph.topic_routing import ENCODINGS, Request
-from teleop.rosbridge.messages.cdr import Flavour
-from teleop.rosbridge.messages.codec import Codec, write_json
-from teleop.rosbridge.messages.message_types import ActionType, Message, MessageType, ServiceType
-from teleop.rosbridge.messages.schema_validation import LARGE, Place, Shapes
-from teleop.rosbridge.messages.topic_names import canonical
-from teleop.rosbridge.protocol.connections import LEVELS, POLICY, Connection, Connections, Wrapping
-from teleop.rosbridge.protocol.fragments import TIMEOUT_NS
-from teleop.rosbridge.protocol.frames import operations
-from teleop.rosbridge.protocol.operation_fields import (
+from teleop.rosbridge.framing.fragments import TIMEOUT_NS
+from teleop.rosbridge.framing.json_frames import operations
+from teleop.rosbridge.framing.large_frames import LARGE, Place, Shapes
+from teleop.rosbridge.framing.operation_fields import (
     Operation,
     count,
     fragment_size,
@@ -33,7 +23,17 @@ from teleop.rosbridge.protocol.operation_fields import (
     seconds,
     text,
 )
-from teleop.rosbridge.protocol.timers import Timers
+from teleop.rosbridge.graph.actions import Actions
+from teleop.rosbridge.graph.services import Later, Service, Services
+from teleop.rosbridge.graph.subscription import ENCODINGS, Request
+from teleop.rosbridge.graph.topics import Broker
+from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
+from teleop.rosbridge.messages.message_types import ActionType, Message, MessageType, ServiceType
+from teleop.rosbridge.messages.ros_serialization import Flavour
+from teleop.rosbridge.protocol.connections import LEVELS, POLICY, Connection, Connections, Wrapping
+from teleop.rosbridge.protocol.refusals import Refusal
+from teleop.rosbridge.timers import Timers
+from teleop.rosbridge.topic_names import canonical
 
 _LOG: Final = logging.getLogger(__name__)
 

@@ -12,8 +12,8 @@ from typing import Final
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from teleop.rosbridge.protocol.outgoing_messages import Close, Outgoing, Output
-from teleop.rosbridge.server.http_upgrade import Opening
+from teleop.rosbridge.framing.outgoing_frames import Close, Outgoing, Output
+from teleop.rosbridge.server.http_connection import Opening
 from teleop.rosbridge.server.outbox import BULK, Bounds, Outbox
 
 _LOG: Final = logging.getLogger(__name__)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
-from teleop.rosbridge.protocol.fragments import cut
+from teleop.rosbridge.framing.fragments import cut
 
 
 class Kind(Enum):

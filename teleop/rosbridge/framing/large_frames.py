@@ -15,6 +15,7 @@ from typing import Any, Final, Literal, TypeAlias
 import msgspec
 
 from teleop.rosbridge.errors import FrameError
+from teleop.rosbridge.framing.json_frames import uncollected
 from teleop.rosbridge.messages.message_completion import BLOBS, FREE
 from teleop.rosbridge.messages.message_types import (
     DURATION,
@@ -25,7 +26,6 @@ from teleop.rosbridge.messages.message_types import (
     MessageType,
 )
 from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.frames import uncollected
 
 LARGE: Final = 16_384
 """Length of a frame from which on it is judged before it is read; below, reading takes less time."""

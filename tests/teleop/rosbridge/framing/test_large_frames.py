@@ -13,8 +13,8 @@ from hypothesis import given, settings, strategies as st
 
 from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import FrameError
-from teleop.rosbridge.messages.schema_validation import LARGE, Place, Shapes
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.framing.large_frames import LARGE, Place, Shapes
+from teleop.rosbridge.limits import Limits
 from tests.teleop.rosbridge.support import REGISTRY, Wire, error, messages
 
 KINDS = sorted(REGISTRY)

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal, TypeAlias
 
-from teleop.rosbridge.compat.png_compression import packed
-from teleop.rosbridge.messages.cdr import Flavour
-from teleop.rosbridge.messages.codec import bulk, write_cbor
+from teleop.rosbridge.framing.outgoing_frames import Kind, Outgoing
+from teleop.rosbridge.framing.png_compression import packed
+from teleop.rosbridge.messages.json_cbor_codec import bulk, write_cbor
 from teleop.rosbridge.messages.message_encoders import Encoders
 from teleop.rosbridge.messages.message_types import Message, MessageType
-from teleop.rosbridge.protocol.outgoing_messages import Kind, Outgoing
+from teleop.rosbridge.messages.ros_serialization import Flavour
 
 Encoding: TypeAlias = Literal["none", "png", "cbor", "cbor-raw"]
 """How a subscriber gets its messages: JSON, JSON in a picture, CBOR, or ROS's own bytes in CBOR."""

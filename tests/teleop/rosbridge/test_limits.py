@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from teleop.rosbridge.protocol.rate_limits import Allowance, Limits
+from teleop.rosbridge.limits import Allowance, Limits
 from tests.teleop.rosbridge.support import SECOND
 
 
