@@ -17,7 +17,7 @@ Provider: TypeAlias = Callable[[Message], Message]
 """Takes a service's request, returns its response; ServiceError is the caller's answer."""
 
 
-class Calls:
+class PendingCalls:
     """Calls that wait for their answers, by id."""
 
     def __init__(self) -> None:
@@ -46,7 +46,7 @@ class Calls:
                 future.set_exception(ServiceCallError(f"{service}: connection lost ({reason})"))
 
 
-class Providers:
+class ServiceProviders:
     """Services that a client provides for others."""
 
     def __init__(self) -> None:

@@ -17,7 +17,7 @@ _OK, _WARN = 0, 1
 """Of ``diagnostic_msgs/DiagnosticStatus``."""
 
 
-def announce_traffic(server: Server) -> None:
+def publish_client_traffic(server: Server) -> None:
     """Tell once a second, while somebody hears it, how each connection fares.
 
     Not in lockstep, in which the same run gives the same messages: this is of the wire alone.
