@@ -36,7 +36,7 @@ PATIENCE = 90.0
 
 CLOUD = bytes(range(256)) * 400
 MAP = b"ply of a map" * 1000
-TEXT = "é and 𝄞 in a encode_png"
+TEXT = "é and 𝄞 in a picture"
 
 browser = pytest.mark.skipif(BROWSER is None, reason="Chromium is not installed")
 

@@ -271,9 +271,9 @@ async def test_it_floods_with_pictures_and_all_of_them_arrive() -> None:
 
         server.listen("/image", "sensor_msgs/CompressedImage", see)
         await client.advertise("/image", "sensor_msgs/CompressedImage")
-        encode_png = {"header": JOY["header"], "format": "jpeg", "data": "AAAA" * 1000}
+        picture = {"header": JOY["header"], "format": "jpeg", "data": "AAAA" * 1000}
         for _ in range(500):
-            await client.publish("/image", encode_png)
+            await client.publish("/image", picture)
         await until(lambda: count == 500)
 
 

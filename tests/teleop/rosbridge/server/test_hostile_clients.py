@@ -255,7 +255,7 @@ async def opened(server: Server) -> tuple[asyncio.StreamReader, asyncio.StreamWr
     key = base64.b64encode(os.urandom(16)).decode()
     writer.write(
         f"GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-        f"Sec-WebSocket-Credential: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
+        f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
     )
     assert b" 101 " in await reader.readuntil(b"\r\n\r\n")
     return reader, writer
