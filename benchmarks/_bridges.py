@@ -21,9 +21,9 @@ import numpy as np
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
-from teleop.rosbridge import Limits, Protocol, Registry, Server, serve_rosapi
-from teleop.rosbridge.graph.topic_routing import Publication
-from teleop.rosbridge.messages.codec import Codec, write_cbor
+from teleop.rosbridge import ClientLimits, Protocol, Server, TypeRegistry, serve_rosapi
+from teleop.rosbridge.graph.subscription import Publication
+from teleop.rosbridge.messages.json_cbor_codec import Codec, write_cbor
 
 RNG = np.random.default_rng(0)
 POINTS = RNG.integers(0, 256, 1_000_000, np.uint8)
@@ -63,8 +63,8 @@ def message(topic: str) -> dict[str, Any]:
 
 async def ours(said: Callable[[str], None]) -> None:
     """Serve by our server, as it is but for its limits."""
-    limits = Limits(messages=1e6, bytes=1e9, clients=200, frame=4_000_000)
-    server = Server(Protocol(Registry(), limits=limits), port=0)
+    limits = ClientLimits(messages=1e6, bytes=1e9, clients=200, frame=4_000_000)
+    server = Server(Protocol(TypeRegistry(), limits=limits), port=0)
     serve_rosapi(server.protocol)
     for topic, kind in TOPICS.items():
         server.advertise(topic, kind)
@@ -195,7 +195,7 @@ async def plain(said: Callable[[str], None]) -> None:
 
 def _around_stamp(topic: str, coding: str) -> tuple[bytes, bytes]:
     """Return a message's bytes before and after what is in its stamp."""
-    registry = Registry()
+    registry = TypeRegistry()
     codec = Codec(registry, stamps="ros2")
     kind, built = registry[TOPICS[topic]], message(topic)
     built["header"]["stamp"] = {"sec": 77, "nanosec": 77}

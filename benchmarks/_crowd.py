@@ -15,7 +15,7 @@ import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 
-from teleop.rosbridge import Client, Limits, Protocol, Pulse, Registry, Server
+from teleop.rosbridge import Client, ClientLimits, Keepalive, Protocol, Server, TypeRegistry
 from teleop.rosbridge.compat.standard_services import serve_standard
 
 CLOUD = 300_000
@@ -28,12 +28,12 @@ _TEXT = "std_msgs/String"
 _TRIGGER = "std_srvs/Trigger"
 
 
-def crowded_server(registry: Registry | None = None) -> Server:
+def crowded_server(registry: TypeRegistry | None = None) -> Server:
     """Return a server that notices quickly who is gone, with room for all of them."""
-    limits = Limits(clients=100, messages=2000.0, bytes=2e7)
-    protocol = Protocol(registry or Registry(), limits=limits)
+    limits = ClientLimits(clients=100, messages=2000.0, bytes=2e7)
+    protocol = Protocol(registry or TypeRegistry(), limits=limits)
     serve_standard(protocol)
-    server = Server(protocol, port=0, pulse=Pulse(0.5, 1.0, 0.5))
+    server = Server(protocol, port=0, pulse=Keepalive(0.5, 1.0, 0.5))
     server.advertise("/cloud", "sensor_msgs/PointCloud2")
     server.advertise("/latched", _TEXT, latch=True)
     server.serve("/done", _TRIGGER, lambda client, request, now: {"success": True})

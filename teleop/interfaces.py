@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 
-def registry(folders: Iterable[Traversable] = ()) -> Registry:
+def registry(folders: Iterable[Traversable] = ()) -> TypeRegistry:
     """Return a registry of the standard types, those of ``assets/farsteer_msgs``, and a user's."""
-    return Registry([files("assets") / "farsteer_msgs", *folders])
+    return TypeRegistry([files("assets") / "farsteer_msgs", *folders])

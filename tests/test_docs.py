@@ -31,7 +31,7 @@ from teleop.operator import keyboard
 from teleop.robot.rosbridge_adapter import Stepper
 from teleop.robot.safety import Control, SafetyConfig
 from teleop.robot.serve import ServeConfig, snippet
-from teleop.rosbridge import Bounds, Limits, Pulse
+from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
 
 ROOT = Path(__file__).parents[1]
 PAGES = [
@@ -425,8 +425,8 @@ def test_safety_has_the_value_that_the_documentation_gives(value: float, cell: s
     ("value", "cell"),
     [
         *fields_and_rows("| joystick |", Layout()),
-        *fields_and_rows("| bound |", Bounds(), Pulse()),
-        *fields_and_rows("| limit |", Limits()),
+        *fields_and_rows("| bound |", QueueLimits(), Keepalive()),
+        *fields_and_rows("| limit |", ClientLimits()),
     ],
     ids=lambda x: str(x),
 )
@@ -436,7 +436,7 @@ def test_wire_has_the_value_that_the_documentation_gives(value: float, cell: str
 
 @pytest.mark.parametrize(
     ("heading", "config"),
-    [("| safety |", SafetyConfig), ("| joystick |", Layout), ("| limit |", Limits)],
+    [("| safety |", SafetyConfig), ("| joystick |", Layout), ("| limit |", ClientLimits)],
 )
 def test_no_setting_of_the_wire_is_left_out(heading: str, config: type) -> None:
     names = {row[0].strip("`") for row in rows("docs/teleoperation.md", heading)}

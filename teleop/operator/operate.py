@@ -24,7 +24,7 @@ from teleop.operator.keyboard import HELP, Keyboard, raw_terminal, read_keys
 from teleop.operator.operator_client import Station
 from teleop.operator.threaded_display import Aside
 from teleop.rosbridge.client.client import Client
-from teleop.rosbridge.client.client_connection import ConnectionState
+from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 from teleop.rosbridge.errors import ServiceCallError
 
 _PERIOD: Final = 0.05

@@ -13,7 +13,7 @@ from teleop.joystick import Wish
 from teleop.robot.audit_rate_limit import Rations
 from teleop.robot.robot import Drive, Snapshot
 from teleop.rosbridge.auth.permissions import Access
-from teleop.rosbridge.auth.refusals import Refusal
+from teleop.rosbridge.protocol.refusals import Refusal
 from teleop.rosbridge.server.server import Server
 
 _DIGITS: Final = 6

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Final
 
-from teleop.rosbridge.protocol.rate_limits import Allowance
+from teleop.rosbridge.limits import TokenBucket
 
 _BURST: Final = 20.0
 """Seconds' worth of lines that may come at once."""
@@ -54,10 +54,10 @@ class Rations:
 
     def __init__(self) -> None:
         """Begin with nothing told."""
-        self._common: dict[str, Allowance] = {}
-        self._own: dict[str, dict[str, Allowance]] = {}
+        self._common: dict[str, TokenBucket] = {}
+        self._own: dict[str, dict[str, TokenBucket]] = {}
         self._untold: dict[str, Counter[str]] = {}
-        self._counts: Allowance | None = None
+        self._counts: TokenBucket | None = None
 
     def take(self, kind: str, client: str, now: int) -> bool:
         """Return whether a line of a kind may be told at ``now`` [ns]; else it is counted."""
@@ -66,9 +66,9 @@ class Rations:
             return True
         own = self._own.setdefault(client, {})
         if kind not in own:
-            own[kind] = Allowance(ration.each, _BURST, now)
+            own[kind] = TokenBucket(ration.each, _BURST, now)
         if kind not in self._common:
-            self._common[kind] = Allowance(ration.all, _BURST, now)
+            self._common[kind] = TokenBucket(ration.all, _BURST, now)
         if own[kind].take(1, now) and self._common[kind].take(1, now):
             return True
         named = client in self._untold or len(self._untold) < _MOST_NAMED
@@ -83,7 +83,7 @@ class Rations:
         if not self._untold:
             return {}
         if self._counts is None:
-            self._counts = Allowance(_COUNTS, 1.0, now)
+            self._counts = TokenBucket(_COUNTS, 1.0, now)
         if not last and not self._counts.take(1, now):
             return {}
         counts = {client: dict(kinds) for client, kinds in self._untold.items()}

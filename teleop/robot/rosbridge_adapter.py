@@ -27,7 +27,7 @@ from teleop.robot.robot import (
     Undo,
 )
 from teleop.rosbridge.auth.permissions import Role
-from teleop.rosbridge.compat.client_traffic import announce_traffic
+from teleop.rosbridge.compat.client_traffic import publish_client_traffic
 from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.errors import MessageError, ServiceError
 from teleop.rosbridge.server.server import Server
@@ -82,7 +82,7 @@ class Host:
             server.serve(name, "std_srvs/srv/Trigger", partial(self._order, kind, done))
         server.serve("/localization/undo", "std_srvs/srv/Trigger", self._undo)
         serve_standard(server.protocol)
-        announce_traffic(server)
+        publish_client_traffic(server)
         server.on_disconnect(self._gone)
 
     def tick(self, now: int) -> Snapshot:

@@ -28,17 +28,17 @@ from teleop.robot.audit_log import Audit
 from teleop.robot.robot import Robot, Snapshot
 from teleop.robot.robot_options import Outfit
 from teleop.robot.rosbridge_adapter import Host, Stepper
-from teleop.rosbridge.auth.authenticator import Gate
-from teleop.rosbridge.auth.credentials import Keyring
+from teleop.rosbridge.auth.authenticator import Authenticator
+from teleop.rosbridge.auth.credentials import Credentials
 from teleop.rosbridge.auth.origins import LOOPBACK
-from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, Rules
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, RoleRules
 from teleop.rosbridge.auth.tls import tls_context
 from teleop.rosbridge.auth.token_file import TokenFile, TokenWatch
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.server import Server
 
-ROLES: Final[Mapping[Role, Rules]] = {
+ROLES: Final[Mapping[Role, RoleRules]] = {
     **DEFAULT_RULES,
     # Whoever sees that something goes wrong can stop it.
     Role.VIEW: replace(
@@ -119,13 +119,13 @@ async def serve(
         AuditError: if the audit log cannot be written.
     """
     tls, tokens = _tls(config), _tokens(config)
-    gate = None if tokens is None else Gate(tokens.keyring, pacing.unix_seconds)
+    gate = None if tokens is None else Authenticator(tokens.keyring, pacing.unix_seconds)
     simulation = Simulation(world, seed=config.seed, config=config.outfit.simulation())
     localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
     robot = Robot(simulation, localizer)
     protocol = Protocol(
         registry(config.messages),
-        limits=Limits.unhurried() if config.lockstep else Limits(),
+        limits=ClientLimits.unhurried() if config.lockstep else ClientLimits(),
         flavour="ros1" if config.ros1 else "ros2",
         gate=gate,
     )
@@ -198,12 +198,12 @@ def _watch(tokens: TokenFile, server: Server, audit: Audit | None) -> TokenWatch
     """Have the file of tokens read again when it changes, or by SIGHUP."""
     loop = asyncio.get_running_loop()
 
-    def renew(keyring: Keyring) -> None:
+    def renew(keyring: Credentials) -> None:
         gone = [server.name(client) for client in server.protocol.renew(keyring)]
         if audit is not None:
             audit.renewed(gone)
 
-    def renewed(keyring: Keyring) -> None:
+    def renewed(keyring: Credentials) -> None:
         with contextlib.suppress(RuntimeError):  # the loop has ended
             loop.call_soon_threadsafe(renew, keyring)
 

@@ -10,11 +10,11 @@ import sys
 from pathlib import Path
 
 from teleop.rosbridge.auth.origins import LOOPBACK
-from teleop.rosbridge.compat.client_traffic import announce_traffic
+from teleop.rosbridge.compat.client_traffic import publish_client_traffic
 from teleop.rosbridge.compat.conformance_fixtures import serve_fixtures
 from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.errors import RosbridgeError
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 
@@ -46,10 +46,10 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 async def _serve(options: argparse.Namespace) -> None:
-    protocol = Protocol(Registry(options.messages), flavour="ros1" if options.ros1 else "ros2")
+    protocol = Protocol(TypeRegistry(options.messages), flavour="ros1" if options.ros1 else "ros2")
     server = Server(protocol, options.host, options.port)
     serve_standard(protocol)
-    announce_traffic(server)
+    publish_client_traffic(server)
     if options.conformance:
         serve_fixtures(protocol)
     stop = asyncio.Event()

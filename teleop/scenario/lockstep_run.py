@@ -15,9 +15,9 @@ from robot_sim import PhysicsError, World
 from teleop.interfaces import registry
 from teleop.robot.robot import Robot, Snapshot
 from teleop.robot.rosbridge_adapter import Host, Stepper
-from teleop.rosbridge.protocol.outgoing_messages import Outgoing, Output
+from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame, Output
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.server import Server
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.referee import Referee, RunRecord
@@ -72,7 +72,7 @@ async def _serve_and_operate(
             seconds = snapshot.stamp // SECOND
             progress(share, f"{seconds} s at {referee.factor:.1f}x, {snapshot.estimate.health}")
 
-    protocol = Protocol(registry(), limits=Limits.unhurried())
+    protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
     meter = Meter(protocol)
     host = Host(robot, server, cloud, sinks=(report,))
@@ -124,7 +124,7 @@ class Meter:
         sink, receive = protocol.sink, protocol.receive
 
         def outward(client: int, output: Output) -> None:
-            if isinstance(output, Outgoing):
+            if isinstance(output, OutgoingFrame):
                 self._add(output.topic or "(answers)", len(output.payload))
             if sink is not None:
                 sink(client, output)

@@ -28,9 +28,9 @@ from teleop.robot.robot import Robot
 from teleop.robot.rosbridge_adapter import Host, Stepper
 from teleop.robot.serve import ServeConfig, serve
 from teleop.robot.topics import OUTPUTS
-from teleop.rosbridge.messages.codec import read_cbor
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.json_cbor_codec import read_cbor
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.server import Server
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -223,7 +223,7 @@ async def lockstep(world: World, cloud: Cloud, cache: Path, *, seed: int = 0) ->
     """Serve a robot whose time passes only when a client asks."""
     simulation = Simulation(world, seed=seed)
     robot = Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
-    protocol = Protocol(registry(), limits=Limits.unhurried())
+    protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
     host = Host(robot, server, cloud)
     stepper = Stepper(host)

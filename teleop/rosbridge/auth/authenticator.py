@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 from urllib.parse import parse_qs, urlsplit
 
-from teleop.rosbridge.auth.credentials import Key, Keyring
+from teleop.rosbridge.auth.credentials import Credential, Credentials
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.errors import OperationError
 
@@ -31,10 +31,10 @@ class Admission:
     """How long [s]; None for as long as it stays."""
 
 
-class Gate:
+class Authenticator:
     """Judges what clients bring; remembers the codes it has seen, so that none is good twice."""
 
-    def __init__(self, keyring: Keyring, wall: Callable[[], float]) -> None:
+    def __init__(self, keyring: Credentials, wall: Callable[[], float]) -> None:
         """Make a gate.
 
         Args:
@@ -51,7 +51,7 @@ class Gate:
         """What those may do who bring nothing; None if they must bring something."""
         return self._keyring.anonymous
 
-    def renew(self, keyring: Keyring) -> None:
+    def renew(self, keyring: Credentials) -> None:
         """Let in by other keys from now on."""
         self._keyring = keyring
 
@@ -80,7 +80,7 @@ class Gate:
         now = self._wall()
         # What rosauth's server adds up: GT-RAIL/rosauth, src/ros_mac_authentication.cpp.
         message = f"{client}{dest}{rand}{made}{level}{end}"
-        found: Key | None = None
+        found: Credential | None = None
         for key in self._keyring.keys:
             code = hashlib.sha512((key.secret + message).encode(errors="surrogatepass"))
             good = hmac.compare_digest(

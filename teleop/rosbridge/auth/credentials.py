@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
-from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Access, Role, Rules
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Access, Role, RoleRules
 from teleop.rosbridge.errors import ServerError
 
 _SHORTEST: Final = 16
@@ -23,7 +23,7 @@ _DIGEST: Final = re.compile(r"[0-9a-f]{64}")
 
 
 @dataclass(frozen=True, slots=True)
-class Key:
+class Credential:
     """What lets a client in: the digest of a token, or a secret for rosauth's codes."""
 
     access: Access
@@ -47,14 +47,14 @@ class Key:
 
 
 @dataclass(frozen=True, slots=True)
-class Keyring:
+class Credentials:
     """All keys, and what becomes of those who bring none."""
 
-    keys: tuple[Key, ...] = ()
+    keys: tuple[Credential, ...] = ()
     anonymous: Access | None = None
     """Of clients without a token; None if each needs one."""
 
-    rules: Mapping[Role, Rules] = field(default_factory=lambda: DEFAULT_RULES)
+    rules: Mapping[Role, RoleRules] = field(default_factory=lambda: DEFAULT_RULES)
     """What each role may do."""
 
     def find(self, token: str) -> Access | None:
@@ -82,7 +82,7 @@ class Keyring:
         return replace(access, role=Role(level), rules=self.rules[Role(level)])
 
 
-def read_keyring(path: Path, rules: Mapping[Role, Rules] = DEFAULT_RULES) -> Keyring:
+def read_credentials(path: Path, rules: Mapping[Role, RoleRules] = DEFAULT_RULES) -> Credentials:
     """Read a file of tokens; ``docs/security.md`` has its form.
 
     Args:
@@ -111,7 +111,7 @@ def read_keyring(path: Path, rules: Mapping[Role, Rules] = DEFAULT_RULES) -> Key
         raise ServerError(f"{path}: {error}") from None
 
 
-def _keyring(content: dict[str, Any], defaults: Mapping[Role, Rules]) -> Keyring:
+def _keyring(content: dict[str, Any], defaults: Mapping[Role, RoleRules]) -> Credentials:
     _only(content, ("anonymous", "roles", "tokens"), "the file")
     rules = {role: defaults[role] for role in Role}
     for name, changes in _tables(content, "roles").items():
@@ -127,10 +127,10 @@ def _keyring(content: dict[str, Any], defaults: Mapping[Role, Rules]) -> Keyring
         anonymous = Access("", role, rules[role])
     if not keys and anonymous is None:
         raise ValueError("there are no tokens, so nobody could connect")
-    return Keyring(keys, anonymous, rules)
+    return Credentials(keys, anonymous, rules)
 
 
-def _key(name: str, entry: dict[str, Any], rules: Mapping[Role, Rules]) -> Key:
+def _key(name: str, entry: dict[str, Any], rules: Mapping[Role, RoleRules]) -> Credential:
     where = f"tokens.{name}"
     kinds = ("token", "sha256", "secret")
     _only(entry, ("role", *kinds), where)
@@ -143,12 +143,12 @@ def _key(name: str, entry: dict[str, Any], rules: Mapping[Role, Rules]) -> Key:
         raise ValueError(f"{where}.{given[0]} must be a string of {_SHORTEST} or more characters")
     access = Access(name, role, rules[role])
     if given[0] == "secret":
-        return Key(access, secret=value)
+        return Credential(access, secret=value)
     if given[0] == "token":
-        return Key(access, digest=_digest(value))
+        return Credential(access, digest=_digest(value))
     if not _DIGEST.fullmatch(value.lower()):
         raise ValueError(f"{where}.sha256 must be 64 hexadecimal digits")
-    return Key(access, digest=bytes.fromhex(value))
+    return Credential(access, digest=bytes.fromhex(value))
 
 
 def _digest(token: str) -> bytes:
@@ -163,7 +163,7 @@ def _role(name: object) -> Role:
 
 
 def _patterns(changes: dict[str, Any], where: str) -> dict[str, tuple[str, ...]]:
-    _only(changes, tuple(act.name for act in fields(Rules)), where)
+    _only(changes, tuple(act.name for act in fields(RoleRules)), where)
     for act, patterns in changes.items():
         if not isinstance(patterns, list) or not all(isinstance(p, str) for p in patterns):
             raise ValueError(f'{where}.{act} must be a list of patterns, such as ["/joy"]')

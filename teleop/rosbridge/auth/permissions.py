@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 from functools import lru_cache
 from typing import Final, Literal, TypeAlias
 
-from teleop.rosbridge.messages.topic_names import canonical
+from teleop.rosbridge.topic_names import canonical
 
 Act: TypeAlias = Literal["subscribe", "publish", "call", "provide"]
 """What is done with a name; a goal is a call, and who advertises is going to publish."""
@@ -33,7 +33,7 @@ class Role(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Rules:
+class RoleRules:
     """Patterns of names, as a shell's; one that begins with ``!`` takes names out again."""
 
     subscribe: tuple[str, ...] = ()
@@ -66,7 +66,7 @@ _CHANGES: Final = ("/rosapi/set_param", "/rosapi/delete_param")
 """Services of ``/rosapi`` that change what others read."""
 
 DEFAULT_RULES: Final = {
-    Role.VIEW: Rules(
+    Role.VIEW: RoleRules(
         subscribe=("*",),
         # The first roslib asks for transforms by topics, later ones by service or action.
         publish=("/tf2_web_republisher/goal", "/tf2_web_republisher/cancel"),
@@ -75,10 +75,10 @@ DEFAULT_RULES: Final = {
             *(f"!{service}" for service in _CHANGES),
         ),
     ),
-    Role.OPERATE: Rules(
+    Role.OPERATE: RoleRules(
         subscribe=("*",), publish=("*",), call=("*", *(f"!{service}" for service in _CHANGES))
     ),
-    Role.ADMIN: Rules(("*",), ("*",), ("*",), ("*",)),
+    Role.ADMIN: RoleRules(("*",), ("*",), ("*",), ("*",)),
 }
 """What each role may do unless a file of tokens says otherwise."""
 
@@ -91,7 +91,7 @@ class Access:
     """Whose token it brought; empty if it brought none."""
 
     role: Role
-    rules: Rules
+    rules: RoleRules
     key: bytes = field(default=b"", repr=False, compare=False)
     """Digest of what it brought, by which it is found again; empty if it brought nothing."""
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final, TypeAlias
 
-from teleop.rosbridge.auth.credentials import Keyring, read_keyring
-from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, Rules
+from teleop.rosbridge.auth.credentials import Credentials, read_credentials
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, RoleRules
 from teleop.rosbridge.errors import ServerError
 
 _LOG: Final = logging.getLogger(__name__)
@@ -24,15 +24,15 @@ _Look: TypeAlias = tuple[int, ...] | None
 class TokenFile:
     """What a file of tokens says, and whether it says something else now."""
 
-    def __init__(self, path: Path, rules: Mapping[Role, Rules] = DEFAULT_RULES) -> None:
-        """Read the file; see ``read_keyring``, also for what is raised."""
+    def __init__(self, path: Path, rules: Mapping[Role, RoleRules] = DEFAULT_RULES) -> None:
+        """Read the file; see ``read_credentials``, also for what is raised."""
         self._path = path
         self._rules = rules
         self._read = self._seen = self._look()
-        self.keyring = read_keyring(path, rules)
+        self.keyring = read_credentials(path, rules)
         """What it said when it was good last."""
 
-    def poll(self, *, hurry: bool = False) -> Keyring | None:
+    def poll(self, *, hurry: bool = False) -> Credentials | None:
         """Return what the file says if it has changed since, and is as it was at the last look.
 
         So no file is read that is still being written, unless one is in a hurry. A file that cannot
@@ -44,7 +44,7 @@ class TokenFile:
             return None
         self._read = look
         try:
-            self.keyring = read_keyring(self._path, self._rules)
+            self.keyring = read_credentials(self._path, self._rules)
         except ServerError as error:
             _LOG.error("%s; the tokens that were read before hold", error)
             return None
@@ -65,7 +65,11 @@ class TokenWatch:
     """Looks at a file of tokens again and again until it is closed."""
 
     def __init__(
-        self, file: TokenFile, renewed: Callable[[Keyring], object], *, interval: float = _INTERVAL
+        self,
+        file: TokenFile,
+        renewed: Callable[[Credentials], object],
+        *,
+        interval: float = _INTERVAL,
     ) -> None:
         """Begin; ``renewed`` is called in this watch's thread, ``interval`` is in [s]."""
         self._file = file

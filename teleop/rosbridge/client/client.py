@@ -13,15 +13,15 @@ from typing import Final, Literal, Self
 
 from websockets.asyncio.client import ClientConnection
 
-from teleop.rosbridge.client.client_connection import ConnectionState, Line
-from teleop.rosbridge.client.connector import Dialler
-from teleop.rosbridge.client.pending_calls import Calls, Provider, Providers
-from teleop.rosbridge.client.subscriptions import Hearing
+from teleop.rosbridge.client.connector import Connector
+from teleop.rosbridge.client.pending_calls import PendingCalls, Provider, ServiceProviders
+from teleop.rosbridge.client.reconnecting_connection import ConnectionState, ReconnectingConnection
+from teleop.rosbridge.client.subscriptions import Subscriptions
 from teleop.rosbridge.errors import ClientError, FrameError, ServiceCallError
-from teleop.rosbridge.messages.codec import Codec, read_cbor, write_json
+from teleop.rosbridge.framing.json_frames import operations
+from teleop.rosbridge.messages.json_cbor_codec import Codec, read_cbor, write_json
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.frames import operations
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -39,7 +39,7 @@ class Client:
         self,
         url: str,
         *,
-        registry: Registry | None = None,
+        registry: TypeRegistry | None = None,
         reconnect: bool = True,
         compression: Literal["deflate"] | None = None,
         keepalive: float | None = 5.0,
@@ -61,7 +61,7 @@ class Client:
             token: What the server lets this client in by; it goes into the request's header.
             tls: Which certificates are believed of a ``wss://`` server; the system's by default.
         """
-        dialler = Dialler(
+        dialler = Connector(
             url,
             compression=compression,
             keepalive=keepalive,
@@ -73,18 +73,18 @@ class Client:
         self.url = dialler.url
         """The server's, for people: what stands behind it may be a token."""
 
-        self._registry = registry or Registry()
+        self._registry = registry or TypeRegistry()
         self._codec = Codec(self._registry, stamps="both")
         self._timeout = timeout
         self._ids = itertools.count(1)
         self._level: Message | None = None
         self._advertised: dict[str, Message] = {}
-        self._hearing = Hearing(self._registry, self._complain)
-        self._calls = Calls()
-        self._providers = Providers()
+        self._hearing = Subscriptions(self._registry, self._complain)
+        self._calls = PendingCalls()
+        self._providers = ServiceProviders()
         self._answers: set[asyncio.Task[bool]] = set()
         self._status: list[Callable[[str, str], None]] = []
-        self._line = Line(
+        self._line = ReconnectingConnection(
             dialler,
             reconnect=reconnect,
             resume=self._resume,

@@ -20,7 +20,7 @@ _WIRE: Final = logging.getLogger(f"{__name__}.wire")
 _WIRE.setLevel(logging.CRITICAL)  # what concerns us is raised
 
 
-class Dialler:
+class Connector:
     """Opens connections to one server."""
 
     def __init__(

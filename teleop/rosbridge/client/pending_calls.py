@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, Final, TypeAlias
 
 from teleop.rosbridge.errors import ServiceCallError, ServiceError
-from teleop.rosbridge.messages.codec import write_json
+from teleop.rosbridge.messages.json_cbor_codec import write_json
 from teleop.rosbridge.messages.message_types import Message
 
 _LOG: Final = logging.getLogger(__name__)
@@ -17,7 +17,7 @@ Provider: TypeAlias = Callable[[Message], Message]
 """Takes a service's request, returns its response; ServiceError is the caller's answer."""
 
 
-class Calls:
+class PendingCalls:
     """Calls that wait for their answers, by id."""
 
     def __init__(self) -> None:
@@ -46,7 +46,7 @@ class Calls:
                 future.set_exception(ServiceCallError(f"{service}: connection lost ({reason})"))
 
 
-class Providers:
+class ServiceProviders:
     """Services that a client provides for others."""
 
     def __init__(self) -> None:

@@ -10,7 +10,7 @@ from typing import Final
 from teleop.rosbridge.errors import RosbridgeError
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -23,10 +23,10 @@ class _Subscription:
     operation: Message
 
 
-class Hearing:
+class Subscriptions:
     """A client's subscriptions, by id."""
 
-    def __init__(self, registry: Registry, complain: Callable[[str, str], None]) -> None:
+    def __init__(self, registry: TypeRegistry, complain: Callable[[str, str], None]) -> None:
         """Hear nothing yet; ``complain(level, text)`` is told of messages that do not fit."""
         self._registry = registry
         self._complain = complain

@@ -7,7 +7,7 @@ from typing import Final
 from teleop.rosbridge.messages.message_completion import stamp
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.server.server import Server
-from teleop.rosbridge.server.server_connection import Traffic
+from teleop.rosbridge.server.socket_writer import Traffic
 
 TOPIC: Final = "/client_traffic"
 
@@ -17,7 +17,7 @@ _OK, _WARN = 0, 1
 """Of ``diagnostic_msgs/DiagnosticStatus``."""
 
 
-def announce_traffic(server: Server) -> None:
+def publish_client_traffic(server: Server) -> None:
     """Tell once a second, while somebody hears it, how each connection fares.
 
     Not in lockstep, in which the same run gives the same messages: this is of the wire alone.

@@ -6,7 +6,7 @@ from teleop.rosbridge.messages.message_completion import stamp
 from teleop.rosbridge.protocol.protocol import Protocol
 
 
-def announce_clients(protocol: Protocol) -> None:
+def publish_connected_clients(protocol: Protocol) -> None:
     """Keep the latched topics ``/client_count`` and ``/connected_clients`` up to date."""
     protocol.advertise("/client_count", "std_msgs/Int32", latch=True)
     protocol.advertise("/connected_clients", "rosbridge_msgs/ConnectedClients", latch=True)

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+from teleop.rosbridge.compat.rosapi_typedefs import typedefs
 from teleop.rosbridge.errors import ServiceError, TypeNameError
 from teleop.rosbridge.graph.parameters import Parameters, read_value, write_value
 from teleop.rosbridge.graph.services import Handler
-from teleop.rosbridge.graph.topic_routing import Topic
+from teleop.rosbridge.graph.subscription import Topic
 from teleop.rosbridge.messages.message_completion import stamp
 from teleop.rosbridge.messages.message_types import Message, MessageType, short_name
-from teleop.rosbridge.messages.topic_names import HOST, canonical
-from teleop.rosbridge.messages.typedefs import typedefs
 from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.topic_names import HOST, canonical
 
 _TYPES: Final = {
     "rosapi_msgs/TypeDef": (

@@ -23,7 +23,7 @@ _LEVELS: Final = {"ros1": {"info": 2, "warning": 4}, "ros2": {"info": 20, "warni
 """``INFO`` and ``WARN`` of the two types."""
 
 
-def announce_log(protocol: Protocol) -> None:
+def publish_rosout(protocol: Protocol) -> None:
     """Publish on ``/rosout`` which clients come and go, and whose token is good or not."""
     flavour = protocol.flavour
     protocol.advertise(TOPIC, _TYPES[flavour])

@@ -18,7 +18,7 @@ from teleop.rosbridge.graph.goals import Goal
 from teleop.rosbridge.messages.message_completion import stamp
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.timers import Timer
+from teleop.rosbridge.timers import Timer
 
 _NAME: Final = "/tf2_web_republisher"
 _SOURCES: Final = ("/tf", "/tf_static")
@@ -151,7 +151,7 @@ class _Republisher:
     def _start(self, stream: _Stream, now: int) -> None:
         if not self._streams:
             for source in _SOURCES:
-                self._protocol.tap(source, "tf2_msgs/TFMessage", self._hear, now)
+                self._protocol.monitor(source, "tf2_msgs/TFMessage", self._hear, now)
         self._streams.append(stream)
         # Not at once: the answer, which tells the topic, comes first.
         stream.timer = self._protocol.at(now, lambda now: self._look(stream, now))
@@ -164,7 +164,7 @@ class _Republisher:
         if not self._streams:
             self._tree.clear()
             for source in _SOURCES:
-                self._protocol.untap(source, self._hear, self._protocol.now)
+                self._protocol.unmonitor(source, self._hear, self._protocol.now)
 
     def _leave(self, client: int, now: int) -> None:
         for stream in list(self._streams):

@@ -9,17 +9,17 @@ from functools import partial
 from typing import TypeAlias
 
 from teleop.rosbridge.errors import OperationError, RosbridgeError, ServiceError
+from teleop.rosbridge.framing.operation_fields import Operation
 from teleop.rosbridge.graph.goals import Goal, GoalHandler, GoalStatus
-from teleop.rosbridge.messages.codec import Codec, write_json
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import ActionType, Message
-from teleop.rosbridge.messages.topic_names import HOST, canonical
-from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.connections import PLAIN, Wrapping
-from teleop.rosbridge.protocol.operation_fields import Operation
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.messages.type_registry import TypeRegistry
+from teleop.rosbridge.protocol.connections import PLAIN, ReplyFormat
+from teleop.rosbridge.topic_names import HOST, canonical
 
-Say: TypeAlias = Callable[[int, str, Wrapping], None]
+Say: TypeAlias = Callable[[int, str, ReplyFormat], None]
 """Sends an operation's JSON text to a client."""
 
 
@@ -46,7 +46,9 @@ class _Provider:
 class Actions:
     """All actions by name, and the goals that have not ended."""
 
-    def __init__(self, registry: Registry, codec: Codec, limits: Limits, say: Say) -> None:
+    def __init__(
+        self, registry: TypeRegistry, codec: Codec, limits: ClientLimits, say: Say
+    ) -> None:
         self._registry = registry
         self._codec = codec
         self._limits = limits
@@ -106,7 +108,7 @@ class Actions:
         self,
         client: int,
         operation: Operation,
-        wrapping: Wrapping,
+        wrapping: ReplyFormat,
         now: int,
         refusal: str | None = None,
     ) -> None:
@@ -225,7 +227,7 @@ class _Caller:
     """The client that wants a goal, as its sink."""
 
     def __init__(
-        self, actions: Actions, client: int, name: str, operation: Operation, wrapping: Wrapping
+        self, actions: Actions, client: int, name: str, operation: Operation, wrapping: ReplyFormat
     ) -> None:
         self.client = client
         self.identity = operation.get("id")

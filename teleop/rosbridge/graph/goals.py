@@ -21,7 +21,7 @@ class GoalStatus(IntEnum):
     ABORTED = 6
 
 
-class GoalSink(Interface):
+class GoalObserver(Interface):
     """Who hears what becomes of a goal."""
 
     def feedback(self, values: Message) -> None:
@@ -34,7 +34,7 @@ class GoalSink(Interface):
 class Goal:
     """What a client asked an action for; whoever carries it out ends it in one of three ways."""
 
-    def __init__(self, client: int, request: Message, now: int, sink: GoalSink) -> None:
+    def __init__(self, client: int, request: Message, now: int, sink: GoalObserver) -> None:
         self.client = client
         """Who asked."""
 

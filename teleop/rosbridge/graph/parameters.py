@@ -6,7 +6,7 @@ import json
 from typing import Any, Final
 
 from teleop.rosbridge.errors import ServiceError
-from teleop.rosbridge.protocol.frames import read_json
+from teleop.rosbridge.framing.json_frames import read_json
 
 _MOST: Final = 1000
 _LARGEST: Final = 65_536

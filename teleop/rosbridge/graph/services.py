@@ -8,19 +8,19 @@ from functools import partial
 from typing import Final, TypeAlias
 
 from teleop.rosbridge.errors import OperationError, RosbridgeError, ServiceError
-from teleop.rosbridge.messages.codec import Codec, write_json
+from teleop.rosbridge.framing.operation_fields import Operation
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import Message, ServiceType
-from teleop.rosbridge.messages.topic_names import HOST, canonical
-from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.operation_fields import Operation
-from teleop.rosbridge.protocol.rate_limits import Limits
-from teleop.rosbridge.protocol.timers import Timers
+from teleop.rosbridge.messages.type_registry import TypeRegistry
+from teleop.rosbridge.timers import Timers
+from teleop.rosbridge.topic_names import HOST, canonical
 
 _SECOND: Final = 1_000_000_000
 
 
-class Later:
+class DeferredResponse:
     """An answer that a handler owes: return one, and settle it when there is something to say.
 
     The answer leaves in the moment it is settled, behind everything published before.
@@ -57,7 +57,7 @@ class Later:
                 done(result)
 
 
-Handler: TypeAlias = Callable[[int, Message, int], Message | Later]
+Handler: TypeAlias = Callable[[int, Message, int], Message | DeferredResponse]
 """Takes a client's id, the request and the time [ns]; returns the response, raises ServiceError."""
 
 Say: TypeAlias = Callable[[int, str], None]
@@ -86,7 +86,7 @@ class _Provider:
     name: str
     """As the client wrote it."""
 
-    calls: dict[str, Later] = field(default_factory=dict)
+    calls: dict[str, DeferredResponse] = field(default_factory=dict)
     number: int = 0
 
 
@@ -94,7 +94,7 @@ class Services:
     """All services by name; of several clients that provide one, the last to come answers."""
 
     def __init__(
-        self, registry: Registry, codec: Codec, limits: Limits, timers: Timers, say: Say
+        self, registry: TypeRegistry, codec: Codec, limits: ClientLimits, timers: Timers, say: Say
     ) -> None:
         self._registry = registry
         self._codec = codec
@@ -103,7 +103,7 @@ class Services:
         self._say = say
         self._services: dict[str, list[Service]] = {}
         self._providers: dict[tuple[int, str], _Provider] = {}
-        self._waiting: dict[int, set[Later]] = {}
+        self._waiting: dict[int, set[DeferredResponse]] = {}
         self._numbers: dict[tuple[int, str], int] = {}
         """Of calls, where the last provision of a service left some unanswered."""
 
@@ -174,7 +174,7 @@ class Services:
         for later in list(self._waiting.pop(client, ())):
             later.refuse("the caller has left")
 
-    # Calls
+    # PendingCalls
 
     def call(
         self,
@@ -183,7 +183,7 @@ class Services:
         arguments: object,
         timeout: float | None,
         now: int,
-    ) -> Message | Later:
+    ) -> Message | DeferredResponse:
         """Call a service.
 
         Args:
@@ -202,7 +202,7 @@ class Services:
             self._registry, service.kind.request, _by_name(service, arguments), now=now
         )
         answer = service.handler(caller, request, now)
-        if not isinstance(answer, Later) or answer.settled:
+        if not isinstance(answer, DeferredResponse) or answer.settled:
             return answer
         waiting = self._waiting.setdefault(caller, set())
         waiting.add(answer)
@@ -248,11 +248,11 @@ class Services:
 
     def _forward(
         self, provider: _Provider, kind: ServiceType, caller: int, request: Message, now: int
-    ) -> Later:
+    ) -> DeferredResponse:
         """Pass a call on to the client that provides the service."""
         provider.number += 1
         identity = f"service_request:{provider.name}:{provider.number}"
-        later = provider.calls[identity] = Later()
+        later = provider.calls[identity] = DeferredResponse()
         later.when_settled(lambda _: provider.calls.pop(identity, None))
         self._say(
             provider.client,

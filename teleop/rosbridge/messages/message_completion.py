@@ -24,7 +24,7 @@ from teleop.rosbridge.messages.message_types import (
     MessageType,
     short_name,
 )
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 DTYPES: Final[dict[str, np.dtype[Any]]] = {
     "int8": np.dtype("i1"),
@@ -71,12 +71,12 @@ def stamp(now: int) -> Message:
     return {"sec": now // _SECOND, "nanosec": now % _SECOND}
 
 
-def default(registry: Registry, kind: MessageType) -> Message:
+def default(registry: TypeRegistry, kind: MessageType) -> Message:
     """Return a message with nothing in it but defaults."""
     return {field.name: default_value(registry, kind, field) for field in kind.fields}
 
 
-def default_value(registry: Registry, kind: MessageType, field: Field) -> Any:
+def default_value(registry: TypeRegistry, kind: MessageType, field: Field) -> Any:
     """Return what a field holds when nobody says."""
     if field.repeated:
         if field.kind in BLOBS:
@@ -87,7 +87,7 @@ def default_value(registry: Registry, kind: MessageType, field: Field) -> Any:
     return _default_element(registry, kind, field)
 
 
-def _default_element(registry: Registry, kind: MessageType, field: Field) -> Any:
+def _default_element(registry: TypeRegistry, kind: MessageType, field: Field) -> Any:
     if field.nested:
         return default(registry, registry[field.kind])
     if field.kind == "string":
@@ -100,7 +100,7 @@ def _default_element(registry: Registry, kind: MessageType, field: Field) -> Any
 
 
 def complete(
-    registry: Registry,
+    registry: TypeRegistry,
     kind: MessageType | str,
     partial: object,
     *,
@@ -126,7 +126,7 @@ def complete(
 class _Completion:
     """One message being completed; ``path`` is where in it we are, with a dot at the end."""
 
-    def __init__(self, registry: Registry, root: str, now: int | None, finite: bool) -> None:
+    def __init__(self, registry: TypeRegistry, root: str, now: int | None, finite: bool) -> None:
         self._registry = registry
         self._root = root
         self._now = now

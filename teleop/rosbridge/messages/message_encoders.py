@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from teleop.rosbridge.messages.cdr import Flavour, RawCodec
-from teleop.rosbridge.messages.codec import Codec, Stamps
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.json_cbor_codec import Codec, StampFields
+from teleop.rosbridge.messages.ros_serialization import RosSerializer, RosVersion
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 
-class Encoders:
+class MessageEncoders:
     """JSON and CBOR by one codec, ROS's own bytes by one for each ROS."""
 
-    def __init__(self, registry: Registry, stamps: Stamps) -> None:
+    def __init__(self, registry: TypeRegistry, stamps: StampFields) -> None:
         self.codec = Codec(registry, stamps=stamps)
         self._registry = registry
-        self._raw: dict[Flavour, RawCodec] = {}
+        self._raw: dict[RosVersion, RosSerializer] = {}
 
-    def raw(self, flavour: Flavour) -> RawCodec:
+    def raw(self, flavour: RosVersion) -> RosSerializer:
         """Return the codec of a ROS's own bytes."""
         if flavour not in self._raw:
-            self._raw[flavour] = RawCodec(self._registry, flavour)
+            self._raw[flavour] = RosSerializer(self._registry, flavour)
         return self._raw[flavour]

@@ -39,7 +39,7 @@ _SLIP: Final = 6
 """Letters by which it may be longer or shorter than these."""
 
 
-class Registry:
+class TypeRegistry:
     """Types by name; ``pkg/Type``, ``pkg/msg/Type`` and any case are the same name.
 
     Those of ROS 2 Jazzy, those that only ROS 1 Noetic has, those in ``wellknown.py``, and those added.

@@ -7,30 +7,36 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from teleop.rosbridge.auth.permissions import Access
-from teleop.rosbridge.auth.refusals import Refusal, Refused
-from teleop.rosbridge.compat.png_compression import packed
-from teleop.rosbridge.messages.codec import write_json
-from teleop.rosbridge.protocol.fragments import Assembly
-from teleop.rosbridge.protocol.operation_fields import Operation
-from teleop.rosbridge.protocol.outgoing_messages import Close, Kind, Outgoing, Output, Sink
-from teleop.rosbridge.protocol.rate_limits import Allowance, Limits
+from teleop.rosbridge.framing.fragments import Reassembly
+from teleop.rosbridge.framing.operation_fields import Operation
+from teleop.rosbridge.framing.outgoing_frames import (
+    CloseFrame,
+    FrameKind,
+    OutgoingFrame,
+    Output,
+    Sink,
+)
+from teleop.rosbridge.framing.png_compression import png_operation
+from teleop.rosbridge.limits import ClientLimits, TokenBucket
+from teleop.rosbridge.messages.json_cbor_codec import write_json
+from teleop.rosbridge.protocol.refusals import Refusal, Refused
 
 LEVELS: Final = {"none": 0, "error": 1, "warning": 2, "info": 3}
 
-POLICY: Final = 1008
+POLICY_VIOLATION: Final = 1008
 """Code of a close frame (RFC 6455, section 7.4.1)."""
 
 
 @dataclass(frozen=True, slots=True)
-class Wrapping:
-    """How a client wants an answer to be packed."""
+class ReplyFormat:
+    """How a client wants an answer to be png_operation."""
 
     png: bool = False
     fragment: int = 0
     """Largest piece [bytes]; 0 for the whole in one."""
 
 
-PLAIN: Final = Wrapping()
+PLAIN: Final = ReplyFormat()
 
 
 @dataclass(slots=True)
@@ -45,9 +51,9 @@ class Connection:
     since: int
     """When it came [ns]."""
 
-    messages: Allowance
-    bytes: Allowance
-    assembly: Assembly
+    messages: TokenBucket
+    bytes: TokenBucket
+    assembly: Reassembly
     access: Access | None
     """What it may do; None until it has said who it is."""
 
@@ -64,7 +70,7 @@ class Connection:
 class Connections:
     """All clients, by id."""
 
-    def __init__(self, limits: Limits, sink: Sink | None) -> None:
+    def __init__(self, limits: ClientLimits, sink: Sink | None) -> None:
         self.sink = sink
         self.refused: Refused = lambda client, refusal: None
         """Called when a client asks for too much, and by those who refuse it other things."""
@@ -96,9 +102,9 @@ class Connections:
             f"client {client} ({address})" if address else f"client {client}",
             address,
             now,
-            Allowance(limits.messages, limits.burst, now),
-            Allowance(limits.bytes, limits.burst, now),
-            Assembly(limits.assembly),
+            TokenBucket(limits.messages, limits.burst, now),
+            TokenBucket(limits.bytes, limits.burst, now),
+            Reassembly(limits.assembly),
             access,
         )
         return connection
@@ -122,7 +128,7 @@ class Connections:
         state = self._all.get(client)
         if state is None:  # it left while its answer was on the way
             return
-        if isinstance(output, Outgoing):
+        if isinstance(output, OutgoingFrame):
             if state.lossless:
                 output = replace(output, lossless=True)
             if output.fragment and len(output.payload) > output.fragment:
@@ -133,12 +139,12 @@ class Connections:
         else:
             self._out.append((client, output))
 
-    def say(self, client: int, text: str, wrapping: Wrapping = PLAIN) -> None:
-        """Send an operation's JSON text, packed as wished."""
+    def say(self, client: int, text: str, wrapping: ReplyFormat = PLAIN) -> None:
+        """Send an operation's JSON text, png_operation as wished."""
         payload = text.encode("ascii")
         if wrapping.png:
-            payload = packed(payload)
-        self.emit(client, Outgoing(Kind.CONTROL, payload, fragment=wrapping.fragment))
+            payload = png_operation(payload)
+        self.emit(client, OutgoingFrame(FrameKind.CONTROL, payload, fragment=wrapping.fragment))
 
     def tell(self, client: Connection, level: str, text: str, identity: object = None) -> None:
         """Send a ``status``, if the client wants to hear things of this level."""
@@ -148,7 +154,7 @@ class Connections:
                 status["id"] = identity
             self.say(client.id, write_json(status))
 
-    # Limits
+    # ClientLimits
 
     def admit(self, client: Connection, now: int) -> bool:
         """Return whether a client may do one more operation now."""
@@ -166,10 +172,10 @@ class Connections:
             self.tell(client, "error", f"{text}: not heard")
         elif client.refused > self._limits.messages * self._limits.burst:
             self.refused(client.id, Refusal.of({}, f"{text}: disconnected"))
-            self.close(client, POLICY, text)
+            self.close(client, POLICY_VIOLATION, text)
 
     def close(self, client: Connection, code: int, reason: str) -> None:
         """Have a client disconnected, and hear it no more."""
         if not client.closing:
             client.closing = True
-            self.emit(client.id, Close(code, reason))
+            self.emit(client.id, CloseFrame(code, reason))

@@ -9,26 +9,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from teleop.rosbridge.auth.authenticator import Gate
-from teleop.rosbridge.auth.credentials import Keyring
+from teleop.rosbridge.auth.authenticator import Authenticator
+from teleop.rosbridge.auth.credentials import Credentials
 from teleop.rosbridge.auth.permissions import UNGUARDED, Access
-from teleop.rosbridge.auth.refusals import Refusal, Refused
+from teleop.rosbridge.framing.operation_fields import named
+from teleop.rosbridge.framing.outgoing_frames import Output, Sink
 from teleop.rosbridge.graph.actions import Action, Actions
-from teleop.rosbridge.graph.broker import Broker
 from teleop.rosbridge.graph.goals import GoalHandler
 from teleop.rosbridge.graph.services import Handler, Service, Services
-from teleop.rosbridge.graph.topic_routing import Listener, Tap, Topic
-from teleop.rosbridge.messages.cdr import Flavour
-from teleop.rosbridge.messages.codec import Stamps
-from teleop.rosbridge.messages.message_encoders import Encoders
+from teleop.rosbridge.graph.subscription import Monitor, Topic, TopicHandler
+from teleop.rosbridge.graph.topics import Topics
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.json_cbor_codec import StampFields
+from teleop.rosbridge.messages.message_encoders import MessageEncoders
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.connections import POLICY, Connection, Connections
-from teleop.rosbridge.protocol.dispatch import Dispatch
-from teleop.rosbridge.protocol.operation_fields import named
-from teleop.rosbridge.protocol.outgoing_messages import Output, Sink
-from teleop.rosbridge.protocol.rate_limits import Limits
-from teleop.rosbridge.protocol.timers import Alarm, Timer, Timers
+from teleop.rosbridge.messages.ros_serialization import RosVersion
+from teleop.rosbridge.messages.type_registry import TypeRegistry
+from teleop.rosbridge.protocol.connections import POLICY_VIOLATION, Connection, Connections
+from teleop.rosbridge.protocol.dispatcher import Dispatcher
+from teleop.rosbridge.protocol.refusals import Refusal, Refused
+from teleop.rosbridge.timers import Timer, TimerCallback, Timers
 
 _TOO_BIG: Final = 1009
 """Code of a close frame (RFC 6455, section 7.4.1)."""
@@ -42,19 +42,19 @@ class Protocol:
 
     def __init__(
         self,
-        registry: Registry,
+        registry: TypeRegistry,
         *,
-        limits: Limits | None = None,
-        stamps: Stamps = "both",
-        flavour: Flavour = "ros2",
+        limits: ClientLimits | None = None,
+        stamps: StampFields = "both",
+        flavour: RosVersion = "ros2",
         sink: Sink | None = None,
-        gate: Gate | None = None,
+        gate: Authenticator | None = None,
     ) -> None:
         """Create a protocol without clients.
 
         Args:
             registry: The types that messages may have.
-            limits: Bounds on each client.
+            limits: QueueLimits on each client.
             stamps: How the parts of a stamp are called in messages that leave.
             flavour: The ROS that is claimed to run here, and whose bytes ``cbor-raw`` brings to who
                 subscribes with a ``pkg/Type``; a ``pkg/msg/Type`` is always ROS 2's.
@@ -62,14 +62,14 @@ class Protocol:
             gate: Judges who clients are; without one each may do everything.
         """
         self.registry = registry
-        self.limits = limits or Limits()
-        self.flavour: Flavour = flavour
+        self.limits = limits or ClientLimits()
+        self.flavour: RosVersion = flavour
         self.gate = gate
-        self.encoders = Encoders(registry, stamps)
+        self.encoders = MessageEncoders(registry, stamps)
         codec = self.encoders.codec
         self._connections = Connections(self.limits, sink)
         self._timers = Timers()
-        self._broker = Broker(registry, self.encoders, self.limits, self._connections.emit)
+        self._broker = Topics(registry, self.encoders, self.limits, self._connections.emit)
         say = self._connections.say
         self._services = Services(registry, codec, self.limits, self._timers, say)
         self._actions = Actions(registry, codec, self.limits, say)
@@ -78,7 +78,7 @@ class Protocol:
 
         self._came: list[Callable[[int, int], None]] = []
         self._left: list[Callable[[int, int], None]] = []
-        self._dispatch = Dispatch(
+        self._dispatch = Dispatcher(
             self._connections,
             self._broker,
             self._services,
@@ -120,7 +120,7 @@ class Protocol:
             callback(client, now)
         return client
 
-    def renew(self, keyring: Keyring) -> list[int]:
+    def renew(self, keyring: Credentials) -> list[int]:
         """Let clients in by other keys; disconnect those who would not get what they have.
 
         Returns:
@@ -140,7 +140,9 @@ class Protocol:
             and not self.gate.confirms(connection.access)
         ]
         for connection in gone:
-            self._connections.close(connection, POLICY, "what it was let in by has changed")
+            self._connections.close(
+                connection, POLICY_VIOLATION, "what it was let in by has changed"
+            )
         return [connection.id for connection in gone]
 
     def disconnect(self, client: int, now: int) -> None:
@@ -253,7 +255,7 @@ class Protocol:
 
     # What the host does
 
-    def at(self, when: int, alarm: Alarm) -> Timer:
+    def at(self, when: int, alarm: TimerCallback) -> Timer:
         """Have ``alarm(now)`` called at a time [ns], unless it is cancelled."""
         return self._timers.at(when, alarm)
 
@@ -279,23 +281,23 @@ class Protocol:
         found = self._broker.find(topic)
         return found is not None and found.wanted
 
-    def listen(self, topic: str, type: str, listener: Listener) -> None:
+    def listen(self, topic: str, type: str, listener: TopicHandler) -> None:
         """Have ``listener`` called with what clients publish, completed and checked.
 
         If it raises a RosbridgeError, the client is told and nobody else gets the message.
         """
         self._broker.listen(named(topic, "topic"), type, listener)
 
-    def tap(self, topic: str, type: str, tap: Tap, now: int) -> None:
-        """Have ``tap`` called with what clients and host publish, and with what is latched."""
-        self._broker.tap(topic, type, tap, now)
+    def monitor(self, topic: str, type: str, monitor: Monitor, now: int) -> None:
+        """Have ``monitor`` called with what clients and host publish, and with what is latched."""
+        self._broker.monitor(topic, type, monitor, now)
 
-    def untap(self, topic: str, tap: Tap, now: int) -> None:
+    def unmonitor(self, topic: str, monitor: Monitor, now: int) -> None:
         """Hear no more."""
-        self._broker.untap(topic, tap, now)
+        self._broker.unmonitor(topic, monitor, now)
 
     def serve(self, service: str, type: str, handler: Handler) -> None:
-        """Offer a service. The handler returns the response, or Later, or raises ServiceError."""
+        """Offer a service. The handler returns the response, or DeferredResponse, or raises ServiceError."""
         self._services.serve(named(service, "service"), type, handler)
 
     def serve_action(self, action: str, type: str, handler: GoalHandler) -> None:

@@ -13,9 +13,9 @@ from teleop.rosbridge.auth.authenticator import token_in
 from teleop.rosbridge.auth.origins import Origins
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.server.http_pages import OPEN_PAGES, Pages
-from teleop.rosbridge.server.http_upgrade import Opening, upgrades
-from teleop.rosbridge.server.outbox import BULK
+from teleop.rosbridge.server.http_connection import HttpConnection, upgrades
+from teleop.rosbridge.server.http_pages import OPEN_PAGES, HttpPages
+from teleop.rosbridge.server.outbox import BULK_BYTES
 
 _MOST_DOWNLOADS: Final = 4
 """Large files that go out at one time; each waits in memory until it has been taken."""
@@ -24,10 +24,10 @@ _MOST_STRANGERS: Final = 8
 """Clients at one time that have not said who they are; they must not keep out those who have."""
 
 
-class Door:
+class Handshake:
     """Judges each request before there is a WebSocket, and answers those for pages."""
 
-    def __init__(self, protocol: Protocol, origins: Origins, pages: Pages) -> None:
+    def __init__(self, protocol: Protocol, origins: Origins, pages: HttpPages) -> None:
         self._protocol = protocol
         self._origins = origins
         self._pages = pages
@@ -50,7 +50,7 @@ class Door:
         if len(clients) >= self._protocol.limits.clients:
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many clients\n")
         strangers = sum(client.access is None for client in clients)
-        assert isinstance(socket, Opening)
+        assert isinstance(socket, HttpConnection)
         if socket.access is None and strangers >= _MOST_STRANGERS:
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many without a token\n")
         return None
@@ -60,7 +60,7 @@ class Door:
         gate = self._protocol.gate
         if gate is None:
             return None
-        assert isinstance(socket, Opening)
+        assert isinstance(socket, HttpConnection)
         given = request.headers.get_all("Authorization")
         token = token_in(request.path, given[0] if given else None)
         access: Access | None = gate.anonymous if token is None else gate.token(token)
@@ -83,8 +83,8 @@ class Door:
             if request.path.partition("?")[0] == "/":
                 return None  # the library says that a WebSocket is expected here
             return socket.respond(HTTPStatus.NOT_FOUND, "there is no such page\n")
-        assert isinstance(socket, Opening)
-        if len(page.body) > BULK:
+        assert isinstance(socket, HttpConnection)
+        if len(page.body) > BULK_BYTES:
             self._takers = {taker for taker in self._takers if taker.state is not State.CLOSED}
             if len(self._takers) >= _MOST_DOWNLOADS:
                 return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many downloads\n")

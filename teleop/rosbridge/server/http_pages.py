@@ -35,7 +35,7 @@ class _File:
     tag: str
 
 
-class Pages:
+class HttpPages:
     """Pages by their paths."""
 
     def __init__(self, clients: Callable[[], int]) -> None:

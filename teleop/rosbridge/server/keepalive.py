@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Pulse:
+class Keepalive:
     """How a dead client is found out."""
 
     ping_interval: float | None = 5.0
@@ -22,6 +22,6 @@ class Pulse:
     """Time a client has to say who it is, where it is asked [s]."""
 
     @classmethod
-    def none(cls) -> Pulse:
+    def none(cls) -> Keepalive:
         """Return a pulse that waits for ever, for lockstep, where a client may think for long."""
         return cls(None, None, None)

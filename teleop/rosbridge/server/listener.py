@@ -13,16 +13,16 @@ from websockets.asyncio.server import Server as WebSocketServer, ServerConnectio
 from websockets.http11 import Request, Response
 
 from teleop.rosbridge.errors import ServerError
-from teleop.rosbridge.server.http_upgrade import DOWNLOAD_TIMEOUT, HEADER_TIMEOUT, Opening
-from teleop.rosbridge.server.keepalive import Pulse
-from teleop.rosbridge.server.server_connection import PATIENCE
+from teleop.rosbridge.server.http_connection import DOWNLOAD_TIMEOUT, HEADER_TIMEOUT, HttpConnection
+from teleop.rosbridge.server.keepalive import Keepalive
+from teleop.rosbridge.server.socket_writer import PATIENCE
 
 # websockets tells of each port scan with a traceback; what concerns us is raised.
 _WIRE: Final = logging.getLogger(f"{__name__}.wire")
 _WIRE.setLevel(logging.CRITICAL)
 
 
-class Endpoint:
+class Listener:
     """A host and a port, with TLS or without."""
 
     def __init__(self, host: str, port: int, tls: ssl.SSLContext | None) -> None:
@@ -36,7 +36,7 @@ class Endpoint:
         self,
         attend: Callable[[ServerConnection], Awaitable[None]],
         screen: Callable[[ServerConnection, Request], Response | None],
-        pulse: Pulse,
+        pulse: Keepalive,
         largest: int,
     ) -> None:
         """Listen.
@@ -59,9 +59,9 @@ class Endpoint:
                 max_size=largest,
                 ping_interval=pulse.ping_interval,
                 ping_timeout=pulse.ping_timeout,
-                open_timeout=DOWNLOAD_TIMEOUT,  # for the request, Opening has its own
+                open_timeout=DOWNLOAD_TIMEOUT,  # for the request, HttpConnection has its own
                 close_timeout=2,
-                create_connection=Opening,
+                create_connection=HttpConnection,
                 process_request=screen,
                 logger=_WIRE,
                 ssl=self._tls,
@@ -70,8 +70,8 @@ class Endpoint:
         except OSError as error:
             raise ServerError(_cannot_listen(self.host, self._port, error)) from error
 
-    async def close(self, cut: Callable[[], None]) -> None:
-        """Stop listening and say goodbye to all; ``cut`` is called if somebody does not hear it."""
+    async def close(self, split_message: Callable[[], None]) -> None:
+        """Stop listening and say goodbye to all; ``split_message`` is called if somebody does not hear it."""
         if self._server is None:
             return
         self._server.close(reason="the server ends")
@@ -79,7 +79,7 @@ class Endpoint:
             async with asyncio.timeout(PATIENCE):
                 await self._server.wait_closed()
         except TimeoutError:  # somebody does not even read that we go
-            cut()
+            split_message()
             await self._server.wait_closed()
         self._server = None
 

@@ -10,14 +10,14 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
-from teleop.rosbridge.protocol.outgoing_messages import Kind, Outgoing
+from teleop.rosbridge.framing.outgoing_frames import FrameKind, OutgoingFrame
 
-BULK: Final = 65_536
+BULK_BYTES: Final = 65_536
 """Size of a frame [bytes] from which on only the latest of its topic waits."""
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
+class QueueLimits:
     """Most bytes that wait for one client."""
 
     data: int = 4_000_000
@@ -33,11 +33,11 @@ class Bounds:
 class Outbox:
     """Frames for one client, in the order in which they should leave."""
 
-    def __init__(self, bounds: Bounds | None = None) -> None:
-        self._bounds = bounds or Bounds()
-        self._control: deque[Outgoing] = deque()
+    def __init__(self, bounds: QueueLimits | None = None) -> None:
+        self._bounds = bounds or QueueLimits()
+        self._control: deque[OutgoingFrame] = deque()
         self._control_bytes = 0
-        self._data: dict[int, Outgoing] = {}  # by number, which is by age
+        self._data: dict[int, OutgoingFrame] = {}  # by number, which is by age
         self._data_bytes = 0
         self._topics: dict[str | None, deque[int]] = {}
         self._number = 0
@@ -52,9 +52,9 @@ class Outbox:
         """Bytes that wait."""
         return self._control_bytes + self._data_bytes
 
-    def push(self, frame: Outgoing) -> str | None:
+    def push(self, frame: OutgoingFrame) -> str | None:
         """Add a frame; return why the client must be disconnected, if it must."""
-        if frame.kind is Kind.DATA and not frame.lossless:
+        if frame.kind is FrameKind.DATA and not frame.lossless:
             self._push_data(frame)
             return None
         # In lockstep messages stand in the same row as answers, and so none overtakes another.
@@ -65,7 +65,7 @@ class Outbox:
             return f"more than {bound} bytes wait to be read"
         return None
 
-    def pop(self) -> Outgoing | None:
+    def pop(self) -> OutgoingFrame | None:
         """Take the frame that leaves next, if any."""
         if self._control:
             frame = self._control.popleft()
@@ -87,9 +87,9 @@ class Outbox:
         self._topics.clear()
         self._data_bytes = 0
 
-    def _push_data(self, frame: Outgoing) -> None:
+    def _push_data(self, frame: OutgoingFrame) -> None:
         waiting = self._topics.setdefault(frame.topic, deque())
-        depth = 1 if len(frame.payload) >= BULK else frame.depth
+        depth = 1 if len(frame.payload) >= BULK_BYTES else frame.depth
         while depth and len(waiting) >= depth:
             self._drop(waiting[0])
         self._number += 1
@@ -105,7 +105,7 @@ class Outbox:
         self._take(number)
         self.dropped += 1
 
-    def _take(self, number: int) -> Outgoing:
+    def _take(self, number: int) -> OutgoingFrame:
         frame = self._data.pop(number)
         self._data_bytes -= len(frame.payload)
         waiting = self._topics[frame.topic]

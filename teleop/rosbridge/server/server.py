@@ -13,21 +13,21 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from teleop.rosbridge.auth.origins import Origins
-from teleop.rosbridge.graph.async_handlers import AsyncHandler, Coroutines
+from teleop.rosbridge.framing.outgoing_frames import Output
 from teleop.rosbridge.graph.goals import GoalHandler
 from teleop.rosbridge.graph.services import Handler
-from teleop.rosbridge.graph.topic_routing import Listener
+from teleop.rosbridge.graph.subscription import TopicHandler
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.protocol.connections import POLICY
-from teleop.rosbridge.protocol.outgoing_messages import Output
+from teleop.rosbridge.protocol.connections import POLICY_VIOLATION
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.server.handshake import Door
-from teleop.rosbridge.server.http_pages import Pages
-from teleop.rosbridge.server.http_upgrade import Opening
-from teleop.rosbridge.server.keepalive import Pulse
-from teleop.rosbridge.server.listener import Endpoint
-from teleop.rosbridge.server.outbox import Bounds
-from teleop.rosbridge.server.server_connection import Link, Traffic
+from teleop.rosbridge.server.async_handlers import AsyncHandler, AsyncHandlers
+from teleop.rosbridge.server.handshake import Handshake
+from teleop.rosbridge.server.http_connection import HttpConnection
+from teleop.rosbridge.server.http_pages import HttpPages
+from teleop.rosbridge.server.keepalive import Keepalive
+from teleop.rosbridge.server.listener import Listener
+from teleop.rosbridge.server.outbox import QueueLimits
+from teleop.rosbridge.server.socket_writer import SocketWriter, Traffic
 
 
 class Server:
@@ -41,8 +41,8 @@ class Server:
         *,
         clock: Callable[[], int] | None = None,
         lockstep: bool = False,
-        bounds: Bounds | None = None,
-        pulse: Pulse | None = None,
+        bounds: QueueLimits | None = None,
+        pulse: Keepalive | None = None,
         origins: Collection[str] = (),
         tls: ssl.SSLContext | None = None,
     ) -> None:
@@ -68,13 +68,13 @@ class Server:
         """Whether time is simulated."""
 
         self._clock = clock
-        self._bounds = bounds or Bounds()
-        self._pulse = pulse or (Pulse.none() if lockstep else Pulse())
-        self._endpoint = Endpoint(host, port, tls)
-        self._links: dict[int, Link] = {}
-        self._pages = Pages(lambda: len(self._links))
-        self._door = Door(protocol, Origins.of(host, origins), self._pages)
-        self._coroutines = Coroutines()
+        self._bounds = bounds or QueueLimits()
+        self._pulse = pulse or (Keepalive.none() if lockstep else Keepalive())
+        self._endpoint = Listener(host, port, tls)
+        self._links: dict[int, SocketWriter] = {}
+        self._pages = HttpPages(lambda: len(self._links))
+        self._door = Handshake(protocol, Origins.of(host, origins), self._pages)
+        self._coroutines = AsyncHandlers()
         self._came: list[Callable[[int, str], None]] = []
         self._left: list[Callable[[int, str], None]] = []
         self._timer: asyncio.TimerHandle | None = None
@@ -149,7 +149,7 @@ class Server:
         """Return whether anybody subscribes to a topic."""
         return self.protocol.wanted(topic)
 
-    def listen(self, topic: str, type: str, listener: Listener) -> None:
+    def listen(self, topic: str, type: str, listener: TopicHandler) -> None:
         """Hear what clients publish; see ``Protocol.listen``."""
         self.protocol.listen(topic, type, listener)
 
@@ -204,8 +204,8 @@ class Server:
     # One client
 
     async def _attend(self, socket: ServerConnection) -> None:
-        link = Link(socket, self._bounds)
-        access = socket.access if isinstance(socket, Opening) else None
+        link = SocketWriter(socket, self._bounds)
+        access = socket.access if isinstance(socket, HttpConnection) else None
         client = self.protocol.connect(self.now, link.address, access)
         name = self.protocol.clients[client]
         self._links[client] = link
@@ -235,7 +235,7 @@ class Server:
         """Disconnect a client that has not said who it is."""
         if client in self._links and self.protocol.access(client) is None:
             what = f"no auth within {self._pulse.auth_timeout:g} s"
-            self.protocol.close(client, POLICY, what)
+            self.protocol.close(client, POLICY_VIOLATION, what)
 
     def _push(self, client: int, output: Output) -> None:
         if link := self._links.get(client):

@@ -22,7 +22,7 @@ from teleop.interfaces import registry
 from teleop.joystick import Wish
 from teleop.robot.robot import Drive, Message, Robot, Snapshot
 from teleop.robot.topics import OUTPUTS
-from teleop.rosbridge.messages.codec import Codec
+from teleop.rosbridge.messages.json_cbor_codec import Codec
 
 REGISTRY = registry()
 CODEC = Codec(REGISTRY)

@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 
 from teleop.robot.audit_log import Audit
 from teleop.robot.audit_rate_limit import RATIONS, Rations
-from teleop.rosbridge import Limits, Protocol, Server
+from teleop.rosbridge import ClientLimits, Protocol, Server
 from tests.teleop.rosbridge.support import REGISTRY, SECOND
 
 KINDS = (*RATIONS, "drive")
@@ -19,7 +19,7 @@ KINDS = (*RATIONS, "drive")
 class Rig:
     """An audit of clients without sockets."""
 
-    def __init__(self, limits: Limits | None = None) -> None:
+    def __init__(self, limits: ClientLimits | None = None) -> None:
         self.lines: list[dict[str, Any]] = []
         self.now = 0
         self.protocol = Protocol(REGISTRY, limits=limits)
@@ -37,7 +37,7 @@ class Rig:
 
 
 def test_who_tries_again_and_again_is_told_of_by_the_second_and_counted() -> None:
-    rig = Rig(Limits.unhurried())
+    rig = Rig(ClientLimits.unhurried())
     flood, other = rig.protocol.connect(0, "10.0.0.6:1"), rig.protocol.connect(0, "10.0.0.7:1")
     attempt = json.dumps({"op": "publish", "topic": "/odom", "msg": {}})
     for second in range(60):
@@ -70,7 +70,7 @@ def test_who_comes_and_goes_all_the_time_fills_no_disk_either() -> None:
 
 
 def test_too_much_is_told_once_and_when_it_ends_the_connection() -> None:
-    rig = Rig(Limits(messages=10, burst=1))
+    rig = Rig(ClientLimits(messages=10, burst=1))
     client = rig.protocol.connect(0, "10.0.0.6:1")
     for _ in range(100):
         rig.protocol.receive(client, '{"op":"set_level","level":"error"}', 0)
@@ -84,7 +84,7 @@ def test_too_much_is_told_once_and_when_it_ends_the_connection() -> None:
 
 
 def test_a_record_of_what_was_refused_is_short_whatever_was_sent() -> None:
-    rig = Rig(Limits.unhurried())
+    rig = Rig(ClientLimits.unhurried())
     client = rig.protocol.connect(0, "10.0.0.6:1")
     for key in ("op", "topic", "service", "action", "type", "msg", "id"):
         base = {"op": "publish", "topic": "/odom", "msg": {}}

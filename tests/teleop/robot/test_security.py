@@ -295,9 +295,11 @@ def test_who_listens_to_others_is_warned_of_what_they_can_do(
     tmp_path: Path,
 ) -> None:
     from teleop.interfaces import registry
-    from teleop.rosbridge import Gate, Protocol, read_keyring
+    from teleop.rosbridge import Authenticator, Protocol, read_credentials
 
-    gate = Gate(read_keyring(tokens(tmp_path), ROLES), lambda: 0.0) if guarded else None
+    gate = (
+        Authenticator(read_credentials(tokens(tmp_path), ROLES), lambda: 0.0) if guarded else None
+    )
     tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER) if encrypted else None
     server = Server(Protocol(registry(), gate=gate), host, tls=tls)
     said = greeting(server, office, office_cloud, cloud_path("office"))

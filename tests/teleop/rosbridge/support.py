@@ -8,16 +8,16 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from teleop.rosbridge.messages.codec import read_cbor
+from teleop.rosbridge.framing.outgoing_frames import CloseFrame, OutgoingFrame
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.json_cbor_codec import read_cbor
 from teleop.rosbridge.messages.message_completion import BLOBS, DTYPES, complete
 from teleop.rosbridge.messages.message_types import Field, MessageType
-from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.outgoing_messages import Close, Outgoing
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 
 ROOT = Path(__file__).resolve().parents[3]
-REGISTRY = Registry([ROOT / "assets" / "farsteer_msgs"])
+REGISTRY = TypeRegistry([ROOT / "assets" / "farsteer_msgs"])
 
 SECOND = 1_000_000_000
 MILLISECOND = 1_000_000
@@ -26,7 +26,9 @@ MILLISECOND = 1_000_000
 class Wire:
     """A protocol at whose clients one looks from outside."""
 
-    def __init__(self, clients: int = 1, limits: Limits | None = None, **options: Any) -> None:
+    def __init__(
+        self, clients: int = 1, limits: ClientLimits | None = None, **options: Any
+    ) -> None:
         self.protocol = Protocol(REGISTRY, limits=limits, **options)
         self.now = SECOND
         self.clients = [self.protocol.connect(self.now) for _ in range(clients)]
@@ -62,9 +64,9 @@ class Wire:
         return self.heard(client)
 
 
-def decoded(output: Outgoing | Close) -> Any:
+def decoded(output: OutgoingFrame | CloseFrame) -> Any:
     """Return an output as its reader sees it."""
-    if isinstance(output, Close):
+    if isinstance(output, CloseFrame):
         return output
     return read_cbor(output.payload) if output.binary else json.loads(output.text)
 

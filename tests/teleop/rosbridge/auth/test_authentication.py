@@ -22,9 +22,18 @@ from cryptography.x509.oid import NameOID
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from teleop.rosbridge import Client, Gate, Protocol, Pulse, Role, Server, serve_rosapi, tls_context
+from teleop.rosbridge import (
+    Authenticator,
+    Client,
+    Keepalive,
+    Protocol,
+    Role,
+    Server,
+    serve_rosapi,
+    tls_context,
+)
 from teleop.rosbridge.errors import ClientError, ServerError, ServiceCallError
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.auth.test_permissions import TOKENS, keyring
 from tests.teleop.rosbridge.server.test_server import in_a_loop, until
 from tests.teleop.rosbridge.support import REGISTRY
@@ -35,10 +44,10 @@ GUESS = "what-somebody-guessed"
 
 @asynccontextmanager
 async def guarded(
-    anonymous: Role | None = None, limits: Limits | None = None, **options: Any
+    anonymous: Role | None = None, limits: ClientLimits | None = None, **options: Any
 ) -> AsyncIterator[Server]:
-    gate = Gate(keyring(anonymous), lambda: 1e9)
-    protocol = Protocol(REGISTRY, limits=limits or Limits.unhurried(), gate=gate)
+    gate = Authenticator(keyring(anonymous), lambda: 1e9)
+    protocol = Protocol(REGISTRY, limits=limits or ClientLimits.unhurried(), gate=gate)
     serve_rosapi(protocol)
     async with Server(protocol, port=0, **options) as server:
         server.offer("/map.ply", b"a map")
@@ -100,7 +109,7 @@ async def test_a_wrong_token_in_an_operation_ends_the_connection_with_1008() -> 
 @in_a_loop
 async def test_who_does_not_say_who_it_is_is_disconnected_and_who_does_stays() -> None:
     async with (
-        guarded(pulse=Pulse(auth_timeout=0.2)) as server,
+        guarded(pulse=Keepalive(auth_timeout=0.2)) as server,
         connect(server.url, proxy=None) as silent,
         connect(server.url, proxy=None) as known,
     ):
@@ -113,7 +122,7 @@ async def test_who_does_not_say_who_it_is_is_disconnected_and_who_does_stays() -
 
 @in_a_loop
 async def test_strangers_cannot_keep_out_those_who_have_a_token() -> None:
-    async with guarded(limits=Limits(clients=10)) as server:
+    async with guarded(limits=ClientLimits(clients=10)) as server:
         strangers = [await connect(server.url, proxy=None) for _ in range(8)]
         with pytest.raises(InvalidStatus) as refused:
             await connect(server.url, proxy=None)

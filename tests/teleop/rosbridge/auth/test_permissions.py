@@ -4,11 +4,11 @@ from typing import Any
 
 import pytest
 
-from teleop.rosbridge.auth.authenticator import Gate
-from teleop.rosbridge.auth.credentials import Key, Keyring
-from teleop.rosbridge.auth.permissions import DEFAULT_RULES, UNGUARDED, Access, Act, Role, Rules
+from teleop.rosbridge.auth.authenticator import Authenticator
+from teleop.rosbridge.auth.credentials import Credential, Credentials
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, UNGUARDED, Access, Act, Role, RoleRules
 from teleop.rosbridge.compat.rosapi import serve_rosapi
-from teleop.rosbridge.protocol.outgoing_messages import Close
+from teleop.rosbridge.framing.outgoing_frames import CloseFrame
 from teleop.rosbridge.protocol.protocol import Protocol
 from tests.teleop.rosbridge.auth.test_credentials import digest
 from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire, error
@@ -17,17 +17,17 @@ TOKENS = {role: f"token of the {role} role" for role in Role}
 TEXT = "std_msgs/String"
 
 
-def keyring(anonymous: Role | None = None) -> Keyring:
+def keyring(anonymous: Role | None = None) -> Credentials:
     access = {role: Access(f"{role}er", role, DEFAULT_RULES[role]) for role in Role}
-    keys = tuple(Key(access[role], digest(token)) for role, token in TOKENS.items())
-    return Keyring(keys, None if anonymous is None else access[anonymous])
+    keys = tuple(Credential(access[role], digest(token)) for role, token in TOKENS.items())
+    return Credentials(keys, None if anonymous is None else access[anonymous])
 
 
 class Guarded(Wire):
     """A protocol that asks who its clients are; of the last three each has a role."""
 
     def __init__(self, strangers: int = 1) -> None:
-        super().__init__(strangers, gate=Gate(keyring(), lambda: 1e9))
+        super().__init__(strangers, gate=Authenticator(keyring(), lambda: 1e9))
         serve_rosapi(self.protocol)
         self.protocol.serve("/lamp/on", "std_srvs/Trigger", lambda *_: {"success": True})
         for role in Role:
@@ -67,12 +67,12 @@ def test_each_role_may_do_what_those_before_it_may() -> None:
 
 
 def test_a_pattern_with_a_bang_takes_names_out_wherever_it_stands() -> None:
-    rules = Rules(publish=("!/lamp/secret*", "/lamp/*"))
+    rules = RoleRules(publish=("!/lamp/secret*", "/lamp/*"))
     assert rules.allow("publish", "/lamp/on")
     assert not rules.allow("publish", "/lamp/secret_one")
     assert not rules.allow("subscribe", "/lamp/on")
     with pytest.raises(ValueError, match="publish: 'lamp' fits no name"):
-        Rules(publish=("lamp",))
+        RoleRules(publish=("lamp",))
 
 
 def test_where_nobody_asks_everybody_may_do_everything() -> None:
@@ -105,7 +105,7 @@ def test_before_auth_nothing_is_done(operation: dict[str, Any]) -> None:
 def test_a_stranger_sends_small_frames_only() -> None:
     wire = Guarded()
     wire.raw("[" * 4097)
-    assert wire.heard() == [Close(1009, "a frame has at most 4096 bytes")]
+    assert wire.heard() == [CloseFrame(1009, "a frame has at most 4096 bytes")]
 
 
 def test_a_token_lets_in_and_nothing_is_said_unless_asked_for() -> None:
@@ -125,7 +125,7 @@ def test_a_wrong_token_ends_the_connection_and_what_stands_behind_it_is_not_hear
     wire.protocol.on_auth(lambda client, access, now: judged.append((client, access)))
     call = '{"op":"call_service","service":"/rosapi/topics"}'
     wire.raw('{"op":"auth","token":"a guess"}' + call)
-    assert wire.heard() == [Close(1008, "auth: not accepted")]
+    assert wire.heard() == [CloseFrame(1008, "auth: not accepted")]
     assert judged == [(wire.clients[0], None)]
 
 
@@ -176,7 +176,7 @@ def test_a_goal_that_may_not_be_sent_has_a_result() -> None:
 
 
 def test_who_brings_nothing_gets_the_anonymous_role_and_may_rise() -> None:
-    protocol = Protocol(REGISTRY, gate=Gate(keyring(Role.VIEW), lambda: 1e9))
+    protocol = Protocol(REGISTRY, gate=Authenticator(keyring(Role.VIEW), lambda: 1e9))
     client = protocol.connect(SECOND)
     before = protocol.access(client)
     assert before is not None

@@ -9,19 +9,19 @@ from pathlib import Path
 import pytest
 
 from teleop.rosbridge import (
+    Authenticator,
     Client,
-    Gate,
-    Keyring,
+    Credentials,
     Protocol,
-    Registry,
     Role,
     Server,
     TokenFile,
     TokenWatch,
+    TypeRegistry,
     serve_rosapi,
 )
 from teleop.rosbridge.errors import ClientError
-from teleop.rosbridge.protocol.outgoing_messages import Close
+from teleop.rosbridge.framing.outgoing_frames import CloseFrame
 from tests.teleop.rosbridge.auth.test_authenticator import NOW, signed
 from tests.teleop.rosbridge.server.test_server import in_a_loop, until
 from tests.teleop.rosbridge.support import Wire
@@ -90,7 +90,7 @@ def test_a_file_that_cannot_be_used_changes_nothing_and_is_complained_of_once(
 
 def guarded(path: Path) -> tuple[Wire, list[int]]:
     """A protocol with a client by each token of a file, one by a secret, and one without anything."""
-    gate = Gate(TokenFile(path).keyring, lambda: 1e9)
+    gate = Authenticator(TokenFile(path).keyring, lambda: 1e9)
     wire = Wire(0, gate=gate)
     for token in (ONE, TWO):
         wire.clients.append(wire.protocol.connect(wire.now, access=gate.token(token)))
@@ -118,13 +118,13 @@ def test_who_would_not_get_what_it_has_is_disconnected_and_the_others_stay(
     write(path, content)
     assert wire.protocol.renew(TokenFile(path).keyring) == [clients[i] for i in gone]
     for place in range(2):
-        ends = [Close(1008, "what it was let in by has changed")] if place in gone else []
+        ends = [CloseFrame(1008, "what it was let in by has changed")] if place in gone else []
         assert wire.heard(place) == ends
 
 
 def test_who_brought_nothing_stays_as_long_as_that_is_enough(path: Path) -> None:
     write(path, 'anonymous = "view"\n')
-    gate = Gate(TokenFile(path).keyring, lambda: 1e9)
+    gate = Authenticator(TokenFile(path).keyring, lambda: 1e9)
     wire = Wire(gate=gate)
     write(path, 'anonymous = "view"\n' + BOTH)
     assert wire.protocol.renew(TokenFile(path).keyring) == []
@@ -140,7 +140,7 @@ def test_a_secret_is_withdrawn_like_a_token(path: Path) -> None:
         return f'[tokens.lab]\nrole = "admin"\nsecret = "{value}"\n'
 
     write(path, secret(ONE))
-    gate = Gate(TokenFile(path).keyring, lambda: NOW)
+    gate = Authenticator(TokenFile(path).keyring, lambda: NOW)
     wire = Wire(2, gate=gate)
     for place, level in enumerate(("admin", "view")):
         wire.send(signed(ONE, level=level), place)
@@ -152,13 +152,13 @@ def test_a_secret_is_withdrawn_like_a_token(path: Path) -> None:
 
 def test_without_a_gate_there_is_nothing_to_renew() -> None:
     with pytest.raises(ValueError, match="without a gate"):
-        Wire().protocol.renew(Keyring())
+        Wire().protocol.renew(Credentials())
 
 
 @in_a_loop
 async def test_a_connection_ends_when_its_token_is_taken_out_of_the_file(path: Path) -> None:
     file = TokenFile(path)
-    protocol = Protocol(Registry(), gate=Gate(file.keyring, lambda: 1e9))
+    protocol = Protocol(TypeRegistry(), gate=Authenticator(file.keyring, lambda: 1e9))
     serve_rosapi(protocol)
     loop = asyncio.get_running_loop()
     watch = TokenWatch(
@@ -181,7 +181,7 @@ async def test_a_connection_ends_when_its_token_is_taken_out_of_the_file(path: P
 
 
 def test_a_watch_that_is_told_to_hurry_looks_at_once(path: Path) -> None:
-    rings: list[Keyring] = []
+    rings: list[Credentials] = []
     watch = TokenWatch(TokenFile(path), rings.append, interval=3600)
     write(path, text(("two", TWO)))
     watch.hurry()

@@ -11,7 +11,7 @@ import pytest
 from websockets.asyncio.server import ServerConnection, serve
 
 from teleop.rosbridge.client.client import Client
-from teleop.rosbridge.client.client_connection import ConnectionState
+from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import ClientError, MessageError, ServiceCallError, ServiceError
 from teleop.rosbridge.messages.message_types import Message

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from teleop.rosbridge import Client, Pulse, announce_traffic
+from teleop.rosbridge import Client, Keepalive, publish_client_traffic
 from tests.teleop.rosbridge.server.test_server import (
     IMAGE,
     client,
@@ -30,8 +30,8 @@ def by_name(message: Any) -> dict[str, tuple[int, str, dict[str, str]]]:
 
 @in_a_loop
 async def test_it_is_told_who_keeps_up_and_who_reads_too_slowly() -> None:
-    async with serving(pulse=Pulse(0.05, 5.0, 30.0)) as server:
-        announce_traffic(server)
+    async with serving(pulse=Keepalive(0.05, 5.0, 30.0)) as server:
+        publish_client_traffic(server)
         told: list[Any] = []
         async with Client(server.url) as watcher, client(server) as slow:
             await watcher.subscribe(
@@ -62,5 +62,5 @@ async def test_it_is_told_who_keeps_up_and_who_reads_too_slowly() -> None:
 async def test_in_lockstep_nothing_is_told_of_the_wire() -> None:
     async with serving(lockstep=True, clock=lambda: 0) as server:
         before = {topic.name for topic in server.protocol.topics}
-        announce_traffic(server)
+        publish_client_traffic(server)
         assert {topic.name for topic in server.protocol.topics} == before

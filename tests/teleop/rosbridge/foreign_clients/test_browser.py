@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from teleop.rosbridge import Limits, Protocol, Server
+from teleop.rosbridge import ClientLimits, Protocol, Server
 from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.messages.message_types import Message
 from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
@@ -98,7 +98,7 @@ def visit(site: tuple[int, SimpleQueue[Any]], host: str, folder: Path) -> tuple[
     wishes: list[Message] = []
 
     async def run() -> Any:
-        protocol = Protocol(REGISTRY, limits=Limits())
+        protocol = Protocol(REGISTRY, limits=ClientLimits())
         serve_standard(protocol)
         async with Server(protocol, port=0) as server:
             server.advertise("/cloud", "sensor_msgs/PointCloud2", latch=True)

@@ -8,8 +8,8 @@ import pytest
 
 from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.graph.goals import Goal
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.protocol.rate_limits import Limits
 from tests.teleop.rosbridge.support import Wire, error
 
 ASKER, PROVIDER, OTHER = 0, 1, 2
@@ -167,7 +167,7 @@ def test_an_action_has_one_provider(wire: Wire) -> None:
 
 
 def test_actions_and_goals_are_counted() -> None:
-    wire = Wire(clients=2, limits=Limits(services=1, calls=1))
+    wire = Wire(clients=2, limits=ClientLimits(services=1, calls=1))
     wire.send(provide(), PROVIDER)
     (status,) = wire.ask(provide(action="/more"), PROVIDER)
     assert "at most 1 actions" in status["msg"]

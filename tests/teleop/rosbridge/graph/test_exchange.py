@@ -10,7 +10,7 @@ from typing import Any
 from hypothesis import settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.protocol.test_bad_input import frames
 from tests.teleop.rosbridge.support import Wire
 
@@ -25,7 +25,7 @@ names = st.sampled_from(NAMES)
 class Exchange(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
-        self.wire = Wire(clients=CLIENTS, limits=Limits.unhurried())
+        self.wire = Wire(clients=CLIENTS, limits=ClientLimits.unhurried())
         self.asked: list[dict[int, str]] = [{} for _ in range(CLIENTS)]
         """Of each client, what it waits for, by id."""
         self.received: list[list[Any]] = [[] for _ in range(CLIENTS)]

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.protocol.rate_limits import Limits
 from tests.teleop.rosbridge.support import Wire, error
 
 ASKER, PROVIDER, OTHER = 0, 1, 2
@@ -244,11 +244,11 @@ def test_an_answer_in_time_leaves_no_timer(wire: Wire) -> None:
     assert wire.protocol.due is None
 
 
-# Bounds
+# QueueLimits
 
 
 def test_services_and_calls_are_counted() -> None:
-    wire = Wire(clients=2, limits=Limits(services=2, calls=2))
+    wire = Wire(clients=2, limits=ClientLimits(services=2, calls=2))
     for name in "abc":
         wire.send(provide(service=name), PROVIDER)
     assert [h["msg"] for h in wire.heard(PROVIDER)] == [

@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from teleop.rosbridge.compat.rosapi import serve_rosapi
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.support import Wire, error, messages
 
 CALL = '{"op":"call_service","service":"/nope","id":1}'
@@ -263,7 +263,7 @@ class Crowd(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.wire = Wire(clients=3, limits=Limits.unhurried())
+        self.wire = Wire(clients=3, limits=ClientLimits.unhurried())
         self.subscribed: set[tuple[int, str]] = set()
         self.advertised: set[tuple[int, str]] = set()
         self.count = 0

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from teleop.rosbridge.errors import MessageError, OperationError, ServiceError
-from teleop.rosbridge.graph.services import Later
+from teleop.rosbridge.framing.outgoing_frames import CloseFrame, FrameKind
+from teleop.rosbridge.graph.services import DeferredResponse
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.protocol.outgoing_messages import Close, Kind
-from teleop.rosbridge.protocol.rate_limits import Limits
 from tests.teleop.rosbridge.support import SECOND, Wire, error
 
 CHATTER = {"topic": "/chatter", "type": "std_msgs/String"}
@@ -62,7 +62,7 @@ def test_a_message_is_three_keys_of_ascii() -> None:
     wire.send(publish("é"))
     (output,) = wire.outputs()
     assert output.payload == b'{"op":"publish","topic":"/chatter","msg":{"data":"\\u00e9"}}'
-    assert (output.kind, output.binary) == (Kind.DATA, False)
+    assert (output.kind, output.binary) == (FrameKind.DATA, False)
 
 
 def test_a_message_of_some_fields_arrives_with_all() -> None:
@@ -142,7 +142,7 @@ def test_a_topic_that_nobody_has_to_do_with_may_get_another_type_at_once() -> No
 
 
 def test_topics_in_their_time_of_grace_are_bounded() -> None:
-    wire = Wire(limits=Limits.unhurried())
+    wire = Wire(limits=ClientLimits.unhurried())
     for i in range(1000):
         wire.send({"op": "advertise", "topic": f"/t{i}", "type": "std_msgs/String"})
         wire.send({"op": "unadvertise", "topic": f"/t{i}"})
@@ -472,7 +472,7 @@ def test_a_response_that_does_not_fit_is_an_answer_too(response: Any) -> None:
 
 def test_an_answer_may_come_later_behind_what_was_published_before() -> None:
     wire = Wire(clients=2)
-    later = Later()
+    later = DeferredResponse()
     wire.protocol.advertise("/clock", "rosgraph_msgs/Clock")
     wire.protocol.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
     wire.protocol.lossless(wire.clients[0])
@@ -492,7 +492,7 @@ def test_an_answer_may_come_later_behind_what_was_published_before() -> None:
 
 def test_a_later_answer_may_be_no_or_come_at_once() -> None:
     wire = Wire()
-    later = Later()
+    later = DeferredResponse()
     later.refuse("somebody else steps")
     wire.protocol.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
     (answer,) = wire.ask({"op": "call_service", "service": "/sim/step"})
@@ -501,7 +501,7 @@ def test_a_later_answer_may_be_no_or_come_at_once() -> None:
 
 def test_an_answer_to_who_has_left_goes_nowhere() -> None:
     wire = Wire()
-    later = Later()
+    later = DeferredResponse()
     wire.protocol.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
     wire.send({"op": "call_service", "service": "/sim/step"})
     wire.protocol.disconnect(wire.clients[0], wire.now)
@@ -541,11 +541,11 @@ def test_warnings_are_for_who_asks_for_them() -> None:
     assert wire.heard() == [{"op": "status", "level": "warning", "msg": "somebody else drives"}]
 
 
-# Limits
+# ClientLimits
 
 
 def test_who_sends_too_fast_is_told_once_and_then_closed() -> None:
-    wire = Wire(limits=Limits(messages=10, burst=1))
+    wire = Wire(limits=ClientLimits(messages=10, burst=1))
     for _ in range(10):
         wire.send(subscribe())
     assert wire.heard() == []
@@ -553,14 +553,14 @@ def test_who_sends_too_fast_is_told_once_and_then_closed() -> None:
     assert wire.heard() == [error("more than 10 operations a second: not heard")]
     for _ in range(20):
         wire.send(publish("lost"))
-    assert wire.heard() == [Close(1008, "more than 10 operations a second")]
+    assert wire.heard() == [CloseFrame(1008, "more than 10 operations a second")]
     wire.wait(5000)
     wire.send(publish("x"))
     assert wire.heard() == []
 
 
 def test_who_slows_down_is_heard_again() -> None:
-    wire = Wire(limits=Limits(messages=10, burst=1))
+    wire = Wire(limits=ClientLimits(messages=10, burst=1))
     for _ in range(15):
         wire.send(subscribe())
     wire.wait(1000)
@@ -570,20 +570,20 @@ def test_who_slows_down_is_heard_again() -> None:
 
 
 def test_bytes_are_counted_too() -> None:
-    wire = Wire(limits=Limits(bytes=1000, burst=1))
+    wire = Wire(limits=ClientLimits(bytes=1000, burst=1))
     wire.send(subscribe())
     wire.send(publish("x" * 2000))
     assert wire.heard() == [error("more than 1000 bytes a second: not heard")]
 
 
 def test_a_frame_that_is_too_large_closes_the_connection() -> None:
-    wire = Wire(limits=Limits(frame=100))
+    wire = Wire(limits=ClientLimits(frame=100))
     wire.raw(" " * 101)
     assert [output.code for output in wire.outputs()] == [1009]
 
 
 def test_topics_and_ids_are_counted() -> None:
-    wire = Wire(clients=2, limits=Limits(subscriptions=2, advertisements=2))
+    wire = Wire(clients=2, limits=ClientLimits(subscriptions=2, advertisements=2))
     for op in ("subscribe", "advertise"):
         for name in "abc":
             wire.send({"op": op, "topic": name, "type": "std_msgs/String", "id": "1"})
@@ -596,7 +596,7 @@ def test_topics_and_ids_are_counted() -> None:
 
 
 def test_in_lockstep_nobody_is_too_fast() -> None:
-    wire = Wire(limits=Limits.unhurried())
+    wire = Wire(limits=ClientLimits.unhurried())
     for _ in range(5000):
         wire.send({"op": "unsubscribe", "topic": "/x"})
     assert wire.heard() == []

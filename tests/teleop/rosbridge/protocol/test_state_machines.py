@@ -13,7 +13,7 @@ from typing import Any
 from hypothesis import settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.support import SECOND, Wire
 
 CLIENTS = 3
@@ -60,7 +60,7 @@ class Household(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.wire = Wire(clients=CLIENTS, limits=Limits.unhurried())
+        self.wire = Wire(clients=CLIENTS, limits=ClientLimits.unhurried())
         self.services, self.actions = Side(), Side()
         self.numbers = itertools.count()
 

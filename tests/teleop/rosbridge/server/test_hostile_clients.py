@@ -18,8 +18,8 @@ from typing import Any
 
 import pytest
 
-from teleop.rosbridge import Bounds, Limits, Pulse, Server, serve_rosapi, tls_context
-from teleop.rosbridge.server import http_upgrade as opening
+from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits, Server, serve_rosapi, tls_context
+from teleop.rosbridge.server import http_connection as opening
 from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.server.test_server import (
     CHATTER,
@@ -173,7 +173,7 @@ def test_no_number_is_too_large_to_be_answered(operation: str, number: str) -> N
 
 
 def test_ten_thousand_topics_of_one_client_are_refused_beyond_its_own() -> None:
-    wire = Wire(2, limits=Limits.unhurried())
+    wire = Wire(2, limits=ClientLimits.unhurried())
     for number in range(10_000):
         topic = {"topic": f"/t{number}", "type": TEXT}
         wire.send({"op": "advertise", **topic})
@@ -186,7 +186,7 @@ def test_ten_thousand_topics_of_one_client_are_refused_beyond_its_own() -> None:
 
 
 def test_ten_thousand_topics_one_after_the_other_are_forgotten() -> None:
-    wire = Wire(limits=Limits.unhurried())
+    wire = Wire(limits=ClientLimits.unhurried())
     for number in range(10_000):
         wire.send({"op": "subscribe", "topic": f"/t{number}", "type": TEXT})
         wire.send({"op": "unsubscribe", "topic": f"/t{number}"})
@@ -374,7 +374,7 @@ async def reads_nothing(server: Server) -> None:
             server.publish("/cloud", {"data": bytes(500_000)})
             await asyncio.sleep(0.001)
         (victim,) = [c for c in server.protocol.clients if server.waiting(c) > 100_000]
-        assert server.waiting(victim) <= Bounds().data
+        assert server.waiting(victim) <= QueueLimits().data
 
 
 @pytest.mark.parametrize(
@@ -411,7 +411,7 @@ async def test_a_request_that_is_too_long_is_answered_with_its_code(
 
 @in_a_loop
 async def test_a_connection_that_answers_no_ping_in_the_middle_of_a_frame_is_ended() -> None:
-    async with beside_a_stream(pulse=Pulse(0.05, 0.05, 0.05)) as server:
+    async with beside_a_stream(pulse=Keepalive(0.05, 0.05, 0.05)) as server:
         reader, writer = await opened(server)
         writer.write(struct.pack("!BBQ", 0x81, 0xFF, 900_000) + b"x" * 100)
         await reader.read()  # until it is at its end

@@ -10,7 +10,7 @@ import socket
 
 import pytest
 
-from teleop.rosbridge.server import http_upgrade as opening
+from teleop.rosbridge.server import http_connection as opening
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving
 

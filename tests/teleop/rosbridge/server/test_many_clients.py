@@ -14,11 +14,11 @@ import pytest
 from websockets.asyncio.client import connect
 
 from teleop.rosbridge.auth.tls import tls_context
-from teleop.rosbridge.messages.codec import read_cbor
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.json_cbor_codec import read_cbor
 from teleop.rosbridge.messages.message_types import Message, MessageType
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
-from teleop.rosbridge.server.keepalive import Pulse
+from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire
@@ -27,7 +27,7 @@ from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire
 def test_a_message_is_encoded_once_for_all_who_want_it_alike(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    wire = Wire(9, limits=Limits.unhurried())
+    wire = Wire(9, limits=ClientLimits.unhurried())
     codec = wire.protocol.encoders.codec
     done: list[str] = []
     for method in ("json_pieces", "cbor"):
@@ -56,8 +56,10 @@ def test_long_frames_arrive_whole_between_pings(encrypted: bool, tmp_path: Path)
         crt, key = certificate(tmp_path)
         trust = ssl.create_default_context(cafile=str(crt))
         tls = tls_context(crt, key) if encrypted else None
-        pulse = Pulse(ping_interval=0.01)
-        server = Server(Protocol(REGISTRY, limits=Limits.unhurried()), port=0, pulse=pulse, tls=tls)
+        pulse = Keepalive(ping_interval=0.01)
+        server = Server(
+            Protocol(REGISTRY, limits=ClientLimits.unhurried()), port=0, pulse=pulse, tls=tls
+        )
         server.advertise("/cloud", "sensor_msgs/PointCloud2")
         options: dict[str, Any] = {"ssl": trust} if encrypted else {}
         async with (

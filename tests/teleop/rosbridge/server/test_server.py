@@ -17,12 +17,12 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import ServerError, ServiceError
-from teleop.rosbridge.graph.services import Later
+from teleop.rosbridge.graph.services import DeferredResponse
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
-from teleop.rosbridge.server.keepalive import Pulse
-from teleop.rosbridge.server.outbox import Bounds
+from teleop.rosbridge.server.keepalive import Keepalive
+from teleop.rosbridge.server.outbox import QueueLimits
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.support import REGISTRY
 
@@ -45,8 +45,8 @@ def in_a_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., N
 
 
 @asynccontextmanager
-async def serving(limits: Limits | None = None, **options: Any) -> AsyncIterator[Server]:
-    protocol = Protocol(REGISTRY, limits=limits or Limits.unhurried())
+async def serving(limits: ClientLimits | None = None, **options: Any) -> AsyncIterator[Server]:
+    protocol = Protocol(REGISTRY, limits=limits or ClientLimits.unhurried())
     server = Server(protocol, port=0, **options)
     serve_rosapi(protocol)
     server.advertise("/chatter", "std_msgs/String")
@@ -132,7 +132,11 @@ async def test_nothing_is_deflated_even_if_the_client_offers_it() -> None:
 
 @in_a_loop
 async def test_a_frame_that_is_too_large_is_answered_with_1009() -> None:
-    async with serving(Limits(frame=1000)) as server, client(server) as a, client(server) as b:
+    async with (
+        serving(ClientLimits(frame=1000)) as server,
+        client(server) as a,
+        client(server) as b,
+    ):
         await a.send("x" * 1001)
         with pytest.raises(ConnectionClosed):
             await a.recv()
@@ -142,7 +146,7 @@ async def test_a_frame_that_is_too_large_is_answered_with_1009() -> None:
 
 @in_a_loop
 async def test_who_floods_is_told_and_closed_with_1008_and_the_others_go_on() -> None:
-    limits = Limits(messages=50, burst=1)
+    limits = ClientLimits(messages=50, burst=1)
     async with serving(limits) as server, client(server) as a, client(server) as b:
         for _ in range(200):
             await a.send(json.dumps(CHATTER))
@@ -201,11 +205,11 @@ async def test_an_answer_overtakes_messages_that_wait() -> None:
 async def test_in_lockstep_the_answer_comes_behind_all_messages_of_its_ticks() -> None:
     time = 0
     async with serving(lockstep=True, clock=lambda: time) as server, client(server) as a:
-        steps: list[tuple[int, int, Later]] = []
+        steps: list[tuple[int, int, DeferredResponse]] = []
 
-        def step(client: int, request: Message, now: int) -> Later:
+        def step(client: int, request: Message, now: int) -> DeferredResponse:
             server.protocol.lossless(client)
-            later = Later()
+            later = DeferredResponse()
             steps.append((client, request["ticks"], later))
             return later
 
@@ -281,7 +285,7 @@ async def test_the_host_hears_who_comes_and_who_goes() -> None:
 @in_a_loop
 async def test_who_answers_no_ping_is_disconnected() -> None:
     left: list[int] = []
-    pulse = Pulse(ping_interval=0.05, ping_timeout=0.1)
+    pulse = Keepalive(ping_interval=0.05, ping_timeout=0.1)
     async with serving(pulse=pulse) as server, client(server) as a:
         server.on_disconnect(lambda client, name: left.append(client))
         await say(a)
@@ -292,7 +296,7 @@ async def test_who_answers_no_ping_is_disconnected() -> None:
 @in_a_loop
 async def test_who_takes_nothing_off_its_socket_is_cut_off() -> None:
     left: list[int] = []
-    pulse = Pulse(ping_interval=None, ping_timeout=None, write_timeout=0.2)
+    pulse = Keepalive(ping_interval=None, ping_timeout=None, write_timeout=0.2)
     async with serving(pulse=pulse) as server, client(server) as a:
         server.on_disconnect(lambda client, name: left.append(client))
         await say(a, {**IMAGE, "compression": "cbor"})
@@ -304,9 +308,9 @@ async def test_who_takes_nothing_off_its_socket_is_cut_off() -> None:
 
 @in_a_loop
 async def test_who_lets_answers_pile_up_is_disconnected() -> None:
-    pulse = Pulse(ping_interval=None, ping_timeout=None, write_timeout=0.2)
+    pulse = Keepalive(ping_interval=None, ping_timeout=None, write_timeout=0.2)
     left: list[int] = []
-    bounds = Bounds(control=10_000)
+    bounds = QueueLimits(control=10_000)
     async with serving(bounds=bounds, pulse=pulse) as server, client(server) as a:
         server.on_disconnect(lambda client, name: left.append(client))
         await say(a)
@@ -373,7 +377,7 @@ async def test_pages_from_elsewhere_are_refused() -> None:
 
 @in_a_loop
 async def test_more_clients_than_there_may_be_are_refused() -> None:
-    async with serving(Limits(clients=1)) as server, client(server) as a:
+    async with serving(ClientLimits(clients=1)) as server, client(server) as a:
         await say(a)
         with pytest.raises(InvalidStatus, match="503"):
             await connect(server.url, proxy=None)
@@ -382,7 +386,7 @@ async def test_more_clients_than_there_may_be_are_refused() -> None:
 
 @in_a_loop
 async def test_many_clients_come_and_go_at_once() -> None:
-    async with serving(Limits(clients=100)) as server:
+    async with serving(ClientLimits(clients=100)) as server:
 
         async def visit(number: int) -> None:
             async with client(server) as connection:

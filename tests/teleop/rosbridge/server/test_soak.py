@@ -12,8 +12,8 @@ import pytest
 
 from benchmarks._crowd import come_and_go, crowded_server, open_files, publish
 from teleop.rosbridge.compat.standard_services import serve_standard
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from tests.teleop.rosbridge.server.test_server import in_a_loop
 from tests.teleop.rosbridge.support import REGISTRY, SECOND
 
@@ -48,7 +48,7 @@ def life(i: int) -> list[dict[str, Any]]:
 
 
 def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
-    protocol = Protocol(REGISTRY, limits=Limits())
+    protocol = Protocol(REGISTRY, limits=ClientLimits())
     serve_standard(protocol)
     now = 0
 

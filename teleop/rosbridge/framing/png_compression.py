@@ -1,4 +1,4 @@
-"""JSON text as a picture, which rosbridge calls the compression ``png``.
+"""JSON text as a encode_png, which rosbridge calls the compression ``png``.
 
 Browsers once could inflate nothing else. It serves text, such as markers; scans and clouds, which
 hardly shrink, are better asked for in CBOR.
@@ -18,12 +18,12 @@ _LEVEL: Final = 1
 """Of zlib: the higher ones cost several times as much and gain a tenth."""
 
 
-def packed(text: bytes) -> bytes:
+def png_operation(text: bytes) -> bytes:
     """Return the ``png`` operation that holds another operation's JSON text."""
-    return b'{"op":"png","data":"' + b64encode(picture(text)) + b'"}'
+    return b'{"op":"png","data":"' + b64encode(encode_png(text)) + b'"}'
 
 
-def picture(text: bytes) -> bytes:
+def encode_png(text: bytes) -> bytes:
     """Return a PNG whose red, green and blue, row by row, are a text and line feeds behind it."""
     width = max(math.isqrt(len(text) // 3), 1)
     height = max(-(-len(text) // (3 * width)), 1)

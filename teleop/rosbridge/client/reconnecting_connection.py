@@ -11,7 +11,7 @@ from typing import Final
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
-from teleop.rosbridge.client.connector import Dialler
+from teleop.rosbridge.client.connector import Connector
 from teleop.rosbridge.errors import ClientError
 
 _PATIENCE: Final = 3.0
@@ -26,12 +26,12 @@ class ConnectionState(Enum):
     CLOSED = "closed"
 
 
-class Line:
+class ReconnectingConnection:
     """Frames to a server and from it, for as long as the client wants."""
 
     def __init__(
         self,
-        dialler: Dialler,
+        dialler: Connector,
         *,
         reconnect: bool,
         resume: Callable[[ClientConnection], Awaitable[None]],

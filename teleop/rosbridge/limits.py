@@ -9,7 +9,7 @@ _SECOND = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class ClientLimits:
     """Bounds on each connection; what exceeds them is answered with a ``status``."""
 
     messages: float = 200.0
@@ -51,12 +51,12 @@ class Limits:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
     @classmethod
-    def unhurried(cls) -> Limits:
+    def unhurried(cls) -> ClientLimits:
         """Return limits without rates, for clients that are trusted to flood, as in lockstep."""
         return cls(messages=math.inf, bytes=math.inf)
 
 
-class Allowance:
+class TokenBucket:
     """A token bucket: what a client may still send now."""
 
     def __init__(self, rate: float, burst: float, now: int) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-Alarm: TypeAlias = Callable[[int], object]
+TimerCallback: TypeAlias = Callable[[int], object]
 """Takes the time it is [ns]."""
 
 
@@ -20,7 +20,7 @@ class Timer:
     """In [ns]."""
 
     number: int
-    alarm: Alarm | None = field(compare=False)
+    alarm: TimerCallback | None = field(compare=False)
     owner: Timers = field(compare=False, repr=False)
 
     def cancel(self) -> None:
@@ -42,7 +42,7 @@ class Timers:
     def __len__(self) -> int:
         return len(self._heap)
 
-    def at(self, when: int, alarm: Alarm) -> Timer:
+    def at(self, when: int, alarm: TimerCallback) -> Timer:
         """Have ``alarm(now)`` called by the first ``tick`` at or after ``when`` [ns]."""
         timer = Timer(when, next(self._numbers), alarm, self)
         heapq.heappush(self._heap, timer)

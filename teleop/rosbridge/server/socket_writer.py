@@ -12,9 +12,9 @@ from typing import Final
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from teleop.rosbridge.protocol.outgoing_messages import Close, Outgoing, Output
-from teleop.rosbridge.server.http_upgrade import Opening
-from teleop.rosbridge.server.outbox import BULK, Bounds, Outbox
+from teleop.rosbridge.framing.outgoing_frames import CloseFrame, OutgoingFrame, Output
+from teleop.rosbridge.server.http_connection import HttpConnection
+from teleop.rosbridge.server.outbox import BULK_BYTES, Outbox, QueueLimits
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -22,7 +22,7 @@ _OVERFLOW: Final = 1013
 """Code of the close frame for a client that reads too slowly ("try again later")."""
 
 PATIENCE: Final = 3.0
-"""Time to say goodbye in [s]; who does not is cut off."""
+"""Time to say goodbye in [s]; who does not is split_message off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,16 +39,16 @@ class Traffic:
     """Of the last ping [s]; 0 before the first."""
 
 
-class Link:
+class SocketWriter:
     """A client's socket, and what waits to go there."""
 
-    def __init__(self, socket: ServerConnection, bounds: Bounds) -> None:
+    def __init__(self, socket: ServerConnection, bounds: QueueLimits) -> None:
         self.socket = socket
         self._outbox = Outbox(bounds)
         self._wake = asyncio.Event()
         self._idle = asyncio.Event()
         self._idle.set()
-        self._close: Close | None = None
+        self._close: CloseFrame | None = None
         _tune(socket)
 
     @property
@@ -71,12 +71,12 @@ class Link:
         """Have something sent; the client is disconnected if too much waits for it."""
         if self._close is not None:
             return
-        if isinstance(output, Close):
+        if isinstance(output, CloseFrame):
             self._outbox.forget_data()
             self._close = output
         elif reason := self._outbox.push(output):
             self._outbox.clear()
-            self._close = Close(_OVERFLOW, reason)
+            self._close = CloseFrame(_OVERFLOW, reason)
         self._idle.clear()
         self._wake.set()
 
@@ -95,12 +95,12 @@ class Link:
         last has left.
 
         Args:
-            timeout: How long the client may take for a frame [s] before it is cut off.
+            timeout: How long the client may take for a frame [s] before it is split_message off.
         """
         while True:
             # What a tick gives rise to leaves in few packets, and the head of a long frame with its
             # body: each packet costs both sides a wake-up.
-            corked = len(self._outbox) > 1 or self._outbox.size >= BULK
+            corked = len(self._outbox) > 1 or self._outbox.size >= BULK_BYTES
             if corked:
                 _cork(self.socket, True)
             while (frame := self._outbox.pop()) is not None:
@@ -108,7 +108,7 @@ class Link:
                     async with asyncio.timeout(timeout):
                         await self._send(frame)
                 except TimeoutError:
-                    _LOG.info("%s takes nothing off its socket: cut off", self.address)
+                    _LOG.info("%s takes nothing off its socket: split_message off", self.address)
                     self.socket.transport.abort()
                     return
                 except ConnectionClosed:
@@ -122,14 +122,14 @@ class Link:
             self._wake.clear()
             await self._wake.wait()
 
-    async def _send(self, frame: Outgoing) -> None:
+    async def _send(self, frame: OutgoingFrame) -> None:
         for piece in frame.frames:
-            if len(piece) >= BULK and isinstance(self.socket, Opening):
+            if len(piece) >= BULK_BYTES and isinstance(self.socket, HttpConnection):
                 await self.socket.send_long(piece, text=not frame.binary)
             else:
                 await self.socket.send(piece, text=not frame.binary)
 
-    async def _hang_up(self, close: Close) -> None:
+    async def _hang_up(self, close: CloseFrame) -> None:
         try:
             async with asyncio.timeout(PATIENCE):
                 await self.socket.close(close.code, close.reason)

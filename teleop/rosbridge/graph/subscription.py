@@ -7,23 +7,23 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal, TypeAlias
 
-from teleop.rosbridge.compat.png_compression import packed
-from teleop.rosbridge.messages.cdr import Flavour
-from teleop.rosbridge.messages.codec import bulk, write_cbor
-from teleop.rosbridge.messages.message_encoders import Encoders
+from teleop.rosbridge.framing.outgoing_frames import FrameKind, OutgoingFrame
+from teleop.rosbridge.framing.png_compression import png_operation
+from teleop.rosbridge.messages.json_cbor_codec import view_if_large, write_cbor
+from teleop.rosbridge.messages.message_encoders import MessageEncoders
 from teleop.rosbridge.messages.message_types import Message, MessageType
-from teleop.rosbridge.protocol.outgoing_messages import Kind, Outgoing
+from teleop.rosbridge.messages.ros_serialization import RosVersion
 
 Encoding: TypeAlias = Literal["none", "png", "cbor", "cbor-raw"]
-"""How a subscriber gets its messages: JSON, JSON in a picture, CBOR, or ROS's own bytes in CBOR."""
+"""How a subscriber gets its messages: JSON, JSON in a encode_png, CBOR, or ROS's own bytes in CBOR."""
 
 ENCODINGS: Final[tuple[Encoding, ...]] = ("none", "png", "cbor", "cbor-raw")
 """By rank: of several that a client asks for, the last counts."""
 
-Listener: TypeAlias = Callable[[int, Message, int], None]
+TopicHandler: TypeAlias = Callable[[int, Message, int], None]
 """Takes a client's id, its message and the time it came [ns]."""
 
-Tap: TypeAlias = Callable[[Message, int], None]
+Monitor: TypeAlias = Callable[[Message, int], None]
 """Takes a message, whoever published it, and the time [ns]."""
 
 _MILLISECOND: Final = 1_000_000
@@ -33,32 +33,34 @@ _SECOND: Final = 1_000_000_000
 class Publication:
     """A published message, encoded when the first subscriber needs it and once for all of them."""
 
-    def __init__(self, kind: MessageType, message: Message, encoders: Encoders, now: int) -> None:
+    def __init__(
+        self, kind: MessageType, message: Message, encoders: MessageEncoders, now: int
+    ) -> None:
         self.message = message
         self._kind = kind
         self._encoders = encoders
         self._now = now
         self._json: list[bytes] | None = None
         self._cbor: Message | None = None
-        self._raw: dict[Flavour, bytes] = {}
-        self._frames: dict[tuple[str, Encoding, Flavour], bytes] = {}
+        self._raw: dict[RosVersion, bytes] = {}
+        self._frames: dict[tuple[str, Encoding, RosVersion], bytes] = {}
 
-    def frame(self, topic: str, encoding: Encoding, flavour: Flavour) -> bytes:
+    def frame(self, topic: str, encoding: Encoding, flavour: RosVersion) -> bytes:
         """Return the frame's payload, under the topic's name as its subscriber writes it."""
         key = topic, encoding, flavour
         if key not in self._frames:
             self._frames[key] = self._encode(topic, encoding, flavour)
         return self._frames[key]
 
-    def _encode(self, topic: str, encoding: Encoding, flavour: Flavour) -> bytes:
+    def _encode(self, topic: str, encoding: Encoding, flavour: RosVersion) -> bytes:
         codec = self._encoders.codec
         if encoding == "png":
-            return packed(self.frame(topic, "none", flavour))
+            return png_operation(self.frame(topic, "none", flavour))
         if encoding == "cbor-raw":
             if flavour not in self._raw:
                 self._raw[flavour] = self._encoders.raw(flavour).bytes(self._kind, self.message)
             secs, nsecs = divmod(self._now, _SECOND)
-            content = {"secs": secs, "nsecs": nsecs, "bytes": bulk(self._raw[flavour])}
+            content = {"secs": secs, "nsecs": nsecs, "bytes": view_if_large(self._raw[flavour])}
             return write_cbor({"op": "publish", "topic": topic, "msg": content})
         if encoding == "cbor":
             if self._cbor is None:
@@ -71,7 +73,7 @@ class Publication:
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class SubscribeOptions:
     """One ``subscribe``, of which a client may have several on a topic."""
 
     throttle: int = 0
@@ -85,7 +87,7 @@ class Request:
     fragment: int = 0
     """Largest piece of a message [bytes]; 0 for whole ones."""
 
-    flavour: Flavour = "ros2"
+    flavour: RosVersion = "ros2"
     """Whose bytes ``cbor-raw`` brings."""
 
 
@@ -96,17 +98,17 @@ class Subscription:
     topic: str
     """The name as the client wrote it; it comes back byte for byte."""
 
-    requests: dict[object, Request] = field(default_factory=dict)
+    requests: dict[object, SubscribeOptions] = field(default_factory=dict)
     """By the ids of the ``subscribe`` operations."""
 
-    _merged: Request = field(default_factory=Request)
+    _merged: SubscribeOptions = field(default_factory=SubscribeOptions)
     _sent: int | None = None
     _waiting: Publication | None = None
 
     def merge(self) -> None:
         """Take the requests together: the fastest, the shortest queue and pieces, the densest coding."""
         requests = self.requests.values()
-        self._merged = Request(
+        self._merged = SubscribeOptions(
             min(r.throttle for r in requests) * _MILLISECOND,
             min(r.depth for r in requests),
             max((r.encoding for r in requests), key=ENCODINGS.index),
@@ -121,7 +123,7 @@ class Subscription:
             return None
         return self._sent + self._merged.throttle
 
-    def offer(self, publication: Publication, now: int) -> Outgoing | None:
+    def offer(self, publication: Publication, now: int) -> OutgoingFrame | None:
         """Return the frame to send now, or keep the message for when its time has come.
 
         The last message of a burst is thus always seen, if late: whoever throttles a stick's
@@ -132,20 +134,20 @@ class Subscription:
             return None
         return self._send(publication, now)
 
-    def tick(self, now: int) -> Outgoing | None:
+    def tick(self, now: int) -> OutgoingFrame | None:
         """Return the frame that was held back, if its time has come."""
         if self._waiting is None or self.due is None or now < self.due:
             return None
         return self._send(self._waiting, now)
 
-    def _send(self, publication: Publication, now: int) -> Outgoing:
+    def _send(self, publication: Publication, now: int) -> OutgoingFrame:
         merged = self._merged
         payload = publication.frame(self.topic, merged.encoding, merged.flavour)
         self._sent = now
         self._waiting = None
         binary = merged.encoding in ("cbor", "cbor-raw")
-        return Outgoing(
-            Kind.DATA,
+        return OutgoingFrame(
+            FrameKind.DATA,
             payload,
             binary,
             topic=self.topic,
@@ -166,10 +168,10 @@ class Topic:
     latch: bool = False
     """Whether the host's last message is kept for who comes later."""
 
-    listener: Listener | None = None
+    listener: TopicHandler | None = None
     """The host's, if it subscribes."""
 
-    taps: list[Tap] = field(default_factory=list)
+    taps: list[Monitor] = field(default_factory=list)
     """The host's, too: they hear all, also what the host itself publishes."""
 
     subscriptions: dict[int, Subscription] = field(default_factory=dict)

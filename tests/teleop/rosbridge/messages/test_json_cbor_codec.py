@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from teleop.rosbridge.errors import FrameError, MessageError
-from teleop.rosbridge.messages.codec import Codec, read_cbor, write_cbor
+from teleop.rosbridge.messages.json_cbor_codec import Codec, read_cbor, write_cbor
 from teleop.rosbridge.messages.message_completion import complete
 from tests.teleop.rosbridge.support import REGISTRY, messages, whole
 

@@ -9,7 +9,7 @@ from collections.abc import Awaitable, Callable
 from typing import Final, TypeAlias
 
 from teleop.rosbridge.errors import ServiceError
-from teleop.rosbridge.graph.services import Handler, Later
+from teleop.rosbridge.graph.services import DeferredResponse, Handler
 from teleop.rosbridge.messages.message_types import Message
 
 _LOG: Final = logging.getLogger(__name__)
@@ -18,7 +18,7 @@ AsyncHandler: TypeAlias = Callable[[int, Message, int], Awaitable[Message]]
 """A service's handler that may await; ServiceError from it is the caller's answer too."""
 
 
-class Coroutines:
+class AsyncHandlers:
     """Handlers that are on their way."""
 
     def __init__(self) -> None:
@@ -27,11 +27,11 @@ class Coroutines:
     def handler(self, handler: Handler | AsyncHandler) -> Handler:
         """Return a handler as the protocol takes it, which does not await."""
 
-        def handle(client: int, request: Message, now: int) -> Message | Later:
+        def handle(client: int, request: Message, now: int) -> Message | DeferredResponse:
             answer = handler(client, request, now)
             if not inspect.isawaitable(answer):
                 return answer
-            later = Later()
+            later = DeferredResponse()
             task = asyncio.ensure_future(_settle(later, answer))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
@@ -45,7 +45,7 @@ class Coroutines:
             task.cancel()
 
 
-async def _settle(later: Later, answer: Awaitable[Message]) -> None:
+async def _settle(later: DeferredResponse, answer: Awaitable[Message]) -> None:
     try:
         later.answer(await answer)
     except ServiceError as error:

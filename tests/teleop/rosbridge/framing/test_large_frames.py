@@ -13,8 +13,8 @@ from hypothesis import given, settings, strategies as st
 
 from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import FrameError
-from teleop.rosbridge.messages.schema_validation import LARGE, Place, Shapes
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.framing.large_frames import LARGE_FRAME, LargeFrameReader, PayloadField
+from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.support import REGISTRY, Wire, error, messages
 
 KINDS = sorted(REGISTRY)
@@ -29,17 +29,18 @@ TYPES = {
 }
 
 
-def shapes(kind: str) -> Shapes:
+def shapes(kind: str) -> LargeFrameReader:
     """Return a reader that takes large messages of a type for topic ``/t``."""
     known = REGISTRY[kind]
-    return Shapes(
-        REGISTRY, {"publish": Place("topic", "msg", lambda name: known if name == "/t" else None)}
+    return LargeFrameReader(
+        REGISTRY,
+        {"publish": PayloadField("topic", "msg", lambda name: known if name == "/t" else None)},
     )
 
 
 def wire() -> Wire:
     """Return a wire whose client has advertised topics, and may send much."""
-    wire = Wire(2, limits=Limits(messages=1e9, bytes=1e12, frame=5_000_000))
+    wire = Wire(2, limits=ClientLimits(messages=1e9, bytes=1e12, frame=5_000_000))
     serve_rosapi(wire.protocol)
     for topic, kind in TYPES.items():
         wire.send({"op": "advertise", "topic": topic, "type": kind})
@@ -100,7 +101,7 @@ def test_what_fits_a_type_fits_its_shape(kind: str, data: st.DataObject) -> None
 )
 def test_garbage_is_refused_before_it_is_built(garbage: str | bytes, text: str) -> None:
     there = wire()
-    there.raw(garbage[: LARGE + 10])  # builds what is kept for later
+    there.raw(garbage[: LARGE_FRAME + 10])  # builds what is kept for later
     there.heard()
     tracemalloc.start()
     there.raw(garbage)
@@ -130,7 +131,7 @@ def test_large_messages_of_all_kinds_arrive() -> None:
             json.dumps({**operation, "latch": False}),
             json.dumps(dict(reversed(operation.items()))).encode(),  # ROS# has op last
         ):
-            assert len(frame) > LARGE
+            assert len(frame) > LARGE_FRAME
             there.raw(frame)
             (heard,) = there.heard(1)
             assert heard["topic"] == topic
@@ -167,7 +168,7 @@ def test_large_answers_of_clients_arrive_and_so_do_their_errors() -> None:
 def test_a_frame_cannot_be_judged_by_one_topic_and_read_by_another() -> None:
     there = wire()
     twice = '{"op":"publish","topic":"/text","msg":{"data":"%s"},"topic":"/joy"}'
-    there.raw(twice % ("x" * LARGE))
+    there.raw(twice % ("x" * LARGE_FRAME))
     assert there.heard() == [error("publish: it says twice what it is about")]
 
 
@@ -184,7 +185,7 @@ def test_a_fragment_may_be_large_and_what_it_joins_to_is_judged_too() -> None:
 
 
 def test_a_frame_holds_at_most_sixteen_operations() -> None:
-    there = Wire(limits=Limits.unhurried())
+    there = Wire(limits=ClientLimits.unhurried())
     there.raw('{"op":"status"}' * 16)
     assert there.heard() == []
     there.raw('{"op":"status"}' * 17)
@@ -193,7 +194,7 @@ def test_a_frame_holds_at_most_sixteen_operations() -> None:
 
 def test_half_a_character_and_a_second_operation_are_refused_in_a_large_frame_too() -> None:
     reader = shapes("std_msgs/String")
-    fill = "x" * LARGE
+    fill = "x" * LARGE_FRAME
     frame = '{"op":"publish","topic":"/t","msg":{"data":"' + fill
     assert reader.read(frame + '"}}')["msg"] == {"data": fill}
     for end in ('\\ud800"}}', '"}}{"op":"publish"}'):

@@ -4,7 +4,7 @@ from functools import partial
 
 from hypothesis import given, strategies as st
 
-from teleop.rosbridge.protocol.timers import Timers
+from teleop.rosbridge.timers import Timers
 
 
 def _note(rung: list[tuple[int, int]], number: int, now: int) -> None:

@@ -15,6 +15,7 @@ from typing import Any, Final, Literal, TypeAlias
 import msgspec
 
 from teleop.rosbridge.errors import FrameError
+from teleop.rosbridge.framing.json_frames import gc_paused
 from teleop.rosbridge.messages.message_completion import BLOBS, FREE
 from teleop.rosbridge.messages.message_types import (
     DURATION,
@@ -24,10 +25,9 @@ from teleop.rosbridge.messages.message_types import (
     Message,
     MessageType,
 )
-from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.frames import uncollected
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
-LARGE: Final = 16_384
+LARGE_FRAME: Final = 16_384
 """Length of a frame from which on it is judged before it is read; below, reading takes less time."""
 
 _ENDS: Final = 1024
@@ -60,7 +60,7 @@ _REST: Final = (
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class PayloadField:
     """Where in an operation there may be much."""
 
     name: str
@@ -76,10 +76,10 @@ class Place:
     """Whether there may be a text in its place: that of an error."""
 
 
-class Shapes:
+class LargeFrameReader:
     """Reads large frames."""
 
-    def __init__(self, registry: Registry, places: Mapping[str, Place]) -> None:
+    def __init__(self, registry: TypeRegistry, places: Mapping[str, PayloadField]) -> None:
         """Take the operations that may be large; a ``fragment`` always may."""
         self._registry = registry
         self._places = places
@@ -100,7 +100,7 @@ class Shapes:
         if op is None:
             allowed = ", ".join(sorted((*self._places, "fragment")))
             raise FrameError(
-                f"a frame of {LARGE} bytes or more says within its first or last {_ENDS} that its "
+                f"a frame of {LARGE_FRAME} bytes or more says within its first or last {_ENDS} that its "
                 f"op is one of {allowed}"
             )
         name = None
@@ -118,7 +118,7 @@ class Shapes:
             # What is read twice must have said the same twice.
             if name is not None and getattr(said, self._places[op].name) != name:
                 raise FrameError(f"{op}: it says twice what it is about")
-            with uncollected(len(frame)):
+            with gc_paused(len(frame)):
                 return dict(msgspec.json.decode(frame))
         except RecursionError:
             raise FrameError("the JSON is nested too deeply") from None
@@ -197,7 +197,7 @@ def _words(frame: str | bytes) -> list[tuple[str, str]]:
     return words
 
 
-def _about(words: list[tuple[str, str]], place: Place, op: str) -> tuple[str, MessageType]:
+def _about(words: list[tuple[str, str]], place: PayloadField, op: str) -> tuple[str, MessageType]:
     names = [text for key, text in words if key == place.name]
     for name in names:
         if (kind := place.kind(name)) is not None:

@@ -30,9 +30,9 @@ from teleop.rosbridge.messages.message_types import (
     MessageType,
     short_name,
 )
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
-Stamps: TypeAlias = Literal["both", "ros1", "ros2"]
+StampFields: TypeAlias = Literal["both", "ros1", "ros2"]
 """How the parts of a stamp are called: ``secs, nsecs`` in ROS 1, ``sec, nanosec`` in ROS 2."""
 
 TAGS: Final = {
@@ -61,7 +61,7 @@ _DEEPEST: Final = 100
 class Codec:
     """Writes messages of a registry's types."""
 
-    def __init__(self, registry: Registry, *, stamps: Stamps = "both") -> None:
+    def __init__(self, registry: TypeRegistry, *, stamps: StampFields = "both") -> None:
         self._registry = registry
         self._stamp_names = {
             "both": (("sec", "nanosec"), ("secs", "nsecs")),
@@ -261,10 +261,10 @@ def _blob(value: Any) -> bytes | memoryview:
         if value.dtype != np.uint8:
             raise TypeError(f"bytes are uint8, got an array of {value.dtype}")
         return _bytes(value)
-    return bulk(value if isinstance(value, bytes) else bytes(value))
+    return view_if_large(value if isinstance(value, bytes) else bytes(value))
 
 
-def bulk(data: bytes) -> bytes | memoryview:
+def view_if_large(data: bytes) -> bytes | memoryview:
     """Return bytes as ``write_cbor`` copies them least."""
     return data if len(data) < _LONG else memoryview(data)
 

@@ -82,7 +82,7 @@ def seconds(operation: Operation, key: str) -> float | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Quality:
+class QoS:
     """What of a ``qos`` makes a difference here: everything arrives, and in order, anyway."""
 
     depth: int | None = None
@@ -95,16 +95,16 @@ class Quality:
     """Whether a subscriber wants nothing of what was before."""
 
 
-def quality(operation: Operation) -> Quality:
+def quality(operation: Operation) -> QoS:
     """Return what the ``qos`` of an operation asks for, in the terms of ROS 2."""
     qos = operation.get("qos")
     if qos is None:
-        return Quality()
+        return QoS()
     if not isinstance(qos, dict):
         raise OperationError("a qos is an object")
     depth = None if qos.get("depth") is None else count(qos, "depth")
     durability = qos.get("durability")
-    return Quality(
+    return QoS(
         0 if qos.get("history") == "keep_all" else depth,
         durability == "transient_local",
         durability == "volatile",

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from teleop.rosbridge.messages.message_completion import default_value
 from teleop.rosbridge.messages.message_types import Field, Message, MessageType, short_name
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 
-def typedefs(registry: Registry, root: MessageType) -> list[Message]:
+def typedefs(registry: TypeRegistry, root: MessageType) -> list[Message]:
     """Return a ``rosapi_msgs/TypeDef`` of a type and of each it is made of, itself first."""
     found: dict[str, MessageType] = {}
     _collect(registry, root, found)
     return [_typedef(registry, kind) for kind in found.values()]
 
 
-def _typedef(registry: Registry, kind: MessageType) -> Message:
+def _typedef(registry: TypeRegistry, kind: MessageType) -> Message:
     return {
         "type": short_name(kind.name),
         "fieldnames": [field.name for field in kind.fields],
@@ -27,7 +27,7 @@ def _typedef(registry: Registry, kind: MessageType) -> Message:
     }
 
 
-def _example(registry: Registry, kind: MessageType, field: Field) -> str:
+def _example(registry: TypeRegistry, kind: MessageType, field: Field) -> str:
     if field.repeated:
         return "[]"
     if field.nested:
@@ -35,7 +35,7 @@ def _example(registry: Registry, kind: MessageType, field: Field) -> str:
     return str(default_value(registry, kind, field))
 
 
-def _collect(registry: Registry, kind: MessageType, found: dict[str, MessageType]) -> None:
+def _collect(registry: TypeRegistry, kind: MessageType, found: dict[str, MessageType]) -> None:
     if kind.name not in found:
         found[kind.name] = kind
         for field in kind.fields:

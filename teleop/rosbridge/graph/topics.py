@@ -6,21 +6,21 @@ from collections.abc import Callable
 from typing import Final
 
 from teleop.rosbridge.errors import OperationError
-from teleop.rosbridge.graph.topic_routing import (
-    Listener,
+from teleop.rosbridge.framing.outgoing_frames import Sink
+from teleop.rosbridge.graph.subscription import (
+    Monitor,
     Publication,
-    Request,
+    SubscribeOptions,
     Subscription,
-    Tap,
     Topic,
+    TopicHandler,
 )
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_completion import complete
-from teleop.rosbridge.messages.message_encoders import Encoders
+from teleop.rosbridge.messages.message_encoders import MessageEncoders
 from teleop.rosbridge.messages.message_types import Message, MessageType, short_name
-from teleop.rosbridge.messages.topic_names import HOST, canonical
-from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.outgoing_messages import Sink
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.messages.type_registry import TypeRegistry
+from teleop.rosbridge.topic_names import HOST, canonical
 
 GRACE_NS: Final = 1_000_000_000
 """For which a topic that nobody has to do with is still known [ns].
@@ -33,10 +33,12 @@ _MOST_IDLE: Final = 256
 """Topics in their time of grace; of more, those that have been idle longest are forgotten."""
 
 
-class Broker:
+class Topics:
     """All topics; what a client may not do raises OperationError, which is its ``status``."""
 
-    def __init__(self, registry: Registry, encoders: Encoders, limits: Limits, send: Sink) -> None:
+    def __init__(
+        self, registry: TypeRegistry, encoders: MessageEncoders, limits: ClientLimits, send: Sink
+    ) -> None:
         self.registry = registry
         self._encoders = encoders
         self._limits = limits
@@ -70,25 +72,25 @@ class Broker:
             topic.latched.pop(HOST, None)
             self._mark(topic, now)
 
-    def listen(self, name: str, kind: str, listener: Listener) -> None:
+    def listen(self, name: str, kind: str, listener: TopicHandler) -> None:
         """Have the host hear what clients publish."""
         topic = self._establish(name, kind)
         topic.listener = listener
         self._mark(topic, 0)
 
-    def tap(self, name: str, kind: str, tap: Tap, now: int) -> None:
+    def monitor(self, name: str, kind: str, monitor: Monitor, now: int) -> None:
         """Have the host hear what anybody publishes, and at once what is latched."""
         topic = self._establish(name, kind)
-        topic.taps.append(tap)
+        topic.taps.append(monitor)
         self._mark(topic, now)
         for publication in list(topic.latched.values()):
-            tap(self._whole(topic, publication), now)
+            monitor(self._whole(topic, publication), now)
 
-    def untap(self, name: str, tap: Tap, now: int) -> None:
+    def unmonitor(self, name: str, monitor: Monitor, now: int) -> None:
         """Hear no more."""
         topic = self.find(name)
-        if topic is not None and tap in topic.taps:
-            topic.taps.remove(tap)
+        if topic is not None and monitor in topic.taps:
+            topic.taps.remove(monitor)
             self._mark(topic, now)
 
     def publish(self, name: str, message: Message | Callable[[], Message], now: int) -> None:
@@ -159,7 +161,7 @@ class Broker:
         name: str,
         kind: str | None,
         key: object,
-        request: Request,
+        request: SubscribeOptions,
         now: int,
         *,
         past: bool = True,
@@ -246,8 +248,8 @@ class Broker:
                 self._send(client, outgoing)
         if topic.taps:
             message = self._whole(topic, publication)
-            for tap in list(topic.taps):
-                tap(message, now)
+            for monitor in list(topic.taps):
+                monitor(message, now)
 
     def _whole(self, topic: Topic, publication: Publication) -> Message:
         """Return a message with all fields; the host's may have only some."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
-from teleop.rosbridge.protocol.fragments import cut
+from teleop.rosbridge.framing.fragments import split_message
 
 
-class Kind(Enum):
+class FrameKind(Enum):
     """How a frame may be treated while it waits."""
 
     CONTROL = "control"
@@ -21,10 +21,10 @@ class Kind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Outgoing:
+class OutgoingFrame:
     """A frame for one client; its payload is shared with the others that get the same."""
 
-    kind: Kind
+    kind: FrameKind
     payload: bytes
     binary: bool = False
     """Whether it goes into a binary frame (CBOR) rather than a text frame (JSON)."""
@@ -49,14 +49,14 @@ class Outgoing:
 
     @property
     def frames(self) -> Iterable[bytes]:
-        """What is sent: the payload, or its fragments, cut as they are asked for."""
+        """What is sent: the payload, or its fragments, split_message as they are asked for."""
         if self.fragment_id:
-            return cut(self.payload, self.fragment, self.fragment_id)
+            return split_message(self.payload, self.fragment, self.fragment_id)
         return (self.payload,)
 
 
 @dataclass(frozen=True, slots=True)
-class Close:
+class CloseFrame:
     """The client is to be disconnected."""
 
     code: int
@@ -65,7 +65,7 @@ class Close:
     reason: str
 
 
-Output: TypeAlias = Outgoing | Close
+Output: TypeAlias = OutgoingFrame | CloseFrame
 
 Sink: TypeAlias = Callable[[int, Output], None]
 """Takes what goes to a client, by its id."""

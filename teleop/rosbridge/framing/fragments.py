@@ -1,4 +1,4 @@
-"""Messages in pieces: those that come are joined by number, those that leave are cut when sent."""
+"""Messages in pieces: those that come are joined by number, those that leave are split_message when sent."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class _Partial:
     pieces: dict[int, str] = field(default_factory=dict)
 
 
-class Assembly:
+class Reassembly:
     """One client's messages that have begun to arrive."""
 
     def __init__(self, largest: int) -> None:
@@ -89,7 +89,7 @@ class Assembly:
         self._size -= sum(map(len, partial.pieces.values()))
 
 
-def cut(payload: bytes, size: int, identity: str) -> Iterator[bytes]:
+def split_message(payload: bytes, size: int, identity: str) -> Iterator[bytes]:
     """Yield a message's ``fragment`` operations, each with at most ``size`` bytes of it.
 
     A size that would make more than 1024 of them is not kept.

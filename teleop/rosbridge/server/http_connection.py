@@ -16,7 +16,7 @@ from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.server.http_pages import Page
 
 HEADER_TIMEOUT: Final = 5.0
-"""Time for a request's header [s]; who is slower is cut off."""
+"""Time for a request's header [s]; who is slower is split_message off."""
 
 DOWNLOAD_TIMEOUT: Final = 120.0
 """Time to take a page [s]: 10 MB at a megabit a second take 80 s."""
@@ -26,8 +26,8 @@ _FINAL: Final = 0x80
 """Bit of a WebSocket's frame that is the last of its message (RFC 6455, section 5.2)."""
 
 
-class Opening(ServerConnection):
-    """A connection that is cut off if its request does not come soon.
+class HttpConnection(ServerConnection):
+    """A connection that is split_message off if its request does not come soon.
 
     The library's own time-out counts until a page has been taken, which may take longer than one
     should wait for a request.
@@ -60,7 +60,7 @@ class Opening(ServerConnection):
             "!BBQ", _FINAL | (Opcode.TEXT if text else Opcode.BINARY), 127, len(payload)
         )
         async with self.send_context():
-            # A view, so that what the kernel does not take at once is cut off without a copy.
+            # A view, so that what the kernel does not take at once is split_message off without a copy.
             self.protocol.writes += head, cast("bytes", memoryview(payload))
 
     def page(self, page: Page, more: dict[str, str]) -> Response:

@@ -7,23 +7,13 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, Final
 
-from teleop.rosbridge.auth.authenticator import Gate
+from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.rosbridge.auth.permissions import Access, Act
-from teleop.rosbridge.auth.refusals import Refusal
 from teleop.rosbridge.errors import FrameError, OperationError, RosbridgeError, ServiceError
-from teleop.rosbridge.graph.actions import Actions
-from teleop.rosbridge.graph.broker import Broker
-from teleop.rosbridge.graph.services import Later, Service, Services
-from teleop.rosbridge.graph.topic_routing import ENCODINGS, Request
-from teleop.rosbridge.messages.cdr import Flavour
-from teleop.rosbridge.messages.codec import Codec, write_json
-from teleop.rosbridge.messages.message_types import ActionType, Message, MessageType, ServiceType
-from teleop.rosbridge.messages.schema_validation import LARGE, Place, Shapes
-from teleop.rosbridge.messages.topic_names import canonical
-from teleop.rosbridge.protocol.connections import LEVELS, POLICY, Connection, Connections, Wrapping
-from teleop.rosbridge.protocol.fragments import TIMEOUT_NS
-from teleop.rosbridge.protocol.frames import operations
-from teleop.rosbridge.protocol.operation_fields import (
+from teleop.rosbridge.framing.fragments import TIMEOUT_NS
+from teleop.rosbridge.framing.json_frames import operations
+from teleop.rosbridge.framing.large_frames import LARGE_FRAME, LargeFrameReader, PayloadField
+from teleop.rosbridge.framing.operation_fields import (
     Operation,
     count,
     fragment_size,
@@ -33,24 +23,40 @@ from teleop.rosbridge.protocol.operation_fields import (
     seconds,
     text,
 )
-from teleop.rosbridge.protocol.timers import Timers
+from teleop.rosbridge.graph.actions import Actions
+from teleop.rosbridge.graph.services import DeferredResponse, Service, Services
+from teleop.rosbridge.graph.subscription import ENCODINGS, SubscribeOptions
+from teleop.rosbridge.graph.topics import Topics
+from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
+from teleop.rosbridge.messages.message_types import ActionType, Message, MessageType, ServiceType
+from teleop.rosbridge.messages.ros_serialization import RosVersion
+from teleop.rosbridge.protocol.connections import (
+    LEVELS,
+    POLICY_VIOLATION,
+    Connection,
+    Connections,
+    ReplyFormat,
+)
+from teleop.rosbridge.protocol.refusals import Refusal
+from teleop.rosbridge.timers import Timers
+from teleop.rosbridge.topic_names import canonical
 
 _LOG: Final = logging.getLogger(__name__)
 
 
-class Dispatch:
+class Dispatcher:
     """The operations that clients may send, by name."""
 
     def __init__(
         self,
         connections: Connections,
-        broker: Broker,
+        broker: Topics,
         services: Services,
         actions: Actions,
         timers: Timers,
         codec: Codec,
-        flavour: Flavour,
-        gate: Gate | None,
+        flavour: RosVersion,
+        gate: Authenticator | None,
     ) -> None:
         self._connections = connections
         self._broker = broker
@@ -58,9 +64,9 @@ class Dispatch:
         self._actions = actions
         self._timers = timers
         self._codec = codec
-        self._flavour: Flavour = flavour
+        self._flavour: RosVersion = flavour
         self._gate = gate
-        self._shapes = Shapes(broker.registry, _places(broker, services, actions))
+        self._shapes = LargeFrameReader(broker.registry, _places(broker, services, actions))
         self.judged: Callable[[int, Access | None, int], None] = lambda client, access, now: None
         """Called when a client has said who it is; without an access if that is not good."""
 
@@ -92,7 +98,7 @@ class Dispatch:
         """Do the operations in a frame, or in fragments that have been joined."""
         paid = joined  # by its pieces, for one operation
         try:
-            read = operations(frame) if len(frame) < LARGE else (self._shapes.read(frame),)
+            read = operations(frame) if len(frame) < LARGE_FRAME else (self._shapes.read(frame),)
             for operation in read:
                 if client.closing:
                     return
@@ -149,7 +155,7 @@ class Dispatch:
         _permit(client, "subscribe", topic)
         kind = None if operation.get("type") is None else text(operation, "type")
         wished, compression = quality(operation), operation.get("compression")
-        request = Request(
+        request = SubscribeOptions(
             count(operation, "throttle_rate"),
             count(operation, "queue_length") if wished.depth is None else wished.depth,
             next((known for known in ENCODINGS if known == compression), "none"),
@@ -192,7 +198,7 @@ class Dispatch:
             _LOG.exception("service %s failed", path)
             reply(ServiceError(f"Service {path} failed: internal error"))
         else:
-            if isinstance(answer, Later):
+            if isinstance(answer, DeferredResponse):
                 answer.when_settled(reply)
             else:
                 reply(answer)
@@ -288,7 +294,7 @@ class Dispatch:
         admission = self._gate.operation(operation)
         if admission is None:
             self.judged(client.id, None, now)
-            self._connections.close(client, POLICY, "auth: not accepted")
+            self._connections.close(client, POLICY_VIOLATION, "auth: not accepted")
             return
         client.access = admission.access
         if admission.lasts is not None:
@@ -300,7 +306,7 @@ class Dispatch:
 
     def _dismiss(self, client: Connection, access: Access, now: int) -> None:
         if client.access is access:
-            self._connections.close(client, POLICY, "auth: its time is over")
+            self._connections.close(client, POLICY_VIOLATION, "auth: its time is over")
 
     def _set_level(self, client: Connection, operation: Operation, now: int) -> None:
         level = operation.get("level")
@@ -317,7 +323,7 @@ class Dispatch:
         self._connections.tell(client, "warning", what, operation.get("id"))
 
 
-def _places(broker: Broker, services: Services, actions: Actions) -> dict[str, Place]:
+def _places(broker: Topics, services: Services, actions: Actions) -> dict[str, PayloadField]:
     """Return which operations may be large, and of what type they then are."""
 
     def service(name: str) -> ServiceType | None:
@@ -334,12 +340,16 @@ def _places(broker: Broker, services: Services, actions: Actions) -> dict[str, P
         return lambda name: getattr(find(name), which, None)
 
     return {
-        "publish": Place("topic", "msg", lambda name: getattr(broker.find(name), "kind", None)),
-        "call_service": Place("service", "args", part(service, "request")),
-        "service_response": Place("service", "values", part(service, "response"), or_text=True),
-        "send_action_goal": Place("action", "args", part(action, "goal")),
-        "action_feedback": Place("action", "values", part(action, "feedback")),
-        "action_result": Place("action", "values", part(action, "result"), or_text=True),
+        "publish": PayloadField(
+            "topic", "msg", lambda name: getattr(broker.find(name), "kind", None)
+        ),
+        "call_service": PayloadField("service", "args", part(service, "request")),
+        "service_response": PayloadField(
+            "service", "values", part(service, "response"), or_text=True
+        ),
+        "send_action_goal": PayloadField("action", "args", part(action, "goal")),
+        "action_feedback": PayloadField("action", "values", part(action, "feedback")),
+        "action_result": PayloadField("action", "values", part(action, "result"), or_text=True),
     }
 
 
@@ -352,8 +362,8 @@ def _permit(client: Connection, act: Act, name: str) -> None:
         raise OperationError(refusal)
 
 
-def _wrapping(operation: Operation) -> Wrapping:
-    return Wrapping(operation.get("compression") == "png", fragment_size(operation))
+def _wrapping(operation: Operation) -> ReplyFormat:
+    return ReplyFormat(operation.get("compression") == "png", fragment_size(operation))
 
 
 def _unknown(op: object, allowed: dict[str, Any]) -> str:

@@ -14,21 +14,21 @@ from teleop.rosbridge.errors import MessageError
 from teleop.rosbridge.messages.definition_parser import PADDING
 from teleop.rosbridge.messages.message_completion import BLOBS, DTYPES, default_value
 from teleop.rosbridge.messages.message_types import HEADER, Field, Message, MessageType
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
-Flavour: TypeAlias = Literal["ros1", "ros2"]
+RosVersion: TypeAlias = Literal["ros1", "ros2"]
 """Which ROS is spoken where the two differ."""
 
 _SEQ: Final = {"ros1": {"seq": 0}, "ros2": {}}
 """What a header has in ROS 1 only; no client has ever counted on its number."""
 
 
-class RawCodec:
+class RosSerializer:
     """Writes messages in the bytes of ROS 1, or of ROS 2 (CDR, little-endian)."""
 
-    def __init__(self, registry: Registry, flavour: Flavour) -> None:
+    def __init__(self, registry: TypeRegistry, flavour: RosVersion) -> None:
         self._registry = registry
-        self._flavour: Flavour = flavour
+        self._flavour: RosVersion = flavour
         self._stores: dict[str, tuple[int, Typestore]] = {}
         self._texts: dict[str, tuple[int, str]] = {}
         """Definitions by type, each with the registry's version: one takes up to a millisecond."""

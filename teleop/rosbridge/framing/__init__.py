@@ -1,0 +1,1 @@
+"""Operations as WebSocket frames: reading and validating JSON, fragments, PNG, outgoing frames."""
