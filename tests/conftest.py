@@ -11,7 +11,7 @@ from hypothesis import settings
 
 from localization.maps.cloud import Cloud
 from robot_sim import World, load_world
-from teleop.scenario.run import cloud_of
+from teleop.scene_clouds import load_scene_cloud
 
 # A loaded machine is no failure, and a failure must come back when it is looked for.
 settings.register_profile("steady", deadline=None, derandomize=True)
@@ -50,7 +50,7 @@ def office() -> World:
 @pytest.fixture(scope="session")
 def office_cloud() -> Cloud:
     """Its prebuilt cloud."""
-    return cloud_of("office")
+    return load_scene_cloud("office")
 
 
 @pytest.fixture(scope="session")

@@ -74,7 +74,7 @@ class Map:
 
     def _map_scene(self, scene: str) -> int:
         from robot_sim import load_world
-        from teleop.scenario.run import cloud_path
+        from teleop.scene_clouds import scene_cloud_path
         from teleop.world_building.survey import survey, survey_from_stations
 
         world = load_world(scene)
@@ -84,7 +84,7 @@ class Map:
         else:
             cloud = survey(world, seed=self.seed, sensors=self._sensors(), progress=bar)
         bar.end()
-        _save(cloud, self.out or cloud_path(scene))
+        _save(cloud, self.out or scene_cloud_path(scene))
         return 0
 
     def _map_log(self, path: Path) -> int:
@@ -143,9 +143,9 @@ class Map:
         return 0
 
     def _sensors(self) -> SimulationConfig:
-        from teleop.robot.robot_options import Outfit
+        from teleop.robot.robot_options import RobotOptions
 
-        return Outfit(effects=self.effects).simulation()
+        return RobotOptions(effects=self.effects).simulation()
 
     def _survey(self, log: ReadingsLog, start: Pose | None, bar: Progress) -> Survey:
         from localization.mapping.slam import SlamConfig, survey_of
