@@ -11,18 +11,18 @@ from localization import Localizer, prepare
 from robot_sim import Simulation, load_world
 from teleop.interfaces import registry
 from teleop.robot.robot import Robot
-from teleop.robot.rosbridge_adapter import Host, Stepper
-from teleop.rosbridge import Client, Limits, Protocol, Server
-from teleop.scenario.run import cloud_of
+from teleop.robot.rosbridge_adapter import LockstepService, RosbridgeAdapter
+from teleop.rosbridge import Client, ClientLimits, Protocol, Server
+from teleop.scene_clouds import load_scene_cloud
 
 
 async def run(scene: str, seconds: float) -> None:
-    world, cloud = load_world(scene), cloud_of(scene)
+    world, cloud = load_world(scene), load_scene_cloud(scene)
     simulation = Simulation(world, seed=0)
     robot = Robot(simulation, Localizer(prepare(cloud), simulation.mounts))
-    protocol = Protocol(registry(), limits=Limits.unhurried())
+    protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
-    Stepper(Host(robot, server, cloud))
+    LockstepService(RosbridgeAdapter(robot, server, cloud))
     async with server, Client(server.url, registry=registry(), keepalive=None) as client:
         truth: list[dict[str, Any]] = []
         await client.subscribe("/ground_truth/odom", "nav_msgs/Odometry", truth.append)

@@ -7,8 +7,9 @@ import argparse
 from pathlib import Path
 
 from robot_sim import load_world
-from teleop.scenario.mission import Limits, Mission
-from teleop.scenario.run import cloud_of, run_here
+from teleop.scenario.mission import Mission, MissionLimits
+from teleop.scenario.mission_run import run_in_process
+from teleop.scene_clouds import load_scene_cloud
 
 
 def main() -> int:
@@ -24,10 +25,10 @@ def main() -> int:
         pose_error=0.5,  # the operator's hint is wrong by this much [m]
         slip=(8.0,),  # the wheels spin after so many seconds
         duration=arguments.seconds,
-        limits=Limits(position_rmse=0.02, position_max=0.10, distance=5.0),
+        limits=MissionLimits(position_rmse=0.02, position_max=0.10, distance=5.0),
     )
-    world, cloud = load_world(mission.scene), cloud_of(mission.scene)
-    summary, _ = run_here(mission, world, cloud, arguments.out)
+    world, cloud = load_world(mission.scene), load_scene_cloud(mission.scene)
+    summary, _ = run_in_process(mission, world, cloud, arguments.out)
     for check in summary.checks:
         print(
             "met   " if check.met else "MISSED", check.name, f"{check.value:.4g} of {check.limit}"

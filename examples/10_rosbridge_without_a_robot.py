@@ -3,7 +3,7 @@
 import asyncio
 from typing import Any
 
-from teleop.rosbridge import Client, Protocol, Registry, Server
+from teleop.rosbridge import Client, Protocol, Server, TypeRegistry
 
 
 def add(client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
@@ -11,7 +11,7 @@ def add(client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
 
 
 async def main() -> None:
-    async with Server(Protocol(Registry()), port=0) as server:  # 0: any free port
+    async with Server(Protocol(TypeRegistry()), port=0) as server:  # 0: any free port
         server.advertise("/greeting", "std_msgs/String", latch=True)
         server.publish("/greeting", {"data": "hello"})
         server.serve("/add", "example_interfaces/AddTwoInts", add)

@@ -21,7 +21,7 @@ from localization.cli.calibrate import Calibrate
 from localization.cli.localize import Localize
 from localization.cli.run_folder import run_folder
 from localization.cli.terminal import Progress as _Progress, say as _say
-from teleop.robot.robot_options import Outfit
+from teleop.robot.robot_options import RobotOptions
 from teleop.world_building.map_command import Map
 from teleop.world_building.world_command import Worlds
 
@@ -76,7 +76,7 @@ class Sim:
     """Times at which the wheels spin at twice their speed for a second [s]."""
     duration: float | None = None
     """Stop after so many seconds of robot time."""
-    outfit: tyro.conf.OmitArgPrefixes[Outfit] = field(default_factory=Outfit)
+    options: tyro.conf.OmitArgPrefixes[RobotOptions] = field(default_factory=RobotOptions)
     out: Path | None = None
     """Folder for the files; runs/<time> unless given."""
     picture: bool = True
@@ -86,7 +86,7 @@ class Sim:
         """Run it."""
         from teleop.scenario.lockstep_run import run_over_wire
         from teleop.scenario.mission import Mission
-        from teleop.scenario.run import cloud_of, cloud_path
+        from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
         mission = Mission(
             scene=self.scene,
@@ -95,17 +95,17 @@ class Sim:
             heading_error=self.heading_error,
             slip=self.slip,
             duration=self.duration,
-            outfit=self.outfit,
+            options=self.options,
         )
         folder = run_folder(self.out)
-        world = self.outfit.world(self.scene, self.seed)
-        cloud = cloud_of(self.scene)
+        world = self.options.world(self.scene, self.seed)
+        cloud = load_scene_cloud(self.scene)
         bar = _Progress()
-        path = cloud_path(self.scene)
+        path = scene_cloud_path(self.scene)
         summary, record = run_over_wire(
             mission, world, cloud, path, folder, cache=_cache(), progress=bar
         )
-        if self.picture and record.snapshots:
+        if self.picture and record.ticks:
             from teleop.scenario.run_picture import draw
 
             bar(1.0, "drawing")
@@ -153,7 +153,7 @@ class Serve:
     """Write all sensor readings to this file (MCAP)."""
     lockstep: bool = False
     """Let time stand still until a client advances it by the service /sim/step."""
-    outfit: tyro.conf.OmitArgPrefixes[Outfit] = field(default_factory=Outfit)
+    options: tyro.conf.OmitArgPrefixes[RobotOptions] = field(default_factory=RobotOptions)
     messages: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FOLDER ...")] = ()
     """Folders with your own .msg, .srv and .action files, each named like its package."""
     ros1: bool = False
@@ -174,9 +174,9 @@ class Serve:
         import asyncio
 
         from teleop.robot.serve import ServeConfig, greeting, serve
-        from teleop.scenario.run import cloud_of, cloud_path
+        from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
-        world, cloud = self.outfit.world(self.scene, self.seed), cloud_of(self.scene)
+        world, cloud = self.options.world(self.scene, self.seed), load_scene_cloud(self.scene)
         config = ServeConfig(
             host=self.host,
             port=self.port,
@@ -184,7 +184,7 @@ class Serve:
             placed=not self.lost,
             record=self.record,
             lockstep=self.lockstep,
-            outfit=self.outfit,
+            options=self.options,
             messages=self.messages,
             ros1=self.ros1,
             tokens=self.tokens,
@@ -193,7 +193,7 @@ class Serve:
             tls_key=self.tls_key,
             audit=self.audit,
         )
-        path = cloud_path(self.scene)
+        path = scene_cloud_path(self.scene)
         factor = asyncio.run(
             serve(
                 world,
@@ -239,9 +239,9 @@ class Operate:
         from teleop.operator.operate import OperateConfig, run_operator
 
         if self.map is None:
-            from teleop.scenario.run import cloud_path
+            from teleop.scene_clouds import scene_cloud_path
 
-            path = cloud_path("office")
+            path = scene_cloud_path("office")
         else:
             path = self.map
         config = OperateConfig(
@@ -338,10 +338,10 @@ def _known_errors() -> tuple[type[Exception], ...]:
 
 
 def _table(summary: object) -> str:
-    from teleop.scenario.run_report import Summary, table
+    from teleop.scenario.run_report import RunSummary, summary_table
 
-    assert isinstance(summary, Summary)
-    return table(summary)
+    assert isinstance(summary, RunSummary)
+    return summary_table(summary)
 
 
 def _cache() -> Path:

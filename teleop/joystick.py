@@ -16,7 +16,7 @@ class JoystickError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class JoystickLayout:
     """Where things are on a joystick, in ROS's convention that up and left are +1."""
 
     name: str = "default"
@@ -35,7 +35,7 @@ class Layout:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Wish:
+class VelocityRequest:
     """What an operator wants at one moment."""
 
     twist: Twist
@@ -48,17 +48,19 @@ class Wish:
         return not self.enabled or not (self.twist.linear.any() or self.twist.angular.any())
 
 
-def layouts() -> dict[str, Layout]:
+def layouts() -> dict[str, JoystickLayout]:
     """Return the shipped layouts by name (``assets/joysticks/*.json``)."""
     found = {}
     for file in (files("assets") / "joysticks").iterdir():
         if file.name.endswith(".json"):
-            layout = Layout(**json.loads(file.read_text(encoding="utf-8")))
+            layout = JoystickLayout(**json.loads(file.read_text(encoding="utf-8")))
             found[layout.name] = layout
     return dict(sorted(found.items()))
 
 
-def read_joy(axes: Sequence[float], buttons: Sequence[int], layout: Layout) -> Wish:
+def read_joy(
+    axes: Sequence[float], buttons: Sequence[int], layout: JoystickLayout
+) -> VelocityRequest:
     """Turn the axes and buttons of a ``sensor_msgs/Joy`` into a wish.
 
     A missing deadman button is a released one.
@@ -80,11 +82,11 @@ def read_joy(axes: Sequence[float], buttons: Sequence[int], layout: Layout) -> W
         speed * _deflection(forward, layout.deadzone),
         layout.turn * _deflection(turn, layout.deadzone),
     )
-    return Wish(twist, _pressed(buttons, layout.deadman_button))
+    return VelocityRequest(twist, _pressed(buttons, layout.deadman_button))
 
 
 def write_joy(
-    twist: Twist, layout: Layout, *, enabled: bool = True
+    twist: Twist, layout: JoystickLayout, *, enabled: bool = True
 ) -> tuple[list[float], list[int]]:
     """Return the axes and buttons that ask for a twist, as far as the layout's speeds allow."""
     axes = [0.0] * (max(layout.forward_axis, layout.turn_axis) + 1)

@@ -76,9 +76,9 @@ def office() -> World:
 @pytest.fixture(scope="session")
 def office_cloud() -> Cloud:
     """Its prebuilt cloud."""
-    from teleop.scenario.run import cloud_of
+    from teleop.scene_clouds import load_scene_cloud
 
-    return cloud_of("office")
+    return load_scene_cloud("office")
 
 
 @pytest.fixture(scope="session")

@@ -26,10 +26,10 @@ from localization import Health, LocalizerConfig, Pose, Verdict
 from localization.display.rerun_sink import viewer_program
 from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.__main__ import Command
-from teleop.joystick import Layout, layouts
+from teleop.joystick import JoystickLayout, layouts
 from teleop.operator import keyboard
-from teleop.robot.rosbridge_adapter import Stepper
-from teleop.robot.safety import Control, SafetyConfig
+from teleop.robot.rosbridge_adapter import LockstepService
+from teleop.robot.safety import ControlMode, SafetyConfig
 from teleop.robot.serve import ServeConfig, snippet
 from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
 
@@ -375,11 +375,11 @@ def test_mounts_in_the_documentation_are_the_robots() -> None:
     [
         ("docs/health.md", Health, "| state |"),
         ("docs/localization.md", Verdict, "| verdict |"),
-        ("docs/teleoperation.md", Control, "| control |"),
+        ("docs/teleoperation.md", ControlMode, "| control |"),
     ],
 )
 def test_every_state_and_verdict_is_explained(
-    page: str, kind: type[Health] | type[Verdict] | type[Control], heading: str
+    page: str, kind: type[Health] | type[Verdict] | type[ControlMode], heading: str
 ) -> None:
     assert {row[0].strip("`") for row in rows(page, heading)} == set(kind)
 
@@ -424,7 +424,7 @@ def test_safety_has_the_value_that_the_documentation_gives(value: float, cell: s
 @pytest.mark.parametrize(
     ("value", "cell"),
     [
-        *fields_and_rows("| joystick |", Layout()),
+        *fields_and_rows("| joystick |", JoystickLayout()),
         *fields_and_rows("| bound |", QueueLimits(), Keepalive()),
         *fields_and_rows("| limit |", ClientLimits()),
     ],
@@ -436,7 +436,7 @@ def test_wire_has_the_value_that_the_documentation_gives(value: float, cell: str
 
 @pytest.mark.parametrize(
     ("heading", "config"),
-    [("| safety |", SafetyConfig), ("| joystick |", Layout), ("| limit |", ClientLimits)],
+    [("| safety |", SafetyConfig), ("| joystick |", JoystickLayout), ("| limit |", ClientLimits)],
 )
 def test_no_setting_of_the_wire_is_left_out(heading: str, config: type) -> None:
     names = {row[0].strip("`") for row in rows("docs/teleoperation.md", heading)}
@@ -444,13 +444,13 @@ def test_no_setting_of_the_wire_is_left_out(heading: str, config: type) -> None:
 
 
 def test_shipped_layout_is_the_one_of_the_documentation() -> None:
-    assert layouts()["default"] == Layout()
+    assert layouts()["default"] == JoystickLayout()
 
 
 def test_steps_are_as_many_as_the_documentation_says() -> None:
     page = " ".join(text_of("docs/teleoperation.md").split())
-    assert f"`ticks` from 1 to {Stepper.MOST_TICKS} of 20 ms" in page
-    assert f"at most {Stepper._REST_TICKS} ticks" in page
+    assert f"`ticks` from 1 to {LockstepService.MAX_TICKS} of 20 ms" in page
+    assert f"at most {LockstepService._MAX_BRAKING_TICKS} ticks" in page
 
 
 def test_keys_do_what_the_quick_start_says() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
@@ -14,7 +13,7 @@ PLAN_FILE: Final = "world.toml"
 
 def scene_names() -> tuple[str, ...]:
     """Return the names of the scenes that come with the project, sorted."""
-    return tuple(sorted(f.name for f in _ours().iterdir() if (f / PLAN_FILE).is_file()))
+    return tuple(sorted(f.name for f in shipped_scenes().iterdir() if (f / PLAN_FILE).is_file()))
 
 
 def scene_folder(scene: str) -> Path:
@@ -28,7 +27,7 @@ def scene_folder(scene: str) -> Path:
         WorldError: it is a folder, but has no plan in it.
     """
     if scene in scene_names():
-        return _ours() / scene
+        return shipped_scenes() / scene
     folder = Path(scene)
     if (folder / PLAN_FILE).is_file():
         return folder.resolve()
@@ -40,5 +39,11 @@ def scene_folder(scene: str) -> Path:
     raise UnknownSceneError(scene, scene_names())
 
 
-def _ours() -> Path:
-    return Path(str(files("scenes")))
+def shipped_scenes() -> Path:
+    """Return the folder of the scenes that come with the project.
+
+    A wheel has them inside this package; in the repository they are a folder beside it.
+    """
+    package = Path(__file__).parents[1]
+    installed = package / "scenes"
+    return installed if installed.is_dir() else package.parent / "scenes"

@@ -21,8 +21,8 @@ from localization.types import Pose, Twist
 from teleop.interfaces import registry
 from teleop.operator.display import Display
 from teleop.operator.keyboard import HELP, Keyboard, raw_terminal, read_keys
-from teleop.operator.operator_client import Station
-from teleop.operator.threaded_display import Aside
+from teleop.operator.operator_client import OperatorClient
+from teleop.operator.threaded_display import ThreadedDisplay
 from teleop.rosbridge.client.client import Client
 from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 from teleop.rosbridge.errors import ServiceCallError
@@ -94,11 +94,11 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
     display = None
     if config.record is not None or config.viewer:
         sink = Sink(file=config.record, spawn=config.viewer)
-        display = Aside(Display(cloud, sink=sink), patient=False)
+        display = ThreadedDisplay(Display(cloud, sink=sink), blocking=False)
     client = config.client()
     stop = asyncio.Event()
-    teller = _Teller(say)
-    station = Station(client, cloud, display, tell=teller.hear)
+    teller = StatusPrinter(say)
+    operator = OperatorClient(client, cloud, display, tell=teller.hear)
 
     def link(state: ConnectionState) -> None:
         connected = state is ConnectionState.CONNECTED
@@ -106,7 +106,7 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
         if not stop.is_set():
             say(f"{state.value}: {text}")
         if display is not None:
-            display.link(connected=connected, text=text, stamp=station.now)
+            display.link(connected=connected, text=text, stamp=operator.now)
 
     loop = asyncio.get_running_loop()
     if config.duration is not None:
@@ -117,14 +117,14 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
         hint = Pose.planar(x, y, float(np.deg2rad(heading)))
     try:
         clock = lambda: int(loop.time() * 1e9)  # noqa: E731
-        await operate(station, clock=clock, say=say, link=link, hint=hint, stop=stop)
+        await operate(operator, clock=clock, say=say, link=link, hint=hint, stop=stop)
     finally:
         await client.close()
         if display is not None:
             display.close()
 
 
-class _Teller:
+class StatusPrinter:
     """Tells what changes: health with its reasons, verdicts, who drives."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
@@ -149,7 +149,7 @@ class _Teller:
 
 
 async def operate(
-    station: Station,
+    operator: OperatorClient,
     *,
     clock: Callable[[], int],
     say: Callable[[str], None],
@@ -160,7 +160,7 @@ async def operate(
     """Run until ``q``, Ctrl-C or ``stop``; the connection comes back by itself when it is lost.
 
     Args:
-        station: joined to a client that is not yet connected.
+        operator: The operator's client, not yet connected.
         clock: a clock that never goes back [ns].
         say: gets a line to show now and then.
         link: told what becomes of the connection once there is one.
@@ -181,28 +181,28 @@ async def operate(
         if begun.is_set():
             say(f"{level}: {text}")
 
-    station.client.on_status(told)
-    await station.client.connect()
+    operator.client.on_status(told)
+    await operator.client.connect()
     begun.set()
-    station.client.on_connection(link)
+    operator.client.on_connection(link)
     link(ConnectionState.CONNECTED)
-    await station.start()
+    await operator.start()
     if hint is not None:
-        await station.hint(hint, np.zeros((6, 6)))
+        await operator.hint(hint, np.zeros((6, 6)))
     keyboard = Keyboard()
     with raw_terminal() as terminal:
         if terminal is not None:
             say(HELP)
-            loop.add_reader(terminal, _take_keys, terminal, keyboard, station, clock, say, stop)
+            loop.add_reader(terminal, _take_keys, terminal, keyboard, operator, clock, say, stop)
         try:
-            await _drive(station, keyboard, clock, say, stop)
+            await _drive(operator, keyboard, clock, say, stop)
         finally:
             if terminal is not None:
                 loop.remove_reader(terminal)
 
 
 async def _drive(
-    station: Station,
+    operator: OperatorClient,
     keyboard: Keyboard,
     clock: Callable[[], int],
     say: Callable[[str], None],
@@ -213,12 +213,12 @@ async def _drive(
         twist, held = keyboard.twist(clock())
         # The robot wants to see a neutral stick first, so the first message of a stroke is one. Another
         # tells of its end; after that there is nothing to say.
-        if (held or was_held) and station.client.connected:
-            await station.drive(twist if was_held else _STOP, enabled=held)
+        if (held or was_held) and operator.client.connected:
+            await operator.drive(twist if was_held else _STOP, enabled=held)
         was_held = held
-        if station.map_complaint and not complained:
+        if operator.map_complaint and not complained:
             complained = True
-            say(station.map_complaint)
+            say(operator.map_complaint)
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(stop.wait(), _PERIOD)
 
@@ -226,7 +226,7 @@ async def _drive(
 def _take_keys(
     terminal: int,
     keyboard: Keyboard,
-    station: Station,
+    operator: OperatorClient,
     clock: Callable[[], int],
     say: Callable[[str], None],
     stop: asyncio.Event,
@@ -236,7 +236,7 @@ def _take_keys(
         if order == "quit":
             stop.set()
         elif order is not None:
-            task = asyncio.get_running_loop().create_task(_order(station, _ORDERS[order], say))
+            task = asyncio.get_running_loop().create_task(_order(operator, _ORDERS[order], say))
             _TASKS.add(task)
             task.add_done_callback(_TASKS.discard)
 
@@ -245,9 +245,9 @@ _TASKS: set[asyncio.Task[None]] = set()
 """Orders under way; asyncio itself keeps only weak references."""
 
 
-async def _order(station: Station, service: str, say: Callable[[str], None]) -> None:
+async def _order(operator: OperatorClient, service: str, say: Callable[[str], None]) -> None:
     try:
-        answer: Mapping[str, Any] = await station.client.call(service, {}, timeout=2.0)
+        answer: Mapping[str, Any] = await operator.client.call(service, {}, timeout=2.0)
         say(f"{service}: {answer['message']}")
     except ServiceCallError as error:
         say(f"{service}: {error}")

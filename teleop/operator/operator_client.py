@@ -11,8 +11,8 @@ import numpy as np
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.types import SECOND, Health, Pose, Twist
-from teleop.joystick import Layout, write_joy
-from teleop.operator.threaded_display import Shows
+from teleop.joystick import JoystickLayout, write_joy
+from teleop.operator.threaded_display import DisplayProtocol
 from teleop.rosbridge.client.client import Client
 
 TOPICS: Final[Mapping[str, str]] = {
@@ -37,21 +37,21 @@ JOY: Final = "/joy"
 INITIALPOSE: Final = "/initialpose"
 
 
-class Station:
+class OperatorClient:
     """Joins a client and a display; knows the robot's time, its believed pose and its health."""
 
     def __init__(
         self,
         client: Client,
         cloud: Cloud,
-        display: Shows | None = None,
+        display: DisplayProtocol | None = None,
         *,
-        layout: Layout | None = None,
+        layout: JoystickLayout | None = None,
         tell: Callable[[str, Mapping[str, Any]], None] = lambda topic, message: None,
     ) -> None:
         """Build on a client that need not be connected yet; ``tell`` gets each message as well."""
         self.client, self._cloud, self._display = client, cloud, display
-        self._layout, self._tell = layout or Layout(), tell
+        self._layout, self._tell = layout or JoystickLayout(), tell
         self.now = 0
         """The robot's time [ns]."""
         self.map_from_base: Pose | None = None

@@ -11,7 +11,7 @@ from localization.geometry import FloatArray
 from localization.types import Pose
 
 
-class Shows(Protocol):
+class DisplayProtocol(Protocol):
     """What a station needs of a display."""
 
     def show(self, topic: str, message: Mapping[str, Any]) -> None:
@@ -30,18 +30,18 @@ class Shows(Protocol):
         """End it."""
 
 
-class Aside:
+class ThreadedDisplay:
     """Hands everything to a display in another thread, in order.
 
     A patient one waits when too much has piled up, so that a recording is complete; an impatient one
     leaves messages out instead, so that the operator's hands are never tied.
     """
 
-    def __init__(self, display: Shows, *, patient: bool, most: int = 2000) -> None:
+    def __init__(self, display: DisplayProtocol, *, blocking: bool, most: int = 2000) -> None:
         """Start the thread; ``most`` things may pile up."""
-        self._display, self._patient = display, patient
+        self._display, self._patient = display, blocking
         self._waiting: queue.Queue[Callable[[], None] | None] = queue.Queue(most)
-        self.left_out = 0
+        self.dropped = 0
         """How much an impatient one did not show."""
         self._thread = threading.Thread(target=self._work, name="display", daemon=True)
         self._thread.start()
@@ -75,7 +75,7 @@ class Aside:
         try:
             self._waiting.put_nowait(work)
         except queue.Full:
-            self.left_out += 1
+            self.dropped += 1
 
     def _work(self) -> None:
         while (work := self._waiting.get()) is not None:

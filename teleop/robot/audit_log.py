@@ -9,9 +9,9 @@ from typing import Any, Final
 import numpy as np
 
 from localization.types import Hint, HintVerdict
-from teleop.joystick import Wish
-from teleop.robot.audit_rate_limit import Rations
-from teleop.robot.robot import Drive, Snapshot
+from teleop.joystick import VelocityRequest
+from teleop.robot.audit_rate_limit import AuditRateLimiter
+from teleop.robot.robot import DriveCommand, TickRecord
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.protocol.refusals import Refusal
 from teleop.rosbridge.server.server import Server
@@ -26,7 +26,7 @@ _MOST_ASKED: Final = 64
 """Hints whose senders are remembered until they are answered."""
 
 
-class Audit:
+class AuditLog:
     """Turns what happens into lines; owns which wish of each client it has told last."""
 
     def __init__(
@@ -48,9 +48,9 @@ class Audit:
         self._write, self._server = write, server
         self._stamp, self._wall = stamp, wall
         self._who: dict[str, dict[str, str]] = {}
-        self._told: dict[str, tuple[Wish, str]] = {}
+        self._told: dict[str, tuple[VelocityRequest, str]] = {}
         self._asked: deque[tuple[Hint, str]] = deque(maxlen=_MOST_ASKED)
-        self._rations = Rations()
+        self._rations = AuditRateLimiter()
         server.on_connect(self._connected)
         server.on_disconnect(self._disconnected)
         server.protocol.on_auth(self._judged)
@@ -76,27 +76,27 @@ class Audit:
         """Tell that the tokens were read again, and who was disconnected for it."""
         self._write({**self._when(), "what": "tokens read again", "disconnected": list(gone)})
 
-    def hear(self, snapshot: Snapshot) -> None:
+    def hear(self, tick: TickRecord) -> None:
         """Tell of the commands of a tick: of each client's the newest, if it is not the last again."""
-        refusals = dict(snapshot.refusals)
-        newest = {m.client: m.wish for m in snapshot.inbox if isinstance(m, Drive)}
-        for client, wish in newest.items():
+        refusals = dict(tick.refusals)
+        newest = {m.client: m.request for m in tick.inbox if isinstance(m, DriveCommand)}
+        for client, request in newest.items():
             refused = refusals.get(client, "")
             last = self._told.get(client)
-            if last is not None and _same(last[0], wish) and last[1] == refused:
+            if last is not None and _same(last[0], request) and last[1] == refused:
                 continue
             if client in self._who:
-                self._told[client] = wish, refused
+                self._told[client] = request, refused
             self._line(
                 "drive",
                 client,
-                forward=round(float(wish.twist.linear[0]), _DIGITS),
-                turn=round(float(wish.twist.angular[2]), _DIGITS),
-                deadman=wish.enabled,
+                forward=round(float(request.twist.linear[0]), _DIGITS),
+                turn=round(float(request.twist.angular[2]), _DIGITS),
+                deadman=request.enabled,
                 kind="drive refused" if refused else "drive",
                 **({"refused": refused} if refused else {}),
             )
-        for estimate in snapshot.estimates:
+        for estimate in tick.estimates:
             if estimate.verdict is not None:
                 self._answered(estimate.verdict)
 
@@ -158,7 +158,7 @@ def _rounded(values: np.ndarray[Any, Any]) -> list[float]:
     return [round(float(value), _DIGITS) for value in values]
 
 
-def _same(one: Wish, other: Wish) -> bool:
+def _same(one: VelocityRequest, other: VelocityRequest) -> bool:
     return (
         one.enabled == other.enabled
         and bool(np.array_equal(one.twist.linear, other.twist.linear))

@@ -13,7 +13,7 @@ _BURST: Final = 20.0
 
 
 @dataclass(frozen=True, slots=True)
-class Ration:
+class LineRate:
     """Lines of a kind a second, in the mean."""
 
     all: float
@@ -23,18 +23,18 @@ class Ration:
     """Of one client, so that it does not use up what others need."""
 
 
-RATIONS: Final = {
-    "connected": Ration(5.0, 5.0),
-    "disconnected": Ration(5.0, 5.0),
-    "auth": Ration(5.0, 1.0),
-    "auth refused": Ration(5.0, 1.0),
-    "refused": Ration(5.0, 1.0),
-    "drive refused": Ration(5.0, 1.0),
-    "hint": Ration(5.0, 2.0),
-    "hint answered": Ration(5.0, 5.0),
-    "e-stop": Ration(5.0, 2.0),
-    "e-stop reset": Ration(5.0, 2.0),
-    "take-over": Ration(5.0, 2.0),
+LINE_RATES: Final = {
+    "connected": LineRate(5.0, 5.0),
+    "disconnected": LineRate(5.0, 5.0),
+    "auth": LineRate(5.0, 1.0),
+    "auth refused": LineRate(5.0, 1.0),
+    "refused": LineRate(5.0, 1.0),
+    "drive refused": LineRate(5.0, 1.0),
+    "hint": LineRate(5.0, 2.0),
+    "hint answered": LineRate(5.0, 5.0),
+    "e-stop": LineRate(5.0, 2.0),
+    "e-stop reset": LineRate(5.0, 2.0),
+    "take-over": LineRate(5.0, 2.0),
 }
 """Kinds of which anybody can make as many as he likes; what moves the robot is told whole.
 
@@ -49,7 +49,7 @@ _MOST_NAMED: Final = 64
 """Clients that are named in such a line; what others did is counted together."""
 
 
-class Rations:
+class AuditRateLimiter:
     """Owns what may still be told, and counts what was not."""
 
     def __init__(self) -> None:
@@ -61,7 +61,7 @@ class Rations:
 
     def take(self, kind: str, client: str, now: int) -> bool:
         """Return whether a line of a kind may be told at ``now`` [ns]; else it is counted."""
-        ration = RATIONS.get(kind)
+        ration = LINE_RATES.get(kind)
         if ration is None:
             return True
         own = self._own.setdefault(client, {})

@@ -12,16 +12,16 @@ from localization.types import Estimate, Hint, Inertial, Reading, Twist
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import Simulation, Truth
-from teleop.joystick import Wish
+from teleop.joystick import VelocityRequest
 from teleop.robot.safety import ControlState, Safety
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drive:
+class DriveCommand:
     """A client wants the robot to move so."""
 
     client: str
-    wish: Wish
+    request: VelocityRequest
     stamp: int = 0
     """When the client says it wished so [ns]; told for statistics, never acted upon."""
 
@@ -34,14 +34,14 @@ class TakeOver:
 
 
 @dataclass(frozen=True, slots=True)
-class Stop:
+class EStop:
     """A client latches the e-stop."""
 
     client: str
 
 
 @dataclass(frozen=True, slots=True)
-class Reset:
+class EStopReset:
     """A client releases the e-stop."""
 
     client: str
@@ -55,18 +55,18 @@ class Undo:
 
 
 @dataclass(frozen=True, slots=True)
-class Gone:
+class Disconnected:
     """A client is no longer there."""
 
     client: str
 
 
-Message: TypeAlias = Drive | TakeOver | Stop | Reset | Undo | Gone | Hint
+Message: TypeAlias = DriveCommand | TakeOver | EStop | EStopReset | Undo | Disconnected | Hint
 """What may come in from outside."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Snapshot:
+class TickRecord:
     """All there is to know about one tick; the only value in which truth travels."""
 
     stamp: int
@@ -109,7 +109,7 @@ class Robot:
         self.safety = safety if safety is not None else Safety()
         self._matched: Estimate | None = None
 
-    def tick(self, now: int, inbox: Sequence[Message]) -> Snapshot:
+    def tick(self, now: int, inbox: Sequence[Message]) -> TickRecord:
         """Advance the world by one tick.
 
         Args:
@@ -127,7 +127,7 @@ class Robot:
         for estimate in estimates:
             if estimate.match is not None:
                 self._matched = estimate
-        return Snapshot(
+        return TickRecord(
             stamp=self.simulation.stamp,
             inbox=tuple(inbox),
             readings=readings,
@@ -146,23 +146,23 @@ class Robot:
         """Let safety hear what came in; of each client's wishes in one tick only the newest counts."""
         hints: list[Reading] = []
         refusals: list[tuple[str, str]] = []
-        newest = {message.client: message for message in inbox if isinstance(message, Drive)}
+        newest = {message.client: message for message in inbox if isinstance(message, DriveCommand)}
         for message in inbox:
             match message:
                 case Hint():
                     hints.append(message)
-                case Drive():
+                case DriveCommand():
                     if message is newest[message.client]:
-                        why = self.safety.wish(message.client, message.wish, now)
+                        why = self.safety.request(message.client, message.request, now)
                         refusals += [(message.client, why)] if why else []
                 case TakeOver():
                     self.safety.take_over(message.client, now)
-                case Stop():
+                case EStop():
                     self.safety.stop(message.client)
-                case Reset():
+                case EStopReset():
                     self.safety.reset(message.client)
                 case Undo():
                     self.localizer.undo()
-                case Gone():
+                case Disconnected():
                     self.safety.disconnected(message.client)
         return hints, tuple(refusals)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Outfit:
+class RobotOptions:
     """Sensors, drive and tyres of the robot, and the state of its world; the default is the plain one."""
 
     scanner: str = "default"

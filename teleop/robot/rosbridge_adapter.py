@@ -12,18 +12,18 @@ import numpy as np
 from localization.maps.cloud import Cloud
 from localization.types import SECOND, Hint, InvalidReadingError, Pose, Twist
 from robot_sim import TICK_NS
-from teleop.joystick import JoystickError, Layout, Wish, read_joy
+from teleop.joystick import JoystickError, JoystickLayout, VelocityRequest, read_joy
 from teleop.robot import topics
-from teleop.robot.audit_log import Audit
+from teleop.robot.audit_log import AuditLog
 from teleop.robot.robot import (
-    Drive,
-    Gone,
+    Disconnected,
+    DriveCommand,
+    EStop,
+    EStopReset,
     Message,
-    Reset,
     Robot,
-    Snapshot,
-    Stop,
     TakeOver,
+    TickRecord,
     Undo,
 )
 from teleop.rosbridge.auth.permissions import Role
@@ -32,15 +32,15 @@ from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.errors import MessageError, ServiceError
 from teleop.rosbridge.server.server import Server
 
-Sink = Callable[[Snapshot], None]
+TickObserver = Callable[[TickRecord], None]
 """Gets each snapshot, as a recorder or a referee does."""
 
 
-_ORDERS = {Stop: "e-stop", Reset: "e-stop reset", TakeOver: "take-over"}
+_ORDERS = {EStop: "e-stop", EStopReset: "e-stop reset", TakeOver: "take-over"}
 """What the audit log calls them."""
 
 
-class Host:
+class RosbridgeAdapter:
     """Joins robot and server; owns the inbox and nothing else."""
 
     def __init__(
@@ -49,12 +49,12 @@ class Host:
         server: Server,
         cloud: Cloud,
         *,
-        layout: Layout | None = None,
-        audit: Audit | None = None,
-        sinks: tuple[Sink, ...] = (),
+        layout: JoystickLayout | None = None,
+        audit: AuditLog | None = None,
+        observers: tuple[TickObserver, ...] = (),
     ) -> None:
         self.robot, self.server = robot, server
-        self._layout, self._sinks = layout or Layout(), sinks
+        self._layout, self._observers = layout or JoystickLayout(), observers
         self._audit = audit
         self._stopper: str | None = None
         """Holder of the token that the e-stop was latched with; None while it is not."""
@@ -75,8 +75,8 @@ class Host:
         for entry in topics.INPUTS:
             server.listen(entry.name, entry.type, partial(self._receive, readers[entry.name]))
         for name, kind, done in (
-            ("/teleop/estop", Stop, "stopped"),
-            ("/teleop/estop_reset", Reset, "reset; show a neutral stick to drive"),
+            ("/teleop/estop", EStop, "stopped"),
+            ("/teleop/estop_reset", EStopReset, "reset; show a neutral stick to drive"),
             ("/teleop/take_over", TakeOver, "yours; show a neutral stick to drive"),
         ):
             server.serve(name, "std_srvs/srv/Trigger", partial(self._order, kind, done))
@@ -85,24 +85,24 @@ class Host:
         publish_client_traffic(server)
         server.on_disconnect(self._gone)
 
-    def tick(self, now: int) -> Snapshot:
+    def tick(self, now: int) -> TickRecord:
         """Advance the robot by one tick and publish what came of it."""
         inbox, self._inbox = self._inbox, []
-        snapshot = self.robot.tick(now, inbox)
-        for name, why in snapshot.refusals:
+        tick = self.robot.tick(now, inbox)
+        for name, why in tick.refusals:
             if name in self._clients:
                 self.server.protocol.status(self._clients[name], "warning", why)
-        ticks = snapshot.stamp // TICK_NS
+        ticks = tick.stamp // TICK_NS
         for topic in topics.OUTPUTS:
             due = not topic.every or ticks % topic.every == 0
             if due and (topic.latch or self.server.wanted(topic.name)):
-                for message in topic.messages(snapshot):
-                    self.server.publish(topic.name, message, snapshot.stamp)
+                for message in topic.messages(tick):
+                    self.server.publish(topic.name, message, tick.stamp)
         if self._audit is not None:
-            self._audit.hear(snapshot)
-        for sink in self._sinks:
-            sink(snapshot)
-        return snapshot
+            self._audit.hear(tick)
+        for sink in self._observers:
+            sink(tick)
+        return tick
 
     def post(self, message: Message) -> None:
         """Put a message of our own into the inbox."""
@@ -130,15 +130,15 @@ class Host:
         return name
 
     def _joy(self, client: str, message: dict[str, Any]) -> Message:
-        wish = read_joy(list(message["axes"]), list(message["buttons"]), self._layout)
+        request = read_joy(list(message["axes"]), list(message["buttons"]), self._layout)
         stamp = message["header"]["stamp"]
-        return Drive(client, wish, int(stamp["sec"]) * SECOND + int(stamp["nanosec"]))
+        return DriveCommand(client, request, int(stamp["sec"]) * SECOND + int(stamp["nanosec"]))
 
     def _cmd_vel(self, client: str, message: dict[str, Any]) -> Message:
         forward, turn = float(message["linear"]["x"]), float(message["angular"]["z"])
         if not np.isfinite([forward, turn]).all():
             raise JoystickError(f"cmd_vel must be finite, got {forward}, {turn}")
-        return Drive(client, Wish(Twist.planar(forward, turn), enabled=True))
+        return DriveCommand(client, VelocityRequest(Twist.planar(forward, turn), enabled=True))
 
     def _hint(self, client: str, message: dict[str, Any]) -> Message:
         frame = message["header"]["frame_id"]
@@ -155,7 +155,7 @@ class Host:
 
     def _order(
         self,
-        kind: type[Stop] | type[Reset] | type[TakeOver],
+        kind: type[EStop] | type[EStopReset] | type[TakeOver],
         done: str,
         client: int,
         request: dict[str, Any],
@@ -164,9 +164,9 @@ class Host:
         name, refused = self._name(client), ""
         access = self.server.protocol.access(client)
         holder = access.holder if access else ""
-        if kind is Stop and self._stopper is None:
+        if kind is EStop and self._stopper is None:
             self._stopper = holder
-        elif kind is Reset:
+        elif kind is EStopReset:
             if self._stopper in (None, holder) or (access and access.role is Role.ADMIN):
                 self._stopper = None
             else:
@@ -194,22 +194,22 @@ class Host:
 
     def _gone(self, client: int, name: str) -> None:
         self._clients.pop(name, None)
-        self._inbox.append(Gone(name))
+        self._inbox.append(Disconnected(name))
 
 
-class Stepper:
+class LockstepService:
     """Lockstep: the world advances only when its owner asks, through ``/sim/step``.
 
     The first caller owns the stepping until it leaves. To it nothing is dropped, and the answer queues
     behind all messages of its ticks.
     """
 
-    MOST_TICKS = 500
+    MAX_TICKS = 500
     """In one call: ten seconds of robot time."""
-    _REST_TICKS = 150
+    _MAX_BRAKING_TICKS = 150
     """In which the robot has come to rest from any speed."""
 
-    def __init__(self, host: Host, *, last_stamp: int | None = None) -> None:
+    def __init__(self, host: RosbridgeAdapter, *, last_stamp: int | None = None) -> None:
         """Serve ``/sim/step`` on a host's server; no tick goes beyond ``last_stamp`` [ns]."""
         self._host, self._last_stamp = host, last_stamp
         self._owner: int | None = None
@@ -232,8 +232,8 @@ class Stepper:
         if self._owner not in (None, client):
             owner = self._host.server.name(self._owner or 0)
             raise ServiceError(f"{owner} owns the stepping; wait until it leaves")
-        if not 1 <= ticks <= self.MOST_TICKS:
-            raise ServiceError(f"ticks must be 1 to {self.MOST_TICKS}, got {ticks}")
+        if not 1 <= ticks <= self.MAX_TICKS:
+            raise ServiceError(f"ticks must be 1 to {self.MAX_TICKS}, got {ticks}")
         if self._busy or self.error is not None:
             raise ServiceError(str(self.error or "the last step is not done yet"))
         self._owner = client
@@ -252,27 +252,27 @@ class Stepper:
             self._busy = False
         return {"success": True, "message": "", "stamp": _time(self._stamp)}
 
-    def _tick(self) -> Snapshot:
+    def _tick(self) -> TickRecord:
         try:
-            snapshot = self._host.tick(self._stamp)
+            tick = self._host.tick(self._stamp)
         except Exception as error:
             self.error = error
             raise ServiceError(str(error)) from error
-        self._host.server.tick(snapshot.stamp)
-        return snapshot
+        self._host.server.tick(tick.stamp)
+        return tick
 
     def _leave(self, client: int, name: str) -> None:
         """When the owner leaves, the robot brakes to rest and waits for the next."""
         if client != self._owner:
             return
         self._owner = None
-        for _ in range(self._REST_TICKS):
+        for _ in range(self._MAX_BRAKING_TICKS):
             if self.error is not None or self._over or _resting(self._tick()):
                 return
 
 
-def _resting(snapshot: Snapshot) -> bool:
-    twist = snapshot.truth.twist
+def _resting(tick: TickRecord) -> bool:
+    twist = tick.truth.twist
     return bool(np.abs(twist.linear).max() < 0.002 and np.abs(twist.angular).max() < 0.002)
 
 

@@ -12,12 +12,12 @@ from enum import StrEnum
 import numpy as np
 
 from localization.types import SECOND, Twist
-from teleop.joystick import Wish
+from teleop.joystick import VelocityRequest
 
 _STOP = Twist.planar(0.0, 0.0)
 
 
-class Control(StrEnum):
+class ControlMode(StrEnum):
     """Who drives, if anybody."""
 
     IDLE = "idle"
@@ -48,7 +48,7 @@ class SafetyConfig:
 class ControlState:
     """What ``/teleop/state`` says."""
 
-    control: Control
+    control: ControlMode
     reason: str
     controller: str
     """Name of the client that holds the lease; empty if none does."""
@@ -64,38 +64,40 @@ class Safety:
     def __init__(self, config: SafetyConfig = SafetyConfig()) -> None:
         self.config = config
         self._controller = ""
-        self._wish_stamp = 0
+        self._request_stamp = 0
         self._twist = _STOP
         self._armed = False
         self._estop = ""
         self._reason = "nobody drives yet"
 
-    def wish(self, client: str, wish: Wish, now: int) -> str | None:
+    def request(self, client: str, request: VelocityRequest, now: int) -> str | None:
         """Take a client's wish; return why it is not followed, if it is not."""
         self.expire(now)
         if self._estop:
             return f"e-stop by {self._estop} is latched; reset it first"
         if not self._controller:
-            if not wish.enabled:
+            if not request.enabled:
                 return None
             self._give_lease(client, "took the free lease")
         elif client != self._controller:
-            return f"{self._controller} drives; ask for /teleop/take_over" if wish.enabled else None
-        self._wish_stamp = now
-        if wish.neutral:
+            return (
+                f"{self._controller} drives; ask for /teleop/take_over" if request.enabled else None
+            )
+        self._request_stamp = now
+        if request.neutral:
             self._armed, self._twist = True, _STOP
             self._reason = "neutral"
             return None
         if not self._armed:
             return "show a neutral stick first"
-        self._twist = self._limited(wish.twist)
+        self._twist = self._limited(request.twist)
         self._reason = "driving"
         return None
 
     def take_over(self, client: str, now: int) -> None:
         """Give the lease to a client that asks for it; it must re-arm."""
         self._give_lease(client, f"taken over from {self._controller or 'nobody'}")
-        self._wish_stamp = now
+        self._request_stamp = now
 
     def disconnected(self, client: str) -> None:
         """Note that a client is gone; if it drove, the robot brakes at once."""
@@ -114,7 +116,7 @@ class Safety:
 
     def expire(self, now: int) -> None:
         """Let time tell: silence stops the robot, then costs the lease."""
-        silence = now - self._wish_stamp
+        silence = now - self._request_stamp
         if self._controller and silence > self.config.lease:
             self._end(f"{self._controller} was silent for {silence / SECOND:.1f} s")
         elif self._controller and silence > self.config.watchdog and self._armed:
@@ -129,12 +131,12 @@ class Safety:
     def state(self, now: int) -> ControlState:
         """Return what there is to tell about control."""
         self.expire(now)
-        control = Control.IDLE
+        control = ControlMode.IDLE
         if self._estop:
-            control = Control.ESTOP
+            control = ControlMode.ESTOP
         elif self._controller:
-            control = Control.ARMED if self._armed else Control.DISARMED
-        age = now - self._wish_stamp if self._controller else 0
+            control = ControlMode.ARMED if self._armed else ControlMode.DISARMED
+        age = now - self._request_stamp if self._controller else 0
         return ControlState(control, self._reason, self._controller, age, self._twist)
 
     def _give_lease(self, client: str, reason: str) -> None:

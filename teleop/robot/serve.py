@@ -24,10 +24,10 @@ from teleop import clock as pacing
 from teleop.interfaces import registry
 from teleop.robot import topics
 from teleop.robot.audit_file import AuditFile
-from teleop.robot.audit_log import Audit
-from teleop.robot.robot import Robot, Snapshot
-from teleop.robot.robot_options import Outfit
-from teleop.robot.rosbridge_adapter import Host, Stepper
+from teleop.robot.audit_log import AuditLog
+from teleop.robot.robot import Robot, TickRecord
+from teleop.robot.robot_options import RobotOptions
+from teleop.robot.rosbridge_adapter import LockstepService, RosbridgeAdapter
 from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.rosbridge.auth.credentials import Credentials
 from teleop.rosbridge.auth.origins import LOOPBACK
@@ -64,7 +64,7 @@ class ServeConfig:
     """Where to write the log of readings (MCAP)."""
     lockstep: bool = False
     """Whether time stands still until a client steps it (``/sim/step``)."""
-    outfit: Outfit = field(default_factory=Outfit)
+    options: RobotOptions = field(default_factory=RobotOptions)
     """Of the robot; its world is built by the caller."""
     messages: tuple[Path, ...] = ()
     """Folders of further ``.msg``, ``.srv`` and ``.action`` files, for topics among clients."""
@@ -120,7 +120,7 @@ async def serve(
     """
     tls, tokens = _tls(config), _tokens(config)
     gate = None if tokens is None else Authenticator(tokens.keyring, pacing.unix_seconds)
-    simulation = Simulation(world, seed=config.seed, config=config.outfit.simulation())
+    simulation = Simulation(world, seed=config.seed, config=config.options.simulation())
     localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
     robot = Robot(simulation, localizer)
     protocol = Protocol(
@@ -144,17 +144,17 @@ async def serve(
     file = _audit_file(config, simulation)
     audit = None
     if file is not None:
-        audit = Audit(file.add, server, stamp=lambda: simulation.stamp, wall=pacing.utc_text)
+        audit = AuditLog(file.add, server, stamp=lambda: simulation.stamp, wall=pacing.utc_text)
     log = _log(config, simulation, cloud)
 
-    def record(snapshot: Snapshot) -> None:
+    def record(tick: TickRecord) -> None:
         if log is not None:
-            for reading in snapshot.readings:
-                log.write(reading, snapshot.stamp)
+            for reading in tick.readings:
+                log.write(reading, tick.stamp)
 
     if map_file is not None:
         _offer(server, map_file)
-    host = Host(robot, server, cloud, audit=audit, sinks=(record,))
+    host = RosbridgeAdapter(robot, server, cloud, audit=audit, observers=(record,))
     if config.placed:
         # On its mark, as a robot is that was put where it always starts.
         host.post(Hint(0, simulation.truth().map_from_base, np.zeros((6, 6))))
@@ -169,7 +169,7 @@ async def serve(
         ready(server)
         if not config.lockstep:
             return await pacing.real_time(host.tick, stop)
-        Stepper(host)
+        LockstepService(host)
         await stop.wait()
         return 0.0
     finally:
@@ -194,7 +194,7 @@ def _tokens(config: ServeConfig) -> TokenFile | None:
     return None if config.tokens is None else TokenFile(config.tokens, ROLES)
 
 
-def _watch(tokens: TokenFile, server: Server, audit: Audit | None) -> TokenWatch:
+def _watch(tokens: TokenFile, server: Server, audit: AuditLog | None) -> TokenWatch:
     """Have the file of tokens read again when it changes, or by SIGHUP."""
     loop = asyncio.get_running_loop()
 

@@ -19,10 +19,10 @@ from localization.monitoring.health import horizontal_sigma
 from localization.types import Estimate, Health, Inertial, Mounts, Pose, Scan, Twist, WheelSpeeds
 from robot_sim import P3AT
 from robot_sim.drive.robot_condition import Condition
-from teleop.robot.robot import Snapshot
+from teleop.robot.robot import TickRecord
 
 Message: TypeAlias = dict[str, Any]
-Build: TypeAlias = Callable[[Snapshot], Message | None]
+Build: TypeAlias = Callable[[TickRecord], Message | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,14 +37,14 @@ class Topic:
     """Makes the message; None when there is nothing to say."""
     about: str
     latch: bool = False
-    build_all: Callable[[Snapshot], list[Message]] | None = None
+    build_all: Callable[[TickRecord], list[Message]] | None = None
     """Makes the messages of a topic that may have several in a tick; ``build`` makes the first."""
 
-    def messages(self, snapshot: Snapshot) -> list[Message]:
+    def messages(self, tick: TickRecord) -> list[Message]:
         """Return what there is to say after a tick."""
         if self.build_all is not None:
-            return self.build_all(snapshot)
-        message = self.build(snapshot)
+            return self.build_all(tick)
+        message = self.build(tick)
         return [] if message is None else [message]
 
 
@@ -107,11 +107,11 @@ def ros_covariance(estimate: Estimate) -> FloatArray:
     return np.asarray((turn @ estimate.covariance @ turn.T).ravel())
 
 
-def _clock(s: Snapshot) -> Message:
+def _clock(s: TickRecord) -> Message:
     return {"clock": _time(s.stamp)}
 
 
-def _tf(s: Snapshot) -> Message:
+def _tf(s: TickRecord) -> Message:
     e = s.estimate
     transforms = [_transform(s.stamp, "odom", "base_link", e.odom_from_base)]
     if e.map_from_base is not None:
@@ -129,15 +129,15 @@ def _odometry(stamp: int, frame: str, pose: Pose, twist: Twist) -> Message:
     }
 
 
-def _odom(s: Snapshot) -> Message:
+def _odom(s: TickRecord) -> Message:
     return _odometry(s.stamp, "odom", s.estimate.odom_from_base, s.estimate.twist)
 
 
-def _ground_truth(s: Snapshot) -> Message:
+def _ground_truth(s: TickRecord) -> Message:
     return _odometry(s.stamp, "map", s.truth.map_from_base, s.truth.twist)
 
 
-def _true_slip(s: Snapshot) -> Message:
+def _true_slip(s: TickRecord) -> Message:
     slip = s.truth.slip
     centres = np.array([slip.icr_x, slip.icr_left, slip.icr_right])
     turning = bool(np.isfinite(centres).all())
@@ -154,7 +154,7 @@ def _true_slip(s: Snapshot) -> Message:
     }
 
 
-def _true_condition(s: Snapshot) -> Message:
+def _true_condition(s: TickRecord) -> Message:
     c = s.condition
     return {
         "header": _header(s.stamp, "base_link"),
@@ -169,7 +169,7 @@ def _true_condition(s: Snapshot) -> Message:
     }
 
 
-def _bumpers(s: Snapshot) -> Message:
+def _bumpers(s: TickRecord) -> Message:
     bumpers = s.condition.bumpers
     return {
         "header": _header(s.stamp, "base_link"),
@@ -178,13 +178,13 @@ def _bumpers(s: Snapshot) -> Message:
     }
 
 
-def _packet(s: Snapshot) -> Message | None:
+def _packet(s: TickRecord) -> Message | None:
     if s.packet is None:
         return None
     return {"layout": {"dim": [], "data_offset": 0}, "data": s.packet.to_bytes()}
 
 
-def _amcl_pose(s: Snapshot) -> Message | None:
+def _amcl_pose(s: TickRecord) -> Message | None:
     pose = s.estimate.map_from_base
     if pose is None:
         return None
@@ -195,10 +195,10 @@ def _amcl_pose(s: Snapshot) -> Message | None:
     }
 
 
-def _scans_of(scanner: str) -> Callable[[Snapshot], list[Message]]:
+def _scans_of(scanner: str) -> Callable[[TickRecord], list[Message]]:
     """A mirror that turns 75 times a second ends one scan or two in a tick."""
 
-    def build_all(s: Snapshot) -> list[Message]:
+    def build_all(s: TickRecord) -> list[Message]:
         return [
             _scan(reading)
             for reading in s.readings
@@ -220,7 +220,7 @@ def _scan_of(scanner: str) -> Build:
     return lambda s: next(iter(build_all(s)), None)
 
 
-def _local_cloud(s: Snapshot) -> Message | None:
+def _local_cloud(s: TickRecord) -> Message | None:
     e = s.estimate
     if e.sweep is None or e.match is None or e.map_from_base is None:
         return None
@@ -243,17 +243,17 @@ def _local_cloud(s: Snapshot) -> Message | None:
     }
 
 
-def _imu(s: Snapshot) -> Message | None:
+def _imu(s: TickRecord) -> Message | None:
     found = [r for r in s.readings if isinstance(r, Inertial)]
     return _plain(messages.inertial_message(found[-1])) if found else None
 
 
-def _joints(s: Snapshot) -> Message | None:
+def _joints(s: TickRecord) -> Message | None:
     found = [r for r in s.readings if isinstance(r, WheelSpeeds)]
     return _plain(messages.wheels_message(found[-1], P3AT().rolling_radius)) if found else None
 
 
-def _status(s: Snapshot) -> Message:
+def _status(s: TickRecord) -> Message:
     e = s.estimate
     placed = e.map_from_base is not None
     fit = s.matched.match.fit if s.matched is not None and s.matched.match is not None else 0.0
@@ -271,7 +271,7 @@ def _status(s: Snapshot) -> Message:
     }
 
 
-def _verdict(s: Snapshot) -> Message | None:
+def _verdict(s: TickRecord) -> Message | None:
     found = [e.verdict for e in s.estimates if e.verdict is not None]
     if not found:
         return None
@@ -286,7 +286,7 @@ def _verdict(s: Snapshot) -> Message | None:
     }
 
 
-def _teleop_state(s: Snapshot) -> Message:
+def _teleop_state(s: TickRecord) -> Message:
     c = s.control
     return {
         "header": _header(s.stamp, "base_link"),
@@ -304,7 +304,7 @@ def _teleop_state(s: Snapshot) -> Message:
 _LEVEL = {Health.TRACKING: 0, Health.LOST: 2, Health.WAITING: 1}
 
 
-def _diagnostics(s: Snapshot) -> Message:
+def _diagnostics(s: TickRecord) -> Message:
     e = s.estimate
     sigma = np.sqrt(np.diag(e.covariance))
     values = {

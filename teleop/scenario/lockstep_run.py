@@ -13,17 +13,17 @@ from localization.maps.cloud import Cloud
 from localization.types import SECOND
 from robot_sim import PhysicsError, World
 from teleop.interfaces import registry
-from teleop.robot.robot import Robot, Snapshot
-from teleop.robot.rosbridge_adapter import Host, Stepper
+from teleop.robot.robot import Robot, TickRecord
+from teleop.robot.rosbridge_adapter import LockstepService, RosbridgeAdapter
 from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame, Output
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 from teleop.scenario.mission import HINT_STAMP, Mission
-from teleop.scenario.referee import Referee, RunRecord
-from teleop.scenario.run import Progress, build
-from teleop.scenario.run_report import Summary, TopicTraffic
-from teleop.scenario.scripted_operator import Script
+from teleop.scenario.mission_run import Progress, build
+from teleop.scenario.run_recorder import RunRecord, RunRecorder
+from teleop.scenario.run_report import RunSummary, TopicTraffic
+from teleop.scenario.scripted_operator import OperatorScript
 
 
 def run_over_wire(
@@ -35,7 +35,7 @@ def run_over_wire(
     *,
     cache: Path | None = None,
     progress: Progress = lambda share, text: None,
-) -> tuple[Summary, RunRecord]:
+) -> tuple[RunSummary, RunRecord]:
     """Serve the robot here and let a scripted operator, in a process of its own, drive it.
 
     Args:
@@ -47,38 +47,38 @@ def run_over_wire(
         cache: folder for derived files.
         progress: told how far the run is.
     """
-    robot, referee = build(mission, world, cloud, folder, cache=cache, progress=progress)
-    with referee:
+    robot, recorder = build(mission, world, cloud, folder, cache=cache, progress=progress)
+    with recorder:
         ending, traffic = asyncio.run(
-            _serve_and_operate(mission, robot, referee, cloud, map_path, progress)
+            _serve_and_operate(mission, robot, recorder, cloud, map_path, progress)
         )
-        return referee.finish(ending, traffic)
+        return recorder.finish(ending, traffic)
 
 
 async def _serve_and_operate(
     mission: Mission,
     robot: Robot,
-    referee: Referee,
+    recorder: RunRecorder,
     cloud: Cloud,
     map_path: Path,
     progress: Progress,
 ) -> tuple[str, tuple[TopicTraffic, ...]]:
     simulation = robot.simulation
 
-    def report(snapshot: Snapshot) -> None:
-        referee.take(snapshot)
-        if snapshot.stamp % SECOND == 0:
-            share = referee.progress
-            seconds = snapshot.stamp // SECOND
-            progress(share, f"{seconds} s at {referee.factor:.1f}x, {snapshot.estimate.health}")
+    def report(tick: TickRecord) -> None:
+        recorder.take(tick)
+        if tick.stamp % SECOND == 0:
+            share = recorder.progress
+            seconds = tick.stamp // SECOND
+            progress(share, f"{seconds} s at {recorder.factor:.1f}x, {tick.estimate.health}")
 
     protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
     meter = Meter(protocol)
-    host = Host(robot, server, cloud, sinks=(report,))
-    stepper = Stepper(host, last_stamp=mission.time_limit)
+    host = RosbridgeAdapter(robot, server, cloud, observers=(report,))
+    stepper = LockstepService(host, last_stamp=mission.time_limit)
     await server.start()
-    script_path = _write_script(mission, robot, server.url, map_path, referee.folder)
+    script_path = _write_script(mission, robot, server.url, map_path, recorder.folder)
     operator = await asyncio.create_subprocess_exec(
         sys.executable,
         "-m",
@@ -149,7 +149,7 @@ class Meter:
 
 def _write_script(mission: Mission, robot: Robot, url: str, map_path: Path, folder: Path) -> Path:
     hint = mission.hint(robot.simulation.truth().map_from_base)
-    script = Script(
+    script = OperatorScript(
         url=url,
         map_path=str(map_path),
         tour=robot.simulation.world.tour,

@@ -8,7 +8,7 @@ import numpy as np
 
 from localization.types import SECOND, Hint, Pose
 from robot_sim import SlipFault
-from teleop.robot.robot_options import Outfit
+from teleop.robot.robot_options import RobotOptions
 
 HINT_STAMP = SECOND
 """When the hint is given [ns]."""
@@ -16,7 +16,7 @@ _TIME_LIMIT = 600.0
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class MissionLimits:
     """What a run must keep to."""
 
     position_rmse: float = 0.02
@@ -30,7 +30,7 @@ class Limits:
     distance: float = 80.0
     """To be driven at least [m], if the whole tour is driven."""
 
-    def for_tour(self, length: float) -> Limits:
+    def for_tour(self, length: float) -> MissionLimits:
         """Return the limits for a tour of that length [m]: of one too short for them four fifths are enough.
 
         Way-points at the ends of blind alleys are passed at some distance, which shortens the drive.
@@ -59,9 +59,9 @@ class Mission:
     """Times at which all wheels spin at twice their speed for a second [s]."""
     duration: float | None = None
     """Stop after so much robot time [s]; None drives the whole tour."""
-    outfit: Outfit = field(default_factory=Outfit)
+    options: RobotOptions = field(default_factory=RobotOptions)
     """Of the robot, and the state of its world."""
-    limits: Limits = field(default_factory=Limits)
+    limits: MissionLimits = field(default_factory=MissionLimits)
 
     def __post_init__(self) -> None:
         for name in ("pose_error", "heading_error", "hint_sigma", "hint_sigma_heading"):

@@ -30,7 +30,7 @@ from localization.evaluation.trajectory import (
     read_tum,
 )
 from localization.pipeline.log_replay import from_json
-from teleop.scenario.mission import Limits
+from teleop.scenario.mission import MissionLimits
 
 
 class ReportError(ValueError):
@@ -86,13 +86,13 @@ class RunFacts:
     """Empty when there was no wire."""
     joy_to_motion: tuple[float, ...]
     """Robot time from each wish that ended a standstill to the motion that answered it [s]."""
-    limits: Limits
+    limits: MissionLimits
     whole_tour: bool
     """Whether the tour was to be driven to its end."""
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class LimitCheck:
     """One limit and whether it was met."""
 
     name: str
@@ -103,7 +103,7 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True)
-class Summary:
+class RunSummary:
     """Everything the table says."""
 
     facts: RunFacts
@@ -120,7 +120,7 @@ class Summary:
     nis: Consistency | None
     health: dict[str, float]
     """Share of time in each state."""
-    checks: tuple[Check, ...]
+    checks: tuple[LimitCheck, ...]
 
     @property
     def passed(self) -> bool:
@@ -132,7 +132,7 @@ class Summary:
         return {**asdict(self), "passed": self.passed}
 
 
-def summarise(folder: Path, facts: RunFacts) -> Summary:
+def summarise(folder: Path, facts: RunFacts) -> RunSummary:
     """Compute a run's figures from the files in its folder.
 
     Raises:
@@ -164,7 +164,7 @@ def summarise(folder: Path, facts: RunFacts) -> Summary:
         raise ReportError(f"{folder}: trace.csv lacks the stamp {error}") from error
     inside = consistency(values, 6) if values is not None else None
     mean = float(values.mean()) if values is not None else None
-    return Summary(
+    return RunSummary(
         facts,
         distance,
         accuracy,
@@ -186,26 +186,28 @@ def _poses_or_none(path: Path) -> Trajectory | None:
 
 def _checks(
     facts: RunFacts, distance: float, accuracy: Ate | None, mean_nees: float | None
-) -> tuple[Check, ...]:
+) -> tuple[LimitCheck, ...]:
     limits, nothing = facts.limits, float("inf")
     rows = [
         ("position rmse", accuracy.position.rmse if accuracy else nothing, limits.position_rmse),
         ("position max", accuracy.position.max if accuracy else nothing, limits.position_max),
     ]
-    checks = [Check(name, value, limit, "m", value <= limit) for name, value, limit in rows]
+    checks = [LimitCheck(name, value, limit, "m", value <= limit) for name, value, limit in rows]
     heading = float(np.rad2deg(accuracy.heading.rmse)) if accuracy else nothing
     most = float(np.rad2deg(limits.heading_rmse))
-    checks.append(Check("heading rmse", heading, most, "deg", heading <= most))
+    checks.append(LimitCheck("heading rmse", heading, most, "deg", heading <= most))
     value = mean_nees if mean_nees is not None else nothing
-    checks.append(Check("mean NEES", value, limits.nees, "", value <= limits.nees))
+    checks.append(LimitCheck("mean NEES", value, limits.nees, "", value <= limits.nees))
     if facts.whole_tour:
         checks.append(
-            Check("distance", distance, limits.distance, "m at least", distance >= limits.distance)
+            LimitCheck(
+                "distance", distance, limits.distance, "m at least", distance >= limits.distance
+            )
         )
     return tuple(checks)
 
 
-def read_summary(folder: Path) -> Summary:
+def read_summary(folder: Path) -> RunSummary:
     """Recompute the summary of a finished run from its files.
 
     Raises:
@@ -223,7 +225,7 @@ def read_summary(folder: Path) -> Summary:
         raise ReportError(f"{path} is damaged: {error}") from None
 
 
-def table(summary: Summary) -> str:
+def summary_table(summary: RunSummary) -> str:
     """Return the summary as text for people."""
     f = summary.facts
     factor = f.robot_seconds / f.wall_seconds if f.wall_seconds else 0.0

@@ -21,8 +21,8 @@ from localization.maps.map_files import load_cloud
 from localization.types import SECOND, Pose
 from teleop.interfaces import registry
 from teleop.operator.display import Display
-from teleop.operator.operator_client import Station
-from teleop.operator.threaded_display import Aside
+from teleop.operator.operator_client import OperatorClient
+from teleop.operator.threaded_display import ThreadedDisplay
 from teleop.rosbridge.client.client import Client
 from teleop.scenario.tour_driver import TourDriver
 
@@ -31,12 +31,12 @@ TICKS_PER_STEP = 5
 _TICK = 20_000_000
 
 
-class OperatorError(RuntimeError):
+class ScriptError(RuntimeError):
     """The operator cannot do its work; one line says why."""
 
 
 @dataclass(frozen=True, slots=True)
-class Script:
+class OperatorScript:
     """What the scripted operator is told; it knows nothing else of the mission."""
 
     url: str
@@ -58,7 +58,7 @@ class Script:
         path.write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
 
     @classmethod
-    def load(cls, path: Path) -> Script:
+    def load(cls, path: Path) -> OperatorScript:
         """Read what ``save`` wrote."""
         values = json.loads(path.read_text(encoding="utf-8"))
         values["tour"] = tuple((float(x), float(y)) for x, y in values["tour"])
@@ -76,7 +76,7 @@ class Script:
         return self.duration is not None and now >= self.duration * SECOND
 
 
-async def operate(script: Script) -> None:
+async def operate(script: OperatorScript) -> None:
     """Do what the script says.
 
     Raises:
@@ -85,32 +85,34 @@ async def operate(script: Script) -> None:
     cloud = load_cloud(script.map_path)
     display = None
     if script.recording is not None:
-        display = Aside(Display(cloud, sink=Sink(file=Path(script.recording))), patient=True)
+        display = ThreadedDisplay(
+            Display(cloud, sink=Sink(file=Path(script.recording))), blocking=True
+        )
     # In lockstep the robot may think for long; a dead one ends the socket.
     client = Client(script.url, registry=registry(), reconnect=False, keepalive=None, timeout=60.0)
-    station = Station(client, cloud, display)
+    operator = OperatorClient(client, cloud, display)
     driver = TourDriver(script.tour)
     hinted = False
     try:
         await client.connect()
-        await station.start()
-        await _step(station, 1)
-        if station.map_complaint or not station.map_sha256:
-            raise OperatorError(station.map_complaint or "the robot does not say what map it has")
-        while not driver.done and not script.over(station.now):
-            if not hinted and station.now >= script.hint_stamp:
+        await operator.start()
+        await _step(operator, 1)
+        if operator.map_complaint or not operator.map_sha256:
+            raise ScriptError(operator.map_complaint or "the robot does not say what map it has")
+        while not driver.done and not script.over(operator.now):
+            if not hinted and operator.now >= script.hint_stamp:
                 hinted = True
-                await station.hint(script.hint, np.array(script.hint_covariance).reshape(6, 6))
-            twist = driver.command(station.map_from_base, station.health)
-            await station.drive(twist, enabled=True)
-            await _step(station, TICKS_PER_STEP - station.now // _TICK % TICKS_PER_STEP)
+                await operator.hint(script.hint, np.array(script.hint_covariance).reshape(6, 6))
+            twist = driver.command(operator.map_from_base, operator.health)
+            await operator.drive(twist, enabled=True)
+            await _step(operator, TICKS_PER_STEP - operator.now // _TICK % TICKS_PER_STEP)
     finally:
         await client.close()
         if display is not None:
             display.close()
 
 
-async def _until_told(script: Script) -> None:
+async def _until_told(script: OperatorScript) -> None:
     """Do what the script says; told to terminate, end the recording before the process."""
     task = asyncio.current_task()
     if task is not None:
@@ -119,19 +121,19 @@ async def _until_told(script: Script) -> None:
     await operate(script)
 
 
-async def _step(station: Station, ticks: int) -> None:
-    complaint = await station.step(ticks)
+async def _step(operator: OperatorClient, ticks: int) -> None:
+    complaint = await operator.step(ticks)
     if complaint is not None:
-        raise OperatorError(f"the robot does not step: {complaint}")
+        raise ScriptError(f"the robot does not step: {complaint}")
 
 
 def main() -> int:
     """Read the script named on the command line and follow it."""
     try:
-        asyncio.run(_until_told(Script.load(Path(sys.argv[1]))))
+        asyncio.run(_until_told(OperatorScript.load(Path(sys.argv[1]))))
     except (KeyboardInterrupt, asyncio.CancelledError):
         return 130
-    except (OperatorError, ValueError, OSError, RuntimeError) as error:
+    except (ScriptError, ValueError, OSError, RuntimeError) as error:
         sys.stderr.write(f"operator: {error}\n")
         return 1
     return 0

@@ -63,7 +63,7 @@ class Map(LogMapping):
 
     def _map_scene(self, scene: str) -> int:
         from robot_sim import load_world
-        from teleop.scenario.run import cloud_path
+        from teleop.scene_clouds import scene_cloud_path
         from teleop.world_building.survey import survey, survey_from_stations
 
         world = load_world(scene)
@@ -73,7 +73,7 @@ class Map(LogMapping):
         else:
             cloud = survey(world, seed=self.seed, sensors=self._sensors(), progress=bar)
         bar.end()
-        save_map(cloud, self.out or cloud_path(scene))
+        save_map(cloud, self.out or scene_cloud_path(scene))
         return 0
 
     def _map_without_truth(self, scene: str) -> int:
@@ -103,9 +103,9 @@ class Map(LogMapping):
         return 0
 
     def _sensors(self) -> SimulationConfig:
-        from teleop.robot.robot_options import Outfit
+        from teleop.robot.robot_options import RobotOptions
 
-        return Outfit(effects=self.effects).simulation()
+        return RobotOptions(effects=self.effects).simulation()
 
 
 def _is_scene(source: str) -> bool:

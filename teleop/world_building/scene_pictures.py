@@ -20,7 +20,7 @@ from localization.maps.cloud import Cloud
 from robot_sim import load_world, scene_names
 from robot_sim.survey.rendering import Camera, render_world
 from robot_sim.worlds.world import World
-from teleop.scenario.run import cloud_of
+from teleop.scene_clouds import load_scene_cloud
 
 _SIZE: Final = (1000, 640)
 """Width and height of each half [pixels]."""
@@ -103,7 +103,7 @@ def main(names: list[str]) -> None:
     """Draw the scenes of those names, or all."""
     folder = Path(__file__).parents[2] / "docs" / "images"
     for name in names or scene_names():
-        draw(load_world(name), cloud_of(name), folder / f"world_{name}.jpg")
+        draw(load_world(name), load_scene_cloud(name), folder / f"world_{name}.jpg")
 
 
 if __name__ == "__main__":

@@ -111,13 +111,13 @@ class List:
         from robot_sim.floorplan.scene_folders import PLAN_FILE, scene_names
         from robot_sim.layout.route_planning import length
         from robot_sim.worlds.loading import load_plan
-        from teleop.scenario.run import cloud_path
+        from teleop.scene_clouds import scene_cloud_path
 
         ours = sorted(p.parent for p in Path("worlds").glob(f"*/{PLAN_FILE}"))
         for scene in (*scene_names(), *map(str, ours)):
             plan = load_plan(scene)
             x0, y0, x1, y1 = plan.bounds
-            has = "" if cloud_path(scene).is_file() else "   no cloud yet"
+            has = "" if scene_cloud_path(scene).is_file() else "   no cloud yet"
             area = f"{(x1 - x0) * (y1 - y0):6.0f} m2"
             say(f"{scene:<24}{area}   tour {length(plan.tour):5.0f} m{has}")
         return 0
@@ -181,10 +181,10 @@ def _write(folder: Path, plan: Plan, text: str, origin: str, command: str, cloud
 def _described(world: World, scene: str) -> list[str]:
     from robot_sim.layout.route_planning import length
     from robot_sim.robot.drivable_surfaces import drivable_names
-    from teleop.scenario.run import cloud_path
+    from teleop.scene_clouds import scene_cloud_path
 
     x0, y0, x1, y1 = world.bounds
-    cloud = cloud_path(scene)
+    cloud = scene_cloud_path(scene)
     surfaces = drivable_names(world.model)
     lines = [
         f"{world.name}: {x1 - x0:.1f} x {y1 - y0:.1f} m, {world.area:.0f} m2,"

@@ -18,8 +18,8 @@ from localization.pipeline.log_replay import LogRun
 from localization.types import SECOND, Health, Inertial, PointScan, Pose, Twist, WheelSpeeds
 from robot_sim import Simulation, SimulationConfig, load_world
 from robot_sim.survey.total_station import TotalStation
-from teleop.scenario.run import cloud_path
 from teleop.scenario.tour_driver import TourDriver
+from teleop.scene_clouds import scene_cloud_path
 
 PLANES, COLUMNS = 16, 1800
 """As a VLP-16 has at 10 Hz: 28 800 points in each turn."""
@@ -84,7 +84,7 @@ def test_scanner_of_sixteen_planes_is_localised_to_a_centimetre(tmp_path: Path) 
     truth = drive(tmp_path / "bag", 6.0)
     layout = Layout(mounts={"velodyne": MOUNT})
     start = truth.pose(0) @ Pose.planar(0.5, -0.4, 0.2)
-    run = LogRun(tmp_path / "bag", cloud_path("office"), layout=layout, start=start)
+    run = LogRun(tmp_path / "bag", scene_cloud_path("office"), layout=layout, start=start)
     history = History()
     sizes = []
     for estimate in run:

@@ -25,7 +25,7 @@ from localization.types import Hint
 from robot_sim import Simulation, World
 from teleop.interfaces import registry
 from teleop.robot.robot import Robot
-from teleop.robot.rosbridge_adapter import Host, Stepper
+from teleop.robot.rosbridge_adapter import LockstepService, RosbridgeAdapter
 from teleop.robot.serve import ServeConfig, serve
 from teleop.robot.topics import OUTPUTS
 from teleop.rosbridge.limits import ClientLimits
@@ -201,8 +201,8 @@ class Rig:
 
     robot: Robot
     server: Server
-    host: Host
-    stepper: Stepper
+    host: RosbridgeAdapter
+    stepper: LockstepService
 
     def place(self) -> None:
         """Tell the robot where it is; it answers within a second of robot time."""
@@ -225,8 +225,8 @@ async def lockstep(world: World, cloud: Cloud, cache: Path, *, seed: int = 0) ->
     robot = Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
     protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
-    host = Host(robot, server, cloud)
-    stepper = Stepper(host)
+    host = RosbridgeAdapter(robot, server, cloud)
+    stepper = LockstepService(host)
     async with server:
         yield Rig(robot, server, host, stepper)
 

@@ -142,7 +142,7 @@ def test_localize_says_what_was_wrong_with_a_log(
     from localization.logs.mcap_log import ReadingsWriter
     from robot_sim import Simulation
     from teleop.scenario.mission import Mission
-    from teleop.scenario.run import cloud_path
+    from teleop.scene_clouds import scene_cloud_path
 
     simulation = Simulation("office", seed=0)
     path = tmp_path / "log.mcap"
@@ -158,7 +158,16 @@ def test_localize_says_what_was_wrong_with_a_log(
         for reading in simulation.step():
             log.write(reading, simulation.stamp)
     assert (
-        main(["localize", str(path), "--map", str(cloud_path("office")), "--out", str(tmp_path)])
+        main(
+            [
+                "localize",
+                str(path),
+                "--map",
+                str(scene_cloud_path("office")),
+                "--out",
+                str(tmp_path),
+            ]
+        )
         == 0
     )
     said = capsys.readouterr().out

@@ -21,8 +21,8 @@ from robot_sim.robot.mujoco_body import HEADROOM
 from robot_sim.scene_objects.blocks import Block, Shape
 from robot_sim.worlds.from_floorplan import plan_blocks
 from robot_sim.worlds.loading import load_plan
-from teleop.scenario.run import cloud_path
 from teleop.scenario.tour_driver import TourDriver
+from teleop.scene_clouds import scene_cloud_path
 
 MARGIN = 0.35
 """Between the circle in which the robot turns and everything it could bump into [m]."""
@@ -42,8 +42,8 @@ def world_of(scene: str) -> World:
 
 
 @cache
-def cloud_of(scene: str) -> Cloud:
-    return load_cloud(cloud_path(scene))
+def load_scene_cloud(scene: str) -> Cloud:
+    return load_cloud(scene_cloud_path(scene))
 
 
 def plan_of(world: World) -> Plan:
@@ -158,7 +158,7 @@ def test_tour_leads_from_the_spawn_and_back(scene: str) -> None:
 @pytest.mark.parametrize("scene", SCENES)
 def test_cloud_lies_on_the_scene(scene: str) -> None:
     """From a little before each point, against its normal, a ray meets something just there."""
-    world, cloud = world_of(scene), cloud_of(scene)
+    world, cloud = world_of(scene), load_scene_cloud(scene)
     data = mujoco.MjData(world.model)
     mujoco.mj_forward(world.model, data)
     static = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
@@ -178,7 +178,7 @@ def test_cloud_lies_on_the_scene(scene: str) -> None:
 @pytest.mark.parametrize("scene", SCENES)
 def test_cloud_covers_the_tour(scene: str) -> None:
     """Wherever the tour leads, there are points on the ground within a step."""
-    world, cloud = world_of(scene), cloud_of(scene)
+    world, cloud = world_of(scene), load_scene_cloud(scene)
     up = cloud.points[cloud.normals[:, 2] > 0.8][:, :2]
     for x, y in world.tour:
         assert np.hypot(*(up - (x, y)).T).min() < 0.6, (x, y)

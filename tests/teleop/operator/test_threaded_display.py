@@ -10,7 +10,7 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.types import Pose
-from teleop.operator.threaded_display import Aside
+from teleop.operator.threaded_display import ThreadedDisplay
 
 
 class Slate:
@@ -40,7 +40,7 @@ class Slate:
 
 def test_patient_display_gets_everything_in_order_and_is_closed_at_the_end() -> None:
     slate = Slate()
-    aside = Aside(slate, patient=True, most=3)
+    aside = ThreadedDisplay(slate, blocking=True, most=3)
     slate.go.set()
     for n in range(100):
         aside.show("/tf", {"n": n})
@@ -59,10 +59,10 @@ def test_patient_display_gets_everything_in_order_and_is_closed_at_the_end() -> 
 
 def test_impatient_display_that_hangs_leaves_out_instead_of_holding_up() -> None:
     slate = Slate()
-    aside = Aside(slate, patient=False, most=5)
+    aside = ThreadedDisplay(slate, blocking=False, most=5)
     for n in range(1000):
         aside.show("/tf", {"n": n})
-    assert aside.left_out >= 994
+    assert aside.dropped >= 994
     slate.go.set()
     aside.close()
-    assert len(slate.seen) == 1000 - aside.left_out
+    assert len(slate.seen) == 1000 - aside.dropped

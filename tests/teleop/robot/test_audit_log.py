@@ -8,12 +8,12 @@ from typing import Any
 
 from hypothesis import given, strategies as st
 
-from teleop.robot.audit_log import Audit
-from teleop.robot.audit_rate_limit import RATIONS, Rations
+from teleop.robot.audit_log import AuditLog
+from teleop.robot.audit_rate_limit import LINE_RATES, AuditRateLimiter
 from teleop.rosbridge import ClientLimits, Protocol, Server
 from tests.teleop.rosbridge.support import REGISTRY, SECOND
 
-KINDS = (*RATIONS, "drive")
+KINDS = (*LINE_RATES, "drive")
 
 
 class Rig:
@@ -24,7 +24,7 @@ class Rig:
         self.now = 0
         self.protocol = Protocol(REGISTRY, limits=limits)
         self.protocol.advertise("/odom", "nav_msgs/Odometry")
-        self.audit = Audit(
+        self.audit = AuditLog(
             self.lines.append, Server(self.protocol), stamp=lambda: self.now, wall=lambda: "noon"
         )
 
@@ -106,7 +106,7 @@ def test_a_record_of_what_was_refused_is_short_whatever_was_sent() -> None:
     )
 )
 def test_no_line_is_lost_uncounted(lines: list[tuple[str, str, int, bool]]) -> None:
-    rations, now = Rations(), 0
+    rations, now = AuditRateLimiter(), 0
     told: Counter[str] = Counter()
     counted: Counter[str] = Counter()
     for kind, client, wait, leaves in lines:

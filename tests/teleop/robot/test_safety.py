@@ -6,17 +6,17 @@ import numpy as np
 from hypothesis import given, strategies as st
 
 from localization.types import SECOND, Twist
-from teleop.joystick import Wish
-from teleop.robot.safety import Control, Safety
+from teleop.joystick import VelocityRequest
+from teleop.robot.safety import ControlMode, Safety
 
-NEUTRAL = Wish(Twist.planar(0.0, 0.0), enabled=True)
-FORWARD = Wish(Twist.planar(0.4, 0.1), enabled=True)
-RELEASED = Wish(Twist.planar(0.4, 0.1), enabled=False)
+NEUTRAL = VelocityRequest(Twist.planar(0.0, 0.0), enabled=True)
+FORWARD = VelocityRequest(Twist.planar(0.4, 0.1), enabled=True)
+RELEASED = VelocityRequest(Twist.planar(0.4, 0.1), enabled=False)
 
 
 def armed(client: str = "a") -> Safety:
     safety = Safety()
-    safety.wish(client, NEUTRAL, 0)
+    safety.request(client, NEUTRAL, 0)
     return safety
 
 
@@ -27,70 +27,70 @@ def moving(safety: Safety, now: int) -> bool:
 
 def test_nothing_moves_before_a_neutral_stick_was_seen() -> None:
     safety = Safety()
-    assert safety.wish("a", FORWARD, 0) == "show a neutral stick first"
+    assert safety.request("a", FORWARD, 0) == "show a neutral stick first"
     assert not moving(safety, 0)
-    safety.wish("a", NEUTRAL, 1)
-    assert safety.wish("a", FORWARD, 2) is None
+    safety.request("a", NEUTRAL, 1)
+    assert safety.request("a", FORWARD, 2) is None
     assert moving(safety, 2)
 
 
 def test_released_deadman_stops_at_once_and_rearms() -> None:
     safety = armed()
-    safety.wish("a", FORWARD, 1)
-    safety.wish("a", RELEASED, 2)
+    safety.request("a", FORWARD, 1)
+    safety.request("a", RELEASED, 2)
     assert not moving(safety, 2)
-    safety.wish("a", FORWARD, 3)
+    safety.request("a", FORWARD, 3)
     assert moving(safety, 3)
 
 
 def test_silence_stops_after_the_watchdog_and_costs_the_lease_later() -> None:
     safety = armed()
-    safety.wish("a", FORWARD, 0)
+    safety.request("a", FORWARD, 0)
     assert moving(safety, SECOND // 2)
     assert not moving(safety, SECOND // 2 + 1)
-    assert safety.state(SECOND).control is Control.DISARMED
+    assert safety.state(SECOND).control is ControlMode.DISARMED
     assert "no command for" in safety.state(SECOND).reason
-    assert safety.state(3 * SECOND).control is Control.IDLE
+    assert safety.state(3 * SECOND).control is ControlMode.IDLE
 
 
 def test_second_driver_waits_until_the_first_is_gone() -> None:
     safety = armed("a")
-    assert "a drives" in (safety.wish("b", NEUTRAL, 1) or "")
+    assert "a drives" in (safety.request("b", NEUTRAL, 1) or "")
     safety.disconnected("a")
-    assert safety.wish("b", NEUTRAL, 2) is None
+    assert safety.request("b", NEUTRAL, 2) is None
     assert safety.state(2).controller == "b"
 
 
 def test_disconnect_of_a_bystander_changes_nothing() -> None:
     safety = armed("a")
-    safety.wish("a", FORWARD, 1)
+    safety.request("a", FORWARD, 1)
     safety.disconnected("b")
     assert moving(safety, 2)
 
 
 def test_take_over_stops_the_robot_and_asks_the_new_driver_to_rearm() -> None:
     safety = armed("a")
-    safety.wish("a", FORWARD, 1)
+    safety.request("a", FORWARD, 1)
     safety.take_over("b", 2)
     assert not moving(safety, 2)
-    assert safety.wish("b", FORWARD, 3) == "show a neutral stick first"
-    assert "b drives" in (safety.wish("a", FORWARD, 3) or "")
+    assert safety.request("b", FORWARD, 3) == "show a neutral stick first"
+    assert "b drives" in (safety.request("a", FORWARD, 3) or "")
 
 
 def test_estop_holds_through_disconnect_and_until_reset() -> None:
     safety = armed("a")
-    safety.wish("a", FORWARD, 1)
+    safety.request("a", FORWARD, 1)
     safety.stop("b")
     assert not moving(safety, 1)
     safety.disconnected("b")
-    assert "e-stop by b" in (safety.wish("a", FORWARD, 2) or "")
+    assert "e-stop by b" in (safety.request("a", FORWARD, 2) or "")
     safety.reset("a")
-    assert safety.wish("a", FORWARD, 3) == "show a neutral stick first"
+    assert safety.request("a", FORWARD, 3) == "show a neutral stick first"
 
 
 def test_wishes_beyond_the_limits_are_cut() -> None:
     safety = armed()
-    safety.wish("a", Wish(Twist.planar(1e308, -1e308), enabled=True), 1)
+    safety.request("a", VelocityRequest(Twist.planar(1e308, -1e308), enabled=True), 1)
     twist = safety.command(1)
     assert twist.linear[0] == safety.config.max_speed
     assert twist.angular[2] == -safety.config.max_turn
@@ -112,12 +112,12 @@ def test_robot_moves_only_for_an_armed_driver_whose_word_is_fresh(
         now += wait
         match kind:
             case "neutral":
-                safety.wish(client, NEUTRAL, now)
+                safety.request(client, NEUTRAL, now)
             case "forward":
-                safety.wish(client, FORWARD, now)
+                safety.request(client, FORWARD, now)
                 last_forward[client] = now
             case "released":
-                safety.wish(client, RELEASED, now)
+                safety.request(client, RELEASED, now)
             case "gone":
                 safety.disconnected(client)
             case "take":
@@ -128,6 +128,6 @@ def test_robot_moves_only_for_an_armed_driver_whose_word_is_fresh(
                 safety.reset(client)
         state = safety.state(now)
         if moving(safety, now):
-            assert state.control is Control.ARMED
+            assert state.control is ControlMode.ARMED
             assert now - last_forward[state.controller] <= safety.config.watchdog
         assert np.isfinite(state.twist.linear).all()

@@ -24,7 +24,7 @@ from teleop.robot.audit_file import AuditError
 from teleop.robot.serve import ROLES, ServeConfig, greeting, serve
 from teleop.rosbridge import Client, Role, Server
 from teleop.rosbridge.errors import ServerError, ServiceCallError
-from teleop.scenario.run import cloud_path
+from teleop.scene_clouds import scene_cloud_path
 from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.server.test_server import until
 from tests.teleop.support import ROOT, command, in_a_loop, soon
@@ -250,10 +250,10 @@ async def test_the_operator_brings_its_token_to_an_encrypted_robot(
     secret.write_text(f"{DRIVER}\n")
     config = ServeConfig(tokens=tokens(tmp_path), tls_cert=crt, tls_key=key)
     async with served(office, office_cloud, cache, config) as server:
-        operator = OperateConfig(server.url, cloud_path("office"), token=secret, ca=crt)
+        operator = OperateConfig(server.url, scene_cloud_path("office"), token=secret, ca=crt)
         async with operator.client() as client:
             assert (await client.call("/teleop/estop"))["success"]
-        said = greeting(server, office, office_cloud, cloud_path("office"))
+        said = greeting(server, office, office_cloud, scene_cloud_path("office"))
         assert server.url in said
         assert "warning" not in said
         assert DRIVER not in said
@@ -302,7 +302,7 @@ def test_who_listens_to_others_is_warned_of_what_they_can_do(
     )
     tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER) if encrypted else None
     server = Server(Protocol(registry(), gate=gate), host, tls=tls)
-    said = greeting(server, office, office_cloud, cloud_path("office"))
+    said = greeting(server, office, office_cloud, scene_cloud_path("office"))
     assert ("warning" in said) == bool(warning)
     assert warning in said
 

@@ -13,7 +13,7 @@ from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.robot.serve import ServeConfig, serve
 from teleop.rosbridge import Client, Server
-from teleop.scenario.run import cloud_path
+from teleop.scene_clouds import scene_cloud_path
 from tests.teleop.robot.test_security import served
 from tests.teleop.support import in_a_loop, soon
 
@@ -34,7 +34,7 @@ async def test_a_served_robot_has_its_map_its_frames_and_its_users_types(
             office_cloud,
             ServeConfig(port=0, lockstep=True, messages=(package,)),
             cache=cache,
-            map_file=cloud_path("office"),
+            map_file=scene_cloud_path("office"),
             ready=ready.set_result,
             stop=stop,
         )
@@ -43,7 +43,7 @@ async def test_a_served_robot_has_its_map_its_frames_and_its_users_types(
     try:
         status, tag, size = await asyncio.to_thread(_head, server.port)
         assert (status, tag) == (200, f'"{office_cloud.sha256}"')
-        assert size == cloud_path("office").stat().st_size
+        assert size == scene_cloud_path("office").stat().st_size
         async with Client(server.url) as client:
             heard: asyncio.Queue[Any] = asyncio.Queue()
             await client.subscribe("/lamp", "user_msgs/Lamp", heard.put_nowait)

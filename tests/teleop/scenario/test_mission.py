@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 
 from localization.geometry import wrap_angle
 from localization.types import SECOND, Pose
-from teleop.scenario.mission import Limits, Mission
+from teleop.scenario.mission import Mission, MissionLimits
 
 
 @given(st.integers(0, 10_000), st.floats(0.0, 3.0), st.floats(0.0, 90.0))
@@ -52,7 +52,7 @@ def test_slips_last_a_second_at_twice_the_speed() -> None:
 
 
 def test_short_tour_need_not_be_as_long_as_a_long_one() -> None:
-    limits = Limits(distance=80.0)
+    limits = MissionLimits(distance=80.0)
     assert limits.for_tour(300.0) == limits
     assert limits.for_tour(87.9) == limits
     assert limits.for_tour(50.0).distance == pytest.approx(40.0)

@@ -16,12 +16,13 @@ from localization.maps.cloud import Cloud, CloudError
 from localization.pipeline.log_replay import localize
 from localization.types import Hint, Inertial, Reading, Scan, WheelSpeeds
 from robot_sim import Simulation, World
-from teleop.robot.robot import Message, Robot, Snapshot
+from teleop.robot.robot import Message, Robot, TickRecord
 from teleop.scenario.mission import Mission
-from teleop.scenario.referee import RunRecord
-from teleop.scenario.run import cloud_of, cloud_path, run_here
+from teleop.scenario.mission_run import run_in_process
 from teleop.scenario.run_picture import draw
-from teleop.scenario.run_report import ReportError, Summary, read_summary, table
+from teleop.scenario.run_recorder import RunRecord
+from teleop.scenario.run_report import ReportError, RunSummary, read_summary, summary_table
+from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
 FILES = {"config.json", "summary.json", "truth.tum", "estimate.tum", "trace.csv", "readings.mcap"}
 
@@ -29,13 +30,15 @@ FILES = {"config.json", "summary.json", "truth.tum", "estimate.tum", "trace.csv"
 @pytest.fixture(scope="module")
 def short(
     office: World, office_cloud: Cloud, cache: Path, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Path, Summary, RunRecord]:
+) -> tuple[Path, RunSummary, RunRecord]:
     folder = tmp_path_factory.mktemp("runs") / "short"
-    summary, record = run_here(Mission(duration=6.0), office, office_cloud, folder, cache=cache)
+    summary, record = run_in_process(
+        Mission(duration=6.0), office, office_cloud, folder, cache=cache
+    )
     return folder, summary, record
 
 
-def test_run_leaves_its_files(short: tuple[Path, Summary, RunRecord]) -> None:
+def test_run_leaves_its_files(short: tuple[Path, RunSummary, RunRecord]) -> None:
     folder, summary, _ = short
     assert {p.name for p in folder.iterdir()} >= FILES
     written = json.loads((folder / "summary.json").read_text())
@@ -48,7 +51,7 @@ def test_run_leaves_its_files(short: tuple[Path, Summary, RunRecord]) -> None:
 
 
 def test_log_holds_every_reading_that_the_localiser_got(
-    short: tuple[Path, Summary, RunRecord],
+    short: tuple[Path, RunSummary, RunRecord],
 ) -> None:
     kinds = [type(r) for r in read_log(short[0] / "readings.mcap")]
     assert kinds.count(Inertial) == kinds.count(WheelSpeeds) == 300
@@ -57,9 +60,9 @@ def test_log_holds_every_reading_that_the_localiser_got(
 
 
 def test_log_alone_gives_the_same_estimate_bit_for_bit(
-    short: tuple[Path, Summary, RunRecord], cache: Path, tmp_path: Path
+    short: tuple[Path, RunSummary, RunRecord], cache: Path, tmp_path: Path
 ) -> None:
-    done = localize(short[0] / "readings.mcap", cloud_path("office"), cache=cache)
+    done = localize(short[0] / "readings.mcap", scene_cloud_path("office"), cache=cache)
     write_tum(tmp_path / "estimate.tum", Trajectory.from_estimates(done.estimates))
     write_trace(tmp_path / "trace.csv", [TraceRow.of(e) for e in done.estimates])
     for name in ("estimate.tum", "trace.csv"):
@@ -69,14 +72,14 @@ def test_log_alone_gives_the_same_estimate_bit_for_bit(
 
 
 def test_evaluation_reprints_the_table_from_the_files(
-    short: tuple[Path, Summary, RunRecord],
+    short: tuple[Path, RunSummary, RunRecord],
 ) -> None:
     folder, summary, _ = short
-    assert table(read_summary(folder)) == table(summary)
+    assert summary_table(read_summary(folder)) == summary_table(summary)
 
 
-def test_table_says_what_matters(short: tuple[Path, Summary, RunRecord]) -> None:
-    text = table(short[1])
+def test_table_says_what_matters(short: tuple[Path, RunSummary, RunRecord]) -> None:
+    text = summary_table(short[1])
     for word in ("distance", "hint", "position", "heading", "NEES", "health", "real time", "p99"):
         assert word in text
     assert "MISSED" not in text
@@ -91,7 +94,7 @@ def test_evaluation_of_something_else_is_refused_in_one_line(tmp_path: Path) -> 
 
 
 def test_picture_is_drawn_from_a_run(
-    short: tuple[Path, Summary, RunRecord], office_cloud: Cloud, tmp_path: Path
+    short: tuple[Path, RunSummary, RunRecord], office_cloud: Cloud, tmp_path: Path
 ) -> None:
     from matplotlib import image
 
@@ -104,9 +107,9 @@ def test_picture_is_drawn_from_a_run(
 
 
 def test_picture_of_a_run_without_a_pose_is_drawn_as_well(
-    short: tuple[Path, Summary, RunRecord], office_cloud: Cloud, tmp_path: Path
+    short: tuple[Path, RunSummary, RunRecord], office_cloud: Cloud, tmp_path: Path
 ) -> None:
-    early = RunRecord(short[2].snapshots[:20], (), "interrupted")
+    early = RunRecord(short[2].ticks[:20], (), "interrupted")
     draw(early, office_cloud, tmp_path / "run.png", title="nothing yet")
     assert (tmp_path / "run.png").stat().st_size > 10_000
 
@@ -116,20 +119,20 @@ def test_interrupted_run_keeps_what_it_had(
 ) -> None:
     tick = Robot.tick
 
-    def interrupted(self: Robot, now: int, inbox: Sequence[Message]) -> Snapshot:
+    def interrupted(self: Robot, now: int, inbox: Sequence[Message]) -> TickRecord:
         if now == 2_000_000_000:
             raise KeyboardInterrupt
         return tick(self, now, inbox)
 
     monkeypatch.setattr(Robot, "tick", interrupted)
-    summary, record = run_here(Mission(), office, office_cloud, tmp_path, cache=cache)
+    summary, record = run_in_process(Mission(), office, office_cloud, tmp_path, cache=cache)
     assert record.ending == summary.facts.ending == "interrupted"
     assert not summary.passed
     assert len(read_tum(tmp_path / "truth.tum")) == 100
     log = read_log(tmp_path / "readings.mcap")
     assert log.complete
     assert sum(isinstance(r, Inertial) for r in log) == 100
-    assert "interrupted" in table(read_summary(tmp_path))
+    assert "interrupted" in summary_table(read_summary(tmp_path))
 
 
 def test_physics_that_fail_end_the_run_with_a_line_and_keep_the_files(
@@ -144,7 +147,7 @@ def test_physics_that_fail_end_the_run_with_a_line_and_keep_the_files(
 
     monkeypatch.setattr(Simulation, "step", blown_up)
     monkeypatch.chdir(tmp_path)
-    summary, record = run_here(Mission(), office, office_cloud, tmp_path / "run", cache=cache)
+    summary, record = run_in_process(Mission(), office, office_cloud, tmp_path / "run", cache=cache)
     assert record.ending.startswith("physics became unstable at 1.500 s")
     assert not summary.passed
     assert read_log(tmp_path / "run" / "readings.mcap").complete
@@ -154,4 +157,4 @@ def test_physics_that_fail_end_the_run_with_a_line_and_keep_the_files(
 
 def test_scene_without_a_cloud_names_the_command_that_makes_one() -> None:
     with pytest.raises(CloudError, match="farsteer map nowhere"):
-        cloud_of("nowhere")
+        load_scene_cloud("nowhere")

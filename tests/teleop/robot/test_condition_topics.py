@@ -19,8 +19,8 @@ from robot_sim import DriveConfig, Simulation, SimulationConfig, World, sensor_s
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.motor_controller import FirmwareConfig
 from teleop.interfaces import registry
-from teleop.joystick import Wish
-from teleop.robot.robot import Drive, Message, Robot, Snapshot
+from teleop.joystick import VelocityRequest
+from teleop.robot.robot import DriveCommand, Message, Robot, TickRecord
 from teleop.robot.topics import OUTPUTS
 from teleop.rosbridge.messages.json_cbor_codec import Codec
 
@@ -36,30 +36,30 @@ REPORTS = (
 )
 
 
-def told(snapshot: Snapshot, name: str) -> dict[str, Any] | None:
+def told(tick: TickRecord, name: str) -> dict[str, Any] | None:
     """Return a topic's message as a client reads it."""
     topic = TOPICS[name]
-    message = topic.build(snapshot)
+    message = topic.build(tick)
     return None if message is None else json.loads(CODEC.json(REGISTRY[topic.type], message))
 
 
-def said(snapshot: Snapshot, name: str) -> dict[str, Any]:
-    message = told(snapshot, name)
+def said(tick: TickRecord, name: str) -> dict[str, Any]:
+    message = told(tick, name)
     assert message is not None
     return message
 
 
 @pytest.fixture(scope="module")
-def snapshots(office: World, office_cloud: Cloud, cache: Path) -> list[Snapshot]:
+def ticks(office: World, office_cloud: Cloud, cache: Path) -> list[TickRecord]:
     """A robot with firmware that turns, then drives into the wall east of the office's lobby."""
     config = SimulationConfig(drive=DriveConfig(firmware=FirmwareConfig()), scanners=())
     start = Pose.planar(25.3, 3.0, math.radians(-12.0))
     simulation = Simulation(office, config=config, start=start)
     robot = Robot(simulation, Localizer(prepare(office_cloud, cache=cache), simulation.mounts))
 
-    def tick(forward: float, turn: float) -> Snapshot:
-        wish = Wish(Twist.planar(forward, turn), enabled=True)
-        return robot.tick(simulation.stamp, [Drive("operator", wish)])
+    def tick(forward: float, turn: float) -> TickRecord:
+        request = VelocityRequest(Twist.planar(forward, turn), enabled=True)
+        return robot.tick(simulation.stamp, [DriveCommand("operator", request)])
 
     return (
         [tick(0.0, 0.0) for _ in range(5)]
@@ -68,18 +68,18 @@ def snapshots(office: World, office_cloud: Cloud, cache: Path) -> list[Snapshot]
     )
 
 
-def test_every_report_fits_its_type_in_json_and_cbor(snapshots: list[Snapshot]) -> None:
-    for snapshot in snapshots[::7]:
+def test_every_report_fits_its_type_in_json_and_cbor(ticks: list[TickRecord]) -> None:
+    for tick in ticks[::7]:
         for name in REPORTS:
-            message = TOPICS[name].build(snapshot)
+            message = TOPICS[name].build(tick)
             if message is not None:
                 kind = REGISTRY[TOPICS[name].type]
                 assert json.loads(CODEC.json(kind, message))
                 assert CODEC.cbor(kind, message)
 
 
-def test_bumpers_and_names_are_told_when_the_wall_is_met(snapshots: list[Snapshot]) -> None:
-    early, late = snapshots[3], snapshots[-1]
+def test_bumpers_and_names_are_told_when_the_wall_is_met(ticks: list[TickRecord]) -> None:
+    early, late = ticks[3], ticks[-1]
     assert not any(said(early, "/bumper_state")["front_bumpers"])
     assert said(early, "/ground_truth/condition")["touching"] == []
     state = said(late, "/bumper_state")
@@ -93,16 +93,16 @@ def test_bumpers_and_names_are_told_when_the_wall_is_met(snapshots: list[Snapsho
 
 
 def test_slip_is_told_with_its_centres_of_rotation_while_the_robot_turns(
-    snapshots: list[Snapshot],
+    ticks: list[TickRecord],
 ) -> None:
     still, turning = (
-        said(snapshots[3], "/ground_truth/slip"),
-        said(snapshots[35], "/ground_truth/slip"),
+        said(ticks[3], "/ground_truth/slip"),
+        said(ticks[35], "/ground_truth/slip"),
     )
     assert still["turning"] is False
     assert still["icr_left"] == 0.0
     assert turning["turning"] is True
-    slip = snapshots[35].truth.slip
+    slip = ticks[35].truth.slip
     assert turning["icr_left"] == pytest.approx(slip.icr_left)
     # Turning to the left in place, by about the effective track.
     assert 0.2 < abs(turning["icr_left"]) < 0.4
@@ -111,9 +111,9 @@ def test_slip_is_told_with_its_centres_of_rotation_while_the_robot_turns(
     np.testing.assert_allclose(turning["lateral"], slip.lateral, rtol=1e-6, atol=1e-9)
 
 
-def test_packets_come_at_10_hz_and_can_be_read_by_a_client(snapshots: list[Snapshot]) -> None:
-    packets = [(s, s.packet) for s in snapshots if s.packet is not None]
-    assert len(packets) == len(snapshots) // 5
+def test_packets_come_at_10_hz_and_can_be_read_by_a_client(ticks: list[TickRecord]) -> None:
+    packets = [(s, s.packet) for s in ticks if s.packet is not None]
+    assert len(packets) == len(ticks) // 5
     last, packet = packets[-1]
     message = TOPICS["/firmware/packet"].build(last)
     assert message is not None
@@ -121,31 +121,31 @@ def test_packets_come_at_10_hz_and_can_be_read_by_a_client(snapshots: list[Snaps
     assert packet is not None
     assert packet.left_stalled
     assert any(packet.bumpers.front)
-    assert told(snapshots[-2], "/firmware/packet") is None
-    wheels = sum(isinstance(r, WheelSpeeds) for s in snapshots for r in s.readings)
-    inertial = sum(isinstance(r, Inertial) for s in snapshots for r in s.readings)
-    assert (wheels, inertial) == (len(packets), len(snapshots))
+    assert told(ticks[-2], "/firmware/packet") is None
+    wheels = sum(isinstance(r, WheelSpeeds) for s in ticks for r in s.readings)
+    inertial = sum(isinstance(r, Inertial) for s in ticks for r in s.readings)
+    assert (wheels, inertial) == (len(packets), len(ticks))
 
 
-def test_diagnostics_warn_of_a_bump(snapshots: list[Snapshot]) -> None:
-    def drive_status(snapshot: Snapshot) -> dict[str, Any]:
-        status: list[dict[str, Any]] = said(snapshot, "/diagnostics")["status"]
+def test_diagnostics_warn_of_a_bump(ticks: list[TickRecord]) -> None:
+    def drive_status(tick: TickRecord) -> dict[str, Any]:
+        status: list[dict[str, Any]] = said(tick, "/diagnostics")["status"]
         return next(s for s in status if s["name"] == "drive")
 
-    calm, bumped = drive_status(snapshots[3]), drive_status(snapshots[-1])
+    calm, bumped = drive_status(ticks[3]), drive_status(ticks[-1])
     assert (calm["level"], calm["message"]) == (0, "ok")
     assert (bumped["level"], bumped["message"]) == (1, "bumped in front")
-    front = "".join("-#"[pressed] for pressed in snapshots[-1].condition.bumpers.front)
+    front = "".join("-#"[pressed] for pressed in ticks[-1].condition.bumpers.front)
     assert {"key": "front bumpers", "value": front} in bumped["values"]
     assert "#" in front
 
 
-def test_a_fall_is_an_error(office: World, snapshots: list[Snapshot]) -> None:
+def test_a_fall_is_an_error(office: World, ticks: list[TickRecord]) -> None:
     lying = Pose.from_euler((24.2, 3.0, 0.6), roll=math.pi)
     simulation = Simulation(office, config=SimulationConfig(scanners=()), start=lying)
     for _ in range(60):
         simulation.step()
-    fallen = replace(snapshots[-1], condition=simulation.condition)
+    fallen = replace(ticks[-1], condition=simulation.condition)
     status = said(fallen, "/diagnostics")["status"][-1]
     assert status["level"] == 2
     assert status["message"].startswith("fallen")
@@ -162,16 +162,18 @@ def test_localiser_follows_wheels_that_come_ten_times_a_second(
     start = simulation.truth().map_from_base
     inbox: list[Message] = [Hint(0, start, np.zeros((6, 6)))]
     errors, healths = [], set()
-    for tick in range(350):
-        snapshot = robot.tick(simulation.stamp, inbox)
+    for number in range(350):
+        tick = robot.tick(simulation.stamp, inbox)
         # Stop and go, to the left and to the right.
-        forward, turn = (0.5, 0.0) if tick % 100 < 50 else (0.1, 2.0 if tick < 200 else -2.0)
-        inbox = [Drive("operator", Wish(Twist.planar(forward, turn), enabled=True))]
-        estimate = snapshot.estimate
-        if tick > 100:
+        forward, turn = (0.5, 0.0) if number % 100 < 50 else (0.1, 2.0 if number < 200 else -2.0)
+        inbox = [
+            DriveCommand("operator", VelocityRequest(Twist.planar(forward, turn), enabled=True))
+        ]
+        estimate = tick.estimate
+        if number > 100:
             healths.add(estimate.health)
             assert estimate.map_from_base is not None
-            off = estimate.map_from_base.position - snapshot.truth.map_from_base.position
+            off = estimate.map_from_base.position - tick.truth.map_from_base.position
             errors.append(float(np.hypot(off[0], off[1])))
     assert healths == {Health.TRACKING}
     assert max(errors) < 0.04
@@ -187,9 +189,9 @@ def test_every_scan_of_a_mirror_that_outruns_the_tick_is_told(
     robot = Robot(simulation, Localizer(prepare(office_cloud, cache=cache), simulation.mounts))
     told_of: dict[str, list[tuple[int, float]]] = {"/scan": [], "/scan_vertical": []}
     for _ in range(16):
-        snapshot = robot.tick(simulation.stamp, [])
+        tick = robot.tick(simulation.stamp, [])
         for name, stamps in told_of.items():
-            for message in TOPICS[name].messages(snapshot):
+            for message in TOPICS[name].messages(tick):
                 stamp = message["header"]["stamp"]
                 stamps.append((stamp["nanosec"], math.degrees(message["angle_min"])))
                 assert len(message["ranges"]) == 180 + (message["angle_min"] < math.radians(-89.9))

@@ -18,13 +18,13 @@ from localization.pipeline.log_replay import config_metadata, to_json
 from localization.types import SECOND, HintVerdict
 from robot_sim import TICK_NS, Simulation, SimulationConfig
 from teleop.clock import Stopwatch, wall_seconds
-from teleop.robot.robot import Drive, Snapshot
+from teleop.robot.robot import DriveCommand, TickRecord
 from teleop.scenario.mission import Mission
 from teleop.scenario.run_report import (
     ReportError,
     RunFacts,
+    RunSummary,
     StageTime,
-    Summary,
     TopicTraffic,
     summarise,
 )
@@ -37,13 +37,13 @@ _MOVING = 0.01
 class RunRecord:
     """What the pictures and files of a run are made from."""
 
-    snapshots: Sequence[Snapshot]
+    ticks: Sequence[TickRecord]
     verdicts: tuple[HintVerdict, ...]
     ending: str
     """``completed``, or why the run ended before that."""
 
 
-class Referee:
+class RunRecorder:
     """Owns a run's folder; use it in a ``with`` block, which completes the log whatever happens."""
 
     def __init__(
@@ -73,7 +73,7 @@ class Referee:
             metadata,
             wheel_radius=simulation.world.robot.rolling_radius,
         )
-        self._snapshots: list[Snapshot] = []
+        self._snapshots: list[TickRecord] = []
         self._verdicts: list[HintVerdict] = []
         tour = np.array(simulation.world.tour)
         self._length = float(np.linalg.norm(np.diff(tour, axis=0), axis=1).sum())
@@ -82,22 +82,22 @@ class Referee:
         self._wished: int | None = None
         self._latencies: list[float] = []
 
-    def __enter__(self) -> Referee:
+    def __enter__(self) -> RunRecorder:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._log.close()
 
-    def take(self, snapshot: Snapshot) -> None:
+    def take(self, tick: TickRecord) -> None:
         """Note one tick."""
         with self._watch.stage("log"):
-            for reading in snapshot.readings:
-                self._log.write(reading, snapshot.stamp)
-        self._verdicts += [e.verdict for e in snapshot.estimates if e.verdict is not None]
-        self._watch_latency(snapshot)
-        self._driven += float(np.hypot(*snapshot.truth.twist.linear[:2])) * TICK_NS / SECOND
+            for reading in tick.readings:
+                self._log.write(reading, tick.stamp)
+        self._verdicts += [e.verdict for e in tick.estimates if e.verdict is not None]
+        self._watch_latency(tick)
+        self._driven += float(np.hypot(*tick.truth.twist.linear[:2])) * TICK_NS / SECOND
         # What was logged need not be kept; sweeps stay for the picture.
-        self._snapshots.append(replace(snapshot, readings=(), inbox=()))
+        self._snapshots.append(replace(tick, readings=(), inbox=()))
 
     @property
     def progress(self) -> float:
@@ -115,25 +115,23 @@ class Referee:
             return 0.0
         return self._snapshots[-1].stamp / SECOND / max(1e-9, wall_seconds() - self._begun)
 
-    def _watch_latency(self, snapshot: Snapshot) -> None:
+    def _watch_latency(self, tick: TickRecord) -> None:
         """Time from the wish that ends a standstill to the motion that answers it."""
-        moving = _moves(snapshot)
+        moving = _moves(tick)
         still_before = not self._snapshots or not _moves(self._snapshots[-1])
-        wishes = [m for m in snapshot.inbox if isinstance(m, Drive) and not m.wish.neutral]
-        commanded = bool(
-            snapshot.control.twist.linear.any() or snapshot.control.twist.angular.any()
-        )
+        wishes = [m for m in tick.inbox if isinstance(m, DriveCommand) and not m.request.neutral]
+        commanded = bool(tick.control.twist.linear.any() or tick.control.twist.angular.any())
         if self._wished is None and still_before and wishes and commanded:
-            self._wished = wishes[-1].stamp or snapshot.stamp - TICK_NS
+            self._wished = wishes[-1].stamp or tick.stamp - TICK_NS
         if self._wished is not None and moving:
-            self._latencies.append((snapshot.stamp - self._wished) / SECOND)
+            self._latencies.append((tick.stamp - self._wished) / SECOND)
             self._wished = None
         elif not commanded:
             self._wished = None
 
     def finish(
         self, ending: str, traffic: Sequence[TopicTraffic] = ()
-    ) -> tuple[Summary, RunRecord]:
+    ) -> tuple[RunSummary, RunRecord]:
         """Write the files and return what they say.
 
         Raises:
@@ -177,8 +175,8 @@ class Referee:
         _write_json(self.folder / "config.json", values)
 
 
-def _moves(snapshot: Snapshot) -> bool:
-    twist = snapshot.truth.twist
+def _moves(tick: TickRecord) -> bool:
+    twist = tick.truth.twist
     return bool(np.abs(twist.linear[:2]).max() > _MOVING or abs(twist.angular[2]) > _MOVING)
 
 
