@@ -149,10 +149,10 @@ class Map:
 
     def _survey(self, log: ReadingsLog, start: Pose | None, bar: Progress) -> Survey:
         from localization.mapping.slam import SlamConfig, survey_of
-        from localization.motion.motion_model import Motion, Suite
+        from localization.motion.motion_model import Motion, SensorConfiguration
 
-        motion = log.suite.motion if self.motion is None else Motion(self.motion)
-        config = SlamConfig.of(Suite(motion, log.suite.flat), level=not self.uneven)
+        motion = log.sensors.motion if self.motion is None else Motion(self.motion)
+        config = SlamConfig.of(SensorConfiguration(motion, log.sensors.flat), level=not self.uneven)
         return survey_of(log, log.mounts, config, start=start, progress=bar)
 
     def _own_out(self) -> Path:
