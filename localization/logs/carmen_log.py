@@ -28,7 +28,7 @@ import numpy as np
 from localization.geometry import wrap_angle
 from localization.logs.carmen_timestamps import ZeroMender, lacks_zeros
 from localization.logs.mcap_log import LogError, Skipped
-from localization.motion.motion_model import Motion, Suite
+from localization.motion.motion_model import Motion, SensorConfiguration
 from localization.types import SECOND, InvalidReadingError, Odometry, Pose, Reading, Scan
 
 SCANNER: Final = "laser"
@@ -94,9 +94,9 @@ class CarmenLog:
         )
 
     @property
-    def suite(self) -> Suite:
+    def sensors(self) -> SensorConfiguration:
         """What such a log has."""
-        return Suite(Motion.ODOMETRY, flat=True)
+        return SensorConfiguration(Motion.ODOMETRY, flat=True)
 
     def __iter__(self) -> Iterator[Reading]:
         for _, reading in self.timed():

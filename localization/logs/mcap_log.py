@@ -22,7 +22,7 @@ from rosbags.serde import SerdeError
 
 from localization.logs import ros_messages as messages
 from localization.logs.ros_messages import MessageError
-from localization.motion.motion_model import Suite
+from localization.motion.motion_model import SensorConfiguration
 from localization.types import (
     Hint,
     Inertial,
@@ -222,9 +222,9 @@ class Log:
         return float(self.metadata.get("wheel_radius", messages.WHEEL_RADIUS))
 
     @property
-    def suite(self) -> Suite:
+    def sensors(self) -> SensorConfiguration:
         """What our own logs have; the configuration they may hold says if it was used otherwise."""
-        return Suite()
+        return SensorConfiguration()
 
     @property
     def warning(self) -> str | None:

@@ -15,7 +15,7 @@ from localization.logs import ros_import as ros_readings, ros_messages as messag
 from localization.logs.mcap_log import INITIALPOSE, LogError, Skipped
 from localization.logs.ros_import import FrameTree, Layout
 from localization.logs.ros_messages import MessageError
-from localization.motion.motion_model import Motion, Suite
+from localization.motion.motion_model import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Pose, Reading
 
 _STATIC_SPAN = 10_000_000_000
@@ -53,7 +53,7 @@ class Bag:
             self._find_mounts(reader)
 
     @property
-    def suite(self) -> Suite:
+    def sensors(self) -> SensorConfiguration:
         """What the bag has: wheels and gyro if both are there, else the base's own odometry."""
         kinds = set(self._topics.values())
         wheels, gyro = messages.JOINT_STATE in kinds, messages.IMU in kinds
@@ -66,7 +66,7 @@ class Bag:
         else:
             motion = Motion.SCANNER
         level = all(mount.rotation[2, 2] > 0.9 for mount in self.mounts.values())
-        return Suite(motion, flat=level and messages.POINT_CLOUD not in kinds)
+        return SensorConfiguration(motion, flat=level and messages.POINT_CLOUD not in kinds)
 
     def __iter__(self) -> Iterator[Reading]:
         for _, reading in self.timed():
