@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from localization.maps.cloud import Cloud
 from robot_sim import TICK_NS, World
 from teleop.interfaces import registry
-from teleop.robot.topics import INPUTS, MAP_INFO, OUTPUTS, TF_STATIC, Topic
+from teleop.robot.topics.topic_table import INPUTS, MAP_INFO, OUTPUTS, TF_STATIC, Topic
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import TIME
 from tests.teleop.support import (
