@@ -95,7 +95,7 @@ def test_a_disk_that_is_gone_is_told_once_and_the_robot_goes_on(
 FILLING = """
 import resource, sys
 from pathlib import Path
-from teleop.robot.audit_file import AuditFile
+from teleop.robot.audit.audit_file import AuditFile
 path = Path(sys.argv[1])
 hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
 resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
