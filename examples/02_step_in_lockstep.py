@@ -10,8 +10,9 @@ from typing import Any
 from localization import Localizer, prepare
 from robot_sim import Simulation, load_world
 from teleop.interfaces import registry
+from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.robot import Robot
-from teleop.robot.rosbridge_adapter import LockstepService, RosbridgeAdapter
+from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.rosbridge import Client, ClientLimits, Protocol, Server
 from teleop.scene_clouds import load_scene_cloud
 

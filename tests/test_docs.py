@@ -28,9 +28,10 @@ from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.__main__ import Command
 from teleop.joystick import JoystickLayout, layouts
 from teleop.operator import keyboard
-from teleop.robot.rosbridge_adapter import LockstepService
+from teleop.robot.greeting import snippet
+from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.safety import ControlMode, SafetyConfig
-from teleop.robot.serve import ServeConfig, snippet
+from teleop.robot.serve_config import ServeConfig
 from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
 
 ROOT = Path(__file__).parents[1]
@@ -450,7 +451,7 @@ def test_shipped_layout_is_the_one_of_the_documentation() -> None:
 def test_steps_are_as_many_as_the_documentation_says() -> None:
     page = " ".join(text_of("docs/teleoperation.md").split())
     assert f"`ticks` from 1 to {LockstepService.MAX_TICKS} of 20 ms" in page
-    assert f"at most {LockstepService._MAX_BRAKING_TICKS} ticks" in page
+    assert f"at most {LockstepService.MAX_BRAKING_TICKS} ticks" in page
 
 
 def test_keys_do_what_the_quick_start_says() -> None:

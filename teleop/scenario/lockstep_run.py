@@ -13,8 +13,10 @@ from localization.maps.cloud import Cloud
 from localization.types import SECOND
 from robot_sim import PhysicsError, World
 from teleop.interfaces import registry
-from teleop.robot.robot import Robot, TickRecord
-from teleop.robot.rosbridge_adapter import LockstepService, RosbridgeAdapter
+from teleop.robot.lockstep_service import LockstepService
+from teleop.robot.robot import Robot
+from teleop.robot.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame, Output
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.protocol import Protocol

@@ -12,7 +12,8 @@ from localization.types import SECOND
 from robot_sim import PhysicsError, Simulation, World
 from teleop.clock import Stopwatch, wall_seconds
 from teleop.joystick import VelocityRequest
-from teleop.robot.robot import DriveCommand, Message, Robot
+from teleop.robot.inbox import DriveCommand, InboxMessage
+from teleop.robot.robot import Robot
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.run_recorder import RunRecord, RunRecorder
 from teleop.scenario.run_report import RunSummary
@@ -44,7 +45,7 @@ def build(
     begun = wall_seconds()
     watch = Stopwatch()
     simulation = Simulation(
-        world, seed=mission.seed, config=mission.options.simulation(mission.slips)
+        world, seed=mission.seed, config=mission.robot.simulation(mission.slips)
     )
     progress(0.0, "preparing the map")
     config = LocalizerConfig()
@@ -85,7 +86,7 @@ def _drive(mission: Mission, robot: Robot, recorder: RunRecorder, progress: Prog
     """Tick until the tour is done, time is up, or something ends it; return what did."""
     driver = TourDriver(robot.simulation.world.tour)
     hint = mission.hint(robot.simulation.truth().map_from_base)
-    inbox: list[Message] = []
+    inbox: list[InboxMessage] = []
     try:
         while not driver.done:
             now = robot.simulation.stamp

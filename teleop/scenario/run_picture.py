@@ -13,7 +13,7 @@ from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.matching.registration import difference
 from localization.types import SECOND, Estimate, Health
-from teleop.robot.robot import TickRecord
+from teleop.robot.tick_record import TickRecord
 from teleop.scenario.run_recorder import RunRecord
 
 _HEALTH_COLOUR = {

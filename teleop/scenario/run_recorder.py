@@ -19,7 +19,8 @@ from localization.pipeline.log_replay import config_metadata
 from localization.types import SECOND, HintVerdict
 from robot_sim import TICK_NS, Simulation, SimulationConfig
 from teleop.clock import Stopwatch, wall_seconds
-from teleop.robot.robot import DriveCommand, TickRecord
+from teleop.robot.inbox import DriveCommand
+from teleop.robot.tick_record import TickRecord
 from teleop.scenario.mission import Mission
 from teleop.scenario.run_report import (
     ReportError,

@@ -97,8 +97,8 @@ async def operate(script: OperatorScript) -> None:
         await client.connect()
         await operator.start()
         await _step(operator, 1)
-        if operator.map_complaint or not operator.map_sha256:
-            raise ScriptError(operator.map_complaint or "the robot does not say what map it has")
+        if operator.map_mismatch or not operator.map_sha256:
+            raise ScriptError(operator.map_mismatch or "the robot does not say what map it has")
         while not driver.done and not script.over(operator.now):
             if not hinted and operator.now >= script.hint_stamp:
                 hinted = True

@@ -20,7 +20,7 @@ from localization.maps.cloud import Cloud
 from localization.types import Verdict
 from robot_sim import World
 from teleop.operator.operator_client import TOPICS
-from teleop.robot.topics import OUTPUTS
+from teleop.robot.topics.topic_table import OUTPUTS
 from teleop.scenario.lockstep_run import run_over_wire
 from teleop.scenario.mission import Mission
 from teleop.scenario.run_recorder import RunRecord

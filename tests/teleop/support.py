@@ -24,10 +24,12 @@ from localization.pipeline.localizer import Localizer
 from localization.types import Hint
 from robot_sim import Simulation, World
 from teleop.interfaces import registry
+from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.robot import Robot
-from teleop.robot.rosbridge_adapter import LockstepService, RosbridgeAdapter
-from teleop.robot.serve import ServeConfig, serve
-from teleop.robot.topics import OUTPUTS
+from teleop.robot.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.serve import serve
+from teleop.robot.serve_config import ServeConfig
+from teleop.robot.topics.topic_table import OUTPUTS
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.json_cbor_codec import read_cbor
 from teleop.rosbridge.protocol.protocol import Protocol

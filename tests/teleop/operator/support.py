@@ -24,8 +24,9 @@ from localization.types import SECOND, Hint, Twist
 from robot_sim import Simulation, World
 from teleop.joystick import VelocityRequest
 from teleop.operator.display import Display
-from teleop.robot import topics
-from teleop.robot.robot import DriveCommand, EStop, EStopReset, Message, Robot
+from teleop.robot.inbox import DriveCommand, EStop, EStopReset, InboxMessage
+from teleop.robot.robot import Robot
+from teleop.robot.topics.topic_table import OUTPUTS, latched_messages
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.tour_driver import TourDriver
 
@@ -68,22 +69,23 @@ def drive(
     driver = TourDriver(world.tour)
     hint = Mission().hint(simulation.truth().map_from_base)
     latched: tuple[Published, ...] = tuple(
-        (kind.name, message) for kind, message in topics.latched(cloud, simulation.mounts).items()
+        (kind.name, message) for kind, message in latched_messages(cloud, simulation.mounts).items()
     )
-    inbox: list[Message] = [DriveCommand("test", _NEUTRAL)]
+    inbox: list[InboxMessage] = [DriveCommand("test", _NEUTRAL)]
     twist = Twist.planar(0.0, 0.0)
-    tick = 0
+    number = 0
     while not driver.done and simulation.stamp < seconds * SECOND:
         given = hint if simulation.stamp == HINT_STAMP else None
-        snapshot = robot.tick(simulation.stamp, inbox if given is None else [*inbox, given])
+        tick = robot.tick(simulation.stamp, inbox if given is None else [*inbox, given])
         published = [
             (topic.name, message)
-            for topic in topics.OUTPUTS
-            if tick % max(1, topic.every) == 0 and (message := topic.build(snapshot)) is not None
+            for topic in OUTPUTS
+            if number % max(1, topic.every) == 0
+            for message in topic.build(tick)
         ]
-        yield Moment(snapshot.stamp, twist, given, (*latched, *published))
-        latched, tick = (), tick + 1
-        estimate = snapshot.estimate
+        yield Moment(tick.stamp, twist, given, (*latched, *published))
+        latched, number = (), number + 1
+        estimate = tick.estimate
         twist = driver.command(estimate.map_from_base, estimate.health)
         now = simulation.stamp / SECOND
         if estop[0] <= now < estop[1]:

@@ -40,7 +40,7 @@ class Slate:
 
 def test_patient_display_gets_everything_in_order_and_is_closed_at_the_end() -> None:
     slate = Slate()
-    aside = ThreadedDisplay(slate, blocking=True, most=3)
+    aside = ThreadedDisplay(slate, blocking=True, max_pending=3)
     slate.go.set()
     for n in range(100):
         aside.show("/tf", {"n": n})
@@ -59,7 +59,7 @@ def test_patient_display_gets_everything_in_order_and_is_closed_at_the_end() -> 
 
 def test_impatient_display_that_hangs_leaves_out_instead_of_holding_up() -> None:
     slate = Slate()
-    aside = ThreadedDisplay(slate, blocking=False, most=5)
+    aside = ThreadedDisplay(slate, blocking=False, max_pending=5)
     for n in range(1000):
         aside.show("/tf", {"n": n})
     assert aside.dropped >= 994

@@ -13,16 +13,10 @@ from localization.pipeline.localizer import Localizer
 from localization.types import Hint, Inertial, Pose, Twist
 from robot_sim import TICK_NS, Simulation, World
 from teleop.joystick import VelocityRequest
-from teleop.robot.robot import (
-    Disconnected,
-    DriveCommand,
-    EStop,
-    EStopReset,
-    Message,
-    Robot,
-    TickRecord,
-)
+from teleop.robot.inbox import Disconnected, DriveCommand, EStop, EStopReset, InboxMessage
+from teleop.robot.robot import Robot
 from teleop.robot.safety import ControlMode, SafetyConfig
+from teleop.robot.tick_record import Rejection, TickRecord
 
 NEUTRAL = DriveCommand("operator", VelocityRequest(Twist.planar(0.0, 0.0), enabled=True))
 FULL = DriveCommand("operator", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True))
@@ -35,7 +29,7 @@ def robot(office: World, office_cloud: Cloud, cache: Path) -> Robot:
     return Robot(simulation, Localizer(world, simulation.mounts))
 
 
-def drive(robot: Robot, message: Message | None, ticks: int) -> TickRecord:
+def drive(robot: Robot, message: InboxMessage | None, ticks: int) -> TickRecord:
     """Send the same message every tick; None sends nothing."""
     for _ in range(ticks):
         tick = robot.tick(robot.simulation.stamp, () if message is None else (message,))
@@ -60,7 +54,7 @@ def test_robot_brakes_within_the_promised_distance_from_full_speed(robot: Robot,
     drive(robot, NEUTRAL, 1)
     moving = drive(robot, FULL, 150)
     assert moving.truth.twist.linear[0] > 0.68
-    last: dict[str, Message | None] = {
+    last: dict[str, InboxMessage | None] = {
         "silence": None,
         "disconnect": Disconnected("operator"),
         "e-stop": EStop("somebody"),
@@ -86,7 +80,7 @@ def test_robot_does_not_move_again_before_it_saw_a_neutral_stick(robot: Robot) -
     drive(robot, None, 100)
     tick = drive(robot, FULL, 50)
     assert tick.control.control is ControlMode.DISARMED
-    assert tick.refusals == (("operator", "show a neutral stick first"),)
+    assert tick.rejections == (Rejection("operator", "send a neutral stick first"),)
     assert abs(tick.truth.twist.linear[0]) < 0.005
     drive(robot, NEUTRAL, 1)
     assert drive(robot, FULL, 50).truth.twist.linear[0] > 0.3
@@ -113,8 +107,9 @@ def test_second_driver_is_told_who_drives(robot: Robot) -> None:
     other = DriveCommand("other", VelocityRequest(Twist.planar(0.3, 0.0), enabled=True))
     tick = robot.tick(robot.simulation.stamp, (FULL, other))
     assert tick.control.controller == "operator"
-    assert [client for client, _ in tick.refusals] == ["other"]
-    assert "operator drives" in tick.refusals[0][1]
+    (rejection,) = tick.rejections
+    assert rejection.client == "other"
+    assert "operator drives" in rejection.reason
 
 
 def test_truth_is_out_of_the_localisers_reach(robot: Robot) -> None:

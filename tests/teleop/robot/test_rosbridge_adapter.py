@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from localization.maps.cloud import Cloud
 from robot_sim import TICK_NS, World
 from teleop.interfaces import registry
-from teleop.robot.topics import INPUTS, MAP_INFO, OUTPUTS, TF_STATIC, Topic
+from teleop.robot.topics.topic_table import INPUTS, MAP_INFO, OUTPUTS, TF_STATIC, Topic
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import TIME
 from tests.teleop.support import (
@@ -96,7 +96,7 @@ async def test_second_client_cannot_step_while_the_first_is_there(
         async with peer(rig.server.url) as other:
             assert await other.ask("/sim/step", ticks=1) == (
                 False,
-                f"{rig.server.name(1)} owns the stepping; wait until it leaves",
+                f"{rig.server.name(1)} owns the stepping; wait until it disconnects",
             )
             assert "127.0.0.1:" in rig.server.name(1)
         assert await owner.step() == 2 * TICK_NS
@@ -157,7 +157,7 @@ async def test_calls_that_overlap_are_refused_not_mixed(
         assert first is not None
         assert second is not None
         assert first["result"] is True
-        assert second["values"] == "the last step is not done yet"
+        assert second["values"] == "the last step has not ended yet"
         assert rig.robot.simulation.stamp == 50 * TICK_NS
 
 
@@ -368,7 +368,7 @@ async def test_second_driver_is_warned_if_it_wants_to_hear_warnings(
         await second.joy(1.0)
         await second.settle()
         await driver.step()
-        expected = f"warning: {rig.server.name(1)} drives; ask for /teleop/take_over"
+        expected = f"warning: {rig.server.name(1)} drives; call /teleop/take_over"
         assert texts(await second.settle()) == [expected]
         assert await driver.settle() == []
 
@@ -475,7 +475,7 @@ async def test_hint_is_taken_back_on_request_and_but_once(
         good, values = await client.ask("/localization/undo")
         assert good
         assert not values["success"]
-        assert values["message"] == "no hint or search has placed the robot within the last 60 s"
+        assert values["message"] == "no hint or search has set the pose within the last 60 s"
         await client.hint(hint_message(*SPAWN))
         await client.step(60)
         assert client.last("/localization/hint_verdict")["verdict"] == "accepted"

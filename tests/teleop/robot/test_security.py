@@ -19,9 +19,12 @@ from websockets.asyncio.client import connect
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from teleop.operator.operate import OperateConfig
-from teleop.robot.audit_file import AuditError
-from teleop.robot.serve import ROLES, ServeConfig, greeting, serve
+from teleop.operator.operate import client_for
+from teleop.operator.operate_config import OperateConfig
+from teleop.robot.audit.audit_file import AuditError
+from teleop.robot.greeting import greeting
+from teleop.robot.serve import ROLES, serve
+from teleop.robot.serve_config import ServeConfig
 from teleop.rosbridge import Client, Role, Server
 from teleop.rosbridge.errors import ServerError, ServiceCallError
 from teleop.scene_clouds import scene_cloud_path
@@ -251,7 +254,7 @@ async def test_the_operator_brings_its_token_to_an_encrypted_robot(
     config = ServeConfig(tokens=tokens(tmp_path), tls_cert=crt, tls_key=key)
     async with served(office, office_cloud, cache, config) as server:
         operator = OperateConfig(server.url, scene_cloud_path("office"), token=secret, ca=crt)
-        async with operator.client() as client:
+        async with client_for(operator) as client:
             assert (await client.call("/teleop/estop"))["success"]
         said = greeting(server, office, office_cloud, scene_cloud_path("office"))
         assert server.url in said
@@ -265,11 +268,11 @@ def test_a_token_or_a_certificate_that_is_none_is_told(tmp_path: Path) -> None:
     for content in ("", "two\nlines", "ümlaut"):
         file.write_text(content, encoding="utf-8")
         with pytest.raises(ValueError, match="must hold a token"):
-            replace(base, token=file).client()
+            client_for(replace(base, token=file))
     with pytest.raises(ValueError, match="holds no certificate"):
-        replace(base, ca=file).client()
+        client_for(replace(base, ca=file))
     with pytest.raises(ValueError, match="there is no certificate"):
-        replace(base, ca=tmp_path / "none").client()
+        client_for(replace(base, ca=tmp_path / "none"))
     with pytest.raises(ValueError, match="needs both"):
         ServeConfig(tls_cert=file)
 
@@ -281,7 +284,7 @@ def test_a_token_or_a_certificate_that_is_none_is_told(tmp_path: Path) -> None:
         ("::1", False, False, ""),
         ("0.0.0.0", False, False, "anybody who reaches this address can drive the robot"),
         ("0.0.0.0", False, True, "anybody who reaches this address can drive the robot"),
-        ("0.0.0.0", True, False, "tokens can be overheard"),
+        ("0.0.0.0", True, False, "tokens can be read on their way"),
         ("0.0.0.0", True, True, ""),
     ],
 )

@@ -11,7 +11,8 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from teleop.robot.serve import ServeConfig, serve
+from teleop.robot.serve import serve
+from teleop.robot.serve_config import ServeConfig
 from teleop.rosbridge import Client, Server
 from teleop.scene_clouds import scene_cloud_path
 from tests.teleop.robot.test_security import served

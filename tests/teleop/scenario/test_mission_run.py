@@ -16,7 +16,9 @@ from localization.maps.cloud import Cloud, CloudError
 from localization.pipeline.log_replay import localize
 from localization.types import Hint, Inertial, Reading, Scan, WheelSpeeds
 from robot_sim import Simulation, World
-from teleop.robot.robot import Message, Robot, TickRecord
+from teleop.robot.inbox import InboxMessage
+from teleop.robot.robot import Robot
+from teleop.robot.tick_record import TickRecord
 from teleop.scenario.mission import Mission
 from teleop.scenario.mission_run import run_in_process
 from teleop.scenario.run_picture import draw
@@ -119,7 +121,7 @@ def test_interrupted_run_keeps_what_it_had(
 ) -> None:
     tick = Robot.tick
 
-    def interrupted(self: Robot, now: int, inbox: Sequence[Message]) -> TickRecord:
+    def interrupted(self: Robot, now: int, inbox: Sequence[InboxMessage]) -> TickRecord:
         if now == 2_000_000_000:
             raise KeyboardInterrupt
         return tick(self, now, inbox)

@@ -8,26 +8,26 @@ from pathlib import Path
 import pytest
 
 from teleop.interfaces import registry
-from teleop.robot.topics import (
+from teleop.robot.topics.topic_table import (
     INPUTS,
     MAP_INFO,
     OUTPUTS,
     SERVICES,
     TF_STATIC,
-    Input,
+    Interface,
     Topic,
-    markdown,
 )
+from teleop.robot.topics.topics_page import markdown
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 REGISTRY = registry()
-TABLE: tuple[Topic | Input, ...] = (*OUTPUTS, *INPUTS, TF_STATIC, MAP_INFO)
+TABLE: tuple[Topic | Interface, ...] = (*OUTPUTS, *INPUTS, TF_STATIC, MAP_INFO)
 TOPICS = [(t.name, t.type) for t in TABLE]
 
 
 def test_page_of_the_docs_is_what_the_table_says() -> None:
     page = (ROOT / "docs" / "topics.md").read_text(encoding="utf-8")
-    assert page == markdown(), "run: python -m teleop.robot.topics > docs/topics.md"
+    assert page == markdown(), "run: python -m teleop.robot.topics.topics_page > docs/topics.md"
 
 
 @pytest.mark.parametrize(("name", "kind"), TOPICS, ids=[name for name, _ in TOPICS])

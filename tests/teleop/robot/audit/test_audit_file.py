@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from teleop.robot.audit_file import AuditError, AuditFile
+from teleop.robot.audit.audit_file import AuditError, AuditFile
 
 BEGIN = {"what": "begin"}
 
@@ -55,11 +55,11 @@ def test_a_disk_that_hangs_holds_nobody_up_and_what_is_lost_is_counted(
     path = tmp_path / "pipe"
     os.mkfifo(path)
     reader = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    file = AuditFile(path, BEGIN, most_waiting=50)
+    file = AuditFile(path, BEGIN, max_waiting=50)
     for number in range(2000):  # 200 kB: more than a pipe takes, and nobody reads
         file.add({"n": number, "fill": "x" * 100})
     assert 0 < file.lost < 2000
-    assert caplog.text.count("are lost: the disk is too slow; the robot goes on") == 1
+    assert caplog.text.count("are lost: the disk is too slow; the robot continues") == 1
     read: list[bytes] = []
 
     def drain() -> None:
@@ -89,13 +89,13 @@ def test_a_disk_that_is_gone_is_told_once_and_the_robot_goes_on(
         file.add({"n": 0})
     file.close()
     assert file.lost == 5
-    assert caplog.text.count("are lost: Broken pipe; the robot goes on") == 1
+    assert caplog.text.count("are lost: Broken pipe; the robot continues") == 1
 
 
 FILLING = """
 import resource, sys
 from pathlib import Path
-from teleop.robot.audit_file import AuditFile
+from teleop.robot.audit.audit_file import AuditFile
 path = Path(sys.argv[1])
 hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
 resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
@@ -116,13 +116,13 @@ def test_after_a_full_disk_has_room_again_lines_are_whole_and_say_what_is_missin
     path = tmp_path / "audit.jsonl"
     done = subprocess.run(
         [sys.executable, "-c", FILLING, str(path)],
-        cwd=Path(__file__).parents[3],
+        cwd=Path(__file__).parents[4],
         capture_output=True,
         text=True,
         check=True,
         timeout=60,
     )
-    assert "the robot goes on" in done.stderr
+    assert "the robot continues" in done.stderr
     begin, first, torn, lost, after = path.read_text().splitlines()
     assert json.loads(begin) == BEGIN
     assert json.loads(first)["n"] == 0

@@ -1,4 +1,4 @@
-"""What the robot reports of itself: bumpers, tilt, stalls, slip, and the controller's packets."""
+"""Messages of bumpers, tilt, stalls, slip, scans, and the controller's packets."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import Localizer
 from localization.types import Health, Hint, Inertial, Pose, Twist, WheelSpeeds
-from robot_sim import DriveConfig, Simulation, SimulationConfig, World, sensor_suite
+from robot_sim import JACKAL, DriveConfig, Simulation, SimulationConfig, World, sensor_suite
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.motor_controller import FirmwareConfig
 from teleop.interfaces import registry
 from teleop.joystick import VelocityRequest
-from teleop.robot.robot import DriveCommand, Message, Robot, TickRecord
-from teleop.robot.topics import OUTPUTS
+from teleop.robot.inbox import DriveCommand, InboxMessage
+from teleop.robot.robot import Robot
+from teleop.robot.tick_record import TickRecord
+from teleop.robot.topics.topic_table import OUTPUTS
 from teleop.rosbridge.messages.json_cbor_codec import Codec
 
 REGISTRY = registry()
@@ -36,17 +38,12 @@ REPORTS = (
 )
 
 
-def told(tick: TickRecord, name: str) -> dict[str, Any] | None:
-    """Return a topic's message as a client reads it."""
+def published(tick: TickRecord, name: str) -> dict[str, Any]:
+    """Return the one message of a topic in a tick as a client reads it."""
     topic = TOPICS[name]
-    message = topic.build(tick)
-    return None if message is None else json.loads(CODEC.json(REGISTRY[topic.type], message))
-
-
-def said(tick: TickRecord, name: str) -> dict[str, Any]:
-    message = told(tick, name)
-    assert message is not None
-    return message
+    (message,) = topic.build(tick)
+    found: dict[str, Any] = json.loads(CODEC.json(REGISTRY[topic.type], message))
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -71,22 +68,21 @@ def ticks(office: World, office_cloud: Cloud, cache: Path) -> list[TickRecord]:
 def test_every_report_fits_its_type_in_json_and_cbor(ticks: list[TickRecord]) -> None:
     for tick in ticks[::7]:
         for name in REPORTS:
-            message = TOPICS[name].build(tick)
-            if message is not None:
-                kind = REGISTRY[TOPICS[name].type]
+            kind = REGISTRY[TOPICS[name].type]
+            for message in TOPICS[name].build(tick):
                 assert json.loads(CODEC.json(kind, message))
                 assert CODEC.cbor(kind, message)
 
 
-def test_bumpers_and_names_are_told_when_the_wall_is_met(ticks: list[TickRecord]) -> None:
+def test_contact_with_a_wall_is_published_as_bumpers_and_names(ticks: list[TickRecord]) -> None:
     early, late = ticks[3], ticks[-1]
-    assert not any(said(early, "/bumper_state")["front_bumpers"])
-    assert said(early, "/ground_truth/condition")["touching"] == []
-    state = said(late, "/bumper_state")
+    assert not any(published(early, "/bumper_state")["front_bumpers"])
+    assert published(early, "/ground_truth/condition")["touching"] == []
+    state = published(late, "/bumper_state")
     assert state["front_bumpers"] == list(late.condition.bumpers.front)
     assert any(state["front_bumpers"])
     assert state["rear_bumpers"] == [False] * 5
-    condition = said(late, "/ground_truth/condition")
+    condition = published(late, "/ground_truth/condition")
     assert condition["touching"] == ["east_0"]
     assert condition["wheels_down"] == [True] * 4
     assert condition["fallen"] is False
@@ -96,8 +92,8 @@ def test_slip_is_told_with_its_centres_of_rotation_while_the_robot_turns(
     ticks: list[TickRecord],
 ) -> None:
     still, turning = (
-        said(ticks[3], "/ground_truth/slip"),
-        said(ticks[35], "/ground_truth/slip"),
+        published(ticks[3], "/ground_truth/slip"),
+        published(ticks[35], "/ground_truth/slip"),
     )
     assert still["turning"] is False
     assert still["icr_left"] == 0.0
@@ -115,13 +111,12 @@ def test_packets_come_at_10_hz_and_can_be_read_by_a_client(ticks: list[TickRecor
     packets = [(s, s.packet) for s in ticks if s.packet is not None]
     assert len(packets) == len(ticks) // 5
     last, packet = packets[-1]
-    message = TOPICS["/firmware/packet"].build(last)
-    assert message is not None
+    (message,) = TOPICS["/firmware/packet"].build(last)
     assert StandardPacket.from_bytes(bytes(message["data"])) == packet
     assert packet is not None
     assert packet.left_stalled
     assert any(packet.bumpers.front)
-    assert told(ticks[-2], "/firmware/packet") is None
+    assert TOPICS["/firmware/packet"].build(ticks[-2]) == ()
     wheels = sum(isinstance(r, WheelSpeeds) for s in ticks for r in s.readings)
     inertial = sum(isinstance(r, Inertial) for s in ticks for r in s.readings)
     assert (wheels, inertial) == (len(packets), len(ticks))
@@ -129,7 +124,7 @@ def test_packets_come_at_10_hz_and_can_be_read_by_a_client(ticks: list[TickRecor
 
 def test_diagnostics_warn_of_a_bump(ticks: list[TickRecord]) -> None:
     def drive_status(tick: TickRecord) -> dict[str, Any]:
-        status: list[dict[str, Any]] = said(tick, "/diagnostics")["status"]
+        status: list[dict[str, Any]] = published(tick, "/diagnostics")["status"]
         return next(s for s in status if s["name"] == "drive")
 
     calm, bumped = drive_status(ticks[3]), drive_status(ticks[-1])
@@ -146,10 +141,10 @@ def test_a_fall_is_an_error(office: World, ticks: list[TickRecord]) -> None:
     for _ in range(60):
         simulation.step()
     fallen = replace(ticks[-1], condition=simulation.condition)
-    status = said(fallen, "/diagnostics")["status"][-1]
+    status = published(fallen, "/diagnostics")["status"][-1]
     assert status["level"] == 2
     assert status["message"].startswith("fallen")
-    assert said(fallen, "/ground_truth/condition")["fallen"] is True
+    assert published(fallen, "/ground_truth/condition")["fallen"] is True
 
 
 def test_localiser_follows_wheels_that_come_ten_times_a_second(
@@ -160,7 +155,7 @@ def test_localiser_follows_wheels_that_come_ten_times_a_second(
     localizer = Localizer(prepare(office_cloud, cache=cache), simulation.mounts)
     robot = Robot(simulation, localizer)
     start = simulation.truth().map_from_base
-    inbox: list[Message] = [Hint(0, start, np.zeros((6, 6)))]
+    inbox: list[InboxMessage] = [Hint(0, start, np.zeros((6, 6)))]
     errors, healths = [], set()
     for number in range(350):
         tick = robot.tick(simulation.stamp, inbox)
@@ -180,25 +175,36 @@ def test_localiser_follows_wheels_that_come_ten_times_a_second(
     assert float(np.sqrt(np.mean(np.square(errors)))) < 0.015
 
 
-def test_every_scan_of_a_mirror_that_outruns_the_tick_is_told(
+def test_every_scan_of_a_mirror_faster_than_the_ticks_is_published(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     """An LMS-200 at 0.5 deg ends 75 half scans a second; ticks are 50."""
     scanners = sensor_suite("sick_lms200").scanners
     simulation = Simulation(office, config=SimulationConfig(scanners=scanners))
     robot = Robot(simulation, Localizer(prepare(office_cloud, cache=cache), simulation.mounts))
-    told_of: dict[str, list[tuple[int, float]]] = {"/scan": [], "/scan_vertical": []}
+    found: dict[str, list[tuple[int, float]]] = {"/scan": [], "/scan_vertical": []}
     for _ in range(16):
         tick = robot.tick(simulation.stamp, [])
-        for name, stamps in told_of.items():
-            for message in TOPICS[name].messages(tick):
+        for name, stamps in found.items():
+            for message in TOPICS[name].build(tick):
                 stamp = message["header"]["stamp"]
                 stamps.append((stamp["nanosec"], math.degrees(message["angle_min"])))
                 assert len(message["ranges"]) == 180 + (message["angle_min"] < math.radians(-89.9))
                 assert math.degrees(message["angle_increment"]) == pytest.approx(1.0)
                 assert message["time_increment"] == pytest.approx(37.04e-6, rel=1e-3)
-    for stamps in told_of.values():
+    for stamps in found.values():
         assert len(stamps) == 24
         times, firsts = zip(*stamps, strict=True)
         assert np.diff(times) == pytest.approx(13_333_333, abs=20_000)
         assert firsts == pytest.approx([-90.0, -89.5] * 12, abs=1e-4)
+
+
+def test_messages_describe_the_robot_that_is_driven(ticks: list[TickRecord]) -> None:
+    tick = replace(ticks[-1], robot=JACKAL)
+    (reading,) = (r for r in tick.readings if isinstance(r, WheelSpeeds))
+    velocity = published(tick, "/joint_states")["velocity"]
+    assert velocity[0] == pytest.approx(reading.left / JACKAL.rolling_radius)
+    assert [s["hardware_id"] for s in published(tick, "/diagnostics")["status"]] == ["jackal"] * 2
+    assert [s["hardware_id"] for s in published(ticks[-1], "/diagnostics")["status"]] == [
+        "p3at"
+    ] * 2

@@ -1,4 +1,4 @@
-"""A flood fills no disk: of what is too much, the audit log says how much it was."""
+"""Rate limits of the audit log: a flood fills no disk, and suppressed lines are counted."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 
 from hypothesis import given, strategies as st
 
-from teleop.robot.audit_log import AuditLog
-from teleop.robot.audit_rate_limit import LINE_RATES, AuditRateLimiter
+from teleop.robot.audit.audit_log import SUPPRESSED, AuditLog
+from teleop.robot.audit.audit_rate_limit import LINE_RATES, AuditRateLimiter
 from teleop.rosbridge import ClientLimits, Protocol, Server
 from tests.teleop.rosbridge.support import REGISTRY, SECOND
 
@@ -28,15 +28,15 @@ class Rig:
             self.lines.append, Server(self.protocol), stamp=lambda: self.now, wall=lambda: "noon"
         )
 
-    def told(self, what: str) -> list[dict[str, Any]]:
+    def logged(self, what: str) -> list[dict[str, Any]]:
         return [line for line in self.lines if line["what"] == what]
 
-    def untold(self, kind: str) -> int:
-        lines = [line["lines"] for line in self.told("not told")]
+    def suppressed(self, kind: str) -> int:
+        lines = [line["lines"] for line in self.logged(SUPPRESSED)]
         return sum(counts.get(kind, 0) for line in lines for counts in line.values())
 
 
-def test_who_tries_again_and_again_is_told_of_by_the_second_and_counted() -> None:
+def test_repeated_attempts_are_logged_once_a_second_and_counted() -> None:
     rig = Rig(ClientLimits.unhurried())
     flood, other = rig.protocol.connect(0, "10.0.0.6:1"), rig.protocol.connect(0, "10.0.0.7:1")
     attempt = json.dumps({"op": "publish", "topic": "/odom", "msg": {}})
@@ -47,14 +47,14 @@ def test_who_tries_again_and_again_is_told_of_by_the_second_and_counted() -> Non
         if second == 30:
             rig.protocol.receive(other, attempt, rig.now)
     rig.audit.end()
-    own = [line for line in rig.told("refused") if "10.0.0.6" in line["client"]]
+    own = [line for line in rig.logged("refused") if "10.0.0.6" in line["client"]]
     assert 70 < len(own) < 90  # a burst of 20, and then one a second
-    assert len(own) + rig.untold("refused") == 18_000
-    assert len(rig.told("not told")) <= 61
-    assert len(rig.told("refused")) == len(own) + 1  # the other's is among them
+    assert len(own) + rig.suppressed("refused") == 18_000
+    assert len(rig.logged(SUPPRESSED)) <= 61
+    assert len(rig.logged("refused")) == len(own) + 1  # the other's is among them
 
 
-def test_who_comes_and_goes_all_the_time_fills_no_disk_either() -> None:
+def test_constant_reconnection_fills_no_disk() -> None:
     rig = Rig()
     server = rig.audit._server
     for number in range(6000):
@@ -63,34 +63,34 @@ def test_who_comes_and_goes_all_the_time_fills_no_disk_either() -> None:
             callback(number, f"client {number}")
     rig.audit.end()
     for kind in ("connected", "disconnected"):
-        assert 350 < len(rig.told(kind)) < 450  # a burst of 100, and then five a second
-        assert len(rig.told(kind)) + rig.untold(kind) == 6000
+        assert 350 < len(rig.logged(kind)) < 450  # a burst of 100, and then five a second
+        assert len(rig.logged(kind)) + rig.suppressed(kind) == 6000
     assert len(rig.lines) < 1000
     assert max(len(json.dumps(line)) for line in rig.lines) < 10_000
 
 
-def test_too_much_is_told_once_and_when_it_ends_the_connection() -> None:
+def test_excessive_rate_is_logged_once_and_when_it_ends_the_connection() -> None:
     rig = Rig(ClientLimits(messages=10, burst=1))
     client = rig.protocol.connect(0, "10.0.0.6:1")
     for _ in range(100):
         rig.protocol.receive(client, '{"op":"set_level","level":"error"}', 0)
-    assert [line["refused"] for line in rig.told("refused")] == [
+    assert [line["refused"] for line in rig.logged("refused")] == [
         "more than 10 operations a second",
         "more than 10 operations a second: disconnected",
     ]
     large = rig.protocol.connect(0, "10.0.0.7:1")
     rig.protocol.receive(large, " " * 1_000_001, 0)
-    assert rig.told("refused")[-1]["refused"] == "a frame has at most 1000000 bytes"
+    assert rig.logged("refused")[-1]["refused"] == "a frame has at most 1000000 bytes"
 
 
-def test_a_record_of_what_was_refused_is_short_whatever_was_sent() -> None:
+def test_line_about_a_rejected_operation_is_short_for_any_operation() -> None:
     rig = Rig(ClientLimits.unhurried())
     client = rig.protocol.connect(0, "10.0.0.6:1")
     for key in ("op", "topic", "service", "action", "type", "msg", "id"):
         base = {"op": "publish", "topic": "/odom", "msg": {}}
         rig.protocol.receive(client, json.dumps({**base, key: "x" * 900_000}), 0)
         rig.protocol.receive(client, json.dumps({**base, key: {"deep": [1, 2]}}), 0)
-    assert len(rig.told("refused")) == 14
+    assert len(rig.logged("refused")) == 14
     assert max(len(json.dumps(line)) for line in rig.lines) < 1500
 
 
@@ -106,17 +106,17 @@ def test_a_record_of_what_was_refused_is_short_whatever_was_sent() -> None:
     )
 )
 def test_no_line_is_lost_uncounted(lines: list[tuple[str, str, int, bool]]) -> None:
-    rations, now = AuditRateLimiter(), 0
-    told: Counter[str] = Counter()
+    limiter, now = AuditRateLimiter(), 0
+    written: Counter[str] = Counter()
     counted: Counter[str] = Counter()
     for kind, client, wait, leaves in lines:
         now += wait
-        told[kind] += rations.take(kind, client, now)
-        for counts in rations.untold(now).values():
+        written[kind] += limiter.take(kind, client, now)
+        for counts in limiter.suppressed(now).values():
             counted.update(counts)
         if leaves:
-            rations.leave(client)
-    for counts in rations.untold(now, last=True).values():
+            limiter.leave(client)
+    for counts in limiter.suppressed(now, last=True).values():
         counted.update(counts)
-    assert told + counted == Counter(kind for kind, *_ in lines)
-    assert counted["drive"] == 0  # what moves the robot is told whole
+    assert written + counted == Counter(kind for kind, *_ in lines)
+    assert counted["drive"] == 0  # commands that move the robot are never suppressed
