@@ -88,7 +88,10 @@ class Physics:
         self._inputs = np.empty((1, steps_per_tick, len(self._input)))
         self._states = np.empty((1, steps_per_tick, self._before.shape[1]))
         self._sensors = np.empty((1, steps_per_tick, self.model.nsensordata))
-        self._motors = [self.model.actuator(wheel).id for wheel in WHEELS]
+        # The motors' commands come first in the inputs; those of the wheels follow each other.
+        motors = [int(self.model.actuator(wheel).id) for wheel in WHEELS]
+        self._motors = slice(motors[0], motors[-1] + 1)
+        self._last_warmstart = self.data.qacc_warmstart
         # The state is time, positions, velocities, activations; the robot's joint is found by name.
         base = self.model.joint("base_link")
         q, v = 1 + int(base.qposadr[0]), 1 + self.model.nq + int(base.dofadr[0])
@@ -101,6 +104,7 @@ class Physics:
             self._sensors[0],
         )
         self._velocity_columns = slice(1 + self.model.nq, 1 + self.model.nq + self.model.nv)
+        self._velocities, self._last_state = states[:, self._velocity_columns], states[-1]
 
     @property
     def stamp(self) -> int:
@@ -130,9 +134,8 @@ class Physics:
         mujoco.mj_getState(model, data, self._input, _INPUTS)
         inputs = self._inputs[0]
         inputs[:] = self._input
-        # The commands come first in this part of the state.
         inputs[:, self._motors] = controls
-        self._warmstart[0] = data.qacc_warmstart
+        self._warmstart[0] = self._last_warmstart
         self._rollout.rollout(
             self._models,
             self._datas,
@@ -156,12 +159,15 @@ class Physics:
         After a warning a rollout repeats the state it has; that must never pass for a motion.
         """
         warned = bool(np.count_nonzero(self._warnings))
-        velocities = self._states[0, :, self._velocity_columns]
-        fastest = max(float(velocities.max()), -float(velocities.min()))
-        # Written so that NaN fails as well; a sum is finite only if all its terms are.
-        if fastest < _RUNAWAY and not warned and math.isfinite(self._states[0, -1].sum()):
+        velocities = self._velocities
+        # A bound of the greatest speed. Written so that NaN fails as well; a sum is finite only if all
+        # its terms are.
+        square = float(np.vdot(velocities, velocities))
+        if square < _RUNAWAY**2 and not warned and math.isfinite(np.add.reduce(self._last_state)):
             return
         tame = np.abs(velocities) < _RUNAWAY
+        if not warned and tame.all() and np.isfinite(self._last_state).all():
+            return
         if warned:
             kind = int(np.flatnonzero(self._warnings)[0])
             reason = self._warning(kind, int(self.data.warning[kind].lastinfo))

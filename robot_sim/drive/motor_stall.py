@@ -44,7 +44,8 @@ class StallDetector:
         """Begin without load; ``tick`` is the time between updates [ns]."""
         self._slow = config.slow / robot.rolling_radius
         self._limit, self._share = robot.wheel_torque, config.share
-        self._unloaded = 0
+        self._enough = 0.99 * config.share * robot.wheel_torque
+        self._light = 0
         self._loads: deque[tuple[float, float]] = deque(maxlen=max(1, config.window // tick))
 
     def update(self, torques: FloatArray, rates: FloatArray) -> tuple[bool, bool]:
@@ -59,8 +60,9 @@ class StallDetector:
         )
         loads = (0.5 * (front_left + rear_left), 0.5 * (front_right + rear_right))
         self._loads.append(loads)
-        self._unloaded = 0 if any(loads) else self._unloaded + 1
-        if self._unloaded >= len(self._loads):
+        # A mean is no greater than the greatest of its values: mostly there is nothing to add up.
+        self._light = 0 if max(loads) >= self._enough else self._light + 1
+        if self._light >= len(self._loads):
             return False, False
         most = self._limit * (self._loads.maxlen or 1)
         left, right = (sum(side) / most for side in zip(*self._loads, strict=True))

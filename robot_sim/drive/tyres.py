@@ -105,19 +105,21 @@ class Tyres:
         self._mixed = len(here) > 1
         self._tyres = np.array([model.geom(f"{w}_tyre").id for w in WHEELS])
         self._under: tuple[Patch | None, ...] = (None,) * len(WHEELS)
-        # (4, P, 2) friction of the wheels' pairs where they stand, across and along.
-        self._here = self._friction
+        # (4, P) friction of the wheels' pairs across them, where they stand.
+        self._across: FloatArray = self._friction[..., 0].copy()
+        # Each look at a field of a MuJoCo model makes a view of it anew; this one is kept.
+        self._pair_friction = model.pair_friction[:, 0]
         self._resist(self._rolling)
 
     def grip(self, data: mujoco.MjData) -> None:
         """Set the friction of every wheel for the coming tick."""
         if self._patches or self._mixed:
             self._roll_onto(data)
-        across = self._here[..., 0]
+        across = self._across
         if self._compliant:
             # Capsules on planes: the first tangent runs across the wheel.
             across = across * (1.0 - self._oriented * (1.0 - self._lateral(data)))
-        self._model.pair_friction[self._pairs, 0] = across
+        self._pair_friction[self._pairs] = across
 
     def _resist(self, rolling: FloatArray) -> None:
         """Set the dry friction of the wheels' joints for (4,) rolling resistances."""
@@ -156,7 +158,7 @@ class Tyres:
             friction[wheel, :, 0] = np.where(aligned, surface.mu_lat, even)
             friction[wheel, :, 1] = np.where(aligned, surface.mu_long, even)
             rolling[wheel] = surface.rolling_resistance
-        self._here = friction
+        self._across = friction[..., 0].copy()
         self._model.pair_friction[self._pairs, 1] = friction[..., 1]
         self._resist(rolling)
 

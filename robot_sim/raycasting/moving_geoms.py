@@ -108,12 +108,19 @@ class MovingGeoms:
         # |o + t d - c|^2 over all rays and spheres at once, expanded to products of matrices.
         c, r = centres[near] - middle, reach[near]
         o = origins - middle
-        along = directions @ c.T - np.einsum("nd,nd->n", o, directions)[:, None]
-        square = (
-            np.einsum("nd,nd->n", o, o)[:, None] - 2.0 * (o @ c.T) + np.einsum("gd,gd->g", c, c)
-        )
+        along = directions @ c.T
+        along -= np.einsum("nd,nd->n", o, directions)[:, None]
+        square = o @ c.T
+        # In place, for these are the largest arrays of a sweep.
+        square *= -2.0
+        square += np.einsum("nd,nd->n", o, o)[:, None]
+        square += np.einsum("gd,gd->g", c, c)
         t = np.clip(along, 0.0, limits[:, None])
-        met = square - t * (2.0 * along - t) <= r * r + 1e-9
+        along *= 2.0
+        along -= t
+        along *= t
+        square -= along
+        met = square <= r * r + 1e-9
         rays, columns = np.nonzero(met)
         return rays, near[columns]
 

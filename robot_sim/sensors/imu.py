@@ -113,8 +113,8 @@ class InertialUnit:
         """
         truth = np.empty((1, 2, 3))
         truth[0, 0], truth[0, 1] = rate, force
-        told = self.readings(truth)
-        return Inertial(stamp=stamp, angular_velocity=told[0, 0], specific_force=told[0, 1])
+        reading = self.readings(truth)
+        return Inertial(stamp=stamp, angular_velocity=reading[0, 0], specific_force=reading[0, 1])
 
     def readings(self, truths: FloatArray) -> FloatArray:
         """Return the next N readings, (N, 2, 3): rates [rad/s] and specific forces [m/s^2].
