@@ -11,9 +11,9 @@ from typing import Any, TypeVar, cast, get_type_hints
 import numpy as np
 import numpy.typing as npt
 
-from localization.logs.mcap_log import LogError
-from localization.logs.open_log import ReadingsLog, open_log
-from localization.logs.ros_import import Layout
+from localization.logs.frame_tree import SensorLayout
+from localization.logs.log_interface import LogError, ReadingsLog
+from localization.logs.open_log import open_log
 from localization.maps.cloud import Cloud
 from localization.maps.map_files import load_map
 from localization.maps.prepared_map import prepare
@@ -101,7 +101,7 @@ class LogRun:
         *,
         suite: Suite | None = None,
         start: Pose | None = None,
-        layout: Layout | None = None,
+        layout: SensorLayout | None = None,
         mounts: Mounts | None = None,
         inside: npt.ArrayLike | None = None,
         cache: Path | None = None,
@@ -162,7 +162,7 @@ def localize(
     *,
     suite: Suite | None = None,
     start: Pose | None = None,
-    layout: Layout | None = None,
+    layout: SensorLayout | None = None,
     mounts: Mounts | None = None,
     cache: Path | None = None,
     progress: Callable[[float, str], None] = lambda share, text: None,

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from localization.evaluation.trajectory import Trajectory, write_tum
 from localization.geometry import FloatArray
-from localization.logs.mcap_log import ReadingsWriter
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import Cloud, CloudError
 from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.normal_orientation import face_viewers, standing_places
