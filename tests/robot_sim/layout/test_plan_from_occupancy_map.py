@@ -13,12 +13,8 @@ from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 from PIL import Image
 
-from localization.maps.occupancy_grid import (
-    GridOrigin,
-    OccupancyError,
-    OccupancyMap,
-    read_occupancy_map,
-)
+from localization.maps.map_yaml import GridOrigin, OccupancyError
+from localization.maps.occupancy_grid import OccupancyMap, read_occupancy_map
 from robot_sim.array_types import BoolArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Placement, Plan
