@@ -80,10 +80,10 @@ class LogMapping:
         """
         from localization.mapping.cloud_builder import MappingConfig
         from localization.mapping.slam import SlamConfig, survey_of
-        from localization.motion.motion_model import Motion, Suite
+        from localization.motion.motion_model import Motion, SensorConfiguration
 
-        motion = log.suite.motion if self.motion is None else Motion(self.motion)
-        config = SlamConfig.of(Suite(motion, log.suite.flat), level=not self.uneven)
+        motion = log.sensors.motion if self.motion is None else Motion(self.motion)
+        config = SlamConfig.of(SensorConfiguration(motion, log.sensors.flat), level=not self.uneven)
         survey = survey_of(log, log.mounts, config, start=start, progress=bar)
         bar(0.9, f"fusing {len(survey.steps)} sweeps")
         return survey, survey.cloud(name, mapping or MappingConfig())

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final, Protocol
 
 from localization.errors import LocalizationError
-from localization.motion.motion_model import Suite
+from localization.motion.motion_model import SensorConfiguration
 from localization.types import Pose, Reading
 
 INITIALPOSE: Final = "/initialpose"
@@ -49,7 +49,7 @@ class ReadingsLog(Protocol):
     """Fraction of the log that the iteration has read so far, in [0, 1]."""
 
     @property
-    def suite(self) -> Suite:
+    def sensors(self) -> SensorConfiguration:
         """The sensors whose readings it holds."""
         ...
 

@@ -24,7 +24,7 @@ from localization.logs.motion_messages import WHEEL_RADIUS
 from localization.logs.pose_messages import read_mounts
 from localization.logs.ros_messages import readers
 from localization.logs.ros_types import POSE_WITH_COVARIANCE, TF, Message, MessageError, from_cdr
-from localization.motion.motion_model import Suite
+from localization.motion.motion_model import SensorConfiguration
 from localization.types import InvalidReadingError, Pose, Reading
 
 
@@ -78,9 +78,9 @@ class McapLog:
         return float(self.metadata.get("wheel_radius", WHEEL_RADIUS))
 
     @property
-    def suite(self) -> Suite:
+    def sensors(self) -> SensorConfiguration:
         """The sensors of our own robot; a configuration in the metadata takes precedence."""
-        return Suite()
+        return SensorConfiguration()
 
     @property
     def warning(self) -> str | None:

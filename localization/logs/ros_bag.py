@@ -15,7 +15,7 @@ from localization.logs import ros_import, ros_types
 from localization.logs.frame_tree import FrameTree, SensorLayout
 from localization.logs.log_interface import INITIALPOSE, LogError, Skipped
 from localization.logs.ros_types import Message, MessageError
-from localization.motion.motion_model import Motion, Suite
+from localization.motion.motion_model import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Pose, Reading
 
 _STATIC_SPAN = 10_000_000_000
@@ -56,7 +56,7 @@ class RosBag:
             self._find_mounts(reader)
 
     @property
-    def suite(self) -> Suite:
+    def sensors(self) -> SensorConfiguration:
         """The bag's sensors: wheels and gyro if it has both, otherwise the base's own odometry."""
         kinds = set(self._topics.values())
         wheels, gyro = ros_types.JOINT_STATE in kinds, ros_types.IMU in kinds
@@ -69,7 +69,7 @@ class RosBag:
         else:
             motion = Motion.SCANNER
         level = all(mount.rotation[2, 2] > 0.9 for mount in self.mounts.values())
-        return Suite(motion, flat=level and ros_types.POINT_CLOUD not in kinds)
+        return SensorConfiguration(motion, flat=level and ros_types.POINT_CLOUD not in kinds)
 
     def __iter__(self) -> Iterator[Reading]:
         for _, reading in self.timed():

@@ -157,7 +157,7 @@ class LogRecording:
         if estimate.unexplained is not None:
             plot("fit/unexplained", estimate.unexplained)
         if estimate.match is not None and estimate.sweep is not None:
-            plot("fit/fit", estimate.match.fit)
+            plot("fit/fit", estimate.match.inlier_ratio)
             if self._is_due(estimate.stamp, pose):
                 self._drawn = estimate.stamp, pose
                 points = pose.apply(estimate.sweep.points)

@@ -258,7 +258,11 @@ def _joints(s: Snapshot) -> Message | None:
 def _status(s: Snapshot) -> Message:
     e = s.estimate
     placed = e.map_from_base is not None
-    fit = s.matched.match.fit if s.matched is not None and s.matched.match is not None else 0.0
+    fit = (
+        s.matched.match.inlier_ratio
+        if s.matched is not None and s.matched.match is not None
+        else 0.0
+    )
     nis = s.matched.nis if s.matched is not None and s.matched.nis is not None else 0.0
     sigma = horizontal_sigma(e.covariance) if placed else 0.0
     return {

@@ -29,7 +29,7 @@ from localization.logs.ros_types import (
     vector_message,
 )
 from localization.maps.map_files import save_cloud
-from localization.motion.motion_model import Motion, Suite
+from localization.motion.motion_model import Motion, SensorConfiguration
 from localization.pipeline.log_replay import localize
 from localization.types import (
     SECOND,
@@ -205,7 +205,7 @@ def test_bag_of_wheels_and_gyro_is_localised_to_a_centimetre(
     tmp_path: Path, hall_map: Path, drive: Drive
 ) -> None:
     path = ros1(tmp_path / "bag", recorded(drive.readings()))
-    assert open_log(path).suite == Suite(Motion.WHEELS_AND_GYRO)
+    assert open_log(path).sensors == SensorConfiguration(Motion.WHEELS_AND_GYRO)
     assert worst_error(path, hall_map, drive)[:2].max() < 0.01
 
 
@@ -240,7 +240,7 @@ def test_odometry_and_one_level_scanner_make_a_flat_suite(
         if isinstance(reading, WheelSpeeds):
             readings.append(Odometry(reading.stamp, drive.pose(reading.stamp)))
     path = ros2(tmp_path / "bag", recorded(readings), StoragePlugin.MCAP)
-    assert open_log(path).suite == Suite(Motion.ODOMETRY, flat=True)
+    assert open_log(path).sensors == SensorConfiguration(Motion.ODOMETRY, flat=True)
     x, y, z, _ = worst_error(path, hall_map, drive)
     assert max(x, y) < 0.01
     assert z < 0.001
@@ -269,7 +269,7 @@ def test_topics_can_be_chosen(tmp_path: Path, drive: Drive) -> None:
     path = ros1(tmp_path / "bag", recorded(drive.readings()[:50]))
     bag = RosBag(path, SensorLayout(topics=("/front/scan", "/joints")))
     assert {type(r) for r in bag} == {Scan, WheelSpeeds}
-    assert bag.suite == Suite(Motion.WHEELS, flat=True)
+    assert bag.sensors == SensorConfiguration(Motion.WHEELS, flat=True)
 
 
 def test_what_is_no_reading_is_counted_with_its_reason(tmp_path: Path, drive: Drive) -> None:
@@ -309,7 +309,7 @@ def test_own_logs_are_distinguished_from_bags_by_their_content(
         for i, reading in enumerate(drive.readings()[:30]):
             writer.write(reading, i)
     assert type(open_log(path)).__name__ == "McapLog"
-    assert open_log(path).suite == Suite()
+    assert open_log(path).sensors == SensorConfiguration()
 
 
 # Scanners of several planes
@@ -345,7 +345,7 @@ def test_clouds_of_a_spinning_scanner_are_localised_to_two_centimetres(
             readings.append(turn(drive, reading.stamp - SECOND // 10))
     path = ros2(tmp_path / "bag", recorded(readings), StoragePlugin.MCAP)
     log = open_log(path)
-    assert log.suite == Suite(Motion.WHEELS_AND_GYRO)
+    assert log.sensors == SensorConfiguration(Motion.WHEELS_AND_GYRO)
     first = next(r for r in log if isinstance(r, PointScan))
     twin = turn(drive, first.stamp)
     np.testing.assert_array_equal(first.points, twin.points)
