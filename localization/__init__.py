@@ -25,11 +25,9 @@ from localization.types import (
 )
 
 if TYPE_CHECKING:
-    from localization.logs.mcap_log import (
-        LogError as LogError,
-        ReadingsWriter as ReadingsWriter,
-        read_log as read_log,
-    )
+    from localization.logs.log_interface import LogError as LogError
+    from localization.logs.mcap_log import read_log as read_log
+    from localization.logs.mcap_writer import ReadingsWriter as ReadingsWriter
     from localization.maps.cloud import (
         Cloud as Cloud,
         CloudError as CloudError,
@@ -44,7 +42,9 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "pipeline.localizer": ("Localizer", "LocalizerConfig"),
-    "logs.mcap_log": ("LogError", "ReadingsWriter", "read_log"),
+    "logs.log_interface": ("LogError",),
+    "logs.mcap_log": ("read_log",),
+    "logs.mcap_writer": ("ReadingsWriter",),
     "maps.cloud": ("Cloud", "CloudError"),
     "maps.map_files": ("load_cloud", "save_cloud"),
     "maps.prepared_map": ("PreparedMap", "prepare"),

@@ -16,7 +16,7 @@ from localization.cli.terminal import Progress, say
 if TYPE_CHECKING:
     from localization.evaluation.localization_history import History
     from localization.evaluation.trajectory import Trajectory
-    from localization.logs.ros_import import Layout
+    from localization.logs.frame_tree import SensorLayout
     from localization.motion.motion_model import SensorConfiguration
     from localization.pipeline.log_replay import LogRun
     from localization.report.html_page import Review
@@ -141,7 +141,7 @@ class Localize:
             cache=default_cache(),
         )
 
-    def _suite(self, layout: Layout) -> SensorConfiguration | None:
+    def _suite(self, layout: SensorLayout) -> SensorConfiguration | None:
         """The suite that was asked for; None if it is the log's own."""
         from localization.logs.open_log import open_log
         from localization.motion.motion_model import Motion, SensorConfiguration

@@ -11,7 +11,7 @@ from localization.cli.run_folder import run_folder
 from localization.cli.terminal import Progress, say
 
 if TYPE_CHECKING:
-    from localization.logs.open_log import ReadingsLog
+    from localization.logs.log_interface import ReadingsLog
     from localization.mapping.cloud_builder import MappingConfig
     from localization.mapping.slam import Survey
     from localization.maps.cloud import Cloud

@@ -18,9 +18,9 @@ from localization.config import (
     to_json,
     unknown_settings,
 )
-from localization.logs.mcap_log import LogError
-from localization.logs.open_log import ReadingsLog, open_log
-from localization.logs.ros_import import Layout
+from localization.logs.frame_tree import SensorLayout
+from localization.logs.log_interface import LogError, ReadingsLog
+from localization.logs.open_log import open_log
 from localization.maps.cloud import Cloud
 from localization.maps.map_files import load_map
 from localization.maps.prepared_map import prepare
@@ -106,7 +106,7 @@ class LogRun:
         *,
         sensors: SensorConfiguration | None = None,
         start: Pose | None = None,
-        layout: Layout | None = None,
+        layout: SensorLayout | None = None,
         mounts: Mounts | None = None,
         inside: npt.ArrayLike | None = None,
         cache: Path | None = None,
@@ -167,7 +167,7 @@ def localize(
     *,
     sensors: SensorConfiguration | None = None,
     start: Pose | None = None,
-    layout: Layout | None = None,
+    layout: SensorLayout | None = None,
     mounts: Mounts | None = None,
     cache: Path | None = None,
     progress: Callable[[float, str], None] = lambda share, text: None,

@@ -13,7 +13,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from localization.geometry import FloatArray
-from localization.logs import ros_messages as messages
+from localization.logs.laser_scan_message import scan_message
+from localization.logs.motion_messages import inertial_message, wheels_message
+from localization.logs.ros_types import TF
 from localization.maps.cloud import Cloud
 from localization.monitoring.health import horizontal_sigma
 from localization.types import Estimate, Health, Inertial, Mounts, Pose, Scan, Twist, WheelSpeeds
@@ -209,7 +211,7 @@ def _scans_of(scanner: str) -> Callable[[TickRecord], list[Message]]:
 
 
 def _scan(scan: Scan) -> Message:
-    message: Message = _plain(messages.scan_message(scan))
+    message: Message = _plain(scan_message(scan))
     # JSON has no infinity, and some clients die of null: no return is beyond the range.
     clean = np.nan_to_num(message["ranges"], nan=0.0, posinf=scan.range_max + 1.0)
     return {**message, "ranges": clean}
@@ -245,12 +247,12 @@ def _local_cloud(s: TickRecord) -> Message | None:
 
 def _imu(s: TickRecord) -> Message | None:
     found = [r for r in s.readings if isinstance(r, Inertial)]
-    return _plain(messages.inertial_message(found[-1])) if found else None
+    return _plain(inertial_message(found[-1])) if found else None
 
 
 def _joints(s: TickRecord) -> Message | None:
     found = [r for r in s.readings if isinstance(r, WheelSpeeds)]
-    return _plain(messages.wheels_message(found[-1], P3AT().rolling_radius)) if found else None
+    return _plain(wheels_message(found[-1], P3AT().rolling_radius)) if found else None
 
 
 def _status(s: TickRecord) -> Message:
@@ -450,7 +452,7 @@ OUTPUTS: tuple[Topic, ...] = (
 )
 """What the robot publishes, tick by tick."""
 
-TF_STATIC = Input("/tf_static", messages.TF, "where scanners and IMU sit on `base_link`; latched")
+TF_STATIC = Input("/tf_static", TF, "where scanners and IMU sit on `base_link`; latched")
 MAP_INFO = Input(
     "/map_info", "farsteer_msgs/msg/MapInfo", "name, bounds and SHA-256 of the map; latched"
 )

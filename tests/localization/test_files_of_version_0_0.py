@@ -12,7 +12,7 @@ from localization.calibration.mount_file import read_mounts
 from localization.evaluation.estimate_trace import read_trace
 from localization.evaluation.metrics import ate
 from localization.evaluation.trajectory import Trajectory, read_tum
-from localization.logs.mcap_log import Log, read_log
+from localization.logs.mcap_log import McapLog, read_log
 from localization.pipeline.localizer import LocalizerConfig
 from localization.pipeline.log_replay import config_of, localize, settings_left_out
 from localization.types import Health, Verdict
@@ -25,11 +25,11 @@ REMOVED: tuple[str, ...] = ()
 
 
 @pytest.fixture
-def log() -> Log:
+def log() -> McapLog:
     return read_log(RUN / "readings.mcap")
 
 
-def test_log_gives_all_its_readings(log: Log) -> None:
+def test_log_gives_all_its_readings(log: McapLog) -> None:
     kinds = Counter(type(reading).__name__ for reading in log)
     assert kinds == {"WheelSpeeds": 150, "Inertial": 150, "Scan": 60, "Hint": 1}
     assert log.complete
@@ -38,7 +38,7 @@ def test_log_gives_all_its_readings(log: Log) -> None:
     assert log.mounts["laser_horizontal"].position.tolist() == [0.125, 0.0, 0.4]
 
 
-def test_configuration_in_the_log_is_understood(log: Log) -> None:
+def test_configuration_in_the_log_is_understood(log: McapLog) -> None:
     """The run used the defaults of its time, which renaming does not change."""
     assert settings_left_out(log) == REMOVED
     assert config_of(log) == LocalizerConfig()
@@ -72,7 +72,7 @@ def test_trace_is_read() -> None:
     assert rows[0].reasons
 
 
-def test_mounts_are_read(log: Log) -> None:
+def test_mounts_are_read(log: McapLog) -> None:
     mounts = read_mounts(WRITTEN / "mounts.toml")
     assert mounts.keys() == log.mounts.keys()
     for name, mount in mounts.items():

@@ -18,7 +18,7 @@ from localization.calibration.mount_file import MountFileError, read_mounts, wri
 from localization.calibration.sample_extraction import stations_of
 from localization.evaluation.metrics import nees
 from localization.geometry import FloatArray, so3_log
-from localization.logs.mcap_log import ReadingsWriter
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.map_files import save_cloud
 from localization.maps.prepared_map import PreparedMap
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig

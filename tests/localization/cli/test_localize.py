@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from localization.evaluation.trajectory import Trajectory, read_tum, write_tum
-from localization.logs.mcap_log import ReadingsWriter
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.map_files import save_cloud
 from localization.types import SECOND, Pose
 from teleop.__main__ import main

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from localization.evaluation.trajectory import Trajectory, write_tum
 from localization.geometry import FloatArray
-from localization.logs.mcap_log import ReadingsWriter
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import Cloud, CloudError
 from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.normal_orientation import face_viewers, standing_places
@@ -205,8 +205,8 @@ def test_cloud_of_the_cache_is_the_one_that_was_made(tmp_path: Path) -> None:
         (lambda p: 1000.0 * p[:, [0, 1, 2]] * [0.4, 0.4, 0.4], "millimetres"),
         (lambda p: p[:0], "is empty"),
         (lambda p: np.vstack([p, [[np.nan, 0.0, 0.0]]]), "1 points that are not finite"),
-        (lambda p: p[:, [1, 2, 0]], "seems to have y for up"),
-        (lambda p: p[:, [2, 0, 1]], "seems to have x for up"),
+        (lambda p: p[:, [1, 2, 0]], "seems to have y as its up axis"),
+        (lambda p: p[:, [2, 0, 1]], "seems to have x as its up axis"),
         (lambda p: np.random.default_rng(0).uniform(0.0, 9.0, (5000, 3)), "points on planes"),
     ],
 )

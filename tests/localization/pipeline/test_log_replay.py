@@ -10,7 +10,9 @@ import pytest
 from localization.cli.settings_table import tables
 from localization.config import OLD_NAMES, from_json, to_json
 from localization.filter.ekf import EkfConfig
-from localization.logs.mcap_log import LogError, ReadingsWriter, read_log
+from localization.logs.log_interface import LogError
+from localization.logs.mcap_log import read_log
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import CloudError
 from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.prepared_map import prepare

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from localization.evaluation.trajectory import read_tum
-from localization.logs.mcap_log import ReadingsWriter
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.mapping.cloud_builder import distances_to_mesh
 from localization.maps.map_files import load_cloud
 from localization.types import Pose
