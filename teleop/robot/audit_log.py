@@ -13,6 +13,8 @@ from teleop.joystick import Wish
 from teleop.robot.audit_rate_limit import Rations
 from teleop.robot.robot import Drive, Snapshot
 from teleop.rosbridge.auth.permissions import Access
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.refusals import Refusal
 from teleop.rosbridge.server.server import Server
 
@@ -26,7 +28,7 @@ _MOST_ASKED: Final = 64
 """Hints whose senders are remembered until they are answered."""
 
 
-class Audit:
+class Audit(Observer):
     """Turns what happens into lines; owns which wish of each client it has told last."""
 
     def __init__(
@@ -45,16 +47,13 @@ class Audit:
             stamp: Returns the time of the robot's clock [ns].
             wall: Returns date and time, for people.
         """
-        self._write, self._server = write, server
+        self._write = write
         self._stamp, self._wall = stamp, wall
         self._who: dict[str, dict[str, str]] = {}
         self._told: dict[str, tuple[Wish, str]] = {}
         self._asked: deque[tuple[Hint, str]] = deque(maxlen=_MOST_ASKED)
         self._rations = Rations()
-        server.on_connect(self._connected)
-        server.on_disconnect(self._disconnected)
-        server.protocol.on_auth(self._judged)
-        server.protocol.on_refusal(self._refused)
+        server.protocol.observers.add(self)
 
     def hint(self, client: str, hint: Hint) -> None:
         """Tell of a hint, with the standard deviations its sender gave."""
@@ -110,24 +109,29 @@ class Audit:
                 found, why = verdict.verdict.value, verdict.reason
                 self._line("hint answered", client, verdict=found, reason=why)
 
-    def _refused(self, client: int, refusal: Refusal) -> None:
+    def refused(self, connection: Connection, refusal: Refusal) -> None:
+        """Log a rejected operation."""
         if refusal.op not in _HARMLESS:
             asked = {"op": refusal.op, "name": refusal.name}
             given = {key: value for key, value in asked.items() if value}
-            self._line("refused", self._server.name(client), **given, refused=refusal.why)
+            self._line("refused", connection.name, **given, refused=refusal.why)
 
-    def _connected(self, client: int, name: str) -> None:
-        self._note(name, self._server.protocol.access(client))
-        self._line("connected", name)
+    def connected(self, connection: Connection, now: int) -> None:
+        """Log a connection."""
+        self._note(connection.name, connection.access)
+        self._line("connected", connection.name)
 
-    def _disconnected(self, client: int, name: str) -> None:
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """Log the end of a connection."""
+        name = connection.name
         self._line("disconnected", name)
         self._who.pop(name, None)
         self._told.pop(name, None)
         self._rations.leave(name)
 
-    def _judged(self, client: int, access: Access | None, now: int) -> None:
-        name = self._server.name(client)
+    def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
+        """Log an authentication, or its rejection."""
+        name = connection.name
         if access is None:
             self._line("auth refused", name)
         else:

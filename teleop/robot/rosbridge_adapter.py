@@ -30,6 +30,8 @@ from teleop.rosbridge.auth.permissions import Role
 from teleop.rosbridge.compat.client_traffic import publish_client_traffic
 from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.errors import MessageError, ServiceError
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.server.server import Server
 
 Sink = Callable[[Snapshot], None]
@@ -40,7 +42,7 @@ _ORDERS = {Stop: "e-stop", Reset: "e-stop reset", TakeOver: "take-over"}
 """What the audit log calls them."""
 
 
-class Host:
+class Host(Observer):
     """Joins robot and server; owns the inbox and nothing else."""
 
     def __init__(
@@ -62,10 +64,10 @@ class Host:
         self._inbox: list[Message] = []
         self._clients: dict[str, int] = {}
         for topic in topics.OUTPUTS:
-            server.advertise(topic.name, topic.type, latch=topic.latch)
+            server.protocol.topics.advertise(topic.name, topic.type, latch=topic.latch)
         for latched, message in topics.latched(cloud, robot.simulation.mounts).items():
-            server.advertise(latched.name, latched.type, latch=True)
-            server.publish(latched.name, message, 0)
+            server.protocol.topics.advertise(latched.name, latched.type, latch=True)
+            server.protocol.topics.publish(latched.name, message, 0)
         readers: Mapping[str, Callable[[str, dict[str, Any]], Message]] = {
             "/joy": self._joy,
             "/unity/joy": self._joy,
@@ -73,17 +75,21 @@ class Host:
             "/initialpose": self._hint,
         }
         for entry in topics.INPUTS:
-            server.listen(entry.name, entry.type, partial(self._receive, readers[entry.name]))
+            server.protocol.topics.subscribe(
+                entry.name, entry.type, partial(self._receive, readers[entry.name])
+            )
         for name, kind, done in (
             ("/teleop/estop", Stop, "stopped"),
             ("/teleop/estop_reset", Reset, "reset; show a neutral stick to drive"),
             ("/teleop/take_over", TakeOver, "yours; show a neutral stick to drive"),
         ):
-            server.serve(name, "std_srvs/srv/Trigger", partial(self._order, kind, done))
-        server.serve("/localization/undo", "std_srvs/srv/Trigger", self._undo)
+            server.protocol.services.serve(
+                name, "std_srvs/srv/Trigger", partial(self._order, kind, done)
+            )
+        server.protocol.services.serve("/localization/undo", "std_srvs/srv/Trigger", self._undo)
         serve_standard(server.protocol)
         publish_client_traffic(server)
-        server.on_disconnect(self._gone)
+        server.protocol.observers.add(self)
 
     def tick(self, now: int) -> Snapshot:
         """Advance the robot by one tick and publish what came of it."""
@@ -91,13 +97,13 @@ class Host:
         snapshot = self.robot.tick(now, inbox)
         for name, why in snapshot.refusals:
             if name in self._clients:
-                self.server.protocol.status(self._clients[name], "warning", why)
+                self.server.protocol.connections.send_status(self._clients[name], "warning", why)
         ticks = snapshot.stamp // TICK_NS
         for topic in topics.OUTPUTS:
             due = not topic.every or ticks % topic.every == 0
-            if due and (topic.latch or self.server.wanted(topic.name)):
+            if due and (topic.latch or self.server.protocol.topics.wanted(topic.name)):
                 for message in topic.messages(snapshot):
-                    self.server.publish(topic.name, message, snapshot.stamp)
+                    self.server.protocol.topics.publish(topic.name, message, snapshot.stamp)
         if self._audit is not None:
             self._audit.hear(snapshot)
         for sink in self._sinks:
@@ -125,7 +131,7 @@ class Host:
             self._audit.hint(name, heard)
 
     def _name(self, client: int) -> str:
-        name = self.server.name(client)
+        name = self.server.protocol.connections.name(client)
         self._clients[name] = client
         return name
 
@@ -162,7 +168,7 @@ class Host:
         now: int,
     ) -> dict[str, Any]:
         name, refused = self._name(client), ""
-        access = self.server.protocol.access(client)
+        access = self.server.protocol.connections.access(client)
         holder = access.holder if access else ""
         if kind is Stop and self._stopper is None:
             self._stopper = holder
@@ -192,12 +198,13 @@ class Host:
         self._inbox.append(Undo(name))
         return {"success": True, "message": "taken back with the next tick"}
 
-    def _gone(self, client: int, name: str) -> None:
-        self._clients.pop(name, None)
-        self._inbox.append(Gone(name))
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """Have the robot release what the client controls."""
+        self._clients.pop(connection.name, None)
+        self._inbox.append(Gone(connection.name))
 
 
-class Stepper:
+class Stepper(Observer):
     """Lockstep: the world advances only when its owner asks, through ``/sim/step``.
 
     The first caller owns the stepping until it leaves. To it nothing is dropped, and the answer queues
@@ -216,8 +223,9 @@ class Stepper:
         self._busy = False
         self.error: Exception | None = None
         """What ended the simulation, if something did."""
-        host.server.serve("/sim/step", "farsteer_msgs/srv/Step", self._step)
-        host.server.on_disconnect(self._leave)
+        step = host.server.async_handlers.wrap(self._step)
+        host.server.protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", step)
+        host.server.protocol.observers.add(self)
 
     @property
     def _stamp(self) -> int:
@@ -230,14 +238,14 @@ class Stepper:
     async def _step(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
         ticks = int(request["ticks"])
         if self._owner not in (None, client):
-            owner = self._host.server.name(self._owner or 0)
+            owner = self._host.server.protocol.connections.name(self._owner or 0)
             raise ServiceError(f"{owner} owns the stepping; wait until it leaves")
         if not 1 <= ticks <= self.MOST_TICKS:
             raise ServiceError(f"ticks must be 1 to {self.MOST_TICKS}, got {ticks}")
         if self._busy or self.error is not None:
             raise ServiceError(str(self.error or "the last step is not done yet"))
         self._owner = client
-        self._host.server.protocol.lossless(client)
+        self._host.server.protocol.connections.set_lossless(client)
         self._busy = True
         try:
             for _ in range(ticks):
@@ -258,12 +266,12 @@ class Stepper:
         except Exception as error:
             self.error = error
             raise ServiceError(str(error)) from error
-        self._host.server.tick(snapshot.stamp)
+        self._host.server.protocol.timers.tick(snapshot.stamp)
         return snapshot
 
-    def _leave(self, client: int, name: str) -> None:
+    def disconnected(self, connection: Connection, now: int) -> None:
         """When the owner leaves, the robot brakes to rest and waits for the next."""
-        if client != self._owner:
+        if connection.id != self._owner:
             return
         self._owner = None
         for _ in range(self._REST_TICKS):

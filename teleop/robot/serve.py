@@ -119,15 +119,15 @@ async def serve(
         AuditError: if the audit log cannot be written.
     """
     tls, tokens = _tls(config), _tokens(config)
-    gate = None if tokens is None else Authenticator(tokens.keyring, pacing.unix_seconds)
+    gate = None if tokens is None else Authenticator(tokens.credentials, pacing.unix_seconds)
     simulation = Simulation(world, seed=config.seed, config=config.outfit.simulation())
     localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
     robot = Robot(simulation, localizer)
     protocol = Protocol(
         registry(config.messages),
         limits=ClientLimits.unhurried() if config.lockstep else ClientLimits(),
-        flavour="ros1" if config.ros1 else "ros2",
-        gate=gate,
+        ros_version="ros1" if config.ros1 else "ros2",
+        authenticator=gate,
     )
     clock: Callable[[], int] = pacing.monotonic
     if config.lockstep:
@@ -199,7 +199,10 @@ def _watch(tokens: TokenFile, server: Server, audit: Audit | None) -> TokenWatch
     loop = asyncio.get_running_loop()
 
     def renew(keyring: Credentials) -> None:
-        gone = [server.name(client) for client in server.protocol.renew(keyring)]
+        gone = [
+            server.protocol.connections.name(client)
+            for client in server.protocol.update_credentials(keyring)
+        ]
         if audit is not None:
             audit.renewed(gone)
 
@@ -209,7 +212,7 @@ def _watch(tokens: TokenFile, server: Server, audit: Audit | None) -> TokenWatch
 
     watch = TokenWatch(tokens, renewed)
     with contextlib.suppress(NotImplementedError, RuntimeError, ValueError, AttributeError):
-        loop.add_signal_handler(signal.SIGHUP, watch.hurry)
+        loop.add_signal_handler(signal.SIGHUP, watch.check_now)
     return watch
 
 
@@ -221,7 +224,7 @@ def _audit_file(config: ServeConfig, simulation: Simulation) -> AuditFile | None
 
 
 def _offer(server: Server, map_file: Path) -> None:
-    server.offer("/map.ply", map_file.read_bytes())
+    server.pages.add_file("/map.ply", map_file.read_bytes())
 
 
 def _log(config: ServeConfig, simulation: Simulation, cloud: Cloud) -> ReadingsWriter | None:
@@ -244,7 +247,7 @@ def greeting(server: Server, world: World, cloud: Cloud, map_path: Path) -> str:
     lockstep = server.lockstep
     services = ", ".join(s.name for s in topics.SERVICES if lockstep or s.name != "/sim/step")
     how = _SNIPPET_INTRODUCED.format(snippet(server.port))
-    if server.protocol.gate is not None or server.encrypted:
+    if server.protocol.authenticator is not None or server.encrypted:
         how = _GUARDED
     return f"""\
 {world.name} at {server.url}{_warning(server)}
@@ -262,7 +265,7 @@ def _warning(server: Server) -> str:
     """Return what to be warned of where others reach the address."""
     if server.host in LOOPBACK:
         return ""
-    gate = server.protocol.gate
+    gate = server.protocol.authenticator
     if gate is None or (gate.anonymous is not None and gate.anonymous.role is not Role.VIEW):
         return "\nwarning: anybody who reaches this address can drive the robot; --tokens asks who"
     if not server.encrypted:

@@ -23,7 +23,7 @@ class Rig:
         self.lines: list[dict[str, Any]] = []
         self.now = 0
         self.protocol = Protocol(REGISTRY, limits=limits)
-        self.protocol.advertise("/odom", "nav_msgs/Odometry")
+        self.protocol.topics.advertise("/odom", "nav_msgs/Odometry")
         self.audit = Audit(
             self.lines.append, Server(self.protocol), stamp=lambda: self.now, wall=lambda: "noon"
         )
@@ -56,11 +56,9 @@ def test_who_tries_again_and_again_is_told_of_by_the_second_and_counted() -> Non
 
 def test_who_comes_and_goes_all_the_time_fills_no_disk_either() -> None:
     rig = Rig()
-    server = rig.audit._server
     for number in range(6000):
         rig.now = number * SECOND // 100
-        for callback in (*server._came, *server._left):
-            callback(number, f"client {number}")
+        rig.protocol.disconnect(rig.protocol.connect(rig.now), rig.now)
     rig.audit.end()
     for kind in ("connected", "disconnected"):
         assert 350 < len(rig.told(kind)) < 450  # a burst of 100, and then five a second
