@@ -22,8 +22,9 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 from teleop.rosbridge import ClientLimits, Protocol, Server, TypeRegistry, serve_rosapi
-from teleop.rosbridge.graph.subscription import Publication
-from teleop.rosbridge.messages.json_cbor_codec import Codec, write_cbor
+from teleop.rosbridge.graph.publication import Publication
+from teleop.rosbridge.messages.cbor import write_cbor
+from teleop.rosbridge.messages.json_cbor_codec import Codec
 
 RNG = np.random.default_rng(0)
 POINTS = RNG.integers(0, 256, 1_000_000, np.uint8)
@@ -67,30 +68,30 @@ async def ours(said: Callable[[str], None]) -> None:
     server = Server(Protocol(TypeRegistry(), limits=limits), port=0)
     serve_rosapi(server.protocol)
     for topic, kind in TOPICS.items():
-        server.advertise(topic, kind)
+        server.protocol.topics.advertise(topic, kind)
     encoding, judging = _encoding_time(), _judging_time(server.protocol)
 
     def costs(client: int, request: object, now: int) -> dict[str, Any]:
-        links = server._links.values()
+        links = server._writers.values()
         held = max(x.waiting for x in links)
         unsent = max(x.socket.transport.get_write_buffer_size() for x in links)
         told = {"success": True, "message": json.dumps([*encoding, held, unsent, *judging])}
         judging[0] = 0.0
         return told
 
-    server.serve("/costs", "std_srvs/Trigger", costs)
+    server.protocol.services.serve("/costs", "std_srvs/Trigger", costs)
 
     async def every(topic: str, period: float) -> None:
         while True:
-            server.publish(topic, lambda: message(topic))
+            server.protocol.topics.publish(topic, lambda: message(topic), server.now)
             await asyncio.sleep(period)
 
     async def flood() -> None:
         while True:
-            await asyncio.sleep(0 if server.wanted("/scan") else 0.05)
-            server.publish("/scan", lambda: message("/scan"))
-            for client in list(server.protocol.clients):
-                await server.flush(client)
+            await asyncio.sleep(0 if server.protocol.topics.wanted("/scan") else 0.05)
+            server.protocol.topics.publish("/scan", lambda: message("/scan"), server.now)
+            for connection in server.protocol.connections:
+                await server.flush(connection.id)
 
     async with server:
         said(server.url)

@@ -33,11 +33,13 @@ def crowded_server(registry: TypeRegistry | None = None) -> Server:
     limits = ClientLimits(clients=100, messages=2000.0, bytes=2e7)
     protocol = Protocol(registry or TypeRegistry(), limits=limits)
     serve_standard(protocol)
-    server = Server(protocol, port=0, pulse=Keepalive(0.5, 1.0, 0.5))
-    server.advertise("/cloud", "sensor_msgs/PointCloud2")
-    server.advertise("/latched", _TEXT, latch=True)
-    server.serve("/done", _TRIGGER, lambda client, request, now: {"success": True})
-    server.offer("/map.ply", bytes(2_000_000))
+    server = Server(protocol, port=0, keepalive=Keepalive(0.5, 1.0, 0.5))
+    server.protocol.topics.advertise("/cloud", "sensor_msgs/PointCloud2")
+    server.protocol.topics.advertise("/latched", _TEXT, latch=True)
+    server.protocol.services.serve(
+        "/done", _TRIGGER, lambda client, request, now: {"success": True}
+    )
+    server.pages.add_file("/map.ply", bytes(2_000_000))
     return server
 
 
@@ -47,8 +49,10 @@ async def publish(server: Server) -> None:
     number = 0
     while True:
         number += 1
-        server.publish("/cloud", {"header": {"frame_id": str(number)}, "data": data})
-        server.publish("/latched", {"data": str(number)})
+        server.protocol.topics.publish(
+            "/cloud", {"header": {"frame_id": str(number)}, "data": data}, server.now
+        )
+        server.protocol.topics.publish("/latched", {"data": str(number)}, server.now)
         await asyncio.sleep(0.01)
 
 
@@ -59,7 +63,7 @@ async def come_and_go(server: Server, number: int) -> None:
     async with asyncio.TaskGroup() as group:
         for kind in (*kinds, *further):
             group.create_task(kind(server, f"{kind.__name__}_{number}"))
-    while server.client_count:  # noqa: ASYNC110 - the server tells, but not whom it tells last
+    while len(server.protocol.connections):  # noqa: ASYNC110 - the server tells, but not whom it tells last
         await asyncio.sleep(0.01)
 
 

@@ -12,9 +12,9 @@ def add(client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
 
 async def main() -> None:
     async with Server(Protocol(TypeRegistry()), port=0) as server:  # 0: any free port
-        server.advertise("/greeting", "std_msgs/String", latch=True)
-        server.publish("/greeting", {"data": "hello"})
-        server.serve("/add", "example_interfaces/AddTwoInts", add)
+        server.protocol.topics.advertise("/greeting", "std_msgs/String", latch=True)
+        server.protocol.topics.publish("/greeting", {"data": "hello"}, 0)
+        server.protocol.services.serve("/add", "example_interfaces/AddTwoInts", add)
         async with Client(server.url) as client:
             received: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
             await client.subscribe("/greeting", "std_msgs/String", received.put_nowait)

@@ -11,12 +11,14 @@ from localization.logs.ros_stamps import stamp_to_dict
 from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.errors import ServiceError
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 
 _RESTING: Final = 0.002
 """Largest speed of a robot at rest, of each component [m/s] or [rad/s]."""
 
 
-class LockstepService:
+class LockstepService(Observer):
     """Advances the robot on request.
 
     The first caller owns the stepping until it disconnects. No message to it is dropped, and each
@@ -40,8 +42,9 @@ class LockstepService:
         self._busy = False
         self.error: Exception | None = None
         """The error that ended the simulation, if one did."""
-        adapter.server.serve("/sim/step", "farsteer_msgs/srv/Step", self._step)
-        adapter.server.on_disconnect(self._leave)
+        step = adapter.server.async_handlers.wrap(self._step)
+        adapter.server.protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", step)
+        adapter.server.protocol.observers.add(self)
 
     @property
     def _stamp(self) -> int:
@@ -55,7 +58,7 @@ class LockstepService:
         ticks = int(request["ticks"])
         self._check(client, ticks)
         self._owner = client
-        self._adapter.server.protocol.lossless(client)
+        self._adapter.server.protocol.connections.set_lossless(client)
         self._busy = True
         try:
             for _ in range(ticks):
@@ -72,7 +75,7 @@ class LockstepService:
 
     def _check(self, client: int, ticks: int) -> None:
         if self._owner not in (None, client):
-            owner = self._adapter.server.name(self._owner or 0)
+            owner = self._adapter.server.protocol.connections.name(self._owner or 0)
             raise ServiceError(f"{owner} owns the stepping; wait until it disconnects")
         if not 1 <= ticks <= self.MAX_TICKS:
             raise ServiceError(f"ticks must be 1 to {self.MAX_TICKS}, got {ticks}")
@@ -89,12 +92,12 @@ class LockstepService:
         except Exception as error:
             self.error = error
             raise ServiceError(str(error)) from error
-        self._adapter.server.tick(tick.stamp)
+        self._adapter.server.protocol.timers.tick(tick.stamp)
         return tick
 
-    def _leave(self, client: int, name: str) -> None:
+    def disconnected(self, connection: Connection, now: int) -> None:
         """Brake the robot to rest when the owner disconnects, and free the stepping."""
-        if client != self._owner:
+        if connection.id != self._owner:
             return
         self._owner = None
         for _ in range(self.MAX_BRAKING_TICKS):

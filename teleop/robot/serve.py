@@ -124,8 +124,10 @@ def _server(
     protocol = Protocol(
         registry(config.messages),
         limits=ClientLimits.unhurried() if config.lockstep else ClientLimits(),
-        flavour="ros1" if config.ros1 else "ros2",
-        gate=None if tokens is None else Authenticator(tokens.keyring, clock.unix_seconds),
+        ros_version="ros1" if config.ros1 else "ros2",
+        authenticator=None
+        if tokens is None
+        else Authenticator(tokens.credentials, clock.unix_seconds),
     )
     return Server(
         protocol,
@@ -149,7 +151,7 @@ def _tokens(config: ServeConfig) -> TokenFile | None:
 
 
 def _offer(server: Server, map_file: Path) -> None:
-    server.offer("/map.ply", map_file.read_bytes())
+    server.pages.add_file("/map.ply", map_file.read_bytes())
 
 
 def _stop_on_signals(stop: asyncio.Event) -> None:
@@ -165,7 +167,10 @@ def _watch(tokens: TokenFile, server: Server, audit: AuditLog | None) -> TokenWa
     loop = asyncio.get_running_loop()
 
     def renew(keyring: Credentials) -> None:
-        gone = [server.name(client) for client in server.protocol.renew(keyring)]
+        gone = [
+            server.protocol.connections.name(client)
+            for client in server.protocol.update_credentials(keyring)
+        ]
         if audit is not None:
             audit.tokens_renewed(gone)
 
@@ -175,7 +180,7 @@ def _watch(tokens: TokenFile, server: Server, audit: AuditLog | None) -> TokenWa
 
     watch = TokenWatch(tokens, renewed)
     with contextlib.suppress(NotImplementedError, RuntimeError, ValueError, AttributeError):
-        loop.add_signal_handler(signal.SIGHUP, watch.hurry)
+        loop.add_signal_handler(signal.SIGHUP, watch.check_now)
     return watch
 
 

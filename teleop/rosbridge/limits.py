@@ -1,49 +1,49 @@
-"""How much one client may ask for."""
+"""Limits of one client connection, and the token bucket that enforces its rates."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-_SECOND = 1_000_000_000
+from teleop.rosbridge.ros_time import SECOND
 
 
 @dataclass(frozen=True, slots=True)
 class ClientLimits:
-    """Bounds on each connection; what exceeds them is answered with a ``status``."""
+    """Limits of each connection; what exceeds them is rejected with a ``status``."""
 
     messages: float = 200.0
-    """Operations a second, in the mean."""
+    """Sustained rate of operations [1/s]."""
 
     bytes: float = 2e6
-    """Bytes a second, in the mean."""
+    """Sustained rate of received bytes [bytes/s]."""
 
     burst: float = 2.0
-    """Seconds' worth of both that may come at once; as much again refused closes the connection."""
+    """Size of a burst as the time [s] in which the rates refill it; exceeding it twice disconnects."""
 
     frame: int = 1_000_000
-    """Largest frame [bytes]; a larger one closes the connection with 1009."""
+    """Largest frame [bytes]; a larger one closes the connection with code 1009."""
 
     assembly: int = 4_000_000
-    """Bytes of fragments that wait for the rest of their messages."""
+    """Size of incomplete fragmented messages that are kept [bytes]."""
 
     subscriptions: int = 64
-    """Topics a client may subscribe to, and ids it may do so with on each."""
+    """Number of topics a client may subscribe to, and of ids for each topic."""
 
     advertisements: int = 64
-    """Topics a client may advertise, and ids it may do so with on each."""
+    """Number of topics a client may advertise, and of ids for each topic."""
 
     services: int = 64
-    """Services, and as many actions, that a client may provide."""
+    """Number of services a client may provide, and of actions."""
 
     calls: int = 256
-    """Calls and goals of a client that may wait for their answers."""
+    """Number of calls and goals of a client that may be pending."""
 
     call_timeout: float = 5.0
-    """Time a client has to answer a call of a service it provides, unless the caller says [s]."""
+    """Time for the response of a client's service [s], unless the caller sets one."""
 
     clients: int = 32
-    """Connections at one time; further ones are refused with 503."""
+    """Number of simultaneous connections; further ones are rejected with HTTP status 503."""
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
@@ -52,29 +52,35 @@ class ClientLimits:
 
     @classmethod
     def unhurried(cls) -> ClientLimits:
-        """Return limits without rates, for clients that are trusted to flood, as in lockstep."""
+        """Return limits without rates, for trusted clients, as in lockstep."""
         return cls(messages=math.inf, bytes=math.inf)
 
 
 class TokenBucket:
-    """A token bucket: what a client may still send now."""
+    """Rate limiter that allows bursts."""
 
     def __init__(self, rate: float, burst: float, now: int) -> None:
-        """Start full; ``rate`` [1/s], ``burst`` [s], ``now`` [ns]."""
+        """Start with a full bucket.
+
+        Args:
+            rate: Tokens added per second.
+            burst: Time in which an empty bucket fills [s].
+            now: Current time [ns].
+        """
         self._rate = rate
-        self._full = rate * burst
-        self._left = self._full
-        self._last = now
+        self._capacity = rate * burst
+        self._level = self._capacity
+        self._updated = now
 
     def take(self, amount: float, now: int) -> bool:
-        """Return whether the amount may pass at ``now`` [ns]."""
+        """Take tokens at ``now`` [ns]; return whether there were enough."""
         if math.isinf(self._rate):
             return True
-        waited = max(now - self._last, 0) / _SECOND
-        self._last = max(now, self._last)
-        self._left = min(self._full, self._left + waited * self._rate)
-        # A frame larger than the whole bucket may pass when it is full, and is paid for afterwards.
-        if self._left < min(amount, self._full):
+        elapsed = max(now - self._updated, 0) / SECOND
+        self._updated = max(now, self._updated)
+        self._level = min(self._capacity, self._level + elapsed * self._rate)
+        # An amount above the capacity passes when the bucket is full; the level then turns negative.
+        if self._level < min(amount, self._capacity):
             return False
-        self._left -= amount
+        self._level -= amount
         return True

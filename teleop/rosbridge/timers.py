@@ -1,4 +1,4 @@
-"""What is to be done later, in the protocol's time; nothing here reads a clock."""
+"""Timers in protocol time; this module reads no clock."""
 
 from __future__ import annotations
 
@@ -9,68 +9,80 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 TimerCallback: TypeAlias = Callable[[int], object]
-"""Takes the time it is [ns]."""
+"""Called with the current time [ns]."""
 
 
 @dataclass(order=True, slots=True)
 class Timer:
-    """One thing to be done later."""
+    """A pending callback; timers are ordered by time, then by creation."""
 
     when: int
-    """In [ns]."""
+    """Time at which the callback is due [ns]."""
 
     number: int
-    alarm: TimerCallback | None = field(compare=False)
+    callback: TimerCallback | None = field(compare=False)
     owner: Timers = field(compare=False, repr=False)
 
     def cancel(self) -> None:
-        """Have it not be done."""
-        if self.alarm is not None:
-            self.alarm = None
-            self.owner.tidy()
+        """Prevent the callback from being called."""
+        if self.callback is not None:
+            self.callback = None
+            self.owner.discard_cancelled()
 
 
 class Timers:
-    """Alarms by their times; of two at the same time, the one set first rings first."""
+    """Pending timers, and the latest time that the protocol was given."""
 
-    def __init__(self) -> None:
+    def __init__(self, wake: Callable[[], object] = lambda: None) -> None:
+        """Start without timers; ``wake`` is called whenever ``due`` becomes earlier."""
+        self.now = 0
+        """Latest time passed to the protocol [ns]."""
+
+        self._wake = wake
         self._heap: list[Timer] = []
         self._numbers = itertools.count()
         self._cancelled = 0
-        """Since the heap was last tidied, at most so many of its timers."""
+        """Upper bound of the number of cancelled timers in the heap."""
 
     def __len__(self) -> int:
         return len(self._heap)
 
-    def at(self, when: int, alarm: TimerCallback) -> Timer:
-        """Have ``alarm(now)`` called by the first ``tick`` at or after ``when`` [ns]."""
-        timer = Timer(when, next(self._numbers), alarm, self)
+    def at(self, when: int, callback: TimerCallback) -> Timer:
+        """Schedule ``callback(now)`` for the first ``tick`` at or after ``when`` [ns]."""
+        timer = Timer(when, next(self._numbers), callback, self)
         heapq.heappush(self._heap, timer)
+        if self._heap[0] is timer:
+            self._wake()
         return timer
 
     @property
     def due(self) -> int | None:
-        """When the next alarm rings [ns]; None if there is none."""
-        self._forget_cancelled()
+        """Time of the earliest timer [ns]; None without timers."""
+        while self._heap and self._heap[0].callback is None:
+            heapq.heappop(self._heap)
         return self._heap[0].when if self._heap else None
 
-    def tick(self, now: int) -> None:
-        """Ring all alarms whose time has come; those they set for now wait for the next tick."""
-        ringing = []
-        while (due := self.due) is not None and due <= now:
-            ringing.append(heapq.heappop(self._heap))
-        for timer in ringing:
-            if timer.alarm is not None:  # an earlier one may have cancelled it
-                timer.alarm(now)
+    def advance(self, now: int) -> None:
+        """Set the current time [ns] without calling any callback."""
+        self.now = now
 
-    def tidy(self) -> None:
-        """Forget cancelled timers once they are the most: their time may never come."""
+    def tick(self, now: int) -> None:
+        """Set the current time [ns] and call all callbacks that are due.
+
+        Timers that a callback schedules wait for the next tick, even if they are due already.
+        """
+        self.now = now
+        due_timers = []
+        while (due := self.due) is not None and due <= now:
+            due_timers.append(heapq.heappop(self._heap))
+        for timer in due_timers:
+            if timer.callback is not None:  # an earlier callback may have cancelled it
+                timer.callback(now)
+
+    def discard_cancelled(self) -> None:
+        """Rebuild the heap once most timers in it may be cancelled, which bounds its size."""
         self._cancelled += 1
         if self._cancelled > max(len(self._heap) // 2, 64):
-            self._heap = [timer for timer in self._heap if timer.alarm is not None]
+            self._heap = [timer for timer in self._heap if timer.callback is not None]
             heapq.heapify(self._heap)
             self._cancelled = 0
-
-    def _forget_cancelled(self) -> None:
-        while self._heap and self._heap[0].alarm is None:
-            heapq.heappop(self._heap)

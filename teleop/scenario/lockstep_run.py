@@ -19,6 +19,8 @@ from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame, Output
 from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 from teleop.scenario.mission import HINT_STAMP, Mission
@@ -76,7 +78,8 @@ async def _serve_and_operate(
 
     protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
-    meter = Meter(protocol)
+    meter = Meter()
+    protocol.observers.add(meter)
     host = RosbridgeAdapter(robot, server, cloud, observers=(report,))
     stepper = LockstepService(host, last_stamp=mission.time_limit)
     await server.start()
@@ -117,26 +120,20 @@ async def _serve_and_operate(
     return "completed", traffic
 
 
-class Meter:
-    """Counts what goes over the wire, by topic, between a protocol and its server."""
+class Meter(Observer):
+    """Counts the frames and bytes of each topic that are sent and received."""
 
-    def __init__(self, protocol: Protocol) -> None:
-        """Stand between the two; the server must have been made already."""
+    def __init__(self) -> None:
         self._counts: dict[str, list[int]] = {}
-        sink, receive = protocol.sink, protocol.receive
 
-        def outward(client: int, output: Output) -> None:
-            if isinstance(output, OutgoingFrame):
-                self._add(output.topic or "(answers)", len(output.payload))
-            if sink is not None:
-                sink(client, output)
+    def received(self, connection: Connection, frame: str | bytes) -> None:
+        """Count a received frame."""
+        self._add("(to the robot)", len(frame))
 
-        def inward(client: int, frame: str | bytes, now: int) -> None:
-            self._add("(to the robot)", len(frame))
-            receive(client, frame, now)
-
-        protocol.sink = outward
-        protocol.receive = inward  # type: ignore[method-assign]
+    def sent(self, connection: Connection, output: Output) -> None:
+        """Count a sent frame."""
+        if isinstance(output, OutgoingFrame):
+            self._add(output.topic or "(answers)", len(output.payload))
 
     def _add(self, topic: str, size: int) -> None:
         count = self._counts.setdefault(topic, [0, 0])

@@ -31,7 +31,9 @@ from teleop.robot.serve import serve
 from teleop.robot.serve_config import ServeConfig
 from teleop.robot.topics.topic_table import OUTPUTS
 from teleop.rosbridge.limits import ClientLimits
-from teleop.rosbridge.messages.json_cbor_codec import read_cbor
+from teleop.rosbridge.messages.cbor import read_cbor
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 
@@ -197,6 +199,16 @@ async def peer(url: str, *, source: socket.socket | None = None) -> AsyncIterato
             await client.close()
 
 
+class _Departures(Observer):
+    """Collects the names of clients that disconnect."""
+
+    def __init__(self, names: asyncio.Queue[str]) -> None:
+        self._names = names
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        self._names.put_nowait(connection.name)
+
+
 @dataclass
 class Rig:
     """A robot in lockstep behind a server on a free port."""
@@ -213,7 +225,7 @@ class Rig:
 
     def __post_init__(self) -> None:
         self._departures: asyncio.Queue[str] = asyncio.Queue()
-        self.server.on_disconnect(lambda client, name: self._departures.put_nowait(name))
+        self.server.protocol.observers.add(_Departures(self._departures))
 
     async def departure(self) -> str:
         """Wait until the next client has left, and the robot knows; return its name."""

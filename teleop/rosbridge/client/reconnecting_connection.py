@@ -1,4 +1,4 @@
-"""A client's connection, which is made again when it is lost."""
+"""A client's connection, which is reopened when it is lost."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from websockets.exceptions import ConnectionClosed
 from teleop.rosbridge.client.connector import Connector
 from teleop.rosbridge.errors import ClientError
 
-_PATIENCE: Final = 3.0
-"""Time to say goodbye in [s]."""
+_CLOSE_TIMEOUT: Final = 3.0
+"""Time for the closing handshake [s]; then the connection is aborted."""
 
 
 class ConnectionState(Enum):
-    """What has become of the connection."""
+    """State of the connection."""
 
     CONNECTED = "connected"
     DISCONNECTED = "disconnected"
@@ -27,30 +27,30 @@ class ConnectionState(Enum):
 
 
 class ReconnectingConnection:
-    """Frames to a server and from it, for as long as the client wants."""
+    """Sends and receives frames, reconnecting until it is closed."""
 
     def __init__(
         self,
-        dialler: Connector,
+        connector: Connector,
         *,
         reconnect: bool,
         resume: Callable[[ClientConnection], Awaitable[None]],
         receive: Callable[[str | bytes], None],
         lost: Callable[[str], None],
     ) -> None:
-        """Make a line without a connection.
+        """Create it without a connection.
 
         Args:
-            dialler: Opens connections.
-            reconnect: Whether to do so again when one is lost.
-            resume: Tells a server on a new connection what it must know.
-            receive: Is called with each frame that comes in.
-            lost: Is called with the reason when a connection is lost.
+            connector: Opens connections.
+            reconnect: Whether to reopen a lost connection.
+            resume: Called with each new connection to send subscriptions and the like.
+            receive: Called with each received frame.
+            lost: Called with the reason when a connection is lost.
         """
         self.reason = ""
         """Why the connection was lost or closed last."""
 
-        self._dialler = dialler
+        self._connector = connector
         self._reconnect = reconnect
         self._resume = resume
         self._receive = receive
@@ -70,32 +70,32 @@ class ReconnectingConnection:
         return self._socket.latency if self._socket else 0.0
 
     def on_state(self, callback: Callable[[ConnectionState], None]) -> None:
-        """Have ``callback(state)`` called when the connection is made, lost or closed."""
+        """Call ``callback(state)`` when the connection is opened, lost or closed."""
         self._states.append(callback)
 
     async def open(self, patience: float) -> None:
-        """Connect, trying for ``patience`` [s]; raises ClientError, also if there is a connection."""
+        """Connect, retrying for ``patience`` [s]; raises ClientError, also if it is connected."""
         if self._task is not None:
-            raise ClientError(f"already connected to {self._dialler.url}")
-        self._socket = await self._dialler.open(patience)
+            raise ClientError(f"already connected to {self._connector.url}")
+        self._socket = await self._connector.open(patience)
         self._task = asyncio.create_task(self._run(self._socket))
 
     async def close(self) -> None:
-        """Disconnect, and stay so."""
+        """Disconnect without reconnecting."""
         task, self._task = self._task, None
         if task is None:
             return
         if (socket := self._socket) is not None:
             try:
-                async with asyncio.timeout(_PATIENCE):
+                async with asyncio.timeout(_CLOSE_TIMEOUT):
                     await socket.close()
-            except TimeoutError:  # the server does not even read that we go
+            except TimeoutError:  # the server does not respond
                 socket.transport.abort()
         task.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await task
-        self._lose("closed by this client")
-        self._tell(ConnectionState.CLOSED)
+        self._on_lost("closed by this client")
+        self._notify(ConnectionState.CLOSED)
 
     async def send(self, frame: str) -> bool:
         """Send a frame; return whether there was a connection."""
@@ -108,37 +108,39 @@ class ReconnectingConnection:
         return True
 
     async def _run(self, socket: ClientConnection) -> None:
-        async for opened in self._sockets(socket):
+        async for opened in self._connections(socket):
             self._socket = opened
             try:
                 await self._resume(opened)
-                self._tell(ConnectionState.CONNECTED)
+                self._notify(ConnectionState.CONNECTED)
                 async for frame in opened:
                     self._receive(frame)
-                    await asyncio.sleep(0)  # so that a call returns before the next message
+                    await asyncio.sleep(
+                        0
+                    )  # so that a call returns before the next message is processed
             except ConnectionClosed as error:
-                self._lose(str(error))
+                self._on_lost(str(error))
             else:
                 why = opened.close_reason or f"code {opened.close_code}"
-                self._lose(f"the server closed the connection: {why}")
-            if self._task is not None:  # or it is this client that closes
-                self._tell(ConnectionState.DISCONNECTED)
+                self._on_lost(f"the server closed the connection: {why}")
+            if self._task is not None:  # otherwise this client closes
+                self._notify(ConnectionState.DISCONNECTED)
 
-    async def _sockets(self, first: ClientConnection) -> AsyncIterator[ClientConnection]:
-        """Yield the open connection, and a new one each time it is lost."""
+    async def _connections(self, first: ClientConnection) -> AsyncIterator[ClientConnection]:
+        """Yield the open connection, and a new one after each loss."""
         yield first
         if self._reconnect:
-            async for opened in self._dialler.again(self._fail):
+            async for opened in self._connector.reopen(self._note_failure):
                 yield opened
 
-    def _fail(self, reason: str) -> None:
+    def _note_failure(self, reason: str) -> None:
         self.reason = reason
 
-    def _lose(self, reason: str) -> None:
+    def _on_lost(self, reason: str) -> None:
         self._socket = None
         self.reason = reason
         self._lost(reason)
 
-    def _tell(self, state: ConnectionState) -> None:
+    def _notify(self, state: ConnectionState) -> None:
         for callback in self._states:
             callback(state)

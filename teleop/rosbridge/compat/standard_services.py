@@ -1,4 +1,4 @@
-"""What clients expect of any rosbridge server, besides the protocol itself."""
+"""The services and topics that clients expect of every rosbridge server."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from teleop.rosbridge.protocol.protocol import Protocol
 
 
 def serve_standard(protocol: Protocol) -> None:
-    """Offer ``/rosapi``, ``tf2_web_republisher``, ``/rosout``, and topics that tell who is there."""
+    """Provide ``/rosapi``, ``tf2_web_republisher``, ``/rosout`` and the topics of clients."""
     serve_rosapi(protocol)
     serve_republisher(protocol)
     publish_connected_clients(protocol)

@@ -1,1 +1,1 @@
-"""Operations as WebSocket frames: reading and validating JSON, fragments, PNG, outgoing frames."""
+"""Operations as WebSocket frames: JSON, field checks, fragments, PNG, outgoing frames."""

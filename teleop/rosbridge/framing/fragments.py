@@ -1,4 +1,4 @@
-"""Messages in pieces: those that come are joined by number, those that leave are split_message when sent."""
+"""The ``fragment`` operation: reassembly of received messages and splitting of outgoing ones."""
 
 from __future__ import annotations
 
@@ -8,93 +8,94 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from teleop.rosbridge.errors import OperationError
+from teleop.rosbridge.ros_time import SECOND
 
-TIMEOUT_NS: Final = 10_000_000_000
-"""For a message's other pieces, from the first that came [ns]."""
+TIMEOUT_NS: Final = 10 * SECOND
+"""Time for the remaining fragments of a message, from its first one [ns]."""
 
-_MOST_PIECES: Final = 1024
-"""Of one message, either way: pieces of a byte each would be a weapon."""
+_MAX_FRAGMENTS: Final = 1024
+"""Fragments of one message in either direction; one-byte fragments would multiply the load."""
 
-_MOST_MESSAGES: Final = 8
-"""Of one client, begun and not complete."""
+_MAX_INCOMPLETE: Final = 8
+"""Incomplete messages of one client."""
 
 
 @dataclass(slots=True)
-class _Partial:
+class _Incomplete:
     total: int
-    until: int
-    pieces: dict[int, str] = field(default_factory=dict)
+    expires: int
+    fragments: dict[int, str] = field(default_factory=dict)
 
 
 class Reassembly:
-    """One client's messages that have begun to arrive."""
+    """The incomplete fragmented messages of one client."""
 
-    def __init__(self, largest: int) -> None:
-        """Start empty; ``largest`` bounds the bytes of all that is incomplete together."""
-        self._largest = largest
-        self._partials: dict[str | int, _Partial] = {}
+    def __init__(self, max_bytes: int) -> None:
+        """Start empty; ``max_bytes`` bounds the size of all incomplete messages together."""
+        self._max_bytes = max_bytes
+        self._messages: dict[str | int, _Incomplete] = {}
         self._size = 0
 
     def __contains__(self, identity: object) -> bool:
-        return identity in self._partials
+        return identity in self._messages
 
     def add(
         self, identity: str | int, num: object, total: object, data: object, now: int
     ) -> str | None:
-        """Take in a piece; return the message when it was the last, and else None.
+        """Add a fragment; return the message if it is now complete, else None.
 
         Raises:
-            OperationError: If the piece fits no message, or there would be too much of it.
+            OperationError: If the fragment is invalid or exceeds a limit.
         """
-        if type(total) is not int or not 1 <= total <= _MOST_PIECES:
-            raise OperationError(f"total must be 1 to {_MOST_PIECES}, got {str(total)[:20]}")
+        if type(total) is not int or not 1 <= total <= _MAX_FRAGMENTS:
+            raise OperationError(f"total must be 1 to {_MAX_FRAGMENTS}, got {str(total)[:20]}")
         if type(num) is not int or not 0 <= num < total:
             raise OperationError(f"num must be 0 to {total - 1}, got {str(num)[:20]}")
         if not isinstance(data, str):
             raise OperationError("data must be a string")
-        partial = self._partials.get(identity)
-        if partial is None:
-            if len(self._partials) >= _MOST_MESSAGES:
-                raise OperationError(f"at most {_MOST_MESSAGES} messages can be begun")
-            partial = self._partials[identity] = _Partial(total, now + TIMEOUT_NS)
-        if partial.total != total:
-            self._forget(identity)
-            raise OperationError(f"a message of {partial.total} pieces has not {total}")
-        if num in partial.pieces:
+        message = self._messages.get(identity)
+        if message is None:
+            if len(self._messages) >= _MAX_INCOMPLETE:
+                raise OperationError(f"at most {_MAX_INCOMPLETE} messages may be incomplete")
+            message = self._messages[identity] = _Incomplete(total, now + TIMEOUT_NS)
+        if message.total != total:
+            self._discard(identity)
+            raise OperationError(f"total was {message.total} before, got {total}")
+        if num in message.fragments:
             return None
-        if self._size + len(data) > self._largest:
-            self._forget(identity)
-            raise OperationError(f"at most {self._largest} bytes can wait for other pieces")
-        partial.pieces[num] = data
+        if self._size + len(data) > self._max_bytes:
+            self._discard(identity)
+            raise OperationError(f"incomplete messages exceed {self._max_bytes} bytes")
+        message.fragments[num] = data
         self._size += len(data)
-        if len(partial.pieces) < total:
+        if len(message.fragments) < total:
             return None
-        self._forget(identity)
-        return "".join(partial.pieces[i] for i in range(total))
+        self._discard(identity)
+        return "".join(message.fragments[i] for i in range(total))
 
     def expire(self, now: int) -> list[str | int]:
-        """Forget the messages whose time is over; return their ids."""
-        over = [i for i, partial in self._partials.items() if partial.until <= now]
-        for identity in over:
-            self._forget(identity)
-        return over
+        """Discard the messages whose time is over; return their ids."""
+        expired = [i for i, message in self._messages.items() if message.expires <= now]
+        for identity in expired:
+            self._discard(identity)
+        return expired
 
     def clear(self) -> None:
-        """Forget all."""
-        self._partials.clear()
+        """Discard all incomplete messages."""
+        self._messages.clear()
         self._size = 0
 
-    def _forget(self, identity: str | int) -> None:
-        partial = self._partials.pop(identity)
-        self._size -= sum(map(len, partial.pieces.values()))
+    def _discard(self, identity: str | int) -> None:
+        message = self._messages.pop(identity)
+        self._size -= sum(map(len, message.fragments.values()))
 
 
 def split_message(payload: bytes, size: int, identity: str) -> Iterator[bytes]:
-    """Yield a message's ``fragment`` operations, each with at most ``size`` bytes of it.
+    """Yield the ``fragment`` operations of a message, each with at most ``size`` bytes of it.
 
-    A size that would make more than 1024 of them is not kept.
+    The size is raised where it would yield more than 1024 fragments.
     """
-    size = max(size, -(-len(payload) // _MOST_PIECES))
+    size = max(size, -(-len(payload) // _MAX_FRAGMENTS))
     total = -(-len(payload) // size)
     for num in range(total):
         data = json.dumps(payload[num * size : (num + 1) * size].decode("ascii"))

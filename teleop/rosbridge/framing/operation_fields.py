@@ -1,4 +1,4 @@
-"""Reading the fields of operations, in the many ways in which clients write them."""
+"""Checked access to the fields of operations, in the variants that clients send."""
 
 from __future__ import annotations
 
@@ -12,51 +12,50 @@ Operation: TypeAlias = dict[str, Any]
 """A JSON object with an ``op``."""
 
 _NAME: Final = re.compile(r"[A-Za-z0-9_/~.\-]{1,256}")
-"""Names of topics and services: ROS's, and the few more characters that others let pass."""
+"""Names of topics and services: those of ROS, and a few more characters that others accept."""
 
-_LONGEST_ID: Final = 256
-_LARGEST: Final = 2**31 - 1
-"""What C# writes for "no bound"."""
+_MAX_ID_LENGTH: Final = 256
+_INT32_MAX: Final = 2**31 - 1
+"""Value that C# clients send for "no limit"."""
 
 
 def identity(operation: Operation) -> str | int | None:
-    """Return the ``id``, or None if there is none.
+    """Return the ``id``, or None without one.
 
     Raises:
-        OperationError: If it is neither a short string nor a whole number.
+        OperationError: If it is neither a short string nor an integer.
     """
     value = operation.get("id")
     if value is None:
         return None
-    if type(value) not in (str, int) or len(str(value)) > _LONGEST_ID:
-        raise OperationError("an id is a short string or a whole number")
+    if type(value) not in (str, int) or len(str(value)) > _MAX_ID_LENGTH:
+        raise OperationError("id must be a short string or an integer")
     checked: str | int = value
     return checked
 
 
-def named(name: str, what: str) -> str:
-    """Return a name of a topic, service or action, or raise OperationError."""
+def check_name(name: str, what: str) -> str:
+    """Return a valid name of a topic, service or action, or raise OperationError."""
     if not _NAME.fullmatch(name) or not name.strip("/"):
-        raise OperationError(f"{name[:80]!r} is no name of a {what}")
+        raise OperationError(f"{name[:80]!r} is not a valid {what} name")
     return name
 
 
 def text(operation: Operation, key: str) -> str:
-    """Return a string that must be there."""
+    """Return a required string."""
     value = operation.get(key)
     if not isinstance(value, str):
-        article = "an" if key[0] in "aeiou" else "a"
-        raise OperationError(f"it needs {article} {key}, which is a string")
+        raise OperationError(f"{key} must be given as a string")
     return value
 
 
 def name(operation: Operation, key: str) -> str:
-    """Return a name that must be there; ``key`` says of what."""
-    return named(text(operation, key), key)
+    """Return a required name; ``key`` is also its kind, such as ``topic``."""
+    return check_name(text(operation, key), key)
 
 
 def count(operation: Operation, key: str) -> int:
-    """Return a whole number, 0 if there is none; some clients write it as a float, or as null."""
+    """Return a non-negative integer, 0 without one; some clients send a float or null."""
     value = operation.get(key)
     if value is None:
         return 0
@@ -66,13 +65,13 @@ def count(operation: Operation, key: str) -> int:
 
 
 def fragment_size(operation: Operation) -> int:
-    """Return the largest fragment the client wants [bytes]; 0 for whole messages."""
+    """Return the requested fragment size [bytes]; 0 for unfragmented messages."""
     size = count(operation, "fragment_size")
-    return 0 if size >= _LARGEST else size
+    return 0 if size >= _INT32_MAX else size
 
 
 def seconds(operation: Operation, key: str) -> float | None:
-    """Return a time [s]; None if there is none."""
+    """Return a duration [s]; None without one."""
     value = operation.get(key)
     if value is None:
         return None
@@ -83,29 +82,29 @@ def seconds(operation: Operation, key: str) -> float | None:
 
 @dataclass(frozen=True, slots=True)
 class QoS:
-    """What of a ``qos`` makes a difference here: everything arrives, and in order, anyway."""
+    """The policies of a ``qos`` that have an effect here: delivery is always reliable and ordered."""
 
     depth: int | None = None
-    """Messages that may wait, 0 for all; None if it does not say."""
+    """Queue length in messages, 0 for unlimited; None if it is not given."""
 
     transient: bool = False
-    """Whether a publisher's last message is kept for who comes later."""
+    """Whether the last message of a publisher is kept for later subscribers."""
 
     volatile: bool = False
-    """Whether a subscriber wants nothing of what was before."""
+    """Whether a subscriber declines messages published before it subscribed."""
 
 
-def quality(operation: Operation) -> QoS:
-    """Return what the ``qos`` of an operation asks for, in the terms of ROS 2."""
-    qos = operation.get("qos")
-    if qos is None:
+def qos(operation: Operation) -> QoS:
+    """Return the ``qos`` of an operation, which uses the terms of ROS 2."""
+    value = operation.get("qos")
+    if value is None:
         return QoS()
-    if not isinstance(qos, dict):
-        raise OperationError("a qos is an object")
-    depth = None if qos.get("depth") is None else count(qos, "depth")
-    durability = qos.get("durability")
+    if not isinstance(value, dict):
+        raise OperationError("qos must be an object")
+    depth = None if value.get("depth") is None else count(value, "depth")
+    durability = value.get("durability")
     return QoS(
-        0 if qos.get("history") == "keep_all" else depth,
+        0 if value.get("history") == "keep_all" else depth,
         durability == "transient_local",
         durability == "volatile",
     )

@@ -1,40 +1,37 @@
-"""What clients ask for and are not given, for whoever keeps a record of it."""
+"""Records of rejected operations, for logs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Self, TypeAlias
+from typing import Any, Final, Self
 
-_LONGEST: Final = 256
-"""Characters of a name that are kept; whatever a client sends, a record of it is short."""
+_MAX_LENGTH: Final = 256
+"""Characters of a name that are kept, which bounds the size of a record."""
 
-_NAMES: Final = ("topic", "service", "action")
+_NAME_FIELDS: Final = ("topic", "service", "action")
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """One operation that was not done, or a frame that was not read."""
+    """An operation that was rejected, or a frame that could not be read."""
 
     op: str
-    """The operation; empty if the frame was no operation, or one too many."""
+    """The operation; empty for an unreadable frame or one that exceeds a rate."""
 
     name: str
-    """Topic, service or action; empty if it has none."""
+    """Topic, service or action; empty if the operation has none."""
 
     why: str
+    """The reason."""
 
     @classmethod
     def of(cls, operation: Mapping[str, Any], why: str) -> Self:
-        """Return the refusal of an operation, whatever stands in it."""
-        named = (operation[key] for key in _NAMES if isinstance(operation.get(key), str))
+        """Return the record of an operation with any content."""
+        names = (operation[key] for key in _NAME_FIELDS if isinstance(operation.get(key), str))
         op = operation.get("op")
         return cls(
-            op[:_LONGEST] if isinstance(op, str) else "",
-            next(named, "")[:_LONGEST],
-            why[: 2 * _LONGEST],
+            op[:_MAX_LENGTH] if isinstance(op, str) else "",
+            next(names, "")[:_MAX_LENGTH],
+            why[: 2 * _MAX_LENGTH],
         )
-
-
-Refused: TypeAlias = Callable[[int, Refusal], None]
-"""Is told of a client, and of what it was refused."""

@@ -1,77 +1,70 @@
-"""The first seconds of a connection: a request that must come soon, and may be one for a page."""
+"""An accepted connection until it becomes a WebSocket: request deadline, permissions, downloads."""
 
 from __future__ import annotations
 
 import asyncio
-import struct
 from email.utils import formatdate
-from typing import Any, Final, cast
+from typing import Final
 
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
-from websockets.frames import Opcode
 from websockets.http11 import Request, Response
 
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.server.http_pages import Page
 
 HEADER_TIMEOUT: Final = 5.0
-"""Time for a request's header [s]; who is slower is split_message off."""
+"""Time for the header of a request [s]; slower clients are disconnected."""
 
 DOWNLOAD_TIMEOUT: Final = 120.0
-"""Time to take a page [s]: 10 MB at a megabit a second take 80 s."""
-
-
-_FINAL: Final = 0x80
-"""Bit of a WebSocket's frame that is the last of its message (RFC 6455, section 5.2)."""
+"""Time for the download of a file [s]: 10 MB at 1 Mbit/s take 80 s."""
 
 
 class HttpConnection(ServerConnection):
-    """A connection that is split_message off if its request does not come soon.
+    """A connection that is aborted if its request does not arrive in time.
 
-    The library's own time-out counts until a page has been taken, which may take longer than one
-    should wait for a request.
+    The ``open_timeout`` of websockets covers the whole handshake. Here it is the time for a
+    download, which takes place during the handshake, and the request has a shorter deadline.
     """
 
     access: Access | None = None
-    """What the request's token gives access to, if it had one."""
+    """Permissions of the token in the request; None without one."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin to wait for the request."""
+        """Start the deadline of the request."""
         super().connection_made(transport)
-        self._header_timer = self.loop.call_later(HEADER_TIMEOUT, self._expire)
+        self._deadline = self.loop.call_later(HEADER_TIMEOUT, self._abort_without_request)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Wait no longer."""
-        self._header_timer.cancel()
+        """Stop the deadline of the request."""
+        self._deadline.cancel()
         super().connection_lost(exc)
 
-    def _expire(self) -> None:
+    async def download(self, response: Response) -> None:
+        """Send a large response and wait until the client has received it.
+
+        websockets limits the time to send a response by ``close_timeout``, which also applies to
+        WebSockets and is shorter than a download may take.
+        """
+        self.transport.write(response.serialize())
+        if self.transport.can_write_eof():
+            self.transport.write_eof()
+        else:  # TLS
+            self.transport.close()
+        await self.wait_closed()
+
+    def _abort_without_request(self) -> None:
         if self.request is None:
             self.transport.abort()
 
-    async def send_long(self, payload: bytes, *, text: bool) -> None:
-        """Send a message as ``send`` does, but without copying it: others are sent the same bytes.
 
-        Raises:
-            ConnectionClosed: If the connection is closed.
-        """
-        head = struct.pack(
-            "!BBQ", _FINAL | (Opcode.TEXT if text else Opcode.BINARY), 127, len(payload)
-        )
-        async with self.send_context():
-            # A view, so that what the kernel does not take at once is split_message off without a copy.
-            self.protocol.writes += head, cast("bytes", memoryview(payload))
-
-    def page(self, page: Page, more: dict[str, str]) -> Response:
-        """Return a page as the library sends it, and leave time to take it."""
-        self.close_timeout = DOWNLOAD_TIMEOUT
-        headers = Headers({"Date": formatdate(usegmt=True), "Connection": "close"})
-        headers.update({**page.headers, **more})
-        return Response(page.status.value, page.status.phrase, headers, page.body)
+def page_response(page: Page, headers: dict[str, str]) -> Response:
+    """Return a page with further headers as a response of websockets."""
+    fields = Headers({"Date": formatdate(usegmt=True), "Connection": "close"})
+    fields.update({**page.headers, **headers})
+    return Response(page.status.value, page.status.phrase, fields, page.body)
 
 
-def upgrades(request: Request) -> bool:
-    """Return whether a request asks for a WebSocket, not for a page."""
-    asked: Any = request.headers.get_all("Upgrade")
-    return any("websocket" in value.lower() for value in asked)
+def wants_websocket(request: Request) -> bool:
+    """Return whether a request is for a WebSocket instead of a page."""
+    return any("websocket" in value.lower() for value in request.headers.get_all("Upgrade"))

@@ -1,4 +1,4 @@
-"""One client's socket: what waits to go there, and its writer, for whom nobody else waits."""
+"""The send queue of one client, and the task that writes it to the socket."""
 
 from __future__ import annotations
 
@@ -13,92 +13,91 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from teleop.rosbridge.framing.outgoing_frames import CloseFrame, OutgoingFrame, Output
-from teleop.rosbridge.server.http_connection import HttpConnection
 from teleop.rosbridge.server.outbox import BULK_BYTES, Outbox, QueueLimits
 
 _LOG: Final = logging.getLogger(__name__)
 
-_OVERFLOW: Final = 1013
-"""Code of the close frame for a client that reads too slowly ("try again later")."""
+_TRY_AGAIN_LATER: Final = 1013
+"""Code of the close frame for a client that reads too slowly."""
 
-PATIENCE: Final = 3.0
-"""Time to say goodbye in [s]; who does not is split_message off."""
+CLOSE_TIMEOUT: Final = 3.0
+"""Time for the closing handshake [s]; then the connection is aborted."""
 
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """How a client's connection fares."""
+    """State of a client's connection."""
 
     waiting: int
-    """Bytes that wait to be sent."""
+    """Queued bytes."""
 
     dropped: int
-    """Messages that gave way to newer ones, since it came."""
+    """Number of messages replaced by newer ones since the client connected."""
 
     round_trip: float
-    """Of the last ping [s]; 0 before the first."""
+    """Round-trip time of the last ping [s]; 0 before the first."""
 
 
 class SocketWriter:
-    """A client's socket, and what waits to go there."""
+    """A client's socket and its send queue."""
 
-    def __init__(self, socket: ServerConnection, bounds: QueueLimits) -> None:
+    def __init__(self, socket: ServerConnection, limits: QueueLimits) -> None:
         self.socket = socket
-        self._outbox = Outbox(bounds)
+        self._outbox = Outbox(limits)
         self._wake = asyncio.Event()
         self._idle = asyncio.Event()
         self._idle.set()
         self._close: CloseFrame | None = None
-        _tune(socket)
+        _limit_unsent(socket)
 
     @property
     def address(self) -> str:
-        """Where the client is, for people."""
+        """Network address of the client, for logs."""
         peer = self.socket.remote_address
         return f"{peer[0]}:{peer[1]}" if peer else "gone"
 
     @property
     def waiting(self) -> int:
-        """Bytes that wait to be sent."""
+        """Queued bytes."""
         return self._outbox.size
 
     @property
     def traffic(self) -> Traffic:
-        """How it fares."""
+        """State of the connection."""
         return Traffic(self._outbox.size, self._outbox.dropped, self.socket.latency)
 
     def push(self, output: Output) -> None:
-        """Have something sent; the client is disconnected if too much waits for it."""
+        """Queue a frame; the client is disconnected if its queue overflows."""
         if self._close is not None:
             return
         if isinstance(output, CloseFrame):
-            self._outbox.forget_data()
+            self._outbox.discard_data()
             self._close = output
         elif reason := self._outbox.push(output):
             self._outbox.clear()
-            self._close = CloseFrame(_OVERFLOW, reason)
+            self._close = CloseFrame(_TRY_AGAIN_LATER, reason)
         self._idle.clear()
         self._wake.set()
 
     async def flush(self) -> None:
-        """Wait until nothing waits to be sent, or the client has left."""
+        """Wait until the queue is empty, or the client has left."""
         await self._idle.wait()
 
-    def leave(self) -> None:
-        """Let those go on who wait for what will not be sent."""
+    def release_waiters(self) -> None:
+        """End all waiting in ``flush``, as the client has left."""
         self._idle.set()
 
-    async def write(self, timeout: float | None) -> None:  # noqa: ASYNC109 - of each frame
-        """Send what waits until the end, one frame at a time.
+    async def run(self, timeout: float | None) -> None:  # noqa: ASYNC109 - of each frame
+        """Send queued frames, one at a time, until the connection is closed.
 
-        What is in the socket's buffer is out of our hands; so the next frame is chosen when the
-        last has left.
+        A frame in the buffer of the socket can no longer be replaced, so the next one is taken from
+        the queue only when the last has left the buffer.
 
         Args:
-            timeout: How long the client may take for a frame [s] before it is split_message off.
+            timeout: Time in which the client must read a frame [s]; then it is disconnected.
         """
         while True:
-            # What a tick gives rise to leaves in few packets, and the head of a long frame with its
+            # The frames of a tick leave in few packets, and the head of a long frame with its
             # body: each packet costs both sides a wake-up.
             corked = len(self._outbox) > 1 or self._outbox.size >= BULK_BYTES
             if corked:
@@ -108,7 +107,7 @@ class SocketWriter:
                     async with asyncio.timeout(timeout):
                         await self._send(frame)
                 except TimeoutError:
-                    _LOG.info("%s takes nothing off its socket: split_message off", self.address)
+                    _LOG.info("%s does not read from its socket: disconnected", self.address)
                     self.socket.transport.abort()
                     return
                 except ConnectionClosed:
@@ -124,21 +123,18 @@ class SocketWriter:
 
     async def _send(self, frame: OutgoingFrame) -> None:
         for piece in frame.frames:
-            if len(piece) >= BULK_BYTES and isinstance(self.socket, HttpConnection):
-                await self.socket.send_long(piece, text=not frame.binary)
-            else:
-                await self.socket.send(piece, text=not frame.binary)
+            await self.socket.send(piece, text=not frame.binary)
 
     async def _hang_up(self, close: CloseFrame) -> None:
         try:
-            async with asyncio.timeout(PATIENCE):
+            async with asyncio.timeout(CLOSE_TIMEOUT):
                 await self.socket.close(close.code, close.reason)
         except TimeoutError:
             self.socket.transport.abort()
 
 
-def _tune(connection: ServerConnection) -> None:
-    """Keep the kernel from taking in megabytes that it cannot send yet: they grow old there.
+def _limit_unsent(connection: ServerConnection) -> None:
+    """Keep the kernel from buffering megabytes that it cannot send yet, where they become old.
 
     A small send buffer would do the same, but slows down fast connections to a third.
     """
@@ -148,7 +144,7 @@ def _tune(connection: ServerConnection) -> None:
 
 
 def _cork(connection: ServerConnection, on: bool) -> None:
-    """Have the kernel collect what is sent into full packets, until the cork is drawn."""
+    """Have the kernel collect data into full packets while the cork is on."""
     if hasattr(socket, "TCP_CORK"):  # Linux
         with contextlib.suppress(OSError):
             raw = connection.transport.get_extra_info("socket")

@@ -23,7 +23,7 @@ class Rig:
         self.lines: list[dict[str, Any]] = []
         self.now = 0
         self.protocol = Protocol(REGISTRY, limits=limits)
-        self.protocol.advertise("/odom", "nav_msgs/Odometry")
+        self.protocol.topics.advertise("/odom", "nav_msgs/Odometry")
         self.audit = AuditLog(
             self.lines.append, Server(self.protocol), stamp=lambda: self.now, wall=lambda: "noon"
         )
@@ -56,11 +56,9 @@ def test_repeated_attempts_are_logged_once_a_second_and_counted() -> None:
 
 def test_constant_reconnection_fills_no_disk() -> None:
     rig = Rig()
-    server = rig.audit._server
     for number in range(6000):
         rig.now = number * SECOND // 100
-        for callback in (*server._came, *server._left):
-            callback(number, f"client {number}")
+        rig.protocol.disconnect(rig.protocol.connect(rig.now), rig.now)
     rig.audit.end()
     for kind in ("connected", "disconnected"):
         assert 350 < len(rig.logged(kind)) < 450  # a burst of 100, and then five a second

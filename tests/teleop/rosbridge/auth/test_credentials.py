@@ -75,18 +75,21 @@ def test_the_host_has_rules_of_its_own(tmp_path: Path) -> None:
 @pytest.mark.parametrize("mode", [0o644, 0o640, 0o604, 0o620])
 def test_a_file_that_others_can_read_or_write_is_refused(tmp_path: Path, mode: int) -> None:
     path = written(tmp_path, f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"', mode)
-    with pytest.raises(ServerError, match=r"open to others: chmod 600 tokens\.toml"):
+    with pytest.raises(ServerError, match=r"accessible to others: chmod 600 tokens\.toml"):
         read_credentials(path)
 
 
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("", "there are no tokens"),
-        (f'[tokens.a]\nrole = "king"\ntoken = "{TOKEN}"', "a role is one of view, operate, admin"),
-        (f'[tokens.a]\ntoken = "{TOKEN}"', "a role is one of"),
-        ('[tokens.a]\nrole = "view"', r"tokens\.a needs one of token, sha256 and secret"),
-        (f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"\nsecret = "{TOKEN}"', "needs one of"),
+        ("", "it has no tokens"),
+        (
+            f'[tokens.a]\nrole = "king"\ntoken = "{TOKEN}"',
+            "a role must be one of view, operate, admin",
+        ),
+        (f'[tokens.a]\ntoken = "{TOKEN}"', "a role must be one of"),
+        ('[tokens.a]\nrole = "view"', r"tokens\.a must have one of token, sha256 and secret"),
+        (f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"\nsecret = "{TOKEN}"', "must have one of"),
         ('[tokens.a]\nrole = "view"\ntoken = "short"', "16 or more characters"),
         ('[tokens.a]\nrole = "view"\ntoken = 1234567890123456', "must be a string"),
         (f'[tokens.a]\nrole = "view"\nsha256 = "{TOKEN}"', "64 hexadecimal digits"),
@@ -94,18 +97,18 @@ def test_a_file_that_others_can_read_or_write_is_refused(tmp_path: Path, mode: i
         (f'[token.a]\nrole = "view"\ntoken = "{TOKEN}"', "the file has no 'token'"),
         ("tokens = 3", "tokens must be tables"),
         ("[tokens]\na = 3", "tokens must be tables"),
-        ('anonymous = "all"', "a role is one of"),
+        ('anonymous = "all"', "a role must be one of"),
         ('anonymous = "view"\n[roles.view]\npublish = "/joy"', "must be a list of patterns"),
-        ('anonymous = "view"\n[roles.view]\npublish = ["joy"]', "fits no name"),
+        ('anonymous = "view"\n[roles.view]\npublish = ["joy"]', "matches no name"),
         ('anonymous = "view"\n[roles.view]\nread = []', "has no 'read'"),
-        ('anonymous = "view"\n[roles.king]\npublish = []', "a role is one of"),
+        ('anonymous = "view"\n[roles.king]\npublish = []', "a role must be one of"),
         (
             f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"\n'
             f'[tokens.b]\nrole = "admin"\nsha256 = "{digest(TOKEN).hex()}"',
             "two names have the same token",
         ),
-        (f'token = "{TOKEN}', "is not TOML"),
-        (f"{TOKEN} = = {TOKEN}", "is not TOML"),
+        (f'token = "{TOKEN}', "is not valid TOML"),
+        (f"{TOKEN} = = {TOKEN}", "is not valid TOML"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_told_in_a_line_without_its_secrets(

@@ -9,7 +9,7 @@ from teleop.rosbridge.auth.permissions import Role
 from teleop.rosbridge.compat.connected_clients import publish_connected_clients
 from teleop.rosbridge.compat.rosout import publish_rosout
 from teleop.rosbridge.messages.ros_serialization import RosVersion
-from tests.teleop.rosbridge.auth.test_permissions import TOKENS, keyring
+from tests.teleop.rosbridge.auth.test_permissions import TOKENS, credentials
 from tests.teleop.rosbridge.support import Wire
 
 
@@ -38,9 +38,11 @@ def test_clients_hear_how_many_they_are_and_from_where() -> None:
 def test_who_comes_goes_and_says_who_it_is_is_logged_as_each_ros_does(
     flavour: RosVersion, kind: str, levels: tuple[int, int]
 ) -> None:
-    wire = Wire(gate=Authenticator(keyring(Role.VIEW), lambda: 0.0), flavour=flavour)
+    wire = Wire(
+        authenticator=Authenticator(credentials(Role.VIEW), lambda: 0.0), ros_version=flavour
+    )
     publish_rosout(wire.protocol)
-    (topic,) = (topic for topic in wire.protocol.topics if topic.name == "/rosout")
+    (topic,) = (topic for topic in wire.protocol.topics.all if topic.name == "/rosout")
     assert wire.protocol.registry[kind] is topic.kind
     wire.send({"op": "subscribe", "topic": "/rosout"})
     for token in (TOKENS[Role.OPERATE], "no token of anybody"):

@@ -16,7 +16,8 @@ import pytest
 from teleop.rosbridge import ClientLimits, Protocol, Server
 from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.messages.definition_parser import PADDING
-from teleop.rosbridge.messages.message_completion import BLOBS, DTYPES, complete
+from teleop.rosbridge.messages.message_completion import complete
+from teleop.rosbridge.messages.message_defaults import BLOBS, DTYPES
 from teleop.rosbridge.messages.message_types import (
     DURATION,
     HEADER,
@@ -115,17 +116,21 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 async def test_foxglove_reads_every_type_that_there_is_at_first_try(
     flavour: RosVersion, folder: Path
 ) -> None:
-    protocol = Protocol(REGISTRY, flavour=flavour, limits=ClientLimits(subscriptions=1000))
+    protocol = Protocol(REGISTRY, ros_version=flavour, limits=ClientLimits(subscriptions=1000))
     serve_standard(protocol)
     kinds = [REGISTRY[name] for name in REGISTRY]
     sent = {kind.name: complete(REGISTRY, kind, filled(kind, itertools.count())) for kind in kinds}
     wishes: list[Message] = []
     async with Server(protocol, port=0) as server:
         for kind in kinds:
-            server.advertise(f"/all/{kind.name}", kind.name, latch=True)
-            server.publish(f"/all/{kind.name}", sent[kind.name])
-        server.serve("/switch", "std_srvs/SetBool", lambda *_: {"success": True, "message": "on"})
-        server.listen("/cmd_vel", "geometry_msgs/Twist", lambda _, wish, __: wishes.append(wish))
+            server.protocol.topics.advertise(f"/all/{kind.name}", kind.name, latch=True)
+            server.protocol.topics.publish(f"/all/{kind.name}", sent[kind.name], server.now)
+        server.protocol.services.serve(
+            "/switch", "std_srvs/SetBool", lambda *_: {"success": True, "message": "on"}
+        )
+        server.protocol.topics.subscribe(
+            "/cmd_vel", "geometry_msgs/Twist", lambda _, wish, __: wishes.append(wish)
+        )
         script = shutil.copy(JAVASCRIPT / "foxglove_checks.cjs", folder)
         process = await asyncio.create_subprocess_exec(
             *("node", script, server.url, "/switch", "/cmd_vel"),

@@ -147,7 +147,7 @@ def test_a_provider_that_leaves_ends_its_goals(wire: Wire) -> None:
     wire.send(goal(), ASKER)
     wire.protocol.disconnect(wire.clients[PROVIDER], wire.now)
     assert wire.heard(ASKER) == [result("Action /fib: its provider has left", 6, False)]
-    assert wire.protocol.actions == []
+    assert wire.protocol.actions.all == []
 
 
 def test_a_caller_that_leaves_has_its_goals_cancelled(wire: Wire) -> None:
@@ -184,7 +184,7 @@ def test_actions_and_goals_are_counted() -> None:
 def test_the_host_pursues_goals_too() -> None:
     wire = Wire()
     goals: list[Goal] = []
-    wire.protocol.serve_action(NAME, KIND, goals.append)
+    wire.protocol.actions.serve(NAME, KIND, goals.append)
     heard = wire.ask(provide())
     assert heard == [error("advertise_action: action /fib is provided by the server only")]
     wire.send(goal(feedback=True))
@@ -206,7 +206,7 @@ def test_the_host_may_refuse_or_fall(caplog: pytest.LogCaptureFixture) -> None:
             raise ServiceError("not five")
         raise KeyError
 
-    wire.protocol.serve_action(NAME, KIND, refuse)
+    wire.protocol.actions.serve(NAME, KIND, refuse)
     assert wire.ask(goal()) == [result("not five", 0, False)]
     heard = wire.ask(goal(args={}))
     assert heard[0] == result("Action /fib failed: internal error", 0, False)

@@ -144,10 +144,10 @@ class Exchange(RuleBasedStateMachine):
 
     @invariant()
     def services_and_actions_are_those_somebody_provides(self) -> None:
-        there = {service.name: service.provider for service in self.wire.protocol.services}
+        there = {service.name: service.provider for service in self.wire.protocol.services.all}
         wanted = {name: self.wire.clients[p[-1]] for name, p in self.providers.items() if p}
         assert there == wanted
-        assert len(self.wire.protocol.actions) == (self.action is not None)
+        assert len(self.wire.protocol.actions.all) == (self.action is not None)
 
     def teardown(self) -> None:
         """Let all providers leave: then nobody waits any more, and nothing is left behind."""
@@ -158,7 +158,7 @@ class Exchange(RuleBasedStateMachine):
         self.look()
         assert self.asked == [{}] * CLIENTS
         self.wire.wait(20_000)
-        assert self.wire.protocol.due is None
+        assert self.wire.protocol.timers.due is None
 
 
 TestExchange = Exchange.TestCase

@@ -18,7 +18,7 @@ from rosbags.typesys.store import Typestore
 from teleop.rosbridge.framing.fragments import split_message
 from teleop.rosbridge.framing.png_compression import encode_png
 from teleop.rosbridge.limits import ClientLimits
-from teleop.rosbridge.messages.message_completion import DTYPES
+from teleop.rosbridge.messages.message_defaults import DTYPES
 from teleop.rosbridge.messages.message_types import Field, MessageType
 from teleop.rosbridge.messages.ros_serialization import RosSerializer, RosVersion
 from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire, error, messages, whole
@@ -161,12 +161,12 @@ def test_fragments_of_different_clients_do_not_meet() -> None:
 def test_fragments_without_their_rest_are_forgotten_after_ten_seconds() -> None:
     wire = Wire()
     wire.send(fragments(CALL, 2)[0])
-    assert wire.protocol.due == wire.now + 10 * SECOND
+    assert wire.protocol.timers.due == wire.now + 10 * SECOND
     wire.wait(10_000)
     text = "fragment: the other pieces did not come within 10 s"
     assert wire.heard() == [error(text, "f")]
     assert wire.ask(fragments(CALL, 2)[1]) == []
-    assert wire.protocol.due == wire.now + 10 * SECOND
+    assert wire.protocol.timers.due == wire.now + 10 * SECOND
 
 
 def test_who_left_is_told_nothing_of_its_fragments() -> None:
@@ -174,16 +174,16 @@ def test_who_left_is_told_nothing_of_its_fragments() -> None:
     wire.send(fragments(CALL, 2)[0])
     wire.protocol.disconnect(wire.clients[0], wire.now)
     wire.wait(10_000)
-    assert wire.protocol.drain() == []
+    assert wire.protocol.connections.drain() == []
 
 
 def test_who_leaves_takes_its_fragments_along_before_their_time_is_over() -> None:
     wire = Wire()
     (connection,) = wire.protocol.connections
     wire.send(fragments(publish("x" * 1000), 2)[0])
-    assert "f" in connection.assembly
+    assert "f" in connection.reassembly
     wire.protocol.disconnect(wire.clients[0], wire.now)
-    assert "f" not in connection.assembly  # though a timer still knows the connection
+    assert "f" not in connection.reassembly  # though a timer still knows the connection
 
 
 def test_fragments_that_wait_are_bounded_in_bytes_and_number() -> None:
@@ -262,7 +262,7 @@ def test_a_subscriber_may_have_its_json_in_pictures() -> None:
 def test_cbor_raw_brings_the_bytes_of_the_ros_that_is_spoken(
     kind: str, flavour: Any, expected: bytes
 ) -> None:
-    wire = Wire(flavour=flavour)
+    wire = Wire(ros_version=flavour)
     wire.send({"op": "subscribe", "topic": "/text", "type": kind, "compression": "cbor-raw"})
     wire.now += 7
     wire.send(publish("é"))

@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from teleop.rosbridge.errors import FrameError, MessageError
-from teleop.rosbridge.messages.json_cbor_codec import Codec, read_cbor, write_cbor
+from teleop.rosbridge.messages.cbor import read_cbor, write_cbor
+from teleop.rosbridge.messages.json_cbor_codec import Codec
 from teleop.rosbridge.messages.message_completion import complete
 from tests.teleop.rosbridge.support import REGISTRY, messages, whole
 
@@ -143,7 +144,7 @@ def test_what_json_cannot_hold_is_refused_and_named(bad: float) -> None:
 )
 def test_a_message_of_the_hosts_that_does_not_fit_is_refused(message: Any) -> None:
     for write in (CODEC.json, CODEC.cbor):
-        with pytest.raises(MessageError, match="cannot write a std_msgs/String"):
+        with pytest.raises(MessageError, match="cannot encode a std_msgs/String"):
             write(REGISTRY["std_msgs/String"], message)
 
 

@@ -15,7 +15,7 @@ from websockets.asyncio.client import connect
 
 from teleop.rosbridge.auth.tls import tls_context
 from teleop.rosbridge.limits import ClientLimits
-from teleop.rosbridge.messages.json_cbor_codec import read_cbor
+from teleop.rosbridge.messages.cbor import read_cbor
 from teleop.rosbridge.messages.message_types import Message, MessageType
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.keepalive import Keepalive
@@ -37,12 +37,12 @@ def test_a_message_is_encoded_once_for_all_who_want_it_alike(
             return getattr(type(codec), method)(codec, kind, message)
 
         monkeypatch.setattr(codec, method, counted)
-    wire.protocol.advertise("/cloud", "sensor_msgs/PointCloud2")
+    wire.protocol.topics.advertise("/cloud", "sensor_msgs/PointCloud2")
     for client in range(8):
         compression = "cbor" if client % 2 else "none"
         wire.send({"op": "subscribe", "topic": "/cloud", "compression": compression}, client)
     for _ in range(3):
-        wire.protocol.publish("/cloud", {"data": np.arange(99, dtype=np.uint8)}, SECOND)
+        wire.protocol.topics.publish("/cloud", {"data": np.arange(99, dtype=np.uint8)}, SECOND)
         payloads = [wire.outputs(client)[0].payload for client in range(8)]
         assert len({id(payload) for payload in payloads}) == 2
     assert sorted(done) == ["cbor"] * 3 + ["json_pieces"] * 3
@@ -58,9 +58,9 @@ def test_long_frames_arrive_whole_between_pings(encrypted: bool, tmp_path: Path)
         tls = tls_context(crt, key) if encrypted else None
         pulse = Keepalive(ping_interval=0.01)
         server = Server(
-            Protocol(REGISTRY, limits=ClientLimits.unhurried()), port=0, pulse=pulse, tls=tls
+            Protocol(REGISTRY, limits=ClientLimits.unhurried()), port=0, keepalive=pulse, tls=tls
         )
-        server.advertise("/cloud", "sensor_msgs/PointCloud2")
+        server.protocol.topics.advertise("/cloud", "sensor_msgs/PointCloud2")
         options: dict[str, Any] = {"ssl": trust} if encrypted else {}
         async with (
             asyncio.timeout(30),
@@ -73,7 +73,7 @@ def test_long_frames_arrive_whole_between_pings(encrypted: bool, tmp_path: Path)
                 await client.send(json.dumps(subscribe))
                 await client.send('{"op":"call_service","service":"/there"}')
                 assert "service_response" in str(await client.recv())  # it has heard the rest, too
-                server.publish("/cloud", {"data": data})
+                server.protocol.topics.publish("/cloud", {"data": data}, server.now)
                 frame = await client.recv()
                 if isinstance(frame, str):
                     assert base64.b64decode(json.loads(frame)["msg"]["data"]) == data.tobytes()

@@ -81,7 +81,7 @@ def test_what_is_forgotten_is_gone() -> None:
     outbox = Outbox()
     outbox.push(data("1"))
     outbox.push(control("a"))
-    outbox.forget_data()
+    outbox.discard_data()
     assert contents(outbox) == ["a"]
     outbox.push(control("a"))
     outbox.clear()
