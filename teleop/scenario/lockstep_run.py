@@ -24,7 +24,7 @@ from teleop.rosbridge.server.server import Server
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.mission_run import Progress, build
 from teleop.scenario.run_recorder import RunRecord, RunRecorder
-from teleop.scenario.run_report import RunSummary, TopicTraffic
+from teleop.scenario.run_summary import RunSummary, TopicTraffic
 from teleop.scenario.scripted_operator import OperatorScript
 
 
