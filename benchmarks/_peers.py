@@ -21,7 +21,11 @@ KISS_PEER = KissConfig(voxel=0.2, points_per_voxel=20, keypoint_spacing=0.01)
 def plain(matcher: Matcher) -> LocalizerConfig:
     """Return our filter and its gates around a matcher, without what we add to them."""
     return LocalizerConfig(
-        matcher=matcher, kiss=KISS_PEER, kiss_odometry=False, second_opinion=False, blame_fit=2.0
+        matcher=matcher,
+        kiss=KISS_PEER,
+        kiss_odometry=False,
+        second_opinion=False,
+        slip_min_inlier_ratio=2.0,
     )
 
 
@@ -79,5 +83,5 @@ def _known(hessian: FloatArray, pose: Pose, inliers: int) -> tuple[FloatArray, F
     information = worth * frame @ hessian @ frame.T
     shrink = np.diag([1.0, 1.0, 1.0, 1 / LEVER, 1 / LEVER, 1 / LEVER])
     values, vectors = np.linalg.eigh(shrink @ information @ shrink)
-    keep = values > 1.0 / c.weakest**2
+    keep = values > 1.0 / c.max_sigma**2
     return information, np.ascontiguousarray(vectors[:, keep].T)

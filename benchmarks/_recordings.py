@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
-from localization.maps.cloud import Cloud, load_cloud, save_cloud
+from localization.maps.cloud import Cloud
+from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.prepared_map import PreparedMap, default_cache, prepare
 from localization.types import SECOND, Health, Pose, Reading
 from robot_sim import Simulation, World, WorldOptions, load_world

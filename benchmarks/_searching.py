@@ -12,7 +12,7 @@ from benchmarks._replaying import Moment
 from localization.geometry import wrap_angle
 from localization.maps.prepared_map import PreparedMap
 from localization.relocalization.branch_and_bound import Pyramid, search_map
-from localization.relocalization.hint_search import HintDesk
+from localization.relocalization.hint_search import HintSearch
 from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig
 from localization.relocalization.window_search import FloorPlan, SearchConfig
 from localization.types import SECOND, Candidate, Hint, Pose, Verdict
@@ -30,7 +30,7 @@ class Searcher:
     world: PreparedMap
     pyramid: Pyramid
     config: SearchConfig
-    desk: HintDesk
+    desk: HintSearch
     """The localiser's own, for hints."""
 
 
@@ -38,7 +38,7 @@ def searcher_of(world: PreparedMap, height: float) -> Searcher:
     """Make a map ready; ``height`` is that of the horizontal scanner [m]."""
     config = SearchConfig()
     plan = FloorPlan(world, height, cell=config.cell, sigma=config.field_sigma)
-    return Searcher(world, Pyramid(plan), config, HintDesk(world, plan, config))
+    return Searcher(world, Pyramid(plan), config, HintSearch(world, plan, config))
 
 
 def right(found: Pose, truth: Pose) -> bool:

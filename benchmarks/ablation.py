@@ -17,7 +17,7 @@ from localization.evaluation.fault_injection import Clutter, Span, occluded, sil
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import Matcher
 from localization.matching.registration import RegistrationConfig
-from localization.motion.motion_model import Motion, Suite
+from localization.motion.motion_model import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import SECOND, Reading
 
@@ -31,17 +31,17 @@ HIDDEN = Clutter(0.3)
 OUTAGES = (10.0, 20.0, 30.0)
 """Both scanners say nothing for 4 s from these times [s]."""
 
-_BARE = RegistrationConfig(facing=False, debias=0.0)
+_BARE = RegistrationConfig(backface_culling=False, debias=0.0)
 _ALONE = LocalizerConfig(
-    matcher=Matcher.NONE, kiss_odometry=False, second_opinion=False, blame_fit=2.0
+    matcher=Matcher.NONE, kiss_odometry=False, second_opinion=False, slip_min_inlier_ratio=2.0
 )
 _PLANE = replace(_ALONE, matcher=Matcher.PLANE, registration=_BARE)
 _ALL = LocalizerConfig()
 
 
 def _wheels_alone() -> LocalizerConfig:
-    suite = Suite(Motion.WHEELS)
-    return replace(_ALONE, suite=suite, ekf=suite.ekf())
+    suite = SensorConfiguration(Motion.WHEELS)
+    return replace(_ALONE, sensors=suite, ekf=suite.ekf())
 
 
 BUILT: dict[str, LocalizerConfig] = {
@@ -52,14 +52,16 @@ BUILT: dict[str, LocalizerConfig] = {
         _ALONE, matcher=Matcher.KISS, kiss_odometry=True, kiss=KISS_PEER
     ),
     "plane MAP": replace(_PLANE, kiss_odometry=True),
-    "+ facing gate": replace(_PLANE, kiss_odometry=True, registration=replace(_BARE, facing=True)),
+    "+ facing gate": replace(
+        _PLANE, kiss_odometry=True, registration=replace(_BARE, backface_culling=True)
+    ),
     "+ debiasing": replace(_PLANE, kiss_odometry=True, registration=RegistrationConfig()),
     "+ blame rule": replace(_ALL, second_opinion=False),
     "+ second opinion: all": _ALL,
 }
 """Each adds to the row above; KISS-ICP to the map stands for itself."""
 
-_NO_GATE = RegistrationConfig(facing=False)
+_NO_GATE = RegistrationConfig(backface_culling=False)
 _LONE = replace(_ALL, kiss_odometry=False)
 
 WITHOUT: dict[str, LocalizerConfig] = {
@@ -67,9 +69,9 @@ WITHOUT: dict[str, LocalizerConfig] = {
     "without KISS-ICP odometry": _LONE,
     "without facing gate": replace(_ALL, registration=_NO_GATE),
     "without debiasing": replace(_ALL, registration=RegistrationConfig(debias=0.0)),
-    "without blame rule": replace(_ALL, blame_fit=2.0),
+    "without blame rule": replace(_ALL, slip_min_inlier_ratio=2.0),
     "without second opinion": replace(_ALL, second_opinion=False),
-    "without KISS-ICP odometry and blame rule": replace(_LONE, blame_fit=2.0),
+    "without KISS-ICP odometry and blame rule": replace(_LONE, slip_min_inlier_ratio=2.0),
     "without KISS-ICP odometry and facing gate": replace(_LONE, registration=_NO_GATE),
 }
 """What KISS-ICP's odometry does, others do as well: some show only where it is missing."""

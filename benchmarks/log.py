@@ -11,8 +11,10 @@ import numpy as np
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from localization.logs import ros_messages as messages
-from localization.logs.mcap_log import ReadingsWriter, read_log, topic_of
+from localization.logs.mcap_log import read_log
+from localization.logs.mcap_writer import ReadingsWriter, topic_of
+from localization.logs.ros_messages import reading_message
+from localization.logs.ros_types import TYPES, to_cdr
 from localization.types import Inertial, Pose, Reading, Scan, WheelSpeeds
 
 SECONDS = 60
@@ -63,12 +65,10 @@ def write_rosbags(path: Path, readings: list[tuple[int, Reading]]) -> None:
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
         connections = {}
         for now, reading in readings:
-            message, topic = messages.reading_message(reading), topic_of(reading)
+            message, topic = reading_message(reading), topic_of(reading)
             if topic not in connections:
-                connections[topic] = bag.add_connection(
-                    topic, message.__msgtype__, typestore=messages.TYPES
-                )
-            bag.write(connections[topic], now, messages.to_cdr(message))
+                connections[topic] = bag.add_connection(topic, message.__msgtype__, typestore=TYPES)
+            bag.write(connections[topic], now, to_cdr(message))
 
 
 def read_rosbags(path: Path) -> int:

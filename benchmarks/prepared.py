@@ -15,8 +15,9 @@ import numpy as np
 
 from benchmarks._figures import OURS, Figure, say
 from benchmarks._recordings import world_of
-from localization.maps.cloud import Cloud, load_cloud, save_cloud
+from localization.maps.cloud import Cloud
 from localization.maps.map_cache import default_cache
+from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.prepared_map import PreparedMap, prepare
 from teleop.world_building.survey import survey_from_stations
 

@@ -25,17 +25,14 @@ from localization.types import (
 )
 
 if TYPE_CHECKING:
-    from localization.logs.mcap_log import (
-        LogError as LogError,
-        ReadingsWriter as ReadingsWriter,
-        read_log as read_log,
-    )
+    from localization.logs.log_interface import LogError as LogError
+    from localization.logs.mcap_log import read_log as read_log
+    from localization.logs.mcap_writer import ReadingsWriter as ReadingsWriter
     from localization.maps.cloud import (
         Cloud as Cloud,
         CloudError as CloudError,
-        load_cloud as load_cloud,
-        save_cloud as save_cloud,
     )
+    from localization.maps.map_files import load_cloud as load_cloud, save_cloud as save_cloud
     from localization.maps.prepared_map import PreparedMap as PreparedMap, prepare as prepare
     from localization.pipeline.localizer import (
         Localizer as Localizer,
@@ -45,8 +42,11 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "pipeline.localizer": ("Localizer", "LocalizerConfig"),
-    "logs.mcap_log": ("LogError", "ReadingsWriter", "read_log"),
-    "maps.cloud": ("Cloud", "CloudError", "load_cloud", "save_cloud"),
+    "logs.log_interface": ("LogError",),
+    "logs.mcap_log": ("read_log",),
+    "logs.mcap_writer": ("ReadingsWriter",),
+    "maps.cloud": ("Cloud", "CloudError"),
+    "maps.map_files": ("load_cloud", "save_cloud"),
     "maps.prepared_map": ("PreparedMap", "prepare"),
     "pipeline.log_replay": ("Localized", "localize"),
 }

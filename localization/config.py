@@ -1,93 +1,189 @@
-"""All settings of the localiser, with their units and where they come from."""
+"""All settings of the localiser, and how they are kept as JSON in logs and run folders."""
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar, cast, get_type_hints
 
 import numpy as np
 
-from localization.filter.ekf import EkfConfig
+from localization.errors import LocalizationError
+from localization.filter.ekf_config import EkfConfig
 from localization.matching.matchers import FixedCovariance, Matcher
 from localization.matching.registration import RegistrationConfig
-from localization.monitoring.extrinsics_monitor import MountWatchConfig
+from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.monitoring.health import HealthConfig
-from localization.monitoring.jump_detection import ContinuityConfig
+from localization.monitoring.jump_detection import JumpDetectionConfig
 from localization.motion.kiss_odometry import KissConfig
-from localization.motion.motion_model import Suite
-from localization.pipeline.replay_buffer import RewindConfig
+from localization.motion.motion_model import SensorConfiguration
+from localization.pipeline.replay_buffer import LateReadingsConfig
 from localization.relocalization.branch_and_bound import MapSearchConfig
 from localization.relocalization.hypotheses import HypothesesConfig
 from localization.relocalization.window_search import SearchConfig
 from localization.types import SECOND
 
-_PLACED_FLAT = (0.05, 0.05, 0.002, 0.001, 0.001, 0.02)
-"""``LocalizerConfig.placed`` on a floor whose height and level are known."""
+_PLACEMENT_FLAT = (0.05, 0.05, 0.002, 0.001, 0.001, 0.02)
+"""``LocalizerConfig.placement_sigma`` on a floor whose height and level are known."""
 
 
 @dataclass(frozen=True, slots=True)
 class LocalizerConfig:
-    """All settings of the localiser; what is written here is what runs."""
+    """All settings of the localiser; nothing else configures it."""
 
-    suite: Suite = field(default_factory=Suite)
+    sensors: SensorConfiguration = field(default_factory=SensorConfiguration)
     ekf: EkfConfig = field(default_factory=EkfConfig)
     registration: RegistrationConfig = field(default_factory=RegistrationConfig)
     kiss: KissConfig = field(default_factory=KissConfig)
     health: HealthConfig = field(default_factory=HealthConfig)
-    mounts: MountWatchConfig = field(default_factory=MountWatchConfig)
-    continuity: ContinuityConfig = field(default_factory=ContinuityConfig)
+    extrinsics_monitor: ExtrinsicsMonitorConfig = field(default_factory=ExtrinsicsMonitorConfig)
+    jump_detection: JumpDetectionConfig = field(default_factory=JumpDetectionConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
     map_search: MapSearchConfig = field(default_factory=MapSearchConfig)
     hypotheses: HypothesesConfig = field(default_factory=HypothesesConfig)
     matcher: Matcher = Matcher.PLANE
-    """What registers sweeps against the cloud."""
-    fixed: FixedCovariance = field(default_factory=FixedCovariance)
-    """What the poses of a matcher are worth that does not say so."""
+    """The method that registers sweeps against the cloud."""
+    fixed_covariance: FixedCovariance = field(default_factory=FixedCovariance)
+    """The covariance assumed for a matcher that reports none."""
     kiss_odometry: bool = True
-    """Whether KISS-ICP follows the horizontal scanner; without it nobody watches the wheels for it."""
+    """Whether KISS-ICP tracks the horizontal scanner; without it wheel slip is detected less often."""
     second_opinion: bool = True
     """Whether KISS-ICP is asked now and then where the robot is."""
-    least_fit: float = 0.3
-    """A sweep that the map explains less is refused even if it agrees with the prediction."""
-    blame_fit: float = 0.6
-    """A sweep that contradicts the prediction must be explained this well for the wheels to be blamed;
-    with more than 1 they never are."""
-    blame: tuple[float, float, float, float] = (0.12, 0.06, 0.02, np.deg2rad(1.0))
-    """How wrong slipping wheels may be over one sweep: forward, sideways, up [m], yaw [rad]."""
+    min_inlier_ratio: float = 0.3
+    """A sweep of which the map explains a smaller share is rejected even if it agrees with the prediction."""
+    slip_min_inlier_ratio: float = 0.6
+    """Wheel slip explains a sweep that contradicts the prediction only if the map explains at least this
+    share of the sweep; above 1, slip is never inferred from a sweep."""
+    slip_sigma: tuple[float, float, float, float] = (0.12, 0.06, 0.02, np.deg2rad(1.0))
+    """Error that slipping wheels may cause over one sweep, one sigma: forward, sideways, up [m], yaw [rad]."""
     slip_memory: int = SECOND // 2
-    """How long after the last sign of slip the wheels are distrusted [ns]."""
-    traction: float = 9.0
-    """No tyre gives a robot more acceleration than this, about a friction coefficient of 0.9 [m/s^2]."""
-    shove: float = 0.3
-    """A robot moves no faster than its wheels roll, but for so much: people push, floors slope [m/s]."""
-    traction_floor: float = 0.05
+    """The wheels are distrusted for this time after the last sign of slip [ns]."""
+    max_acceleration: float = 9.0
+    """Largest acceleration that tyres can transmit, for a friction coefficient of about 0.9 [m/s^2]."""
+    overspeed_margin: float = 0.3
+    """A robot may move faster than its wheels roll by this much, pushed or on a slope [m/s]."""
+    wheel_speed_noise: float = 0.05
     """Change of wheel speed between two readings that noise may cause [m/s]."""
-    placed: tuple[float, ...] = (0.05, 0.05, 0.02, 0.01, 0.01, 0.02)
-    """How well a pose found by searching is known: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
+    placement_sigma: tuple[float, ...] = (0.05, 0.05, 0.02, 0.01, 0.01, 0.02)
+    """Error of a pose found by searching: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
     opinion_period: int = SECOND
     """Between second opinions [ns]."""
     sweep_period: float = 0.1
-    """Sweeps that come faster share their errors, those of the map and of the mounts, and inform together
-    like one in this time [s]. What a sweep is worth was set at 10 Hz."""
-    judged_over: float = 0.08
-    """Wheels and KISS-ICP are held to each other over at least this time [s]: each sweep of a scanner of
-    10 Hz, several of faster ones."""
+    """Sweeps that arrive faster share the errors of map and mounts, and together inform like one sweep
+    in this time [s]. The information of a sweep was tuned at 10 Hz."""
+    slip_window: float = 0.08
+    """Wheels and KISS-ICP are compared over at least this time [s]: each sweep of a scanner of 10 Hz,
+    several of faster ones."""
     scanner_patience: int = 60_000_000
-    """How long a scan waits for the other scanners' [ns]."""
+    """A scan waits at most this long for those of the other scanners [ns]."""
     undo_memory: int = 60 * SECOND
-    """How long a placement can be taken back [ns]. By then KISS-ICP's motion has erred by some 0.3 % of
-    the way, 8 cm at half a metre a second."""
-    rewind: RewindConfig = field(default_factory=RewindConfig)
+    """A placement can be undone for this long [ns]. By then KISS-ICP's motion has an error of about 0.3 %
+    of the distance travelled: 8 cm at half a metre a second."""
+    late_readings: LateReadingsConfig = field(default_factory=LateReadingsConfig)
     lost_search_period: int = 2 * SECOND
-    """Between searches around a lost estimate [ns]."""
+    """Time between searches around a lost estimate [ns]."""
 
     def __post_init__(self) -> None:
         known = ", ".join(repr(m.value) for m in Matcher)
         if self.matcher not in list(Matcher):
-            raise ValueError(f"matcher must be one of {known}, got {self.matcher!r}")
+            raise LocalizationError(f"matcher must be one of {known}, got {self.matcher!r}")
         object.__setattr__(self, "matcher", Matcher(self.matcher))
 
     @classmethod
-    def of(cls, suite: Suite) -> LocalizerConfig:
-        """Return the settings that suit a suite of sensors."""
-        config = cls(suite=suite, ekf=suite.ekf())
-        return replace(config, placed=_PLACED_FLAT) if suite.flat else config
+    def of(cls, sensors: SensorConfiguration) -> LocalizerConfig:
+        """Return the settings that suit a robot's sensors."""
+        config = cls(sensors=sensors, ekf=sensors.ekf())
+        return replace(config, placement_sigma=_PLACEMENT_FLAT) if sensors.flat else config
+
+
+OLD_NAMES: dict[str, dict[str, str]] = {
+    "LocalizerConfig": {
+        "suite": "sensors",
+        "mounts": "extrinsics_monitor",
+        "continuity": "jump_detection",
+        "fixed": "fixed_covariance",
+        "least_fit": "min_inlier_ratio",
+        "blame_fit": "slip_min_inlier_ratio",
+        "blame": "slip_sigma",
+        "traction": "max_acceleration",
+        "traction_floor": "wheel_speed_noise",
+        "shove": "overspeed_margin",
+        "placed": "placement_sigma",
+        "judged_over": "slip_window",
+        "rewind": "late_readings",
+    },
+    "RegistrationConfig": {
+        "inlier": "inlier_distance",
+        "weakest": "max_sigma",
+        "facing": "backface_culling",
+    },
+    "KissConfig": {
+        "grain": "piece_length",
+        "drift": "sigma_floor",
+        "drift_angle": "sigma_floor_angle",
+        "reach": "max_correspondence_distance",
+    },
+    "HealthConfig": {"poor_fit": "low_inlier_ratio"},
+    "SearchConfig": {"least_fit": "min_inlier_ratio"},
+    "LateReadingsConfig": {"moved": "reuse_distance", "turned": "reuse_angle"},
+}
+"""Names that settings had in files of version 0.0, by the class that holds them: old name, then present name."""
+
+_T = TypeVar("_T")
+
+
+def to_json(config: Any) -> dict[str, Any]:
+    """Return a configuration dataclass as plain values."""
+    return dataclasses.asdict(config)
+
+
+def from_json(kind: type[_T], values: dict[str, Any]) -> _T:
+    """Build a configuration dataclass from plain values, under present or old names of its settings.
+
+    Raises:
+        LocalizationError: if there is no setting of a name.
+    """
+    values = _renamed(kind, values)
+    hints = get_type_hints(kind)
+    unknown = sorted(set(values) - set(hints))
+    if unknown:
+        raise LocalizationError(f"unknown setting {unknown[0]!r} of {kind.__name__}")
+    given = {
+        name: from_json(cast("type[Any]", hints[name]), value)
+        if dataclasses.is_dataclass(hints[name])
+        else tuple(value)
+        if isinstance(value, list)
+        else value
+        for name, value in values.items()
+    }
+    return kind(**given)
+
+
+def known_settings(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values of settings that a configuration dataclass has, at any depth."""
+    hints = get_type_hints(kind)
+    return {
+        name: known_settings(hints[name], value)
+        if dataclasses.is_dataclass(hints[name]) and isinstance(value, dict)
+        else value
+        for name, value in _renamed(kind, values).items()
+        if name in hints
+    }
+
+
+def unknown_settings(kind: type[Any], values: dict[str, Any]) -> Iterator[str]:
+    """Yield the names of settings that a configuration dataclass lacks, at any depth, such as ``ekf.track``."""
+    hints = get_type_hints(kind)
+    for name, value in _renamed(kind, values).items():
+        if name not in hints:
+            yield name
+        elif dataclasses.is_dataclass(hints[name]) and isinstance(value, dict):
+            inside = unknown_settings(cast("type", hints[name]), value)
+            yield from (f"{name}.{inner}" for inner in inside)
+
+
+def _renamed(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values under the present names of their settings."""
+    present = OLD_NAMES.get(kind.__name__, {})
+    return {present.get(name, name): value for name, value in values.items()}

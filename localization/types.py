@@ -16,6 +16,7 @@ from typing import Any, TypeAlias, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
+from localization.errors import LocalizationError
 from localization.geometry import (
     FloatArray,
     Quaternion,
@@ -36,7 +37,7 @@ _FARTHEST_HINT = 1e6
 """No map reaches so far [m]."""
 
 
-class InvalidReadingError(ValueError):
+class InvalidReadingError(LocalizationError):
     """A reading or a pose that cannot be true; the message names the field and what would work."""
 
 
@@ -422,30 +423,31 @@ class Match:
     map_from_base: Pose
     information: FloatArray
     """(6, 6) of (position in ``map``, rotation in ``base_link``), debiased; zero where nothing was seen."""
-    directions: FloatArray
-    """(k, 6), k <= 6, the kept directions."""
+    observable_directions: FloatArray
+    """(k, 6), k <= 6: the directions in which the sweep constrains the pose, orthonormal."""
     distances: FloatArray
     """(N,) signed distance of each sweep point to the map [m]; NaN where the map has nothing near."""
-    fit: float
-    """Share of the points with a near, front-facing neighbour, in [0, 1]."""
+    inlier_ratio: float
+    """Share of the points that have a near, front-facing neighbour in the map, in [0, 1]."""
 
 
 @dataclass(frozen=True, slots=True)
-class Mismatch:
-    """What the map does not explain of one sweep: shares of all its beams that came back, in [0, 1].
+class ScanConsistency:
+    """How a sweep agrees with the map: shares of all its returned beams, in [0, 1].
 
     A beam is explained if it ends within 10 cm of a mapped surface that faces the scanner. The three
-    kinds add up to ``share``; they are told from some of the beams (see ``mismatch.MismatchConfig``).
+    kinds of unexplained beams add up to ``unexplained``; their sizes are estimated from a sample of the
+    beams (see ``scan_consistency.ScanConsistencyConfig``).
     """
 
-    share: float
-    """Of beams that are not explained."""
-    before: float
-    """Of beams that end before a mapped surface: something stands there that was not mapped."""
-    through: float
-    """Of beams that passed through a mapped surface: something mapped is gone, or the pose is wrong."""
-    beyond: float
-    """Of beams that end where nothing is mapped, or nothing but what is seen from behind."""
+    unexplained: float
+    """Share of the beams that the map does not explain."""
+    occluded: float
+    """Share of the beams that end before a mapped surface: an unmapped object stands there."""
+    free_space_violation: float
+    """Share of the beams that pass through a mapped surface: an object is gone, or the pose is wrong."""
+    unmapped: float
+    """Share of the beams that end where nothing is mapped, or only a surface seen from behind."""
 
 
 class Health(StrEnum):
@@ -484,8 +486,8 @@ class Estimate:
     """Squared, normalised innovation of this estimate's registration."""
     hypotheses: tuple[Candidate, ...] = ()
     """Places between which it is not settled yet, best first; they move with the robot."""
-    mismatch: Mismatch | None = None
-    """What the map does not explain of this estimate's sweep."""
+    consistency: ScanConsistency | None = None
+    """How this estimate's sweep agrees with the map; None without a registered sweep."""
 
     def __post_init__(self) -> None:
         object.__setattr__(
@@ -495,4 +497,4 @@ class Estimate:
     @property
     def unexplained(self) -> float | None:
         """Share of the sweep's beams that the map does not explain, in [0, 1]; None without a sweep."""
-        return None if self.mismatch is None else self.mismatch.share
+        return None if self.consistency is None else self.consistency.unexplained

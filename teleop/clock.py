@@ -31,11 +31,6 @@ def wall_seconds() -> float:
     return time.perf_counter()
 
 
-def wall_clock_name() -> str:
-    """Return the local date and time as a folder's name, such as ``2026-11-21T09-30-00``."""
-    return time.strftime("%Y-%m-%dT%H-%M-%S")
-
-
 def unix_seconds() -> float:
     """Return the time since 1970 [s], which may be set and so go back."""
     return time.time()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from localization.maps.cloud import Cloud, CloudError, load_cloud
+from localization.maps.cloud import Cloud, CloudError
+from localization.maps.map_files import load_cloud
 from robot_sim.floorplan.scene_folders import scene_names, shipped_scenes
 
 

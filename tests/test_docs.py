@@ -22,11 +22,11 @@ import tyro
 from mcap.reader import make_reader
 
 from localization import Health, LocalizerConfig, Pose, Verdict
+from localization.display.rerun_sink import viewer_program
 from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.__main__ import Command
 from teleop.joystick import JoystickLayout, layouts
 from teleop.operator import keyboard
-from teleop.operator.rerun_sink import viewer_program
 from teleop.robot.greeting import snippet
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.safety import ControlMode, SafetyConfig

@@ -23,8 +23,8 @@ from localization.calibration.least_squares import (
 )
 from localization.calibration.sample_extraction import stations_of
 from localization.geometry import FloatArray, so3_exp
-from localization.logs.open_log import ReadingsLog
-from localization.maps.cloud import load_map
+from localization.logs.log_interface import ReadingsLog
+from localization.maps.map_files import load_map
 from localization.maps.prepared_map import PreparedMap, default_cache, prepare
 from localization.pipeline.log_replay import config_of
 from localization.types import Mounts, Pose

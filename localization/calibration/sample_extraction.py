@@ -107,7 +107,7 @@ class _Tap:
 
 def _believed(estimate: Estimate) -> Pose | None:
     """Return the pose of an estimate that has just been held against the map, and was not lost."""
-    if estimate.match is None or estimate.match.fit < _LEAST_FIT:
+    if estimate.match is None or estimate.match.inlier_ratio < _LEAST_FIT:
         return None
     return None if estimate.health in (Health.LOST, Health.RELOCALISING) else estimate.map_from_base
 

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from localization.cli.run_folder import run_folder
 from localization.cli.terminal import Progress, say
 
 if TYPE_CHECKING:
     from localization.evaluation.localization_history import History
     from localization.evaluation.trajectory import Trajectory
-    from localization.logs.ros_import import Layout
-    from localization.motion.motion_model import Suite
+    from localization.logs.frame_tree import SensorLayout
+    from localization.motion.motion_model import SensorConfiguration
     from localization.pipeline.log_replay import LogRun
     from localization.report.html_page import Review
     from localization.report.reference_comparison import Judgement
@@ -96,7 +97,7 @@ class Localize:
 
         truth = None if self.truth is None else read_tum(self.truth)
         run = self._run()
-        folder = self._folder()
+        folder = run_folder(self.out)
         folder.mkdir(parents=True, exist_ok=True)
         recording = _recording(folder / "recording.rrd", run, truth) if self.recording else None
         history, bar, ended = History(), Progress(), False
@@ -112,7 +113,7 @@ class Localize:
         write_tum(folder / "estimate.tum", history.trajectory())
         write_covariances(folder / "covariance.csv", history)
         write_health(folder / "health.csv", history.sweeps)
-        judgement = _judgement(history, truth, flat=run.localizer.config.suite.flat)
+        judgement = _judgement(history, truth, flat=run.localizer.config.sensors.flat)
         review = self._review(run, history, judgement)
         if self.report:
             _write_report(folder / "report.html", review)
@@ -132,7 +133,7 @@ class Localize:
         return LogRun(
             self.log,
             self.map,
-            suite=self._suite(layout),
+            sensors=self._suite(layout),
             start=_pose(self.start[0], self.start[1], 0.0, self.start[2]) if self.start else None,
             layout=layout,
             inside=self.inside,
@@ -140,26 +141,21 @@ class Localize:
             cache=default_cache(),
         )
 
-    def _suite(self, layout: Layout) -> Suite | None:
+    def _suite(self, layout: SensorLayout) -> SensorConfiguration | None:
         """The suite that was asked for; None if it is the log's own."""
         from localization.logs.open_log import open_log
-        from localization.motion.motion_model import Motion, Suite
+        from localization.motion.motion_model import Motion, SensorConfiguration
 
         if self.motion is None and self.flat is None:
             return None
-        own = open_log(self.log, layout).suite
+        own = open_log(self.log, layout).sensors
         motion = own.motion if self.motion is None else Motion(self.motion)
-        return Suite(motion, own.flat if self.flat is None else self.flat)
-
-    def _folder(self) -> Path:
-        from teleop.clock import wall_clock_name
-
-        return self.out if self.out is not None else Path("runs") / wall_clock_name()
+        return SensorConfiguration(motion, own.flat if self.flat is None else self.flat)
 
     def _review(self, run: LogRun, history: History, judgement: Judgement | None) -> Review:
         from localization.report.html_page import Review
 
-        suite = run.localizer.config.suite
+        suite = run.localizer.config.sensors
         ground = "level ground" if suite.flat else "uneven ground"
         low, high = run.cloud.bounds
         size = " x ".join(f"{s:.1f}" for s in high - low)

@@ -7,23 +7,23 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from localization.logs.ros_import import Layout
+    from localization.logs.frame_tree import SensorLayout
 
 
 def layout_of(
     mount: Mapping[str, tuple[float, float, float, float]], topics: tuple[str, ...]
-) -> Layout:
+) -> SensorLayout:
     """Return the layout of a log.
 
     Args:
         mount: where frames sit on ``base_link``: x, y, z [m] and yaw [degrees].
         topics: to read; all that are understood if there are none.
     """
-    from localization.logs.ros_import import Layout
+    from localization.logs.frame_tree import SensorLayout
     from localization.types import Pose
 
     mounts = {
         name: Pose.from_euler((x, y, z), yaw=math.radians(degrees))
         for name, (x, y, z, degrees) in mount.items()
     }
-    return Layout(mounts=mounts, topics=topics)
+    return SensorLayout(mounts=mounts, topics=topics)

@@ -76,8 +76,8 @@ class TraceRow:
             estimate.health,
             estimate.covariance,
             estimate.nis,
-            None if match is None else len(match.directions),
-            None if match is None else match.fit,
+            None if match is None else len(match.observable_directions),
+            None if match is None else match.inlier_ratio,
             estimate.unexplained,
             estimate.reasons,
         )

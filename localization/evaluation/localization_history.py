@@ -18,7 +18,7 @@ import numpy as np
 from localization.evaluation.estimate_trace import AXES, COVARIANCE_COLUMNS, upper_triangle
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray
-from localization.types import Estimate, Health, Mismatch, Pose
+from localization.types import Estimate, Health, Pose, ScanConsistency
 
 SWEEP_COLUMNS: Final = (
     "stamp_ns",
@@ -45,7 +45,7 @@ class SweepRow:
     reasons: tuple[str, ...]
     fit: float | None = None
     """As in ``Match``; None where no sweep was registered, as are the next."""
-    mismatch: Mismatch | None = None
+    mismatch: ScanConsistency | None = None
     """As in ``Estimate``."""
     nis: float | None = None
     """As in ``Estimate``."""
@@ -65,11 +65,11 @@ class SweepRow:
             estimate.stamp,
             estimate.health,
             estimate.reasons,
-            match.fit,
-            estimate.mismatch,
+            match.inlier_ratio,
+            estimate.consistency,
             estimate.nis,
-            len(match.directions),
-            np.einsum("ij,ij->j", match.directions, match.directions),
+            len(match.observable_directions),
+            np.einsum("ij,ij->j", match.observable_directions, match.observable_directions),
         )
 
 

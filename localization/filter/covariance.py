@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from localization.errors import LocalizationError
 from localization.geometry import FloatArray
 
 SUREST_POSITION = 1e-5
@@ -18,7 +19,7 @@ _INDEFINITE = 1e-6
 """An eigenvalue this far below zero, as a share of the largest, is no rounding."""
 
 
-class CovarianceError(ArithmeticError):
+class CovarianceError(LocalizationError, ArithmeticError):
     """A covariance or an information that cannot be one; the message names it and says why."""
 
 

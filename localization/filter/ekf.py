@@ -389,7 +389,7 @@ class SkidSteerEkf:
 
     def match_innovation(self, match: Match) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return innovation (k,), its Jacobian (k, 13) and covariance (k, k) of a match's kept directions."""
-        w = match.directions
+        w = match.observable_directions
         scale = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
         rows = w * scale
         h = np.zeros((len(w), STATES))

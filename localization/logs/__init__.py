@@ -1,1 +1,1 @@
-"""Readings in files: our own logs, ROS bags and CARMEN texts, in one shape."""
+"""Logs of readings: our own MCAP files, ROS bags and CARMEN texts behind one interface."""

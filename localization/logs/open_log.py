@@ -1,65 +1,36 @@
-"""Logs of every kind behind one door: our own, ROS bags, CARMEN texts."""
+"""Opening a log of any kind: our own, a ROS bag, or a CARMEN text."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 from localization.logs.carmen_log import CarmenLog
-from localization.logs.mcap_log import Log, LogError, Skipped, is_ours
-from localization.logs.ros_bag import Bag
-from localization.logs.ros_import import Layout
-from localization.motion.motion_model import Suite
-from localization.types import Pose, Reading
+from localization.logs.frame_tree import SensorLayout
+from localization.logs.log_interface import LogError, ReadingsLog
+from localization.logs.mcap_log import McapLog
+from localization.logs.mcap_records import is_ours
+from localization.logs.ros_bag import RosBag
 
 _BAGS: Final = {b"\x89MCAP0\r\n": "MCAP", b"#ROSBAG V2.0": "ROS 1", b"SQLite format 3": "ROS 2"}
-"""How the files of bags begin."""
+"""First bytes of the files that may be bags."""
 
 
-class ReadingsLog(Protocol):
-    """Whatever holds readings: what it says about itself, and its readings whenever iterated."""
-
-    path: Path
-    mounts: dict[str, Pose]
-    """``base_from_scanner`` of each scanner."""
-    metadata: dict[str, str]
-    """Words about its origin."""
-    skipped: dict[str, Skipped]
-    """What the last iteration passed over, by topic or kind of line."""
-    share: float
-    """How much of it the iteration has read so far, in [0, 1]."""
-
-    @property
-    def suite(self) -> Suite:
-        """Which sensors it has the readings of."""
-        ...
-
-    @property
-    def warning(self) -> str | None:
-        """One line if there is something to know before trusting it."""
-        ...
-
-    def __iter__(self) -> Iterator[Reading]:
-        """Yield its readings in order."""
-        ...
-
-
-def open_log(path: Path | str, layout: Layout | None = None) -> ReadingsLog:
-    """Open a log, whatever its kind: what is in the file decides, not its name.
+def open_log(path: Path | str, layout: SensorLayout | None = None) -> ReadingsLog:
+    """Open a log of any kind; the content of the file decides the kind, not its name.
 
     Args:
-        path: an MCAP log of ours; a ROS 1 or ROS 2 bag; a CARMEN text, compressed or not.
-        layout: how the robot is built, as far as a bag does not say.
+        path: An MCAP log of ours; a ROS 1 or ROS 2 bag; a CARMEN text, compressed or not.
+        layout: Facts about the robot that a bag lacks.
 
     Raises:
-        LogError: if it is none of these, or cannot be read.
+        LogError: If the file is of no such kind, or cannot be read.
     """
     path = Path(path)
     if path.is_dir():
         if not (path / "metadata.yaml").is_file():
-            raise LogError(f"{path}: a folder without metadata.yaml is no bag")
-        return Bag(path, layout)
+            raise LogError(f"{path}: a folder without metadata.yaml is not a bag")
+        return RosBag(path, layout)
     try:
         with path.open("rb") as file:
             start = file.read(16)
@@ -68,5 +39,5 @@ def open_log(path: Path | str, layout: Layout | None = None) -> ReadingsLog:
     if not start:
         raise LogError(f"{path}: is empty")
     if any(start.startswith(magic) for magic in _BAGS):
-        return Log(path) if is_ours(path) else Bag(path, layout)
+        return McapLog(path) if is_ours(path) else RosBag(path, layout)
     return CarmenLog(path)

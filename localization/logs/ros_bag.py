@@ -1,4 +1,4 @@
-"""ROS bags: ROS 1 files and ROS 2 bags of either storage, whoever recorded them."""
+"""ROS bags of any robot: ROS 1 files and ROS 2 bags in MCAP or SQLite."""
 
 from __future__ import annotations
 
@@ -11,38 +11,41 @@ from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
-from localization.logs import ros_import as ros_readings, ros_messages as messages
-from localization.logs.mcap_log import INITIALPOSE, LogError, Skipped
-from localization.logs.ros_import import FrameTree, Layout
-from localization.logs.ros_messages import MessageError
-from localization.motion.motion_model import Motion, Suite
+from localization.logs import ros_import, ros_types
+from localization.logs.frame_tree import FrameTree, SensorLayout
+from localization.logs.log_interface import INITIALPOSE, LogError, Skipped
+from localization.logs.ros_types import Message, MessageError
+from localization.motion.motion_model import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Pose, Reading
 
 _STATIC_SPAN = 10_000_000_000
-"""How far into a bag its transforms are looked for [ns]; tf 1 repeats static ones on ``/tf``."""
+"""Time at the beginning of a bag in which ``/tf`` is read [ns]; tf 1 repeats static transforms there."""
 
 
-class Bag:
-    """A bag on disk: its readings whenever iterated, in the order in which they were recorded."""
+class RosBag:
+    """A bag on disk: its readings, in the order of recording, each time it is iterated."""
 
     path: Path
+    """File or folder of the bag."""
     mounts: dict[str, Pose]
     """``base_from_scanner`` of each scanner."""
     metadata: dict[str, str]
+    """Always empty: bags hold no metadata of ours."""
     skipped: dict[str, Skipped]
-    """By topic, what the last iteration passed over."""
+    """Messages without a reading in the last iteration, by topic."""
     share: float
-    """How much of its time the iteration has covered so far, in [0, 1]."""
+    """Fraction of the bag's duration that the iteration has covered so far, in [0, 1]."""
     warning: str | None = None
+    """Always None: a bag that was not closed cannot be opened."""
 
-    def __init__(self, path: Path | str, layout: Layout | None = None) -> None:
+    def __init__(self, path: Path | str, layout: SensorLayout | None = None) -> None:
         """Open a bag: a ``.bag`` file, a folder with ``metadata.yaml``, an ``.mcap`` or ``.db3`` file.
 
         Raises:
-            LogError: If it cannot be read, has no scanner, or does not say where one sits.
+            LogError: If the bag cannot be read, has no scanner, or lacks a scanner's mount.
         """
         self.path, self.metadata, self.skipped, self.share = Path(path), {}, {}, 0.0
-        self._layout = layout or Layout()
+        self._layout = layout or SensorLayout()
         self._tree = FrameTree(self._layout)
         self.mounts, self._topics = {}, {}
         with self._open() as reader:
@@ -53,20 +56,20 @@ class Bag:
             self._find_mounts(reader)
 
     @property
-    def suite(self) -> Suite:
-        """What the bag has: wheels and gyro if both are there, else the base's own odometry."""
+    def sensors(self) -> SensorConfiguration:
+        """The bag's sensors: wheels and gyro if it has both, otherwise the base's own odometry."""
         kinds = set(self._topics.values())
-        wheels, gyro = messages.JOINT_STATE in kinds, messages.IMU in kinds
+        wheels, gyro = ros_types.JOINT_STATE in kinds, ros_types.IMU in kinds
         if wheels and gyro:
             motion = Motion.WHEELS_AND_GYRO
-        elif messages.ODOMETRY in kinds:
+        elif ros_types.ODOMETRY in kinds:
             motion = Motion.ODOMETRY
         elif wheels or gyro:
             motion = Motion.WHEELS if wheels else Motion.GYRO
         else:
             motion = Motion.SCANNER
         level = all(mount.rotation[2, 2] > 0.9 for mount in self.mounts.values())
-        return Suite(motion, flat=level and messages.POINT_CLOUD not in kinds)
+        return SensorConfiguration(motion, flat=level and ros_types.POINT_CLOUD not in kinds)
 
     def __iter__(self) -> Iterator[Reading]:
         for _, reading in self.timed():
@@ -75,19 +78,19 @@ class Bag:
     def timed(self) -> Iterator[tuple[int, Reading]]:
         """Yield each reading with the time [ns] at which it was recorded.
 
-        What is no reading is passed over and counted in ``skipped``.
+        Messages without a reading are left out and counted in ``skipped``.
 
         Raises:
-            LogError: Where the bag is damaged.
+            LogError: At the place where the bag is damaged.
         """
         self.skipped, self.share = {}, 0.0
         with self._open() as reader:
             duration = max(1, reader.end_time - reader.start_time)
-            # Frames were read at the beginning, and are no readings that one could miss.
+            # Transforms were read on opening; they are not counted as messages without a reading.
             wanted = [
                 c
                 for c in reader.connections
-                if c.topic in self._topics and c.msgtype != messages.TF
+                if c.topic in self._topics and c.msgtype != ros_types.TF
             ]
             for connection, stamp, data in self._messages(reader, wanted):
                 self.share = (stamp - reader.start_time) / duration
@@ -98,46 +101,45 @@ class Bag:
     def _messages(
         self, reader: AnyReader, connections: Sequence[Connection]
     ) -> Iterator[tuple[Connection, int, bytes]]:
-        """Yield messages as they lie in the bag.
+        """Yield undecoded messages in the order of the bag.
 
         Raises:
-            LogError: Where the library stumbles, each format and each compression in its own way.
+            LogError: If the library fails; formats and compressions raise various exceptions.
         """
-        messages_of_it = reader.messages(connections)
+        messages = reader.messages(connections)
         while True:
             try:
-                held = next(messages_of_it, None)
+                message = next(messages, None)
             except Exception as error:
                 reason = " ".join(str(error).split()) or type(error).__name__
                 raise LogError(f"{self.path}: damaged: {reason}") from error
-            if held is None:
+            if message is None:
                 return
-            yield held
+            yield message
 
-    def _decoded(self, reader: AnyReader, kind: str, data: bytes) -> messages.Message:
+    def _decoded(self, reader: AnyReader, kind: str, data: bytes) -> Message:
         try:
             return reader.deserialize(data, kind)
         except Exception as error:
             raise MessageError(f"a damaged {kind}: {' '.join(str(error).split())}") from error
 
     def _reading(self, reader: AnyReader, topic: str, kind: str, data: bytes) -> Reading | None:
-        hint = kind == messages.POSE_WITH_COVARIANCE
+        hint = kind == ros_types.POSE_WITH_COVARIANCE
         try:
             if hint and topic != INITIALPOSE:
                 raise MessageError(f"{kind} holds no reading")
             message = self._decoded(reader, kind, data)
-            reading = ros_readings.read(kind, message, self._tree, self._layout)
+            reading = ros_import.read(kind, message, self._tree, self._layout)
             if reading is None:
                 raise MessageError(f"{kind} holds no reading")
         except (MessageError, InvalidReadingError) as error:
-            before = self.skipped.get(topic, Skipped(0, str(error)))
-            self.skipped[topic] = Skipped(before.count + 1, before.reason)
+            self.skipped[topic] = Skipped.one_more(self.skipped.get(topic), str(error))
             return None
         return reading
 
     def _read_frames(self, reader: AnyReader) -> None:
-        """Learn where things sit: all of /tf_static, and the beginning of /tf for the sake of tf 1."""
-        tf = [c for c in reader.connections if c.msgtype == messages.TF]
+        """Read the frames from all of /tf_static, and from the beginning of /tf for the sake of tf 1."""
+        tf = [c for c in reader.connections if c.msgtype == ros_types.TF]
         moving = [c for c in tf if not c.topic.endswith("_static")]
         for connection, stamp, data in self._messages(reader, tf) if tf else ():
             if connection in moving and stamp > reader.start_time + _STATIC_SPAN:
@@ -149,7 +151,7 @@ class Bag:
         scans = [
             c
             for c in reader.connections
-            if c.topic in self._topics and ros_readings.is_scan(c.msgtype)
+            if c.topic in self._topics and ros_import.is_scan(c.msgtype)
         ]
         if not scans:
             kinds = sorted({c.msgtype for c in reader.connections})
@@ -168,8 +170,8 @@ class Bag:
             if mount is None:
                 known = ", ".join(self._tree.frames) or "none"
                 raise LogError(
-                    f"{self.path}: nothing says where {frame!r} (of {scan.topic}) sits on"
-                    f" {self._layout.base!r}; frames in its transforms: {known}; give its mount"
+                    f"{self.path}: the pose of {frame!r} (of {scan.topic}) on {self._layout.base!r} is"
+                    f" unknown; frames in its transforms: {known}; give its mount"
                 )
             self.mounts[frame] = mount
 
@@ -181,21 +183,23 @@ class Bag:
         except (AnyReaderError, OSError, ValueError, EOFError) as error:
             reason = " ".join(str(error).split())
             raise LogError(
-                f"{self.path}: is no bag that can be read: {reason}; {self._way_out()}"
+                f"{self.path}: is not a readable bag: {reason}; {self._remedy()}"
             ) from error
         try:
             yield reader
         finally:
             reader.close()
 
-    def _way_out(self) -> str:
-        """What mends a bag whose recorder never closed it."""
+    def _remedy(self) -> str:
+        """Return how to repair a bag that its recorder never closed."""
         if self.path.is_dir():
-            return "if its recorder was cut off, `ros2 bag reindex` or `mcap recover` mends it"
+            return (
+                "if its recorder was interrupted, `ros2 bag reindex` or `mcap recover` repairs it"
+            )
         if self.path.suffix == ".mcap":
-            return "if its recorder was cut off, `mcap recover` mends it"
-        return "if its recorder was cut off, `rosbag reindex` mends it"
+            return "if its recorder was interrupted, `mcap recover` repairs it"
+        return "if its recorder was interrupted, `rosbag reindex` repairs it"
 
 
-def _chosen(topic: str, layout: Layout) -> bool:
+def _chosen(topic: str, layout: SensorLayout) -> bool:
     return not layout.topics or topic in layout.topics

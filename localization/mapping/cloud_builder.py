@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,8 @@ from scipy.spatial import cKDTree
 
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud, CloudError
-from localization.maps.cloud_from_grid import HIGH, LOW
+from localization.maps.cloud_from_grid import WALL_BOTTOM, WALL_TOP
+from localization.maps.open3d_import import import_open3d
 from localization.types import IntArray, Pose, Sweep
 
 
@@ -163,28 +163,9 @@ def distances_to_mesh(points: FloatArray, vertices: FloatArray, faces: IntArray)
     return distances
 
 
-def import_open3d() -> ModuleType:
-    """Return Open3D, which takes a second or more to load and is needed for maps only.
-
-    Raises:
-        ImportError: if it is missing or does not load; the message says what to install.
-    """
-    try:
-        import open3d
-    except ModuleNotFoundError as error:
-        raise ImportError("building a map needs Open3D: pip install 'farsteer[map]'") from error
-    except ImportError as error:
-        raise ImportError(
-            f"Open3D does not load ({error}); "
-            "on Debian: apt-get install libegl1 libgl1 libx11-6 libidn2-0 libusb-1.0-0"
-        ) from error
-    module: ModuleType = open3d
-    return module
-
-
 def _stood(points: FloatArray, views: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
     """Return points and views (N, 3), each repeated from low to high every ``step`` [m]."""
-    heights = np.arange(LOW, HIGH + 0.5 * step, step)
+    heights = np.arange(WALL_BOTTOM, WALL_TOP + 0.5 * step, step)
     stood = np.repeat(points, len(heights), axis=0)
     stood[:, 2] = np.tile(heights, len(points))
     return stood, np.repeat(views, len(heights), axis=0)

@@ -16,8 +16,8 @@ from localization.geometry import FloatArray
 from localization.mapping.submap import compose, levelled
 from localization.motion.deskew import OdometryTrack, deskew
 from localization.motion.kiss_odometry import KissConfig, KissOdometry
-from localization.motion.motion_model import Increment, MotionSource, Suite
-from localization.pipeline.validation import Intake
+from localization.motion.motion_model import Increment, MotionModel, SensorConfiguration
+from localization.pipeline.validation import ReadingValidator
 from localization.types import SECOND, Mounts, PointScan, Pose, Reading, Scan, Sweep
 
 
@@ -25,7 +25,7 @@ from localization.types import SECOND, Mounts, PointScan, Pose, Reading, Scan, S
 class OdometerConfig:
     """Settings of the odometer."""
 
-    suite: Suite = field(default_factory=Suite)
+    sensors: SensorConfiguration = field(default_factory=SensorConfiguration)
     kiss: KissConfig = field(default_factory=KissConfig)
     scanner_patience: int = 60_000_000
     """How long a scan waits for the other scanners' [ns]."""
@@ -67,10 +67,10 @@ class Odometer:
     def __init__(self, mounts: Mounts, config: OdometerConfig = OdometerConfig()) -> None:
         """Build for scanners by frame name (``base_from_scanner``)."""
         self.config = config
-        suite, self._mounts = config.suite, dict(mounts)
+        suite, self._mounts = config.sensors, dict(mounts)
         ekf: EkfConfig = suite.ekf()
-        self._intake = Intake(self._mounts, suite.leader)
-        self._motion = MotionSource(suite, track=ekf.effective_track, silence=config.silence)
+        self._intake = ReadingValidator(self._mounts, suite.leader)
+        self._motion = MotionModel(suite, track=ekf.effective_track, silence=config.silence)
         self._ekf = SkidSteerEkf(ekf)
         self._kiss = KissOdometry(config.kiss)
         self._track = OdometryTrack()
@@ -142,7 +142,7 @@ class Odometer:
         sweep = deskew(scans, self._track, self._mounts, self._stamp)
         elapsed = (self._stamp - self._sweep_stamp) / SECOND
         self._sweep_stamp = self._stamp
-        if self.config.suite.flat:
+        if self.config.sensors.flat:
             self._ekf.update_level()
         else:
             self._ekf.update_tilt(elapsed)

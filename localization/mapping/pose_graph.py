@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from localization.geometry import FloatArray
-from localization.mapping.cloud_builder import import_open3d
+from localization.maps.open3d_import import import_open3d
 from localization.types import Pose
 
 _PRUNED = 0.25

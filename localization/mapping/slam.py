@@ -22,7 +22,7 @@ from localization.mapping.odometry_front_end import Odometer, OdometerConfig, St
 from localization.mapping.submap import FlatSweep, between, compose
 from localization.mapping.trajectory_refinement import RefinementConfig, refined
 from localization.maps.cloud import Cloud
-from localization.motion.motion_model import Suite
+from localization.motion.motion_model import SensorConfiguration
 from localization.types import SECOND, Mounts, Pose, Reading
 
 
@@ -55,11 +55,11 @@ class SlamConfig:
     """A drive shorter than this is no survey [m]."""
 
     @classmethod
-    def of(cls, suite: Suite, *, level: bool = True) -> SlamConfig:
+    def of(cls, suite: SensorConfiguration, *, level: bool = True) -> SlamConfig:
         """Return the settings for a suite of sensors, on level ground or not."""
         flat = suite.flat or level
         return cls(
-            odometer=OdometerConfig(suite=Suite(suite.motion, flat=flat)),
+            odometer=OdometerConfig(sensors=SensorConfiguration(suite.motion, flat=flat)),
             refinement=RefinementConfig(level=flat),
         )
 

@@ -1,1 +1,1 @@
-"""What the robot is localised in: clouds and occupancy grids, read, given normals, prepared."""
+"""Maps: point clouds and occupancy grids, their normals, and their preparation for matching."""

@@ -1,8 +1,7 @@
-"""A cloud from an occupancy grid, so that a flat map serves where a cloud is asked for.
+"""Cloud made from an occupancy grid, so that a flat map can be used like a cloud.
 
-Walls are taken to stand upright in the middle of the cells that tell of them, for that is where the
-scans that marked those cells ended, on average. A wall one cell thick has two faces in one place, each
-with its own normal.
+Walls stand upright in the middle of the occupied cells, where the scans that marked those cells ended on
+average. A wall one cell thick has two faces in one place, each with its own normal.
 """
 
 from __future__ import annotations
@@ -19,13 +18,14 @@ from localization.types import Pose
 BoolArray = npt.NDArray[np.bool_]
 
 _REACH = 5
-"""Half side of the window in which a wall's direction is read from the free cells [cells]."""
+"""Half side of the window of free cells that determines a wall's normal [cells]."""
 _TURNS = 4
-"""Corrections of that direction; after each, the window's half plane is turned to it."""
-LOW, HIGH = -0.3, 1.2
-"""Heights [m] from below a scanner whose mount says nothing to above the highest on such robots."""
+"""Number of corrections of the normal; after each, the half plane in which cells count is turned to it."""
+WALL_BOTTOM, WALL_TOP = -0.3, 1.2
+"""Lower and upper end of walls [m]: below a scanner at height zero, and above the highest scanners of such
+robots."""
 _STEP = 0.1
-"""Between the heights of a wall's points [m]."""
+"""Vertical spacing of a wall's points [m]."""
 
 
 def cloud_from_grid(
@@ -34,20 +34,22 @@ def cloud_from_grid(
     """Return the cloud of a grid's walls, extruded.
 
     Args:
-        occupied: (rows, columns), the first row at the smallest y.
-        free: (rows, columns); what is neither is unknown, and not seen from.
-        resolution: side of a cell [m].
+        occupied: Which cells are occupied (rows, columns), the first row at the smallest y.
+        free: Which cells are free (rows, columns); walls face these. Other cells are unknown.
+        resolution: Side of a cell [m].
         origin: ``map_from_grid`` of the outer corner of the first cell, on the floor.
-        name: of the cloud.
+        name: Name of the cloud.
 
     Raises:
-        CloudError: if no occupied cell borders on a free one.
+        CloudError: If no occupied cell borders on a free one.
     """
     edge, normals = _faces(occupied, free)
     if len(edge) == 0:
-        raise CloudError(f"grid {name!r} has no occupied cell beside a free one: nothing to see")
+        raise CloudError(
+            f"grid {name!r} has no occupied cell beside a free one, so no visible wall"
+        )
     flat = np.column_stack([(edge[:, ::-1] + 0.5) * resolution, np.zeros(len(edge))])
-    heights = np.arange(LOW, HIGH + 0.5 * _STEP, _STEP)
+    heights = np.arange(WALL_BOTTOM, WALL_TOP + 0.5 * _STEP, _STEP)
     points = np.repeat(flat, len(heights), axis=0)
     points[:, 2] = np.tile(heights, len(flat))
     upright = np.column_stack([normals, np.zeros(len(normals))])
@@ -59,7 +61,7 @@ def cloud_from_grid(
 
 
 def _faces(occupied: BoolArray, free: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return cells (F, 2) as row, column, and normals (F, 2) as x, y, of all faces that are seen."""
+    """Return cells (F, 2) as row, column, and normals (F, 2) as x, y, of all visible faces."""
     padded = np.pad(free, _REACH).astype(float)
     cells, normals = [], []
     for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
@@ -69,24 +71,24 @@ def _faces(occupied: BoolArray, free: BoolArray) -> tuple[FloatArray, FloatArray
         cells.append(seen)
         normals.append(_normals(padded, seen, np.array([dx, dy], dtype=float)))
     at, facing = np.concatenate(cells), np.concatenate(normals)
-    # Cells at corners and on slopes are seen along two axes: faces that agree are one.
+    # Cells at corners and on slanted walls are visible along two axes: faces with equal normals are one.
     octant = np.round(np.arctan2(facing[:, 1], facing[:, 0]) / (0.5 * math.pi)).astype(int) % 4
     _, once = np.unique(np.column_stack([at, octant]), axis=0, return_index=True)
     return at[once].astype(float), facing[once]
 
 
 def _normals(free: FloatArray, cells: npt.NDArray[np.int64], first: FloatArray) -> FloatArray:
-    """Return where free space lies as seen from cells (N, 2), unit vectors (N, 2) as x, y.
+    """Return the directions of free space from cells (N, 2), unit vectors (N, 2) as x, y.
 
-    The mean direction of the free cells around, of those in the half plane ahead: begun along ``first``,
-    and turned until the half plane is that of the wall.
+    Each is the mean direction of the free cells in the half plane ahead, which begins along ``first`` and is
+    turned to that mean a few times, until it is the half plane in front of the wall.
     """
     dy, dx = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1]
     near = (np.hypot(dx, dy) <= _REACH + 0.5) & ((dx != 0) | (dy != 0))
     dx, dy = dx[near], dy[near]
     offsets = np.column_stack([dx, dy]).astype(float)
     weight = np.exp(-0.5 * (offsets**2).sum(axis=1) / (0.5 * _REACH) ** 2)
-    # The grid is padded by the reach.
+    # The grid is padded by the reach, hence the offset.
     open_ = free[cells[:, :1] + _REACH + dy, cells[:, 1:] + _REACH + dx] * weight
     direction = np.tile(first, (len(cells), 1))
     for _ in range(_TURNS):

@@ -1,4 +1,4 @@
-"""Clouds that come as points alone, made into maps: normals from neighbours, turned to who saw them."""
+"""Normals for clouds that have none: planes of neighbours, turned to where they can be seen from."""
 
 from __future__ import annotations
 
@@ -14,21 +14,20 @@ from scipy.spatial import cKDTree
 
 from localization.evaluation.trajectory import TrajectoryError, read_tum
 from localization.geometry import FloatArray
-from localization.maps.cloud import Cloud
+from localization.maps.cloud import Cloud, CloudError
 from localization.maps.ground_height import CELL, drivable_surfaces
 from localization.maps.normal_orientation import EYE, face_viewers, standing_places
 from localization.maps.plane_fitting import planes, thinned
-from localization.maps.point_files import CloudError
 
 _VERSION = 1
-"""Part of the cloud's identity: raise it when other points or normals come out."""
+"""Part of the cloud's identity; it changes when the same file would give other points or normals."""
 _FEWEST = 1000
-"""Points on planes, without which there is no map."""
+"""Least number of points on planes for a map."""
 _STEP = 0.3
-"""Between two places of a drive from which one looks around [m]."""
+"""Distance between two viewpoints along a drive [m]."""
 _TURNED = 2.5
-"""A floor this many times larger along another axis than along z, and a cloud this many times flatter along
-it, mean that the axes are other than ours."""
+"""Ratio from which another axis than z is taken to be up: its floor is this many times larger than along z,
+and the cloud this many times flatter along it."""
 
 
 def with_normals(
@@ -39,14 +38,21 @@ def with_normals(
     inside: npt.ArrayLike | None = None,
     cache: Path | None = None,
 ) -> Cloud:
-    """Return the cloud of a file that holds points (N, 3) alone; see ``load_cloud`` for the arguments.
+    """Return the cloud of a file that holds points (N, 3) without normals.
+
+    Args:
+        path: File of the points; a TUM file of the same name beside it holds the mapping drive.
+        points: Points (N, 3) [m].
+        sha256: Hex digest of the file's bytes.
+        inside: A place in the open (3,) [m]; see ``load_cloud``.
+        cache: Folder for the result; None keeps no file.
 
     Raises:
-        CloudError: if it has no planes, or nobody could see them.
+        CloudError: If the cloud has too few planes, or no place from which they could be seen.
     """
     drive = _drive(path)
-    told = np.zeros(0) if inside is None else np.asarray(inside, dtype=float)
-    seen_from = b"".join(a.tobytes() for a in (told, np.zeros(0) if drive is None else drive))
+    given = np.zeros(0) if inside is None else np.asarray(inside, dtype=float)
+    seen_from = b"".join(a.tobytes() for a in (given, np.zeros(0) if drive is None else drive))
     identity = hashlib.sha256(f"{sha256} {_VERSION}".encode() + seen_from).hexdigest()
     file = None if cache is None else cache / f"{identity[:24]}-cloud.npz"
     if file is not None and (kept := _load(file)) is not None:
@@ -61,7 +67,7 @@ def with_normals(
     normals, known = face_viewers(flat, normals, eyes)
     flat, normals = flat[known], normals[known]
     if file is not None:
-        # A cache that cannot be written is done without.
+        # The cache is optional: failing to write it is no error.
         with contextlib.suppress(OSError):
             file.parent.mkdir(parents=True, exist_ok=True)
             np.savez(file, points=flat, normals=normals)
@@ -69,7 +75,7 @@ def with_normals(
 
 
 def _drive(path: Path) -> FloatArray | None:
-    """Eyes (E, 3) [m] along the drive that is told beside a map; None if none is."""
+    """Return viewpoints (E, 3) [m] along the drive in the file beside a map; None without such a file."""
     beside = path.with_suffix(".tum")
     if not beside.is_file():
         return None
@@ -104,7 +110,7 @@ def _places(
 
 
 def _around(points: FloatArray, inside: FloatArray) -> FloatArray:
-    """Eyes (E, 3) [m] at the height of a place, wherever one gets to from it at that height."""
+    """Return viewpoints (E, 3) [m] at the height of a place, in the free space connected with it."""
     ends = np.vstack([points[:, :2], inside[:2]])
     low = np.floor(ends.min(axis=0) / CELL) * CELL - CELL
     size = np.floor((ends.max(axis=0) - low) / CELL).astype(int) + 2
@@ -123,7 +129,7 @@ def _around(points: FloatArray, inside: FloatArray) -> FloatArray:
 
 
 def _check_up(path: Path, points: FloatArray, normals: FloatArray) -> None:
-    """Refuse a cloud whose floor is level along another axis than z."""
+    """Raise CloudError if the cloud's floor is level along another axis than z."""
     size = np.ptp(points, axis=0)
     areas = []
     for axis in range(3):
@@ -141,7 +147,7 @@ def _check_up(path: Path, points: FloatArray, normals: FloatArray) -> None:
         name = "xyz"[best]
         turn = "(x, -z, y)" if best == 1 else "(y, z, x)"
         raise CloudError(
-            f"cloud {path} seems to have {name} for up: turn it so that z is, to {turn};"
+            f"cloud {path} seems to have {name} as its up axis: turn it so that z is up, to {turn};"
             " if z is up nevertheless, give a place in the open as --inside X Y Z"
         )
 

@@ -1,8 +1,8 @@
-"""The ground under a robot, read from a cloud: how high it is at a place and how it slopes.
+"""Height and slope of the ground in a cloud.
 
-The cloud's upward-facing points are sorted into cells, and the lowest surface of each is looked at: what
-lies above it is a table or a roof. Of those surfaces the ground is the largest that a robot can drive
-over from end to end; the top of a cupboard belongs to no such surface.
+The upward-facing points are sorted into cells, and the lowest surface of each cell is kept, since surfaces
+above it are tables or roofs. The ground is the largest set of connected cells that a robot can drive over
+from end to end; the top of a cupboard is not connected with it.
 """
 
 from __future__ import annotations
@@ -19,31 +19,31 @@ from localization.maps.cloud import Cloud
 from localization.types import Pose
 
 CELL = 0.3
-"""Edge of a cell [m]: it holds points of a cloud as thin as one every 0.15 m, and is half a robot long."""
+"""Edge of a cell [m]: half a robot's length; it holds points of clouds as sparse as one every 0.15 m."""
 _UPWARD = 0.8
-"""Least vertical part of an upward-facing normal: slopes of up to 37 degrees."""
+"""Least vertical component of an upward-facing normal: slopes of up to 37 degrees."""
 _LAYER = 0.1
-"""Points of a cell this near to its lowest are of one surface [m]."""
+"""Distance above a cell's lowest point within which its points belong to one surface [m]."""
 _STEP = 0.12
-"""Between neighbouring cells a robot climbs no more [m]: a kerb that low, a slope of 40 %; a pallet is
-higher. A surface at a higher step is ground as well if a way leads up to it somewhere."""
+"""Greatest step between neighbouring cells of the ground [m]: a low kerb or a slope of 40 %; a pallet is
+higher. A surface beyond a higher step is ground if it can be reached elsewhere."""
 _LEVEL = 0.06
-"""Ground that never departs further from height zero is level [m]: what is left are noise and sills."""
+"""Greatest departure from height zero of level ground [m]; it allows for noise and sills."""
 _FOOTPRINT = 0.45
-"""The slope under a robot is that of the ground within this distance [m]."""
+"""Radius of the ground whose slope the robot stands on [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ground:
-    """Height of the ground on a grid; beyond its edges and where it was not seen, that of the nearest cell."""
+    """Height of the ground on a grid; unseen cells and places beyond the edges have the nearest cell's."""
 
     origin: FloatArray
-    """(2,) corner of the first cell [m]."""
+    """Corner of the first cell (2,) [m]."""
     height: FloatArray
-    """(nx, ny) [m]."""
+    """Height of each cell (nx, ny) [m]."""
     level: bool
-    """Whether the ground is level, at height zero, or not to be seen at all: then nothing is known that a
-    robot's own estimate of height, roll and pitch does not know better."""
+    """Whether the ground is level at height zero, or was not seen at all; in both cases it adds nothing to the
+    robot's own estimate of height, roll and pitch."""
 
     def heights(self, places: FloatArray) -> FloatArray:
         """Return the height (N,) [m] of the ground at places (N, 2) [m]; zero everywhere if it is level."""
@@ -55,14 +55,19 @@ class Ground:
         return found
 
     def stand(self, x: float, y: float, yaw: float) -> Pose:
-        """Return ``map_from_base`` of a robot that stands at a place [m] and heads some way [rad].
+        """Return ``map_from_base`` of a robot at a place on the ground.
 
-        Height and tilt are those of the plane that fits the ground around the place best.
+        Height and tilt are those of the plane that fits the surrounding ground best.
+
+        Args:
+            x: x coordinate of the place [m].
+            y: y coordinate of the place [m].
+            yaw: Heading of the robot [rad].
         """
         offsets = np.arange(-_FOOTPRINT, _FOOTPRINT + 1e-9, 0.5 * CELL)
         around = np.stack(np.meshgrid(offsets, offsets, indexing="ij"), axis=-1).reshape(-1, 2)
         around = around[np.hypot(around[:, 0], around[:, 1]) <= _FOOTPRINT]
-        # Half a cell is what a step function is off by; the middles of the cells are where it is right.
+        # The grid is a step function: its heights are exact at the middles of the cells only.
         index = np.floor((around + [x, y] - self.origin) / CELL)
         middles = np.unique(index, axis=0)
         middles = self.origin + (middles + 0.5) * CELL - [x, y]
@@ -77,11 +82,11 @@ class Ground:
 
 
 FLAT = Ground(np.zeros(2), np.zeros((1, 1)), level=True)
-"""The ground where a robot stands that knows of no other, whatever its map holds."""
+"""Level ground at height zero."""
 
 
 def ground_of(cloud: Cloud) -> Ground:
-    """Find the ground of a cloud whose map's z axis points up."""
+    """Return the ground of a cloud whose z axis points up."""
     upward = cloud.points[cloud.normals[:, 2] > _UPWARD]
     origin = np.floor(cloud.bounds[0][:2] / CELL) * CELL
     nowhere = Ground(origin, np.zeros((1, 1)), level=True)
@@ -91,7 +96,7 @@ def ground_of(cloud: Cloud) -> Ground:
     nearest = ndimage.distance_transform_edt(
         np.isnan(ground), return_distances=False, return_indices=True
     )
-    # The median leaves edges where they are, and out what no robot could stand on: a shelf's plinth.
+    # The median keeps edges, and removes surfaces too small to stand on, such as a shelf's plinth.
     height = ndimage.median_filter(ground[tuple(nearest)], size=3, mode="nearest")
     if np.abs(height).max() < _LEVEL:
         return nowhere
@@ -101,15 +106,16 @@ def ground_of(cloud: Cloud) -> Ground:
 def drivable_surfaces(
     upward: FloatArray, low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Find the largest surface that a robot can drive over from end to end.
+    """Return the largest surface that a robot can drive over from end to end.
 
     Args:
-        upward: (N, 3) points of level surfaces, one at least [m].
-        low: (3,) smallest coordinates of the cloud [m].
-        high: (3,) largest [m].
+        upward: Points of level surfaces (N, 3) [m]; at least one.
+        low: Smallest coordinates of the cloud (3,) [m].
+        high: Largest coordinates of the cloud (3,) [m].
 
     Returns:
-        The corner (2,) of the first cell, and its height (nx, ny) in each cell [m], NaN where it is not.
+        The corner (2,) of the first cell [m], and the surface's height in each cell (nx, ny) [m], NaN where
+        the surface is absent.
     """
     origin = np.floor(low[:2] / CELL) * CELL
     size = np.floor((high[:2] - origin) / CELL).astype(np.int64) + 1
@@ -132,14 +138,14 @@ def _lowest_surfaces(upward: FloatArray, origin: FloatArray, size: tuple[int, in
 
 
 def _drivable(height: FloatArray) -> FloatArray:
-    """Keep the largest surface without steps too high to climb; the rest becomes NaN."""
+    """Return the heights of the largest surface without steps too high to climb; other cells are NaN."""
     number = np.arange(height.size).reshape(height.shape)
     pairs: list[npt.NDArray[np.int64]] = []
     for one, other in (
         ((slice(None, -1), slice(None)), (slice(1, None), slice(None))),
         ((slice(None), slice(None, -1)), (slice(None), slice(1, None))),
     ):
-        # Nothing compares with NaN.
+        # A comparison with NaN is false, so unseen cells connect with no other.
         easy = np.abs(height[one] - height[other]) < _STEP
         pairs.append(np.stack([number[one][easy], number[other][easy]]))
     first, second = np.concatenate(pairs, axis=1)

@@ -1,7 +1,7 @@
-"""Files derived from maps: whole or not there, checked when read, and never more than a bound.
+"""Cache of files derived from maps: written atomically, checked when read, bounded in size.
 
-A cache that cannot be read or written is done without. Of what is kept, whatever was not used for the
-longest time goes first once a folder holds more than ``LARGEST`` bytes.
+A cache that cannot be read or written is ignored. Once a folder holds more than ``LARGEST`` bytes, the least
+recently used files are deleted.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy.typing as npt
 Arrays = Mapping[str, npt.NDArray[Any]]
 
 LARGEST = 2**30
-"""A folder of derived files holds no more [bytes]: nine maps of two million points."""
+"""Greatest size of a folder of derived files [bytes]: nine maps of two million points."""
 
 
 def default_cache() -> Path:
@@ -30,10 +30,10 @@ def default_cache() -> Path:
 
 
 def load(file: Path) -> Arrays | None:
-    """Read what ``store`` has written, read-only; None if it is missing or damaged.
+    """Return the arrays that ``store`` wrote, read-only; None if the file is missing or damaged.
 
-    All of it is read into memory. Mapped into memory instead, a file on a disk that fails, or on a server
-    that is gone, would end the process in the middle of a drive.
+    The file is read into memory, not mapped: a mapped file on a disk that fails, or on a server that
+    vanishes, would end the process in the middle of a drive.
     """
     try:
         with zipfile.ZipFile(file) as archive:
@@ -41,7 +41,7 @@ def load(file: Path) -> Arrays | None:
                 info.filename.removesuffix(".npy"): _member(archive, info)
                 for info in archive.infolist()
             }
-        # When it was last used, for the bound.
+        # The time of the last use decides which file is deleted first.
         os.utime(file)
     except (OSError, ValueError, KeyError, EOFError, NotImplementedError, zipfile.BadZipFile):
         return None
@@ -49,12 +49,12 @@ def load(file: Path) -> Arrays | None:
 
 
 def store(file: Path, arrays: Arrays, *, largest: int = LARGEST) -> None:
-    """Write arrays to a file at once, and keep the folder's derived files within a bound.
+    """Write arrays to a file atomically, and keep the folder's derived files within a bound.
 
     Args:
-        file: an ``.npz``; others in its folder may be deleted.
-        arrays: by name.
-        largest: the bound [bytes].
+        file: File to write, an ``.npz``; others in its folder may be deleted.
+        arrays: Arrays by name.
+        largest: Greatest size of all such files in the folder [bytes].
     """
     part: Path | None = None
     contents: dict[str, Any] = dict(arrays)
@@ -72,16 +72,16 @@ def store(file: Path, arrays: Arrays, *, largest: int = LARGEST) -> None:
 
 
 def tidy(folder: Path, *, largest: int = LARGEST, spare: Path | None = None) -> None:
-    """Delete derived files of a folder, the longest unused first, until the rest is within a bound.
+    """Delete derived files of a folder, the least recently used first, until the rest is within a bound.
 
     Args:
-        folder: its own ``.npz`` files count, those of folders in it do not.
-        largest: the bound [bytes].
-        spare: a file to keep whatever its size.
+        folder: Folder whose ``.npz`` files count; those of its subfolders do not.
+        largest: Greatest size of the remaining files [bytes].
+        spare: A file to keep whatever its size.
     """
     found = []
     for file in folder.glob("*.npz"):
-        # Another process may be tidying as well.
+        # Another process may be deleting files at the same time.
         with contextlib.suppress(OSError):
             known = file.stat()
             found.append((file != spare, known.st_mtime_ns, known.st_size, file))
@@ -96,7 +96,7 @@ def tidy(folder: Path, *, largest: int = LARGEST, spare: Path | None = None) -> 
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> npt.NDArray[Any]:
     with archive.open(info) as data:
         array: npt.NDArray[Any] = np.lib.format.read_array(data, allow_pickle=False)
-        # To the very end, for only there is the sum compared.
+        # zipfile compares the checksum only at the end of the data.
         if data.read(1):
             raise ValueError(f"{info.filename} is longer than its array")
     array.flags.writeable = False

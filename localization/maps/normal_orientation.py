@@ -1,14 +1,12 @@
-"""Which way the faces of a cloud look that does not say so: to where somebody could have seen them from.
+"""Orientation of a cloud's normals towards the places from which its surfaces can be seen.
 
-A mapped surface was seen. Whoever saw it stood on the floor, somewhere with room around, or on the way that
-is known of the mapping drive. From such places the straight line to a surface is free on the side that it
-was seen from, and meets other surfaces on the other: also through a wall 16 cm thick, whose far face hides
-behind the near one.
+A mapped surface was seen from somewhere: from a place on the floor with room around it, or from the mapping
+drive if that is known. The line of sight from such a place to a surface is free on the side from which it was
+seen, and is blocked by other surfaces on the other side, even in a wall 16 cm thick, whose near face hides the
+far one.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -17,53 +15,54 @@ from scipy.spatial import cKDTree
 
 from localization.geometry import FloatArray
 from localization.maps.ground_height import CELL, drivable_surfaces
-
-IndexArray = npt.NDArray[np.int64]
+from localization.maps.voxel_occupancy import VoxelOccupancy
 
 EYE = 0.5
-"""Height over the floor from which surfaces are looked at [m], about that of a robot's scanners: what they
-see from below, such as a table, faces down."""
+"""Height of the viewpoints over the floor [m], about that of a robot's scanners: a surface that these see from
+below, such as the underside of a table, faces down."""
 _ROOM = 0.25
-"""A place to stand has no point of the cloud nearer than this to the eye [m],"""
+"""Least distance between a viewpoint and the points of the cloud [m]."""
 _WIDE = 2.0
-"""and belongs to an open floor of this area at least [m^2]."""
+"""Least area of the open floor that a viewpoint belongs to [m^2]."""
 _VOXEL = 0.1
-"""Edge of the cells that block a view [m]: clouds as thin as one point every 8 cm leave few holes."""
+"""Edge of the voxels that block a view [m]: clouds as sparse as one point every 8 cm leave few holes."""
 _CLEAR = 0.11
-"""Views are tested where they are this high over the surface [m]; lower, it would hide itself. A wall must
-be thicker for its two faces to be told apart by views."""
+"""Height over the surface from which on a view is tested [m]; closer, the surface would block itself. The two
+faces of a wall can be distinguished by views only if it is thicker than this."""
 _GRAZING = 0.1
-"""A view that makes less than this sine with the surface says nothing."""
+"""Least sine of the angle between a view and the surface; flatter views are ignored."""
 _LOOKS = ((1, 2, 3), (4, 5, 6, 7, 8, 9, 10))
-"""At each point look the nearest places and the nearest of some that are farther apart; then, where that
-left doubt, those that follow."""
+"""Ranks, by distance, of the viewpoints that are tried: first the nearest three, of all viewpoints and of the
+scattered ones; then, where the result is uncertain, the next seven."""
 _SCATTER = 2.0
-"""How far those are apart [m]."""
+"""Spacing of the scattered viewpoints [m]."""
 _SURE = 3.0
-"""Beyond it there is no doubt: two free views, square on, and none from the other side."""
+"""Vote from which a side is certain: two free perpendicular views, and none from the other side."""
 _FREE, _BLOCKED = 2.0, -0.8
-"""What a view says for the side that it is from, as logarithms of likelihood ratios: from the side that was
-seen about 60 % of the views are free, from the other 8 %, through holes."""
+"""Votes of a free and of a blocked view for their side, as logarithms of likelihood ratios: from the side that
+was seen about 60 % of the views are free, from the other 8 %, through holes."""
 _MOST_SURE = 6.0
+"""Greatest vote of one side."""
 _WEAKLY = 0.1
+"""Least vote for a side if the other side has no viewpoints."""
 _ROUNDS = 6
-"""How often points ask their neighbours."""
+"""Number of rounds in which neighbours' votes are averaged."""
 _NEIGHBOURS = 12
+"""Number of neighbours whose votes are averaged."""
 _BESIDE = 0.06
-"""A neighbour on the same surface is within this distance of its plane [m]."""
+"""Greatest distance of a neighbour on the same surface from the point's plane [m]."""
 _ALIKE = 0.8
-"""Cosine between normals of neighbours on one surface."""
+"""Least cosine between the normals of neighbours on one surface."""
 _CHUNK = 40_000
-"""Points looked at at once."""
-_BLOCK = 16
+"""Number of points processed at once."""
 
 
 def standing_places(points: FloatArray, normals: FloatArray) -> FloatArray:
-    """Return eyes (E, 3) [m] of whoever could stand on the floors of a cloud; none if it has no floor.
+    """Return viewpoints (E, 3) [m] over the free floor of a cloud; E is 0 if it has no floor.
 
     Args:
-        points: (N, 3) [m], z up.
-        normals: (N, 3), either way.
+        points: Points of the cloud (N, 3) [m], z up.
+        normals: Unit normals (N, 3) of either sign.
     """
     flat = points[np.abs(normals[:, 2]) > 0.8]
     if not len(flat):
@@ -75,7 +74,7 @@ def standing_places(points: FloatArray, normals: FloatArray) -> FloatArray:
     distance, _ = cKDTree(points).query(eyes, distance_upper_bound=_ROOM)
     room = np.zeros(height.shape, dtype=bool)
     room[i, j] = ~np.isfinite(distance)
-    # Floors may be mapped inside of cupboards, through gaps; whoever stands there is shut in.
+    # Floors may be mapped inside cupboards, through gaps; such small areas offer no view of the room.
     label, _ = ndimage.label(room)
     wide = np.bincount(label.ravel()) * CELL**2 >= _WIDE
     wide[0] = False
@@ -86,18 +85,18 @@ def standing_places(points: FloatArray, normals: FloatArray) -> FloatArray:
 def face_viewers(
     points: FloatArray, normals: FloatArray, eyes: FloatArray
 ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Turn normals to where the surfaces can be seen from.
+    """Turn normals towards the viewpoints from which their surfaces can be seen.
 
     Args:
-        points: (N, 3) [m].
-        normals: (N, 3) unit vectors, either way.
-        eyes: (E, 3) places from which there was a view [m], one at least.
+        points: Points of the cloud (N, 3) [m].
+        normals: Unit normals (N, 3) of either sign.
+        eyes: Viewpoints (E, 3) [m]; at least one.
 
     Returns:
-        The normals (N, 3), and whether it is known which way each of them points (N,): from somewhere it
-        can be seen, or its neighbours on the same surface can.
+        The normals (N, 3), and whether the sign of each is known (N,), because the point or its neighbours on
+        the same surface can be seen from some viewpoint.
     """
-    blocks = _Occupied.of(points)
+    blocks = VoxelOccupancy.of(points, _VOXEL)
     scattered = eyes[np.unique(eyes // _SCATTER, axis=0, return_index=True)[1]]
     crowds = [(cKDTree(e), e) for e in (eyes, scattered)]
     votes = np.zeros(len(points))
@@ -117,15 +116,15 @@ def face_viewers(
 
 
 def _votes(
-    blocks: _Occupied, points: FloatArray, normals: FloatArray, eyes: FloatArray
+    blocks: VoxelOccupancy, points: FloatArray, normals: FloatArray, eyes: FloatArray
 ) -> FloatArray:
-    """Return how much speaks for a point being seen from where its normal points, minus for the other side.
+    """Return the vote (N,) for each point being seen from the side of its normal, negative for the other side.
 
     Args:
-        blocks: what hides.
-        points: (N, 3) [m].
-        normals: (N, 3).
-        eyes: (N, K, 3) that look at each point [m].
+        blocks: Voxels that block views.
+        points: Points of the cloud (N, 3) [m].
+        normals: Unit normals (N, 3).
+        eyes: Viewpoints that are tried for each point (N, K, 3) [m].
     """
     view = eyes - points[:, None, :]
     distance = np.linalg.norm(view, axis=2)
@@ -141,24 +140,24 @@ def _votes(
         free[going[blocked]] = False
         going = going[~blocked]
         reached[going] += 0.7 * _VOXEL
-        # The room around an eye is empty.
+        # The space around a viewpoint is free.
         going = going[reached[going] < length[going] - _ROOM]
-    told = np.where(free, _FREE, _BLOCKED) * np.abs(sine)
+    vote = np.where(free, _FREE, _BLOCKED) * np.abs(sine)
     count = len(points)
-    ahead, behind = (np.bincount(at[s], told[s], count) for s in (sine > 0.0, sine < 0.0))
+    ahead, behind = (np.bincount(at[s], vote[s], count) for s in (sine > 0.0, sine < 0.0))
     some_ahead, some_behind = (
         np.bincount(at[s], minlength=count) > 0 for s in (sine > 0.0, sine < 0.0)
     )
     bound = _MOST_SURE
     votes = np.asarray(np.clip(ahead, -bound, bound) - np.clip(behind, -bound, bound), dtype=float)
-    # Where nobody can stand, nobody stood.
+    # A side without viewpoints cannot be the side from which the point was seen.
     votes[some_ahead & ~some_behind] = np.maximum(ahead, _WEAKLY)[some_ahead & ~some_behind]
     votes[~some_ahead & some_behind] = -np.maximum(behind, _WEAKLY)[~some_ahead & some_behind]
     return votes
 
 
 def _agreed(points: FloatArray, normals: FloatArray, votes: FloatArray) -> FloatArray:
-    """Let neighbours on one surface agree: holes let through some views, and corners hide some points."""
+    """Return votes averaged over neighbours on one surface, since holes pass some views and corners hide points."""
     tree = cKDTree(points)
     _, near = tree.query(points, k=_NEIGHBOURS, distance_upper_bound=0.3)
     near = np.where(near < len(points), near, np.arange(len(points))[:, None])
@@ -170,34 +169,3 @@ def _agreed(points: FloatArray, normals: FloatArray, votes: FloatArray) -> Float
     for _ in range(_ROUNDS):
         agreed = 0.3 * votes + np.einsum("nk,nk->n", weight, agreed[near])
     return agreed
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Occupied:
-    """Which cells hold points, stored block by block, so that memory grows with surface."""
-
-    origin: FloatArray
-    directory: IndexArray
-    blocks: npt.NDArray[np.bool_]
-    """(B, 16, 16, 16); block 0 is empty."""
-
-    @classmethod
-    def of(cls, points: FloatArray) -> _Occupied:
-        origin = points.min(axis=0) - _VOXEL
-        cells = np.unique(np.floor((points - origin) / _VOXEL).astype(np.int64), axis=0)
-        size = cells.max(axis=0) // _BLOCK + 1
-        directory = np.zeros(tuple(size), dtype=np.int64)
-        homes, number = np.unique(cells // _BLOCK, axis=0, return_inverse=True)
-        directory[tuple(homes.T)] = np.arange(1, len(homes) + 1)
-        blocks = np.zeros((len(homes) + 1, _BLOCK, _BLOCK, _BLOCK), dtype=bool)
-        blocks[(number.ravel() + 1, *(cells % _BLOCK).T)] = True
-        return cls(origin, directory, blocks)
-
-    def holds(self, places: FloatArray) -> npt.NDArray[np.bool_]:
-        """Return for each place (N, 3) [m] whether its cell holds points."""
-        cell = np.floor((places - self.origin) / _VOXEL).astype(np.int64)
-        limit = np.array(self.directory.shape) * _BLOCK
-        inside = ((cell >= 0) & (cell < limit)).all(axis=1)
-        cell[~inside] = 0
-        found = self.blocks[(self.directory[tuple((cell // _BLOCK).T)], *(cell % _BLOCK).T)]
-        return np.asarray(found & inside)

@@ -1,4 +1,4 @@
-"""Normals for clouds that come without: the plane of each point's neighbours, facing either way."""
+"""Plane through the neighbours of each point of a cloud; the sign of its normal is not determined here."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from scipy.spatial import cKDTree
 from localization.geometry import FloatArray
 
 SPACING = 0.05
-"""Denser clouds are thinned to one point, the mean, in each cube of this edge [m]."""
+"""Edge of the cubes to whose mean point denser clouds are thinned [m]."""
 _SEED = 8
-"""Neighbours that a plane is first read from: few, so that they lie on one face of a thin wall,"""
+"""Number of neighbours for the first fit of a plane: few, so that they lie on one face of a thin wall."""
 _MOST = 20
-"""and neighbours that it is then read from, of those near to the first plane,"""
+"""Number of neighbours for the second fit, of those near the first plane."""
 _NEAR = (0.012, 0.04)
-"""within this many metres of it: four times the noise of the cloud, but so much at least, and less than the
-thinnest wall at most,"""
+"""Bounds of the distance from the first plane for the second fit [m]: it is four times the noise of the cloud,
+and at most less than the thinnest wall."""
 _REACH = 0.25
-"""and of the point [m]."""
+"""Greatest distance of a neighbour from the point [m]."""
 _CURVED = (0.004, 0.06)
-"""Smallest over summed eigenvalues of a neighbourhood; beyond six times that of the cloud's middle point, but
-so much at least and at most, there is no plane: at edges and in plants."""
+"""Bounds of the greatest curvature, the smallest over the summed eigenvalues of a neighbourhood: it is six times
+the cloud's median. Beyond it, as at edges and in plants, there is no plane."""
 _LINE = 0.05
-"""Middle over largest eigenvalue; below it the points make a line, whose normal may turn about it."""
+"""Least ratio of middle to largest eigenvalue; below it the points lie on a line and have no normal."""
 _CHUNK = 100_000
-"""Points worked on at once."""
+"""Number of points processed at once."""
 
 
 def thinned(points: FloatArray, spacing: float = SPACING) -> FloatArray:
-    """Return the mean of the points (N, 3) in each occupied cube of an edge [m], (M, 3), in a fixed order."""
+    """Return the mean (M, 3) of the points (N, 3) in each occupied cube of an edge [m], in a fixed order."""
     cells = np.floor((points - points.min(axis=0)) / spacing).astype(np.int64)
     size = cells.max(axis=0) + 1
     _, of = np.unique(np.ravel_multi_index(tuple(cells.T), tuple(size)), return_inverse=True)
@@ -37,9 +37,9 @@ def thinned(points: FloatArray, spacing: float = SPACING) -> FloatArray:
 
 
 def planes(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return those of the points (N, 3) that lie on a plane, (M, 3) [m], and its normals (M, 3).
+    """Return those of the points (N, 3) that lie on a plane, (M, 3) [m], and their normals (M, 3).
 
-    Which of its two ways a normal points is not settled yet: see ``facing``.
+    The sign of the normals is arbitrary; ``normal_orientation`` determines it.
     """
     tree = cKDTree(points)
     parts = [points[start : start + _CHUNK] for start in range(0, len(points), _CHUNK)]
@@ -53,19 +53,19 @@ def planes(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _noise(tree: cKDTree, points: FloatArray) -> float:
-    """How far points of the cloud are from their planes, one sigma [m], at the median of some of them."""
+    """Return the median distance of points from their planes, one sigma [m], from a sample of points."""
     some = points[:: max(1, len(points) // 5000)]
     _, index = tree.query(some, k=min(_SEED, len(points)))
     around = points[index]
     _, spread = _principal(around, np.ones(around.shape[:2], dtype=bool))
-    # A plane through k points takes three of their freedoms.
+    # A plane through k points takes three degrees of freedom.
     return float(np.sqrt(np.median(np.maximum(spread[:, 0], 0.0)) * _SEED / (_SEED - 3)))
 
 
 def _planes(
     tree: cKDTree, points: FloatArray, here: FloatArray, noise: float
 ) -> tuple[FloatArray, FloatArray, np.typing.NDArray[np.bool_]]:
-    """Return normals (C, 3) of points (C, 3), how curved they are (C,), and which have neighbours enough."""
+    """Return normals (C, 3) and curvatures (C,) of points (C, 3), and which have enough neighbours (C,)."""
     distance, index = tree.query(here, k=_MOST, distance_upper_bound=_REACH)
     present = np.isfinite(distance)
     index[~present] = 0
@@ -75,7 +75,7 @@ def _planes(
     normals, _ = _principal(around, first)
     off = np.einsum("nki,ni->nk", around - here[:, None, :], normals)
     used = present & (np.abs(off) < np.clip(4.0 * noise, *_NEAR))
-    # Where the first neighbours are too few or bent, the second look is at no plane either.
+    # If the first neighbours are too few or curved, the second fit fails the tests below as well.
     normals, spread = _principal(around, used)
     curved = spread[:, 0] / np.maximum(spread.sum(axis=1), 1e-12)
     return normals, curved, (used.sum(axis=1) >= 5) & (spread[:, 1] > _LINE * spread[:, 2])
@@ -84,7 +84,7 @@ def _planes(
 def _principal(
     around: FloatArray, used: np.typing.NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the direction of least spread (C, 3) of the used ones of points (C, K, 3), and all spreads."""
+    """Return the direction of least spread (C, 3) of the used points of (C, K, 3), and all spreads (C, 3)."""
     weight = used / np.maximum(used.sum(axis=1, keepdims=True), 1)
     mean = np.einsum("nk,nki->ni", weight, around)
     centred = (around - mean[:, None, :]) * np.sqrt(weight)[:, :, None]

@@ -1,6 +1,6 @@
-"""A cloud made ready for matching: nearest point of any place in constant time, and the ground.
+"""Cloud prepared for matching: a grid of nearest points and the height of the ground.
 
-Both are derived from the cloud alone and never shipped; they are cached under the cloud's hash.
+Both are derived from the cloud alone and are cached under the cloud's hash.
 """
 
 from __future__ import annotations
@@ -13,19 +13,23 @@ import numpy as np
 from localization.maps.cloud import Cloud
 from localization.maps.ground_height import Ground, ground_of
 from localization.maps.map_cache import default_cache as default_cache, load, store
-from localization.maps.nearest_point_grid import NearestGrid as NearestGrid, build_grid
+from localization.maps.nearest_grid_building import build_grid
+from localization.maps.nearest_point_grid import NearestGrid as NearestGrid
 
 _VERSION = 2
-"""Part of the cache's name: raise it when the layout or the meaning of what is kept changes."""
+"""Part of a cache file's name; it changes with the layout or the meaning of the file's content."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedMap:
-    """What the localiser needs of the global cloud."""
+    """The global cloud with what the localiser derives from it."""
 
     cloud: Cloud
+    """Points and normals of the map."""
     grid: NearestGrid
+    """Nearest point of any place near a surface."""
     ground: Ground
+    """Height of the ground."""
 
     def contains(self, x: float, y: float, *, margin: float = 0.0) -> bool:
         """Return whether (x, y) [m] lies in the cloud's bounds, grown by ``margin`` [m]."""
@@ -41,10 +45,10 @@ def prepare(
     """Prepare a cloud for matching.
 
     Args:
-        cloud: the global cloud.
-        cell: edge of a grid cell [m].
-        reach: how far from a surface a nearest point is still found [m].
-        cache: folder for what is derived, read if it holds this cloud's; None keeps no file.
+        cloud: The global cloud.
+        cell: Edge of a grid cell [m].
+        reach: Distance from a surface up to which a nearest point is found [m].
+        cache: Folder for derived files, read if it holds this cloud's; None keeps no file.
     """
     file = None
     if cache is not None and cloud.sha256:

@@ -8,6 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from localization.errors import LocalizationError
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig, register, residuals
@@ -62,7 +63,7 @@ def matcher_of(
         fixed: what its poses are worth.
 
     Raises:
-        ValueError: if the kind is ``NONE``.
+        LocalizationError: if the kind is ``NONE``.
     """
     match kind:
         case Matcher.PLANE:
@@ -77,12 +78,12 @@ def matcher_of(
                 if pose is None:
                     return match_at(sweep, world, prior, np.zeros((6, 6)), np.zeros((0, 6)))
                 return match_at(
-                    sweep, world, pose, fixed.information, np.eye(6), registration.inlier
+                    sweep, world, pose, fixed.information, np.eye(6), registration.inlier_distance
                 )
 
             return by_kiss
         case Matcher.NONE:
-            raise ValueError("matcher 'none' matches nothing; ask for 'plane' or 'kiss'")
+            raise LocalizationError("matcher 'none' matches nothing; ask for 'plane' or 'kiss'")
 
 
 def match_at(
@@ -91,7 +92,7 @@ def match_at(
     pose: Pose,
     information: FloatArray,
     directions: FloatArray,
-    inlier: float = RegistrationConfig().inlier,
+    inlier_distance: float = RegistrationConfig().inlier_distance,
 ) -> Match:
     """Return the match that some other matcher came to, with the share of the sweep explained there.
 
@@ -101,16 +102,16 @@ def match_at(
         pose: ``map_from_base`` found.
         information: (6, 6) of the pose, as in ``Match``.
         directions: (k, 6) kept, as in ``Match``.
-        inlier: a point this near to its plane counts as explained [m].
+        inlier_distance: a point this near to its plane counts as explained [m].
     """
     distances = residuals(sweep, world, pose).distance
     distances.flags.writeable = False
-    explained = np.abs(np.nan_to_num(distances, nan=np.inf)) < inlier
+    explained = np.abs(np.nan_to_num(distances, nan=np.inf)) < inlier_distance
     return Match(
         stamp=sweep.stamp,
         map_from_base=pose,
         information=information,
-        directions=directions,
+        observable_directions=directions,
         distances=distances,
-        fit=float(explained.mean()) if len(explained) else 0.0,
+        inlier_ratio=float(explained.mean()) if len(explained) else 0.0,
     )

@@ -42,7 +42,7 @@ class RegistrationConfig:
     effective_points: float = 120.0
     """Neighbouring beams err together: however many points, they inform like this many. Set so
     that the normalised errors (NEES) of the shipped scenes are honest."""
-    inlier: float = 0.10
+    inlier_distance: float = 0.10
     """A point this near to its plane counts as explained [m]."""
     normal_noise: float = 0.04
     """Angular noise of the cloud's normals, one sigma [rad]; feeds the debiasing. Measured on clouds:
@@ -50,9 +50,9 @@ class RegistrationConfig:
     debias: float = 4.0
     """A direction is kept if its information exceeds this many times what normal noise alone fakes: two
     sigma squared (after Hatleskog and Alexis, arXiv:2410.10784)."""
-    weakest: float = 0.3
+    max_sigma: float = 0.3
     """A direction known no better than this, one sigma [m], is not kept."""
-    facing: bool = True
+    backface_culling: bool = True
     """Whether walls seen from behind are refused; without, a thin wall's far face attracts."""
 
 
@@ -72,7 +72,7 @@ class Residuals:
 
 
 def residuals(
-    sweep: Sweep, world: PreparedMap, map_from_base: Pose, *, facing: bool = True
+    sweep: Sweep, world: PreparedMap, map_from_base: Pose, *, backface_culling: bool = True
 ) -> Residuals:
     """Compare a sweep with the cloud at a pose, by default with what faces the scanner only."""
     rotation, position = map_from_base.rotation, map_from_base.position
@@ -82,7 +82,7 @@ def residuals(
     offset = points - world.cloud.points[index]
     distance = np.einsum("ij,ij->i", normals, offset)
     distance[index < 0] = np.nan
-    if facing:
+    if backface_culling:
         to_sensor = sweep.origins @ rotation.T + position - points + offset
         distance[np.einsum("ij,ij->i", normals, to_sensor) <= 0.0] = np.nan
     jacobian = np.empty((len(points), 6))
@@ -121,7 +121,7 @@ def register(
     pose = prior
     kernel = _first_kernel(covariance, config)
     for _ in range(config.iterations):
-        seen = residuals(sweep, world, pose, facing=config.facing)
+        seen = residuals(sweep, world, pose, backface_culling=config.backface_culling)
         weight = _weights(seen, kernel, config)
         hessian, gradient = _normal_equations(seen, weight)
         departure = difference(prior, pose)
@@ -169,11 +169,11 @@ def _size(step: FloatArray) -> float:
 
 
 def _conclude(sweep: Sweep, world: PreparedMap, pose: Pose, config: RegistrationConfig) -> Match:
-    seen = residuals(sweep, world, pose, facing=config.facing)
+    seen = residuals(sweep, world, pose, backface_culling=config.backface_culling)
     weight = _weights(seen, config.kernel, config)
     hessian, gradient = _normal_equations(seen, weight)
     fake = _information_of_normal_noise(sweep, pose, weight, hessian, config.normal_noise)
-    directions = kept_directions(hessian, fake, config)
+    directions = observable_directions(hessian, fake, config)
     information, offset = np.zeros((6, 6)), np.zeros(6)
     if len(directions):
         # Project on the kept directions W (rows, orthonormal in the scaled space).
@@ -183,7 +183,7 @@ def _conclude(sweep: Sweep, world: PreparedMap, pose: Pose, config: Registration
         small = unscaled @ hessian @ unscaled.T
         information = w.T @ small @ w
         offset = -unscaled.T @ np.linalg.solve(small, unscaled @ gradient)
-    explained = seen.valid & (np.abs(np.nan_to_num(seen.distance)) < config.inlier)
+    explained = seen.valid & (np.abs(np.nan_to_num(seen.distance)) < config.inlier_distance)
     # The prior still pulls at the pose found; the sweep alone would have it a little farther.
     alone = Pose.from_rotation(pose.position + offset[:3], pose.rotation @ so3_exp(offset[3:]))
     distances = seen.distance.copy()
@@ -192,9 +192,9 @@ def _conclude(sweep: Sweep, world: PreparedMap, pose: Pose, config: Registration
         stamp=sweep.stamp,
         map_from_base=alone,
         information=information,
-        directions=directions,
+        observable_directions=directions,
         distances=distances,
-        fit=float(explained.mean()) if len(explained) else 0.0,
+        inlier_ratio=float(explained.mean()) if len(explained) else 0.0,
     )
 
 
@@ -218,7 +218,7 @@ def _information_of_normal_noise(
     return fake
 
 
-def kept_directions(
+def observable_directions(
     hessian: FloatArray, fake: FloatArray, config: RegistrationConfig
 ) -> FloatArray:
     """Return the directions (k, 6) in which the sweep truly informs, rotations scaled by ``LEVER``."""
@@ -226,7 +226,7 @@ def kept_directions(
     both = np.outer(inverse_scale, inverse_scale)
     values, vectors = np.linalg.eigh(hessian * both)
     faked = np.einsum("ji,jk,ki->i", vectors, fake * both, vectors)
-    keep = (values > config.debias * faked) & (values > 1.0 / config.weakest**2)
+    keep = (values > config.debias * faked) & (values > 1.0 / config.max_sigma**2)
     directions: FloatArray = np.ascontiguousarray(vectors[:, keep].T)
     directions.flags.writeable = False
     return directions

@@ -15,13 +15,13 @@ import numpy.typing as npt
 
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
-from localization.types import Mismatch, Pose, Sweep
+from localization.types import Pose, ScanConsistency, Sweep
 
 BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
-class MismatchConfig:
+class ScanConsistencyConfig:
     """How beams are told apart."""
 
     beams: int = 40
@@ -42,7 +42,11 @@ class MapBeams:
     """Follows beams through a map; owns a coarse table of where it has surfaces at all."""
 
     def __init__(
-        self, world: PreparedMap, config: MismatchConfig = MismatchConfig(), *, inlier: float = 0.10
+        self,
+        world: PreparedMap,
+        config: ScanConsistencyConfig = ScanConsistencyConfig(),
+        *,
+        inlier: float = 0.10,
     ) -> None:
         """Build.
 
@@ -63,7 +67,9 @@ class MapBeams:
         self._solid = np.zeros(int(self._shape.prod()), dtype=bool)
         self._solid[cells @ self._stride] = True
 
-    def mismatch(self, sweep: Sweep, map_from_base: Pose, distances: FloatArray) -> Mismatch | None:
+    def classify(
+        self, sweep: Sweep, map_from_base: Pose, distances: FloatArray
+    ) -> ScanConsistency | None:
         """Return what the map does not explain of a sweep; None if nothing came back.
 
         Args:
@@ -78,7 +84,7 @@ class MapBeams:
         odd = np.flatnonzero(~inlier)
         share = len(odd) / count
         if not len(odd):
-            return Mismatch(share, 0.0, 0.0, 0.0)
+            return ScanConsistency(share, 0.0, 0.0, 0.0)
         odd = odd[np.linspace(0, len(odd) - 1, min(self.config.beams, len(odd))).astype(np.int64)]
         start = map_from_base.apply(sweep.origins[odd])
         line = map_from_base.apply(sweep.points[odd]) - start
@@ -89,7 +95,7 @@ class MapBeams:
         through = facing & (met <= length)
         scale = share / len(odd)
         first, second = float(before.sum()) * scale, float(through.sum()) * scale
-        return Mismatch(share, first, second, max(0.0, share - first - second))
+        return ScanConsistency(share, first, second, max(0.0, share - first - second))
 
     def first_surface(
         self, start: FloatArray, line: FloatArray, far: FloatArray
@@ -148,14 +154,20 @@ _GRAZING = 0.1
 """A surface met at less than this (sine of 6 degrees) is passed along, not met."""
 
 
-def explanation(fit: float, mismatch: Mismatch | None) -> str:
+def explanation(fit: float, consistency: ScanConsistency | None) -> str:
     """Return what the map explains of a sweep, and what not, in words for an operator."""
     parts = [f"the map explains {'only ' if fit < 0.5 else ''}{fit:.0%} of the sweep"]
-    if mismatch is not None:
+    if consistency is not None:
         for share, what in (
-            (mismatch.before, "ends before mapped surfaces: people, or things put there since"),
-            (mismatch.through, "passes through mapped surfaces: things gone, or a wrong pose"),
-            (mismatch.beyond, "ends where nothing is mapped"),
+            (
+                consistency.occluded,
+                "ends before mapped surfaces: people, or things put there since",
+            ),
+            (
+                consistency.free_space_violation,
+                "passes through mapped surfaces: things gone, or a wrong pose",
+            ),
+            (consistency.unmapped, "ends where nothing is mapped"),
         ):
             if share >= _WORTH_TELLING:
                 parts.append(f"{share:.0%} {what}")

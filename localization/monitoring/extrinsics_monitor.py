@@ -29,7 +29,7 @@ from localization.types import Mounts, PointScan, Pose, Scan
 
 
 @dataclass(frozen=True, slots=True)
-class MountWatchConfig:
+class ExtrinsicsMonitorConfig:
     """When a mount is doubted."""
 
     problem: ExtrinsicsConfig = field(
@@ -49,11 +49,14 @@ class MountWatchConfig:
     """... and so much [m, rad]."""
 
 
-class MountWatch:
+class ExtrinsicsMonitor:
     """Owns the sum of what the drive has said of the mounts so far."""
 
     def __init__(
-        self, world: PreparedMap, mounts: Mounts, config: MountWatchConfig = MountWatchConfig()
+        self,
+        world: PreparedMap,
+        mounts: Mounts,
+        config: ExtrinsicsMonitorConfig = ExtrinsicsMonitorConfig(),
     ) -> None:
         self.config = config
         self._world, self._mounts = world, dict(mounts)

@@ -10,7 +10,7 @@ import numpy as np
 from localization.geometry import FloatArray
 from localization.matching.registration import LEVER
 from localization.matching.scan_consistency import explanation
-from localization.types import SECOND, Health, Match, Mismatch, Pose
+from localization.types import SECOND, Health, Match, Pose, ScanConsistency
 
 _AXES = ("forward", "sideways", "up", "roll", "pitch", "yaw")
 
@@ -19,7 +19,7 @@ _AXES = ("forward", "sideways", "up", "roll", "pitch", "yaw")
 class HealthConfig:
     """When doubt begins and when it ends."""
 
-    poor_fit: float = 0.5
+    low_inlier_ratio: float = 0.5
     """A sweep that explains less than this share of its points is doubtful."""
     strange: float = 0.25
     """Unexplained for about a second, more than this share of the sweeps is worth telling, though the
@@ -75,7 +75,7 @@ class HealthMonitor:
         self._why = ""
         self._blind: tuple[str, ...] = ()
         self._lost = False
-        self._mismatch = Mismatch(0.0, 0.0, 0.0, 0.0)
+        self._consistency = ScanConsistency(0.0, 0.0, 0.0, 0.0)
         self._through = 0
         self._off_map = False
         self._settling, self._settled = 0, False
@@ -91,13 +91,16 @@ class HealthMonitor:
         c = self.config
         return self._settled or self._through % c.check_again == c.suspect_after
 
-    def broken(self, mismatch: Mismatch | None) -> None:
+    def broken(self, consistency: ScanConsistency | None) -> None:
         """Take note that what is seen changed at once, or was not seen for a while: see ``Continuity``.
 
         People who step before a scanner, or away from it, change it as well: but they hide the map, and
         nothing of the sweep passes through it or leaves it.
         """
-        if mismatch is None or mismatch.through + mismatch.beyond > self.config.odd:
+        if (
+            consistency is None
+            or consistency.free_space_violation + consistency.unmapped > self.config.odd
+        ):
             self._settling = self.config.settling
 
     @property
@@ -106,7 +109,11 @@ class HealthMonitor:
         return self._lost
 
     def sweep(
-        self, match: Match, pose: Pose, refusal: str | None, mismatch: Mismatch | None = None
+        self,
+        match: Match,
+        pose: Pose,
+        refusal: str | None,
+        consistency: ScanConsistency | None = None,
     ) -> None:
         """Take note of a registration.
 
@@ -114,17 +121,19 @@ class HealthMonitor:
             match: what came of it.
             pose: ``map_from_base``.
             refusal: why it was refused, if it was.
-            mismatch: what the map does not explain of the sweep, if that was looked at.
+            consistency: what the map does not explain of the sweep, if that was looked at.
         """
         self._blind = blind_axes(match, pose)
-        self._mismatch = _smoothed(self._mismatch, mismatch)
+        self._consistency = _smoothed(self._consistency, consistency)
         doubt = refusal
-        if doubt is None and match.fit < self.config.poor_fit:
-            doubt = explanation(match.fit, mismatch)
+        if doubt is None and match.inlier_ratio < self.config.low_inlier_ratio:
+            doubt = explanation(match.inlier_ratio, consistency)
         # What does not fit at all is counted below, and looked for nearby first.
-        seen_through = doubt is None and self._mismatch.through > self.config.through
+        seen_through = (
+            doubt is None and self._consistency.free_space_violation > self.config.through
+        )
         self._through = self._through + 1 if seen_through else 0
-        self._off_map = mismatch is not None and mismatch.beyond > self.config.off_map
+        self._off_map = consistency is not None and consistency.unmapped > self.config.off_map
         if doubt is None:
             self._bad, self._good = 0, self._good + 1
         elif self._off_map:
@@ -134,20 +143,22 @@ class HealthMonitor:
             self._bad, self._good, self._why = self._bad + 1, 0, doubt
         self._settled = doubt is None and self._settling == 1
         self._settling -= int(doubt is None and self._settling > 0)
-        if self._hopeless(match, refusal, mismatch) or self._differ >= self.config.disagreements:
+        if self._hopeless(match, refusal, consistency) or self._differ >= self.config.disagreements:
             self._lost = True
         elif self._good >= self.config.trusted_after and not self._differ:
             self._lost = False
 
-    def _hopeless(self, match: Match, refusal: str | None, mismatch: Mismatch | None) -> bool:
+    def _hopeless(
+        self, match: Match, refusal: str | None, consistency: ScanConsistency | None
+    ) -> bool:
         """Return whether doubt has lasted for long enough.
 
         A crowd about the robot hides the map and contradicts no pose; its sweeps may explain little
         and agree with the prediction all the same.
         """
         c = self.config
-        crowded = match.fit < c.poor_fit and mismatch is not None
-        if crowded and self._mismatch.through <= c.through:
+        crowded = match.inlier_ratio < c.low_inlier_ratio and consistency is not None
+        if crowded and self._consistency.free_space_violation <= c.through:
             return refusal is not None and self._bad >= c.blind_after
         return self._bad >= c.lost_after
 
@@ -204,17 +215,17 @@ class HealthMonitor:
 
     def _strange(self) -> tuple[str, ...]:
         """What the operator may want to know of the place, though it speaks against no pose."""
-        seen = self._mismatch
-        if seen.share <= self.config.strange and not self._through:
+        seen = self._consistency
+        if seen.unexplained <= self.config.strange and not self._through:
             return ()
-        return (explanation(1.0 - seen.share, seen),)
+        return (explanation(1.0 - seen.unexplained, seen),)
 
 
-def _smoothed(before: Mismatch, seen: Mismatch | None) -> Mismatch:
+def _smoothed(before: ScanConsistency, seen: ScanConsistency | None) -> ScanConsistency:
     """Follow what is seen with a memory of about a second at ten sweeps a second."""
     if seen is None:
         return before
-    return Mismatch(
+    return ScanConsistency(
         *(b + 0.1 * (s - b) for b, s in zip(astuple(before), astuple(seen), strict=True))
     )
 
@@ -234,7 +245,7 @@ def blind_axes(match: Match, pose: Pose) -> tuple[str, ...]:
     axes = np.zeros((6, 6))
     axes[:3, :3] = pose.rotation.T
     axes[3:, 3:] = np.eye(3)
-    held = np.square(axes @ match.directions.T).sum(axis=1)
+    held = np.square(axes @ match.observable_directions.T).sum(axis=1)
     return tuple(name for name, share in zip(_AXES, held, strict=True) if share < 0.5)
 
 
@@ -243,5 +254,5 @@ def opinion_offset(pose: Pose, other: Pose, match: Match) -> tuple[float, float]
     step = (other.position - pose.position) * [1.0, 1.0, 0.0]
     turn = (pose.inverse() @ other).yaw
     scaled = np.concatenate([step, [0.0, 0.0, LEVER * turn]])
-    held = match.directions.T @ (match.directions @ scaled)
+    held = match.observable_directions.T @ (match.observable_directions @ scaled)
     return float(np.hypot(held[0], held[1])), float(held[5] / LEVER)

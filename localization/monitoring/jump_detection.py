@@ -16,7 +16,7 @@ from localization.types import SECOND, Pose, Sweep
 
 
 @dataclass(frozen=True, slots=True)
-class ContinuityConfig:
+class JumpDetectionConfig:
     """When what is seen does not follow from what was seen."""
 
     near: float = 0.3
@@ -36,7 +36,7 @@ class ContinuityConfig:
 class Continuity:
     """Remembers where the last sweep saw something, in ``odom``."""
 
-    def __init__(self, config: ContinuityConfig = ContinuityConfig()) -> None:
+    def __init__(self, config: JumpDetectionConfig = JumpDetectionConfig()) -> None:
         self.config = config
         self._seen: FloatArray | None = None
         self._stamp = 0

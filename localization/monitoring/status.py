@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from localization.monitoring.health import HealthMonitor, horizontal_sigma
 from localization.relocalization.relocalizer import Belief
-from localization.types import Candidate, Health, Match, Mismatch, Pose, Sweep
+from localization.types import Candidate, Health, Match, Pose, ScanConsistency, Sweep
 
 _SURE = (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)
 """States of an estimate that is believed."""
@@ -19,7 +19,7 @@ class SweepNews:
     sweep: Sweep
     match: Match | None
     nis: float | None
-    mismatch: Mismatch | None
+    consistency: ScanConsistency | None
     odom_then: Pose
     """``odom_from_base`` at the sweep's stamp."""
 

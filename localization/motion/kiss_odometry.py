@@ -15,6 +15,7 @@ from kiss_icp.mapping import VoxelHashMap
 from kiss_icp.registration import Registration
 from kiss_icp.voxelization import voxel_down_sample
 
+from localization.errors import LocalizationError
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.types import Pose, Sweep
@@ -36,7 +37,7 @@ class KissConfig:
     """Voxel for thinning a sweep before it is aligned [m]."""
     odometry_range: float = 30.0
     """The local map forgets what is farther away [m]."""
-    reach: float = 0.5
+    max_correspondence_distance: float = 0.5
     """Largest distance of corresponding points [m]."""
     kernel: float = 0.1
     """Geman-McClure scale [m]."""
@@ -46,14 +47,14 @@ class KissConfig:
     """A step shorter than this ends the alignment [m, rad together]."""
     point_noise: float = 0.02
     """Of a point against the local map, one sigma [m]."""
-    grain: float = 0.15
+    piece_length: float = 0.15
     """Surfaces are looked at in pieces of this length [m]: over the few millimetres between the beams
     that meet a near wall, noise would have them face anywhere."""
     effective_points: float = 60.0
     """However many points, they inform like this many."""
-    drift: float = 0.003
+    sigma_floor: float = 0.003
     """Floor of an increment's error, one sigma [m]."""
-    drift_angle: float = np.deg2rad(0.1)
+    sigma_floor_angle: float = np.deg2rad(0.1)
     """The same for yaw [rad]."""
 
 
@@ -153,10 +154,10 @@ class KissOdometry:
         """See a sweep again where it was seen before, without aligning it; return as ``add`` does.
 
         Raises:
-            ValueError: if the view is not of this local map (see ``knows``).
+            LocalizationError: if the view is not of this local map (see ``knows``).
         """
         if not self.knows(view):
-            raise ValueError("a view can be repeated in its own local map only")
+            raise LocalizationError("a view can be repeated in its own local map only")
         before = self._pose
         self.view, self._stale = view, True
         self._lay(view)
@@ -202,7 +203,7 @@ class KissOdometry:
         featureless wall (Bonnabel et al. 2014); the normals of neighbouring points do not.
         """
         c = self.config
-        at, normal, count = _surface(flat[:, :2], c.grain)
+        at, normal, count = _surface(flat[:, :2], c.piece_length)
         rows = np.column_stack([normal, at[:, 0] * normal[:, 1] - at[:, 1] * normal[:, 0]])
         share = min(1.0, c.effective_points / max(float(count.sum()), 1.0))
         information = (rows * count[:, None]).T @ rows * share / c.point_noise**2
@@ -211,7 +212,7 @@ class KissOdometry:
         believed = information - 0.1 * np.trace(information[:2, :2]) * np.diag([1.0, 1.0, 0.0])
         values, vectors = np.linalg.eigh(believed)
         safe = np.maximum(values, 1e-2)
-        floor = np.diag(np.square([c.drift, c.drift, c.drift_angle]))
+        floor = np.diag(np.square([c.sigma_floor, c.sigma_floor, c.sigma_floor_angle]))
         covariance: FloatArray = (vectors / safe) @ vectors.T + floor
         return covariance
 
@@ -284,7 +285,7 @@ def _align(
     config: KissConfig,
 ) -> Pose:
     matrix = registration.align_points_to_map(
-        points, world, _matrix(guess), config.reach, config.kernel
+        points, world, _matrix(guess), config.max_correspondence_distance, config.kernel
     )
     return Pose.from_rotation(matrix[:3, 3], matrix[:3, :3])
 

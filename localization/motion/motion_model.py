@@ -12,6 +12,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from localization.errors import LocalizationError
 from localization.filter.ekf import GRAVITY, EkfConfig
 from localization.geometry import FloatArray
 from localization.types import (
@@ -41,7 +42,7 @@ class Motion(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Suite:
+class SensorConfiguration:
     """Which sensors a robot has besides its scanners, and what its ground is like."""
 
     motion: Motion = Motion.WHEELS_AND_GYRO
@@ -52,7 +53,7 @@ class Suite:
     def __post_init__(self) -> None:
         known = ", ".join(repr(m.value) for m in Motion)
         if self.motion not in list(Motion):
-            raise ValueError(f"motion must be one of {known}, got {self.motion!r}")
+            raise LocalizationError(f"motion must be one of {known}, got {self.motion!r}")
         object.__setattr__(self, "motion", Motion(self.motion))
 
     @property
@@ -148,10 +149,10 @@ class Increment:
     """How long that time is [s]."""
 
 
-class MotionSource:
+class MotionModel:
     """Turns readings into increments, as a suite has them."""
 
-    def __init__(self, suite: Suite, *, track: float, silence: int) -> None:
+    def __init__(self, suite: SensorConfiguration, *, track: float, silence: int) -> None:
         """Build.
 
         Args:
@@ -159,7 +160,7 @@ class MotionSource:
             track: effective track [m], by which a difference of rim speeds is a turn.
             silence: rim speeds older than this are not used [ns].
         """
-        self.suite = suite
+        self.sensors = suite
         self._track, self._silence = track, silence
         self._wheels: WheelSpeeds | None = None
         self._fresh = False
@@ -175,13 +176,13 @@ class MotionSource:
             reading: any.
             seen: forward speed [m/s] and yaw rate [rad/s] as KISS-ICP saw them last.
         """
-        motion = self.suite.motion
+        motion = self.sensors.motion
         match reading:
-            case WheelSpeeds() if self.suite.wheels:
+            case WheelSpeeds() if self.sensors.wheels:
                 self._wheels, self._fresh = reading, True
                 if motion is Motion.WHEELS:
                     return self._rolled(reading.stamp, reading.left, reading.right)
-            case Inertial() if self.suite.gyro:
+            case Inertial() if self.sensors.gyro:
                 return self._measured(reading)
             case Odometry() if motion is Motion.ODOMETRY:
                 return self._added_up(reading)
@@ -197,7 +198,7 @@ class MotionSource:
         self._fresh = False
         rolling = wheels is not None and reading.stamp - wheels.stamp < self._silence
         left, right = (wheels.left, wheels.right) if wheels is not None and rolling else (0.0, 0.0)
-        force = _level_force() if self.suite.flat else reading.specific_force
+        force = _level_force() if self.sensors.flat else reading.specific_force
         rate = reading.angular_velocity
         self._turned, self._turns = self._turned + rate, self._turns + 1
         witness, covered = self._turned / self._turns, (reading.stamp - self._since) / SECOND

@@ -19,8 +19,8 @@ class WheelWatch:
 
     def __init__(self, config: LocalizerConfig) -> None:
         self._config = config
-        motion = config.suite.motion
-        self._measured = config.suite.wheels or motion is Motion.ODOMETRY
+        motion = config.sensors.motion
+        self._measured = config.sensors.wheels or motion is Motion.ODOMETRY
         self._slip_until = -1
         self._rolled, self._rolling_before = 0.0, 0.0
         self._judged = 0.0
@@ -52,7 +52,10 @@ class WheelWatch:
             now: [ns].
         """
         before, self._rolling_before = self._rolling_before, rolling
-        if abs(rolling - before) > self._config.traction * seconds + self._config.traction_floor:
+        if (
+            abs(rolling - before)
+            > self._config.max_acceleration * seconds + self._config.wheel_speed_noise
+        ):
             if not self.slipping(now):
                 self.speed = before
             self.distrust(now)
@@ -78,7 +81,7 @@ class WheelWatch:
         """
         self._way = motion if self._way is None else self._way @ motion
         self._time += elapsed
-        return self._time >= self._config.judged_over
+        return self._time >= self._config.slip_window
 
     def plausible(self) -> bool:
         """Return whether the robot can have moved as KISS-ICP saw it move.
@@ -87,12 +90,12 @@ class WheelWatch:
         Without wheels, only a tyre's grip is known.
         """
         speed, _ = self._seen_now()
-        shove = self._config.shove
+        shove = self._config.overspeed_margin
         if self._measured:
             rolled = self._rolled / self._time
             return min(0.0, rolled) - shove <= speed <= max(0.0, rolled) + shove
         gain = speed - (self.speed or 0.0)
-        return abs(gain) <= self._config.traction * self._time + shove
+        return abs(gain) <= self._config.max_acceleration * self._time + shove
 
     def believe(self) -> None:
         """Take over speed and turning from what KISS-ICP saw."""
@@ -127,7 +130,7 @@ class WheelWatch:
         view of the place where a robot stood, holds it back by a centimetre as it sets off, and lets go.
         """
         rolled = self._rolled / self._time
-        gains = abs(rolled) - abs(self._judged) > self._config.traction_floor / 2
+        gains = abs(rolled) - abs(self._judged) > self._config.wheel_speed_noise / 2
         return gains and off * rolled > 0.0
 
     def _seen_now(self) -> tuple[float, float]:

@@ -19,12 +19,12 @@ from localization.filter.ekf import EkfSnapshot, SkidSteerEkf
 from localization.maps.ground_height import FLAT
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import MatchSweep
-from localization.monitoring.extrinsics_monitor import MountWatch
+from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitor
 from localization.monitoring.health import HealthMonitor
 from localization.monitoring.jump_detection import Continuity
 from localization.monitoring.status import SweepNews, state_of
 from localization.motion.deskew import OdometryTrack, TrackSnapshot, deskew
-from localization.motion.motion_model import Increment, MotionSource
+from localization.motion.motion_model import Increment, MotionModel
 from localization.motion.slip_detection import WheelWatch
 from localization.pipeline.registration_cache import Recall, SweepRecord
 from localization.pipeline.scan_synchronizer import Gathering
@@ -86,15 +86,15 @@ class Course:
         """Build; the arguments are those of ``Localizer``."""
         self.config = config
         self._mounts, self._stage = dict(mounts), stage
-        suite = config.suite
+        suite = config.sensors
         if suite.flat:
             # Its height is that of its floor by definition: a log seldom says how high a scanner is.
             world = replace(world, ground=FLAT)
-        self._motion = MotionSource(
+        self._motion = MotionModel(
             suite, track=config.ekf.effective_track, silence=config.health.silence
         )
         self._ekf = SkidSteerEkf(config.ekf)
-        self._track = OdometryTrack(memory=max(2 * SECOND, config.rewind.horizon))
+        self._track = OdometryTrack(memory=max(2 * SECOND, config.late_readings.horizon))
         self._gathering = Gathering(len(self._mounts), config.scanner_patience)
         self._wheels = WheelWatch(config)
         self._health = HealthMonitor(config.health)
@@ -102,10 +102,10 @@ class Course:
             world, config, self._ekf, self._wheels, self._health, stage=stage, matcher=matcher
         )
         self._seeker = Seeker(world, self._mounts, config, keen=self._correction.matches)
-        self._mount_watch = MountWatch(world, self._mounts, config.mounts)
+        self._mount_watch = ExtrinsicsMonitor(world, self._mounts, config.extrinsics_monitor)
         self._watched = 0
 
-        self._continuity = Continuity(config.continuity)
+        self._continuity = Continuity(config.jump_detection)
         self._parts = (
             self._motion,
             self._gathering,
@@ -119,7 +119,7 @@ class Course:
         self._refused: tuple[str, ...] = ()
         self._told = (0, "")
         self._untold: SweepNews | None = None
-        self._recall = Recall(config.rewind)
+        self._recall = Recall(config.late_readings)
         self._judged = self._judge()
 
     @property
@@ -255,7 +255,11 @@ class Course:
         if self._stamp <= self._watched:
             return
         self._watched = self._stamp
-        if match is None or match.fit < self.config.blame_fit or self._health.doubtful:
+        if (
+            match is None
+            or match.inlier_ratio < self.config.slip_min_inlier_ratio
+            or self._health.doubtful
+        ):
             self._mount_watch.interrupt()
             return
         with self._stage("mounts"):
@@ -269,7 +273,9 @@ class Course:
         former = Former(
             self._stamp, place.reason, placed, held, dict(vars(self._health)), self._odom
         )
-        self._ekf.reset_pose(place.map_from_base, np.diag(np.array(self.config.placed) ** 2))
+        self._ekf.reset_pose(
+            place.map_from_base, np.diag(np.array(self.config.placement_sigma) ** 2)
+        )
         self._placed = True
         self._correction.begin(former)
         self._health.reset()
@@ -298,7 +304,7 @@ class Course:
 
     def _judge(self) -> tuple[Health, tuple[str, ...]]:
         """Return what state the estimate is in, and why."""
-        sources = (*sorted(self._mounts), *self.config.suite.expected)
+        sources = (*sorted(self._mounts), *self.config.sensors.expected)
         silence = self.config.health.silence
         silent = tuple(n for n in sources if self._stamp - self._heard.get(n, 0) > silence)
         return state_of(
@@ -330,7 +336,7 @@ class Course:
             verdict=None if late else self._seeker.next_answer(),
             nis=news.nis if news else None,
             hypotheses=self._seeker.candidates(self._odom),
-            mismatch=news.mismatch if news else None,
+            consistency=news.consistency if news else None,
         )
         if not late:
             self._news, self._refused, self._untold = (), (), None

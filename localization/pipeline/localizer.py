@@ -16,7 +16,7 @@ from localization.matching.matchers import MatchSweep
 from localization.pipeline.estimator import Course, Order, Snapshot
 from localization.pipeline.replay_buffer import Past
 from localization.pipeline.sweep_correction import Stage as Stage
-from localization.pipeline.validation import Intake
+from localization.pipeline.validation import ReadingValidator
 from localization.types import SECOND, Estimate, Hint, Mounts, Reading
 
 
@@ -43,8 +43,8 @@ class Localizer:
         """
         self.config = config
         self._course = Course(world, mounts, config, stage=stage, matcher=matcher)
-        self._intake = Intake(mounts, config.suite.leader, config.rewind.horizon)
-        self._past: Past[Snapshot, Order] = Past(config.rewind, config.suite)
+        self._intake = ReadingValidator(mounts, config.sensors.leader, config.late_readings.horizon)
+        self._past: Past[Snapshot, Order] = Past(config.late_readings, config.sensors)
         self._last = self._course.estimate()
 
     @property
@@ -120,6 +120,6 @@ class Localizer:
         last = self._last
         if last.sweep is not None or last.verdict is not None:
             self._last = replace(
-                last, sweep=None, match=None, nis=None, verdict=None, mismatch=None
+                last, sweep=None, match=None, nis=None, verdict=None, consistency=None
             )
         return self._last

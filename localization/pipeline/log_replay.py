@@ -6,18 +6,26 @@ import dataclasses
 import json
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Any, TypeVar, cast, get_type_hints
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from localization.logs.mcap_log import LogError
-from localization.logs.open_log import ReadingsLog, open_log
-from localization.logs.ros_import import Layout
-from localization.maps.cloud import Cloud, load_map
+from localization.config import (
+    LocalizerConfig,
+    from_json,
+    known_settings,
+    to_json,
+    unknown_settings,
+)
+from localization.logs.frame_tree import SensorLayout
+from localization.logs.log_interface import LogError, ReadingsLog
+from localization.logs.open_log import open_log
+from localization.maps.cloud import Cloud
+from localization.maps.map_files import load_map
 from localization.maps.prepared_map import prepare
-from localization.motion.motion_model import Suite
-from localization.pipeline.localizer import Localizer, LocalizerConfig
+from localization.motion.motion_model import SensorConfiguration
+from localization.pipeline.localizer import Localizer
 from localization.types import (
     SECOND,
     Estimate,
@@ -32,8 +40,6 @@ from localization.types import (
 
 CONFIG_KEY = "localizer"
 """Metadata of a log under which the localiser's configuration is kept, as JSON."""
-
-_T = TypeVar("_T")
 
 
 def replay(
@@ -98,9 +104,9 @@ class LogRun:
         log_path: Path | str,
         map_path: Path | str,
         *,
-        suite: Suite | None = None,
+        sensors: SensorConfiguration | None = None,
         start: Pose | None = None,
-        layout: Layout | None = None,
+        layout: SensorLayout | None = None,
         mounts: Mounts | None = None,
         inside: npt.ArrayLike | None = None,
         cache: Path | None = None,
@@ -110,10 +116,10 @@ class LogRun:
         self.mounts = {**self.log.mounts, **(mounts or {})}
         self.cloud = load_map(map_path, inside=inside, cache=cache)
         self._left_out: tuple[str, ...] = ()
-        if suite is None:
+        if sensors is None:
             config, self._left_out = config_of(self.log), settings_left_out(self.log)
         else:
-            config = LocalizerConfig.of(suite)
+            config = LocalizerConfig.of(sensors)
         self.localizer = Localizer(prepare(self.cloud, cache=cache), self.mounts, config)
         self._start = start
         self.verdicts = []
@@ -159,9 +165,9 @@ def localize(
     log_path: Path | str,
     map_path: Path | str,
     *,
-    suite: Suite | None = None,
+    sensors: SensorConfiguration | None = None,
     start: Pose | None = None,
-    layout: Layout | None = None,
+    layout: SensorLayout | None = None,
     mounts: Mounts | None = None,
     cache: Path | None = None,
     progress: Callable[[float, str], None] = lambda share, text: None,
@@ -172,7 +178,7 @@ def localize(
         log_path: a log of ours, a ROS bag or a CARMEN text. Where a foreign one begins is looked for in
             the whole map, unless ``start`` is given.
         map_path: the cloud, or a ROS occupancy grid, by its ``map.yaml``.
-        suite: which sensors to use; what the log has unless given.
+        sensors: which sensors to use; what the log has unless given.
         start: ``map_from_base`` about where the log begins, in place of the log's own hints.
         layout: how the robot is built, as far as a bag does not say.
         mounts: ``base_from_scanner`` of scanners, before what the log says; see ``mount_file``.
@@ -184,7 +190,7 @@ def localize(
         CloudError: if the cloud cannot serve as a map.
     """
     run = LogRun(
-        log_path, map_path, suite=suite, start=start, layout=layout, mounts=mounts, cache=cache
+        log_path, map_path, sensors=sensors, start=start, layout=layout, mounts=mounts, cache=cache
     )
     estimates, told = [], 0
     for estimate in run:
@@ -206,9 +212,9 @@ def config_of(log: ReadingsLog) -> LocalizerConfig:
     """
     values = _settings(log)
     if values is None:
-        return LocalizerConfig.of(log.suite)
+        return LocalizerConfig.of(log.sensors)
     try:
-        return from_json(LocalizerConfig, _known(LocalizerConfig, values))
+        return from_json(LocalizerConfig, known_settings(LocalizerConfig, values))
     except (TypeError, ValueError) as error:
         raise LogError(f"{log.path}: its localiser configuration is not ours: {error}") from error
 
@@ -216,7 +222,7 @@ def config_of(log: ReadingsLog) -> LocalizerConfig:
 def settings_left_out(log: ReadingsLog) -> tuple[str, ...]:
     """Return which of a log's settings this version does not have, such as ``ekf.track``."""
     values = _settings(log)
-    return () if values is None else tuple(_strange(LocalizerConfig, values))
+    return () if values is None else tuple(unknown_settings(LocalizerConfig, values))
 
 
 def _settings(log: ReadingsLog) -> dict[str, Any] | None:
@@ -233,50 +239,6 @@ def _settings(log: ReadingsLog) -> dict[str, Any] | None:
     return values
 
 
-def _known(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:
-    """Return the values whose names a configuration dataclass has, at any depth."""
-    hints = get_type_hints(kind)
-    return {
-        name: _known(hints[name], value)
-        if dataclasses.is_dataclass(hints[name]) and isinstance(value, dict)
-        else value
-        for name, value in values.items()
-        if name in hints
-    }
-
-
-def _strange(kind: type[Any], values: dict[str, Any]) -> Iterator[str]:
-    """Yield the names that a configuration dataclass does not have, at any depth."""
-    hints = get_type_hints(kind)
-    for name, value in values.items():
-        if name not in hints:
-            yield name
-        elif dataclasses.is_dataclass(hints[name]) and isinstance(value, dict):
-            yield from (f"{name}.{inner}" for inner in _strange(cast("type", hints[name]), value))
-
-
 def config_metadata(config: LocalizerConfig) -> dict[str, str]:
     """Return the metadata by which a log remembers the configuration it was recorded with."""
     return {CONFIG_KEY: json.dumps(to_json(config))}
-
-
-def to_json(config: Any) -> dict[str, Any]:
-    """Return a configuration dataclass as plain values."""
-    return dataclasses.asdict(config)
-
-
-def from_json(kind: type[_T], values: dict[str, Any]) -> _T:
-    """Build a configuration dataclass from plain values; unknown names are refused."""
-    hints = get_type_hints(kind)
-    unknown = sorted(set(values) - set(hints))
-    if unknown:
-        raise ValueError(f"unknown setting {unknown[0]!r} of {kind.__name__}")
-    given = {
-        name: from_json(cast("type[Any]", hints[name]), value)
-        if dataclasses.is_dataclass(hints[name])
-        else tuple(value)
-        if isinstance(value, list)
-        else value
-        for name, value in values.items()
-    }
-    return kind(**given)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from localization.motion.kiss_odometry import KissView
-from localization.pipeline.replay_buffer import RewindConfig
-from localization.types import Match, Mismatch, PointScan, Pose, Scan, Sweep
+from localization.pipeline.replay_buffer import LateReadingsConfig
+from localization.types import Match, PointScan, Pose, Scan, ScanConsistency, Sweep
 
 
 @dataclass(slots=True, eq=False)
@@ -25,7 +25,7 @@ class SweepRecord:
     """The prediction that it was registered with ..."""
     match: Match | None = None
     """... and what came of it."""
-    mismatch: Mismatch | None = None
+    consistency: ScanConsistency | None = None
     """What the map does not explain of it."""
     asked: Pose | None = None
     """The estimate when KISS-ICP was asked for a second opinion ..."""
@@ -37,10 +37,10 @@ class Recall:
     """Owns the records of the sweeps within the horizon.
 
     A registration costs some milliseconds, and depends on the prediction only through which surfaces are
-    near; a recalled one costs none. With ``RewindConfig.exact`` nothing is ever recalled.
+    near; a recalled one costs none. With ``LateReadingsConfig.exact`` nothing is ever recalled.
     """
 
-    def __init__(self, config: RewindConfig) -> None:
+    def __init__(self, config: LateReadingsConfig) -> None:
         self._config = config
         self._records: dict[tuple[int, ...], SweepRecord] = {}
 

@@ -13,8 +13,9 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from localization.errors import LocalizationError
 from localization.geometry import so3_log
-from localization.motion.motion_model import Suite
+from localization.motion.motion_model import SensorConfiguration
 from localization.types import (
     SECOND,
     Inertial,
@@ -37,34 +38,34 @@ has a sweep registered again."""
 
 
 @dataclass(frozen=True, slots=True)
-class RewindConfig:
+class LateReadingsConfig:
     """How readings are taken in that come late."""
 
     horizon: int = 2 * SECOND
     """A reading later than this is refused [ns]; with 0, whatever is not in order."""
-    moved: float = 0.005
+    reuse_distance: float = 0.005
     """A sweep that was registered already keeps its match unless the prediction moved farther [m]. Its
     match is the sweep's own word, free of the prediction, and known to some 3 mm. With 0 every sweep is
     registered again, and the result is that of readings in order, bit for bit."""
-    turned: float = np.deg2rad(0.2)
+    reuse_angle: float = np.deg2rad(0.2)
     """... or turned farther [rad]."""
 
     def __post_init__(self) -> None:
-        if self.horizon < 0 or self.moved < 0.0 or self.turned < 0.0:
-            raise ValueError("rewind settings must be >= 0")
+        if self.horizon < 0 or self.reuse_distance < 0.0 or self.reuse_angle < 0.0:
+            raise LocalizationError("rewind settings must be >= 0")
 
     @property
     def exact(self) -> bool:
         """Whether everything is done again."""
-        return self.moved == 0.0
+        return self.reuse_distance == 0.0
 
     def same(self, a: Pose, b: Pose) -> bool:
         """Return whether two predictions are as good as one."""
         if np.array_equal(a.position, b.position) and np.array_equal(a.rotation, b.rotation):
             return True
-        if float(np.abs(a.position - b.position).max()) > self.moved:
+        if float(np.abs(a.position - b.position).max()) > self.reuse_distance:
             return False
-        return float(np.abs(so3_log(a.rotation.T @ b.rotation)).max()) <= self.turned
+        return float(np.abs(so3_log(a.rotation.T @ b.rotation)).max()) <= self.reuse_angle
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,7 +85,7 @@ class Event(Generic[State, Order]):
 class Past(Generic[State, Order]):
     """Owns the events within the horizon, oldest first; the first one's state is always there."""
 
-    def __init__(self, config: RewindConfig, suite: Suite) -> None:
+    def __init__(self, config: LateReadingsConfig, suite: SensorConfiguration) -> None:
         self._horizon = config.horizon
         self._leader = suite.leader
         self._heeded = (*suite.leader, *((WheelSpeeds,) if suite.wheels else ()))

@@ -26,7 +26,7 @@ from localization.motion.kiss_odometry import KissOdometry, KissOpinion, KissSna
 from localization.motion.slip_detection import WheelWatch
 from localization.pipeline.registration_cache import SweepRecord
 from localization.pipeline.undo import Former
-from localization.types import SECOND, Match, Mismatch, Pose
+from localization.types import SECOND, Match, Pose, ScanConsistency
 
 Stage = Callable[[str], AbstractContextManager[object]]
 """Called with a stage's name around its work; whoever owns a clock can time it."""
@@ -83,14 +83,14 @@ class Correction:
             matcher: registers sweeps instead of what ``config.matcher`` names.
         """
         self._config, self._stage = config, stage
-        self._same = config.rewind.same
+        self._same = config.late_readings.same
         self._ekf, self._wheels, self._health = ekf, wheels, health
         self._matcher = matcher
         if matcher is None and config.matcher is not Matcher.NONE:
             self._matcher = matcher_of(
-                config.matcher, world, config.registration, config.kiss, config.fixed
+                config.matcher, world, config.registration, config.kiss, config.fixed_covariance
             )
-        self._beams = MapBeams(world, inlier=config.registration.inlier)
+        self._beams = MapBeams(world, inlier=config.registration.inlier_distance)
         self._odometry = KissOdometry(config.kiss)
         self._opinion = KissOpinion(world.cloud, config.kiss) if config.second_opinion else None
         self._odom_then, self._pose_then = Pose.identity(), Pose.identity()
@@ -115,7 +115,7 @@ class Correction:
 
     def take(
         self, record: SweepRecord, odom: Pose, *, placed: bool
-    ) -> tuple[Match | None, float | None, Mismatch | None]:
+    ) -> tuple[Match | None, float | None, ScanConsistency | None]:
         """Correct the filter by a sweep, and put on record what it said.
 
         Args:
@@ -130,7 +130,7 @@ class Correction:
         sweep = record.sweep
         elapsed = (sweep.stamp - self._stamp) / SECOND
         self._stamp = sweep.stamp
-        match, nis, mismatch = None, None, None
+        match, nis, consistency = None, None, None
         moved, self._odom_then = self._odom_then.inverse() @ odom, odom
         if self._config.kiss_odometry:
             seen = self._seen_motion(record, moved, elapsed)
@@ -138,18 +138,18 @@ class Correction:
             seen = None
             self._wheels.rest()
         with self._stage("ekf"):
-            if self._config.suite.flat:
+            if self._config.sensors.flat:
                 self._ekf.update_level()
             else:
                 self._ekf.update_tilt(elapsed)
         if placed and self._matcher is not None:
-            match, nis, mismatch = self._match(record, seen, self._matcher, elapsed)
+            match, nis, consistency = self._match(record, seen, self._matcher, elapsed)
         elif placed and seen is not None:
             self._ekf.update_relative(self._pose_then, *seen, _UNUSED)
         self._carry_former(odom, seen)
         self._ekf.mark()
         self._pose_then = self._ekf.pose
-        return match, nis, mismatch
+        return match, nis, consistency
 
     def _carry_former(self, odom: Pose, seen: Seen | None) -> None:
         former = self.former
@@ -195,7 +195,7 @@ class Correction:
 
     def _match(
         self, record: SweepRecord, seen: Seen | None, matcher: MatchSweep, elapsed: float
-    ) -> tuple[Match, float, Mismatch | None]:
+    ) -> tuple[Match, float, ScanConsistency | None]:
         """Register a sweep, judge what came of it, and take it over."""
         share = min(1.0, elapsed / self._config.sweep_period)
         match, nis = self._register(record, matcher, share)
@@ -206,21 +206,21 @@ class Correction:
             refusal = self._refusal(match, nis)
         with self._stage("ekf"):
             if seen is not None:
-                used = match.directions if refusal is None else _UNUSED
+                used = match.observable_directions if refusal is None else _UNUSED
                 self._ekf.update_relative(self._pose_then, *seen, used)
             if refusal is None:
                 self._ekf.update_match(match)
-        with self._stage("mismatch"):
-            if record.mismatch is None:
-                record.mismatch = self._beams.mismatch(
+        with self._stage("scan consistency"):
+            if record.consistency is None:
+                record.consistency = self._beams.classify(
                     record.sweep, self._ekf.pose, match.distances
                 )
         if refusal is _UNLIKE:
-            refusal = explanation(match.fit, record.mismatch)
-        self._health.sweep(match, self._ekf.pose, refusal, record.mismatch)
+            refusal = explanation(match.inlier_ratio, record.consistency)
+        self._health.sweep(match, self._ekf.pose, refusal, record.consistency)
         if self._opinion and (self._health.doubtful or self._stamp >= self._opinion_due):
             self._ask_kiss(self._opinion, record, match)
-        return match, nis, record.mismatch
+        return match, nis, record.consistency
 
     def _register(
         self, record: SweepRecord, matcher: MatchSweep, share: float
@@ -230,14 +230,14 @@ class Correction:
         if match is None or record.prior is None or not self._same(record.prior, prior):
             with self._stage("registration"):
                 match = matcher(record.sweep, prior, self._ekf.covariance)
-            record.prior, record.match, record.mismatch = prior, match, None
+            record.prior, record.match, record.consistency = prior, match, None
         if share != 1.0:
             match = replace(match, information=share * match.information)
-        return match, self._ekf.match_nis(match) if len(match.directions) else 0.0
+        return match, self._ekf.match_nis(match) if len(match.observable_directions) else 0.0
 
     def _refusal(self, match: Match, nis: float) -> str | None:
-        k = len(match.directions)
-        if k == 0 or match.fit < self._config.least_fit:
+        k = len(match.observable_directions)
+        if k == 0 or match.inlier_ratio < self._config.min_inlier_ratio:
             return _UNLIKE
         if nis > _GATE[k - 1]:
             return f"the sweep fits the map where the robot cannot be (NIS {nis:.0f} of {_GATE[k - 1]:.0f})"
@@ -246,14 +246,17 @@ class Correction:
     def _blame_wheels(self) -> None:
         """Admit that the wheels misled the prediction since the last sweep, and may go on to."""
         self._wheels.distrust(self._stamp)
-        self._ekf.widen(*self._config.blame)
+        self._ekf.widen(*self._config.slip_sigma)
 
     def _wheels_to_blame(self, match: Match, unwitnessed: bool) -> bool:
         """A sweep that fits the map but contradicts the prediction blames the wheels.
 
         If KISS-ICP saw the motion and agrees with the wheels, the map or the earlier pose is at fault.
         """
-        fits = len(match.directions) > 0 and match.fit >= self._config.blame_fit
+        fits = (
+            len(match.observable_directions) > 0
+            and match.inlier_ratio >= self._config.slip_min_inlier_ratio
+        )
         return fits and (self._wheels.slipping(self._stamp) or unwitnessed)
 
     def _ask_kiss(self, opinion: KissOpinion, record: SweepRecord, match: Match) -> None:

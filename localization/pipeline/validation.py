@@ -43,7 +43,7 @@ _FARTHEST_AHEAD = SECOND
 """A scan may come before the inertial readings that cover it, but not from the future [ns]."""
 
 
-class Intake:
+class ReadingValidator:
     """Checks readings one by one; remembers the last stamps of each source."""
 
     def __init__(

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from localization.maps.prepared_map import PreparedMap
-from localization.pipeline.replay_buffer import RewindConfig
+from localization.pipeline.replay_buffer import LateReadingsConfig
 from localization.relocalization.branch_and_bound import MapSearchConfig, Pyramid, search_map
 from localization.relocalization.window_search import (
     FloorPlan,
@@ -89,7 +89,7 @@ class Found:
     """Whether the whole map was searched."""
 
 
-class HintDesk:
+class HintSearch:
     """Owns the search under way and the answers not yet handed out."""
 
     def __init__(
@@ -98,7 +98,7 @@ class HintDesk:
         plan: FloorPlan,
         config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
         map_config: MapSearchConfig = MapSearchConfig(),  # noqa: B008  (frozen)
-        rewind: RewindConfig = RewindConfig(),  # noqa: B008  (frozen)
+        rewind: LateReadingsConfig = LateReadingsConfig(),  # noqa: B008  (frozen)
     ) -> None:
         self.config = config
         self._same = rewind.same
@@ -216,14 +216,14 @@ class HintDesk:
         self, task: Search, candidates: tuple[Candidate, ...], current: Pose | None, moved: Pose
     ) -> tuple[Verdict, str]:
         c, window = self.config, task.window
-        if not candidates or candidates[0].score < c.least_fit:
+        if not candidates or candidates[0].score < c.min_inlier_ratio:
             reached = f"{candidates[0].score:.0%}" if candidates else "nothing"
             where = "in the whole map"
             if window is not None:
                 turn = np.rad2deg(window.half_yaw)
                 where = f"within {window.half_width:.1f} m and {turn:.0f} degrees"
             return Verdict.REJECTED, (
-                f"no pose {where} explains the sweep (best: {reached}, needed: {c.least_fit:.0%})"
+                f"no pose {where} explains the sweep (best: {reached}, needed: {c.min_inlier_ratio:.0%})"
             )
         best = candidates[0]
         if current is not None:

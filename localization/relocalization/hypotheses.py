@@ -142,7 +142,7 @@ class Hypotheses:
         best = self._places[0]
         if len(best.shares) < self.config.sweeps or self._way < self.config.least_way:
             return None
-        if min(best.score, best.shares[-1]) < self._search.least_fit:
+        if min(best.score, best.shares[-1]) < self._search.min_inlier_ratio:
             return None
         if len(self._places) > 1 and not self._outdoes(best, self._places[1]):
             return None

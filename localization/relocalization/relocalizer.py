@@ -11,7 +11,7 @@ from localization.config import LocalizerConfig
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.monitoring.health import horizontal_sigma
-from localization.relocalization.hint_search import DeskSnapshot, Found, HintDesk
+from localization.relocalization.hint_search import DeskSnapshot, Found, HintSearch
 from localization.relocalization.hypotheses import Hypotheses
 from localization.relocalization.window_search import FloorPlan, Window, same_place
 from localization.types import Candidate, Hint, HintVerdict, Mounts, Pose, Sweep, Verdict
@@ -74,7 +74,7 @@ class Seeker:
         search = config.search
         heights = [p.position[2] for p in mounts.values() if p.rotation[2, 2] > 0.9] or [0.3]
         plan = FloorPlan(world, float(heights[0]), cell=search.cell, sigma=search.field_sigma)
-        self._desk = HintDesk(world, plan, search, config.map_search, config.rewind)
+        self._desk = HintSearch(world, plan, search, config.map_search, config.late_readings)
         self._hypotheses = Hypotheses(world, search, config.hypotheses)
         self.asked = False
         """Whether the pose stands, but other places may explain what is seen."""

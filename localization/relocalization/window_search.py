@@ -56,7 +56,7 @@ class SearchConfig:
     """Of a hint with all-zero covariance, in x and y [m]."""
     default_sigma_yaw: float = np.deg2rad(15.0)
     """The same for heading [rad]."""
-    least_fit: float = 0.55
+    min_inlier_ratio: float = 0.55
     """A pose must explain this share of the sweep to be believed."""
     least_margin: float = 0.1
     """... and this share more of it than any other distinct place,"""
@@ -299,7 +299,7 @@ def _settle(sweep: Sweep, world: PreparedMap, pose: Pose) -> tuple[Candidate, fl
     # The shares count what is within 10 cm. Neighbours explain almost as much, but with centimetres left.
     square, kernel2 = match.distances**2, RegistrationConfig().kernel ** 2
     closeness = float(np.nansum((kernel2 / (kernel2 + square)) ** 2)) / max(len(square), 1)
-    return Candidate(settled, match.fit), closeness, match
+    return Candidate(settled, match.inlier_ratio), closeness, match
 
 
 def _refine(sweep: Sweep, world: PreparedMap, start: Pose, config: SearchConfig) -> Candidate:

@@ -77,7 +77,7 @@ def summary(review: Review) -> dict[str, str]:
     facts["health"] = ", ".join(f"{h.value} {s:.1%}" for h, s in shares.items() if s > 0.0)
     fits = [row.fit for row in history.sweeps if row.fit is not None]
     if fits:
-        missing = [row.mismatch.share for row in history.sweeps if row.mismatch is not None]
+        missing = [row.mismatch.unexplained for row in history.sweeps if row.mismatch is not None]
         tail = f"; {np.median(missing):.0%} unexplained" if missing else ""
         facts["sweeps"] = f"{len(fits)}, fit {np.median(fits):.0%} in the median{tail}"
     return facts

@@ -16,13 +16,13 @@ from matplotlib.patches import Ellipse
 from matplotlib.ticker import PercentFormatter
 from scipy.stats import chi2
 
+from localization.display.colours import HEALTH
 from localization.evaluation.localization_history import History
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.report.reference_comparison import Judgement
 from localization.types import SECOND, Health, HintVerdict, IntArray
-from teleop.operator.colours import HEALTH
 
 _BLUE: Final = "#0072b2"
 _VERMILION: Final = "#d55e00"
@@ -243,7 +243,7 @@ def _draw_fit(axes: Axes, history: History, begin: int) -> None:
     time = _seconds([r.stamp for r in rows], begin)
     fit = np.array([r.fit for r in rows], dtype=float)
     axes.plot(time, fit, color=HEX_GREEN, lw=0.8, label="fit")
-    missing = np.array([r.mismatch.share if r.mismatch else np.nan for r in rows])
+    missing = np.array([r.mismatch.unexplained if r.mismatch else np.nan for r in rows])
     if np.isfinite(missing).any():
         axes.plot(time, missing, color=_VERMILION, lw=0.8, label="unexplained")
     axes.set_ylim(0.0, 1.05)

@@ -12,15 +12,16 @@ from typing import Final
 import numpy as np
 import rerun as rr
 
+from localization.display import colours as palette
+from localization.display.colours import ORANGE, SKY, VERMILION
+from localization.display.entity_paths import HYPOTHESES, TRUTH_PATH
+from localization.display.map_drawing import Scene
+from localization.display.rerun_sink import Canvas, Sink
+from localization.display.time_plots import Instruments, Level
 from localization.evaluation.trajectory import Trajectory
 from localization.maps.cloud import Cloud
+from localization.report.recording_layout import log_blueprint
 from localization.types import SECOND, Candidate, Estimate, Health, Mounts, Pose
-from teleop.operator import colours as palette
-from teleop.operator.colours import ORANGE, SKY, VERMILION
-from teleop.operator.map_drawing import Scene
-from teleop.operator.rerun_blueprint import HYPOTHESES, TRUTH_PATH, log_blueprint
-from teleop.operator.rerun_sink import Canvas, Sink
-from teleop.operator.time_plots import Instruments, Level
 
 _MOVED: Final = 0.2
 """A sweep is drawn when the robot has moved this far since the last one [m],"""
@@ -156,7 +157,7 @@ class LogRecording:
         if estimate.unexplained is not None:
             plot("fit/unexplained", estimate.unexplained)
         if estimate.match is not None and estimate.sweep is not None:
-            plot("fit/fit", estimate.match.fit)
+            plot("fit/fit", estimate.match.inlier_ratio)
             if self._is_due(estimate.stamp, pose):
                 self._drawn = estimate.stamp, pose
                 points = pose.apply(estimate.sweep.points)

@@ -15,15 +15,16 @@ from typing import Any, Final
 import numpy as np
 import rerun as rr
 
+from localization.display import colours as palette
+from localization.display.map_drawing import Scene
+from localization.display.rerun_sink import Canvas, Sink
+from localization.display.time_plots import Instruments, Level
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.types import SECOND, Pose
-from teleop.operator import colours as palette, message_decoding as decode
-from teleop.operator.map_drawing import Scene
+from teleop.operator import message_decoding as decode
+from teleop.operator.display_layout import LANE_COLOURS, LEGEND_TEXT, SERIES, blueprint
 from teleop.operator.message_decoding import Message
-from teleop.operator.rerun_blueprint import blueprint
-from teleop.operator.rerun_sink import Canvas, Sink
-from teleop.operator.time_plots import Instruments, Level
 
 HINT_SHOWN: Final = 10 * SECOND
 """A hint's ghost stays this long after its verdict [ns]."""
@@ -53,7 +54,7 @@ class Display:
         self._cloud, self._strict = cloud, strict
         self._canvas = Canvas(sink, blueprint(*cloud.bounds))
         self._scene = Scene(self._canvas, cloud)
-        self._instruments = Instruments(self._canvas)
+        self._instruments = Instruments(self._canvas, LANE_COLOURS, SERIES, LEGEND_TEXT)
         self._now = 0
         self._frames: dict[str, Pose] = {}
         self._estimates: dict[int, FloatArray] = {}

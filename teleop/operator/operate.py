@@ -10,7 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from localization.maps.cloud import load_cloud
+from localization.display.rerun_sink import Sink
+from localization.maps.map_files import load_cloud
 from localization.types import Pose
 from teleop.errors import SettingError
 from teleop.interfaces import registry
@@ -18,7 +19,6 @@ from teleop.operator.display import Display
 from teleop.operator.operate_config import OperateConfig
 from teleop.operator.operator_client import OperatorClient
 from teleop.operator.operator_session import OperatorSession
-from teleop.operator.rerun_sink import Sink
 from teleop.operator.status_printer import StatusPrinter
 from teleop.operator.threaded_display import ThreadedDisplay
 from teleop.rosbridge.client.client import Client

@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from localization.logs.mcap_log import ReadingsWriter
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import Localizer, LocalizerConfig

@@ -32,14 +32,14 @@ class Sim:
 
     def __call__(self) -> int:
         """Drive and report."""
+        from localization.cli.run_folder import run_folder
         from localization.maps.prepared_map import default_cache
-        from teleop.clock import wall_clock_name
         from teleop.scenario.lockstep_run import run_over_wire
         from teleop.scenario.run_report import summary_table
         from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
         mission = self.mission
-        folder = self.out if self.out is not None else Path("runs") / wall_clock_name()
+        folder = run_folder(self.out)
         world = mission.robot.world(mission.scene, mission.seed)
         cloud, path = load_scene_cloud(mission.scene), scene_cloud_path(mission.scene)
         bar = Progress()

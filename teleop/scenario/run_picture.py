@@ -112,7 +112,9 @@ def _draw_errors(axes: list[Axes], record: RunRecord) -> None:
     heading.set_ylabel("heading [deg]")
     widest = np.rad2deg(np.percentile(rows[:, 4], 99)) if len(rows) else 1.0
     heading.set_ylim(-1.5 * widest, 1.5 * widest)
-    matched = [(s.stamp / SECOND, s.estimate.match.fit) for s in record.ticks if s.estimate.match]
+    matched = [
+        (s.stamp / SECOND, s.estimate.match.inlier_ratio) for s in record.ticks if s.estimate.match
+    ]
     fits = np.array(matched).reshape(-1, 2)
     fit.plot(fits[:, 0], fits[:, 1] * 100, color="#009e73", lw=0.7)
     fit.set_ylabel("explained [%]")

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
+from localization.config import to_json
 from localization.evaluation.estimate_trace import TraceRow, write_trace
 from localization.evaluation.trajectory import Trajectory, write_tum
-from localization.logs.mcap_log import ReadingsWriter
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import Cloud
 from localization.pipeline.localizer import LocalizerConfig
-from localization.pipeline.log_replay import config_metadata, to_json
+from localization.pipeline.log_replay import config_metadata
 from localization.types import SECOND, HintVerdict
 from robot_sim import TICK_NS, Simulation, SimulationConfig
 from teleop.clock import Stopwatch, wall_seconds

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from localization.config import from_json
 from localization.evaluation.estimate_trace import TraceError, TraceRow, read_trace
 from localization.evaluation.metrics import (
     Ate,
@@ -29,7 +30,6 @@ from localization.evaluation.trajectory import (
     TrajectoryError,
     read_tum,
 )
-from localization.pipeline.log_replay import from_json
 from teleop.errors import TeleopError
 from teleop.scenario.mission import MissionLimits
 

@@ -16,12 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
-from localization.maps.cloud import load_cloud
+from localization.display.rerun_sink import Sink
+from localization.maps.map_files import load_cloud
 from localization.types import SECOND, Pose
 from teleop.interfaces import registry
 from teleop.operator.display import Display
 from teleop.operator.operator_client import OperatorClient
-from teleop.operator.rerun_sink import Sink
 from teleop.operator.threaded_display import ThreadedDisplay
 from teleop.rosbridge.client.client import Client
 from teleop.scenario.tour_driver import TourDriver

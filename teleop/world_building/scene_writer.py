@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from localization.maps.cloud import Cloud, save_cloud
+from localization.maps.cloud import Cloud
+from localization.maps.map_files import save_cloud
 from robot_sim.floorplan.plan import Plan
 from robot_sim.floorplan.scene_folders import PLAN_FILE
 from robot_sim.layout.route_planning import length

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 from localization.evaluation.metrics import Statistics, align, ate
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray
-from localization.logs.mcap_log import ReadingsWriter
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.mapping.cloud_builder import distances_to_mesh
 from localization.mapping.slam import Survey
 from localization.maps.cloud import Cloud

@@ -116,15 +116,15 @@ def drive(actual: World, world: PreparedMap, seconds: float) -> list[Told]:
     localizer, told = Localizer(world, recording.mounts), []
     for reading in recording.readings:
         e = localizer.add(reading)
-        if e.sweep is not None and e.map_from_base is not None and e.mismatch is not None:
+        if e.sweep is not None and e.map_from_base is not None and e.consistency is not None:
             told.append(Told(e, recording.truth[e.stamp]))
     return told[10:]
 
 
 def kinds(told: Sequence[Told]) -> dict[str, float]:
     """Mean shares of what is not explained."""
-    seen = [t.estimate.mismatch for t in told]
-    names = ("before", "through", "beyond", "share")
+    seen = [t.estimate.consistency for t in told]
+    names = ("occluded", "free_space_violation", "unmapped", "unexplained")
     return {n: float(np.mean([getattr(m, n) for m in seen])) for n in names}
 
 
@@ -135,7 +135,7 @@ def said(told: Sequence[Told]) -> str:
 def test_place_as_it_was_mapped_is_explained(world: PreparedMap) -> None:
     told = drive(place(options=WorldOptions()), world, 9.0)
     assert max(t.off for t in told) < 0.03
-    assert kinds(told)["share"] < 0.08
+    assert kinds(told)["unexplained"] < 0.08
     assert "the map explains" not in said(told)
 
 
@@ -143,8 +143,8 @@ def test_people_are_seen_before_the_walls_and_not_followed(world: PreparedMap) -
     told = drive(place(options=WorldOptions(alive=True)), world, 12.0)
     assert max(t.off for t in told) < 0.05
     seen = kinds(told)
-    assert seen["before"] > 0.04
-    assert seen["before"] > 2.0 * max(seen["through"], seen["beyond"])
+    assert seen["occluded"] > 0.04
+    assert seen["occluded"] > 2.0 * max(seen["free_space_violation"], seen["unmapped"])
     assert not any(t.estimate.health in FLAGGED for t in told)
 
 
@@ -153,15 +153,15 @@ def test_moved_furniture_is_not_followed(world: PreparedMap) -> None:
     assert max(t.off for t in told) < 0.05
     seen = kinds(told)
     assert seen["share"] > 0.05
-    assert seen["before"] + seen["through"] > seen["beyond"]
+    assert seen["occluded"] + seen["free_space_violation"] > seen["unmapped"]
 
 
 def test_closed_door_is_told_as_something_new_and_moves_nothing(world: PreparedMap) -> None:
     told = drive(place(door=CLOSED_DOOR, options=WorldOptions()), world, 9.0)
     assert max(t.off for t in told) < 0.05
     near = kinds(told[-10:])
-    assert near["before"] > 0.06
-    assert near["before"] > 2.0 * max(near["through"], near["beyond"])
+    assert near["occluded"] > 0.06
+    assert near["occluded"] > 2.0 * max(near["free_space_violation"], near["unmapped"])
     assert not any(t.estimate.health in FLAGGED for t in told)
 
 
@@ -174,7 +174,7 @@ def test_robot_in_a_room_that_the_map_lacks_says_so_and_is_right_again_when_it_i
     inside = [t for t in told if t.truth.position[0] > 7.0]
     back = [t for t in told if t.estimate.stamp > inside[-1].estimate.stamp]
     assert "ends where nothing is mapped" in said(inside)
-    assert kinds(inside)["beyond"] > 0.5
+    assert kinds(inside)["unmapped"] > 0.5
     assert all(t.estimate.health in FLAGGED for t in inside)
     assert "has left the map and goes by its own motion" in said(inside)
     assert max(t.off for t in told) < FAR

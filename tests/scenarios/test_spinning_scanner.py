@@ -11,8 +11,10 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from localization.evaluation.localization_history import History
 from localization.evaluation.metrics import ate, consistency, errors, nees
 from localization.evaluation.trajectory import Trajectory
-from localization.logs import ros_messages as messages
-from localization.logs.ros_import import Layout
+from localization.logs.frame_tree import SensorLayout
+from localization.logs.motion_messages import WHEEL_RADIUS
+from localization.logs.ros_messages import reading_message
+from localization.logs.ros_types import IMU, JOINT_STATE, POINT_CLOUD, TYPES, to_cdr
 from localization.motion.deskew import OdometryTrack
 from localization.pipeline.log_replay import LogRun
 from localization.types import SECOND, Health, Inertial, PointScan, Pose, Twist, WheelSpeeds
@@ -48,12 +50,12 @@ def drive(path: Path, seconds: float) -> Trajectory:
     begun = 0
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         topics = {
-            Inertial: ("/imu", messages.IMU),
-            WheelSpeeds: ("/joint_states", messages.JOINT_STATE),
-            PointScan: ("/velodyne_points", messages.POINT_CLOUD),
+            Inertial: ("/imu", IMU),
+            WheelSpeeds: ("/joint_states", JOINT_STATE),
+            PointScan: ("/velodyne_points", POINT_CLOUD),
         }
         lines = {
-            kind: writer.add_connection(topic, message, typestore=messages.TYPES)
+            kind: writer.add_connection(topic, message, typestore=TYPES)
             for kind, (topic, message) in topics.items()
         }
         while simulation.stamp < seconds * SECOND:
@@ -75,14 +77,14 @@ def drive(path: Path, seconds: float) -> Trajectory:
                 readings.append(PointScan(begun, "velodyne", points, offsets[hit]))
                 begun += TURN
             for reading in readings:
-                message = messages.reading_message(reading, messages.WHEEL_RADIUS)
-                writer.write(lines[type(reading)], simulation.stamp, messages.to_cdr(message))
+                message = reading_message(reading, WHEEL_RADIUS)
+                writer.write(lines[type(reading)], simulation.stamp, to_cdr(message))
     return Trajectory.from_poses(poses)
 
 
 def test_scanner_of_sixteen_planes_is_localised_to_a_centimetre(tmp_path: Path) -> None:
     truth = drive(tmp_path / "bag", 6.0)
-    layout = Layout(mounts={"velodyne": MOUNT})
+    layout = SensorLayout(mounts={"velodyne": MOUNT})
     start = truth.pose(0) @ Pose.planar(0.5, -0.4, 0.2)
     run = LogRun(tmp_path / "bag", scene_cloud_path("office"), layout=layout, start=start)
     history = History()

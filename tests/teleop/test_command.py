@@ -56,14 +56,14 @@ def test_unknown_scene_is_answered_with_those_there_are(capsys: pytest.CaptureFi
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"not a cloud at all", "is no cloud: PLY, PCD and texts"),
+        (b"not a cloud at all", "is not a cloud; PLY, PCD and texts"),
         (b"ply\nformat binary_little_endian 1.0\nelement vertex 9\n", "damaged"),
     ],
 )
 def test_damaged_or_foreign_cloud_is_refused_in_one_line(
     content: bytes, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from localization.logs.mcap_log import ReadingsWriter
+    from localization.logs.mcap_writer import ReadingsWriter
     from tests.support import MOUNTS
 
     with ReadingsWriter(tmp_path / "log.mcap", MOUNTS):
@@ -139,7 +139,7 @@ def test_localize_says_what_was_wrong_with_a_log(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Readings that come twice are refused, counted and told; the rest is used."""
-    from localization.logs.mcap_log import ReadingsWriter
+    from localization.logs.mcap_writer import ReadingsWriter
     from robot_sim import Simulation
     from teleop.scenario.mission import Mission
     from teleop.scene_clouds import scene_cloud_path

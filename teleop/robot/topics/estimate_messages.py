@@ -113,7 +113,7 @@ def localization_status(tick: TickRecord) -> Messages:
     e = tick.estimate
     placed = e.map_from_base is not None
     matched = tick.matched
-    fit = matched.match.fit if matched is not None and matched.match is not None else 0.0
+    fit = matched.match.inlier_ratio if matched is not None and matched.match is not None else 0.0
     nis = matched.nis if matched is not None and matched.nis is not None else 0.0
     return (
         {

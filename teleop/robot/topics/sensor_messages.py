@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from localization.logs.ros_messages import inertial_message, scan_message, wheels_message
+from localization.logs.laser_scan_message import scan_message
+from localization.logs.motion_messages import inertial_message, wheels_message
 from localization.types import Inertial, Scan, WheelSpeeds
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.message_parts import Message, Messages, header

@@ -18,10 +18,10 @@ from localization.calibration.mount_file import MountFileError, read_mounts, wri
 from localization.calibration.sample_extraction import stations_of
 from localization.evaluation.metrics import nees
 from localization.geometry import FloatArray, so3_log
-from localization.logs.mcap_log import ReadingsWriter
-from localization.maps.cloud import save_cloud
+from localization.logs.mcap_writer import ReadingsWriter
+from localization.maps.map_files import save_cloud
 from localization.maps.prepared_map import PreparedMap
-from localization.monitoring.extrinsics_monitor import MountWatchConfig
+from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import Hint, Mounts, Pose, Reading
 from teleop.__main__ import main
@@ -197,7 +197,7 @@ def test_log_is_calibrated_and_localised_with_what_came_of_it(
     assert len((tmp_path / "run" / "estimate.tum").read_text().splitlines()) > 100
 
 
-WATCH = LocalizerConfig(mounts=MountWatchConfig(stretches=3))
+WATCH = LocalizerConfig(extrinsics_monitor=ExtrinsicsMonitorConfig(stretches=3))
 
 
 def doubts(world: PreparedMap, readings: list[Reading], mounts: Mounts) -> set[str]:

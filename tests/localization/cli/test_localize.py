@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from localization.evaluation.trajectory import Trajectory, read_tum, write_tum
-from localization.logs.mcap_log import ReadingsWriter
-from localization.maps.cloud import save_cloud
+from localization.logs.mcap_writer import ReadingsWriter
+from localization.maps.map_files import save_cloud
 from localization.types import SECOND, Pose
 from teleop.__main__ import main
 from tests.support_rooms import HALL, MOUNTS, Drive

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.evaluation.estimate_trace import TraceError, TraceRow, read_trace, write_trace
-from localization.types import Estimate, Health, Match, Mismatch, Pose, Twist
+from localization.types import Estimate, Health, Match, Pose, ScanConsistency, Twist
 from tests.support import bits, vectors
 
 
@@ -54,7 +54,7 @@ def test_row_of_an_estimate_holds_its_opinion() -> None:
         ("a, b", "c"),
         match,
         nis=2.5,
-        mismatch=Mismatch(0.2, 0.1, 0.1, 0.0),
+        consistency=ScanConsistency(0.2, 0.1, 0.1, 0.0),
     )
     row = TraceRow.of(estimate)
     assert (row.stamp, row.health, row.reasons) == (9, Health.SUSPECT, ("a, b", "c"))

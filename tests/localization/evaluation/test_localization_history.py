@@ -13,7 +13,7 @@ from localization.evaluation.localization_history import (
     write_covariances,
     write_health,
 )
-from localization.types import Estimate, Health, Match, Mismatch, Pose, Twist
+from localization.types import Estimate, Health, Match, Pose, ScanConsistency, Twist
 
 
 def estimate(
@@ -30,7 +30,7 @@ def estimate(
         (f"at {stamp}",),
         match,
         nis=None if match is None else 2.5,
-        mismatch=None if match is None else Mismatch(0.3, 0.1, 0.15, 0.05),
+        consistency=None if match is None else ScanConsistency(0.3, 0.1, 0.15, 0.05),
     )
 
 

@@ -631,7 +631,9 @@ def test_measurements_that_are_not_finite_do_not_reach_the_filter(bad: float) ->
     attempts: list[Callable[[], object]] = [
         lambda: ekf.update_wheel_yaw(np.array([0.0, 0.0, np.nan]), 0.1, 0.1),
         lambda: ekf.update_wheel_yaw(np.zeros(3), np.nan, 0.1),
-        lambda: ekf.update_match(Match(0, pose, poisoned, unsure.directions, np.zeros(0), 1.0)),
+        lambda: ekf.update_match(
+            Match(0, pose, poisoned, unsure.observable_directions, np.zeros(0), 1.0)
+        ),
         lambda: ekf.update_relative(Pose.identity(), pose, np.diag([bad, 1.0, 1.0]), NONE),
     ]
     for attempt in attempts:

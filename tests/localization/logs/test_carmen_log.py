@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.logs.carmen_log import SCANNER, CarmenLog
-from localization.logs.mcap_log import LogError
+from localization.logs.carmen_lines import SCANNER
+from localization.logs.carmen_log import CarmenLog
+from localization.logs.log_interface import LogError
 from localization.logs.open_log import open_log
-from localization.maps.cloud import save_cloud
+from localization.maps.map_files import save_cloud
 from localization.pipeline.log_replay import localize
 from localization.types import Odometry, Pose, Scan
 from tests.support_rooms import HALL, MOUNTS, Drive, Place
@@ -186,7 +187,7 @@ def test_broken_lines_are_counted_with_the_reason(text: str, tmp_path: Path) -> 
         ("", "empty"),
         ("hello\nworld\n", "holds no scan"),
         ("ODOM 0 0 0 0 0 0 1.0 robot 1\n", "holds no scan"),
-        ("x\n" * 3000, "no CARMEN log"),
+        ("x\n" * 3000, "not a CARMEN log"),
     ],
 )
 def test_texts_that_are_no_log_are_refused_in_one_line(

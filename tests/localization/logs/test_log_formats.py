@@ -20,9 +20,10 @@ from rosbags.rosbag2 import (
     Writer as Ros2Writer,
 )
 
-from localization.logs import ros_messages as messages
-from localization.logs.mcap_log import LogError, ReadingsWriter
+from localization.logs.log_interface import LogError
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.logs.open_log import open_log
+from localization.logs.ros_types import TYPES, to_cdr
 from localization.types import Pose, Reading
 from tests.localization.logs.test_carmen_log import flaser
 from tests.localization.logs.test_ros_bag import ROS1, Messages, _as_ros1, recorded
@@ -90,8 +91,8 @@ def ros2(storage: StoragePlugin, mode: CompressionMode) -> Write:
             for topic, stamp, message in held:
                 kind = message.__msgtype__  # type: ignore[attr-defined]
                 if topic not in lines:
-                    lines[topic] = bag.add_connection(topic, kind, typestore=messages.TYPES)
-                bag.write(lines[topic], stamp, messages.to_cdr(message))
+                    lines[topic] = bag.add_connection(topic, kind, typestore=TYPES)
+                bag.write(lines[topic], stamp, to_cdr(message))
         return path
 
     return write

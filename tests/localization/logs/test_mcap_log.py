@@ -16,8 +16,14 @@ from mcap.writer import Writer
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from localization.logs import ros_messages as messages
-from localization.logs.mcap_log import LogError, ReadingsWriter, read_log
+from localization.logs.laser_scan_message import scan_message
+from localization.logs.log_interface import LogError
+from localization.logs.mcap_log import read_log
+from localization.logs.mcap_writer import ReadingsWriter
+from localization.logs.motion_messages import wheels_message
+from localization.logs.pose_messages import hint_message, mounts_message
+from localization.logs.ros_messages import reading_message
+from localization.logs.ros_types import Message, definition, to_cdr
 from localization.types import Hint, Pose, Reading, WheelSpeeds
 from tests.support import MOUNTS, a_drive, a_scan, bits, readings
 
@@ -61,10 +67,10 @@ def test_same_readings_make_the_same_bytes(tmp_path: Path) -> None:
     assert first.read_bytes() == second.read_bytes()
 
 
-def test_time_must_not_run_back(tmp_path: Path) -> None:
+def test_log_time_must_not_decrease(tmp_path: Path) -> None:
     with ReadingsWriter(tmp_path / "a.mcap", MOUNTS) as writer:
         writer.write(WheelSpeeds(5, 0.0, 0.0), 5)
-        with pytest.raises(LogError, match="ran back from 5 to 4 ns"):
+        with pytest.raises(LogError, match="decreased from 5 to 4 ns"):
             writer.write(WheelSpeeds(4, 0.0, 0.0), 4)
 
 
@@ -93,7 +99,7 @@ def test_interrupted_recording_is_a_whole_log(tmp_path: Path) -> None:
 
 KILLED = """
 import sys
-from localization.logs.mcap_log import ReadingsWriter
+from localization.logs.mcap_writer import ReadingsWriter
 from tests.support import MOUNTS, a_drive
 writer = ReadingsWriter(sys.argv[1], MOUNTS)
 for now, reading in a_drive(20.0):
@@ -178,16 +184,16 @@ def test_missing_file_is_named(tmp_path: Path) -> None:
         read_log(tmp_path / "none.mcap")
 
 
-def foreign_log(path: Path, *sent: tuple[str, messages.Message]) -> Path:
+def foreign_log(path: Path, *sent: tuple[str, Message]) -> Path:
     """Write messages as another recorder would: bare, with whatever topics."""
     with path.open("wb") as file:
         writer = Writer(file, use_chunking=False)
         writer.start(profile="ros2")
         for topic, message in sent:
             kind = message.__msgtype__
-            schema = writer.register_schema(kind, "ros2msg", messages.definition(kind).encode())
+            schema = writer.register_schema(kind, "ros2msg", definition(kind).encode())
             channel = writer.register_channel(topic, "cdr", schema)
-            writer.add_message(channel, 1, messages.to_cdr(message), 1)
+            writer.add_message(channel, 1, to_cdr(message), 1)
         text = writer.register_schema("note", "jsonschema", b"{}")
         channel = writer.register_channel("/note", "json", text)
         writer.add_message(channel, 2, json.dumps({"a": 1}).encode(), 2)
@@ -196,21 +202,21 @@ def foreign_log(path: Path, *sent: tuple[str, messages.Message]) -> Path:
 
 
 def test_log_without_mounts_is_refused(tmp_path: Path) -> None:
-    path = foreign_log(tmp_path / "a.mcap", ("/scan", messages.scan_message(a_scan())))
+    path = foreign_log(tmp_path / "a.mcap", ("/scan", scan_message(a_scan())))
     with pytest.raises(LogError, match="no /tf_static"):
         read_log(path)
 
 
 def test_foreign_messages_are_skipped_and_counted(tmp_path: Path) -> None:
-    estimate = messages.hint_message(Hint(1, Pose.identity(), np.eye(6)))
-    joints = messages.wheels_message(WheelSpeeds(1, 0.0, 0.0))
+    estimate = hint_message(Hint(1, Pose.identity(), np.eye(6)))
+    joints = wheels_message(WheelSpeeds(1, 0.0, 0.0))
     joints.name = ["elbow", "wrist"]
     path = foreign_log(
         tmp_path / "a.mcap",
-        ("/front/scan", messages.scan_message(a_scan())),
+        ("/front/scan", scan_message(a_scan())),
         ("/amcl_pose", estimate),
         ("/arm", joints),
-        ("/tf_static", messages.mounts_message(MOUNTS)),
+        ("/tf_static", mounts_message(MOUNTS)),
         ("/initialpose", estimate),
     )
     log = read_log(path)
@@ -250,7 +256,7 @@ def test_mcap_library_finds_standard_schemas_and_an_index(tmp_path: Path) -> Non
 def test_rosbags_reads_it_by_the_definitions_in_the_file(tmp_path: Path) -> None:
     drive = a_drive()
     path = record(tmp_path / "a.mcap", drive)
-    expected = [messages.reading_message(reading) for _, reading in drive]
+    expected = [reading_message(reading) for _, reading in drive]
     with AnyReader([path], default_typestore=get_typestore(Stores.EMPTY)) as reader:
         seen = [
             (stamp, reader.deserialize(data, connection.msgtype))
@@ -259,4 +265,4 @@ def test_rosbags_reads_it_by_the_definitions_in_the_file(tmp_path: Path) -> None
         ]
     assert [stamp for stamp, _ in seen] == [now for now, _ in drive]
     for (_, message), wanted in zip(seen, expected, strict=True):
-        assert messages.to_cdr(message) == messages.to_cdr(wanted)
+        assert to_cdr(message) == to_cdr(wanted)

@@ -10,13 +10,26 @@ from rosbags.rosbag2 import StoragePlugin, Writer as Ros2Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from localization.geometry import FloatArray
-from localization.logs import ros_messages as messages
-from localization.logs.mcap_log import LogError, ReadingsWriter
+from localization.logs.frame_tree import SensorLayout
+from localization.logs.laser_scan_message import scan_message
+from localization.logs.log_interface import LogError
+from localization.logs.mcap_writer import ReadingsWriter
+from localization.logs.motion_messages import inertial_message, odometry_message
 from localization.logs.open_log import open_log
-from localization.logs.ros_bag import Bag
-from localization.logs.ros_import import Layout
-from localization.maps.cloud import save_cloud
-from localization.motion.motion_model import Motion, Suite
+from localization.logs.point_cloud_message import points_message
+from localization.logs.ros_bag import RosBag
+from localization.logs.ros_types import (
+    JOINT_STATE,
+    TF,
+    TYPES,
+    build,
+    header_message,
+    quaternion_message,
+    to_cdr,
+    vector_message,
+)
+from localization.maps.map_files import save_cloud
+from localization.motion.motion_model import Motion, SensorConfiguration
 from localization.pipeline.log_replay import localize
 from localization.types import (
     SECOND,
@@ -33,8 +46,8 @@ from tests.support_rooms import HALL, MOUNTS, Drive
 START = Pose.planar(2.6, 1.6, 0.2)
 LOOP = ((1.0, 0.0, 0.0), (4.0, 0.5, 0.35), (1.0, 0.0, 0.8))
 ROS1 = get_typestore(Stores.ROS1_NOETIC)
-ROS1.register(get_types_from_msg("geometry_msgs/msg/TransformStamped[] transforms", messages.TF))
-ROS2 = messages.TYPES
+ROS1.register(get_types_from_msg("geometry_msgs/msg/TransformStamped[] transforms", TF))
+ROS2 = TYPES
 
 Messages = list[tuple[str, int, object]]
 """Topic, time of recording [ns], message of the ROS 2 type store."""
@@ -78,7 +91,7 @@ def ros2(path: Path, recorded: Messages, storage: StoragePlugin) -> Path:
             kind = message.__msgtype__  # type: ignore[attr-defined]
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=ROS2)
-            writer.write(connections[topic], stamp, messages.to_cdr(message))
+            writer.write(connections[topic], stamp, to_cdr(message))
     return path
 
 
@@ -91,18 +104,17 @@ KINDS: dict[str, Callable[[Path, Messages], Path]] = {
 
 def transforms(links: Iterable[tuple[str, str, Pose]]) -> object:
     """A ``TFMessage`` of (parent, child, parent_from_child)."""
-    build = messages._build
     return build(
-        messages.TF,
+        TF,
         transforms=[
             build(
                 "geometry_msgs/msg/TransformStamped",
-                header=messages.header_message(0, parent),
+                header=header_message(0, parent),
                 child_frame_id=child,
                 transform=build(
                     "geometry_msgs/msg/Transform",
-                    translation=messages._vector(pose.position),
-                    rotation=messages._quaternion(pose.quaternion_wxyz),
+                    translation=vector_message(pose.position),
+                    rotation=quaternion_message(pose.quaternion_wxyz),
                 ),
             )
             for parent, child, pose in links
@@ -131,7 +143,7 @@ def recorded(
         match reading:
             case Scan():
                 topic = "/front/scan" if reading.scanner == "laser_horizontal" else "/up/scan"
-                held.append((topic, stamp, messages.scan_message(reading)))
+                held.append((topic, stamp, scan_message(reading)))
             case WheelSpeeds():
                 held.append(("/joints", stamp, four_wheels(reading)))
             case Inertial():
@@ -140,22 +152,22 @@ def recorded(
                     IMU.rotation.T @ reading.angular_velocity,
                     IMU.rotation.T @ reading.specific_force,
                 )
-                message = messages.inertial_message(turned)
+                message = inertial_message(turned)
                 message.header.frame_id = "imu"
                 held.append(("/imu", stamp, message))
             case Odometry():
-                held.append(("/odom", stamp, messages.odometry_message(reading)))
+                held.append(("/odom", stamp, odometry_message(reading)))
             case PointScan():
-                held.append(("/points", stamp, messages.points_message(reading)))
+                held.append(("/points", stamp, points_message(reading)))
     return held
 
 
 def four_wheels(reading: WheelSpeeds) -> object:
     names = ["front_left_wheel", "front_right_wheel", "rear_left_wheel", "rear_right_wheel", "arm"]
     speeds = [reading.left, reading.right, reading.left, reading.right, 99.0]
-    return messages._build(
-        messages.JOINT_STATE,
-        header=messages.header_message(reading.stamp, ""),
+    return build(
+        JOINT_STATE,
+        header=header_message(reading.stamp, ""),
         name=names,
         position=np.zeros(5),
         velocity=np.array(speeds) / 0.111,
@@ -193,7 +205,7 @@ def test_bag_of_wheels_and_gyro_is_localised_to_a_centimetre(
     tmp_path: Path, hall_map: Path, drive: Drive
 ) -> None:
     path = ros1(tmp_path / "bag", recorded(drive.readings()))
-    assert open_log(path).suite == Suite(Motion.WHEELS_AND_GYRO)
+    assert open_log(path).sensors == SensorConfiguration(Motion.WHEELS_AND_GYRO)
     assert worst_error(path, hall_map, drive)[:2].max() < 0.01
 
 
@@ -228,7 +240,7 @@ def test_odometry_and_one_level_scanner_make_a_flat_suite(
         if isinstance(reading, WheelSpeeds):
             readings.append(Odometry(reading.stamp, drive.pose(reading.stamp)))
     path = ros2(tmp_path / "bag", recorded(readings), StoragePlugin.MCAP)
-    assert open_log(path).suite == Suite(Motion.ODOMETRY, flat=True)
+    assert open_log(path).sensors == SensorConfiguration(Motion.ODOMETRY, flat=True)
     x, y, z, _ = worst_error(path, hall_map, drive)
     assert max(x, y) < 0.01
     assert z < 0.001
@@ -237,41 +249,43 @@ def test_odometry_and_one_level_scanner_make_a_flat_suite(
 def test_static_frames_of_tf_1_are_found_on_tf(tmp_path: Path, drive: Drive) -> None:
     held = recorded(drive.readings()[:50], frames_topic="/tf")
     moving = transforms([("odom", "base_footprint", START), ("map", "odom", START)])
-    bag = Bag(ros1(tmp_path / "bag", [held[0], ("/tf", SECOND, moving), *held[1:]]))
+    bag = RosBag(ros1(tmp_path / "bag", [held[0], ("/tf", SECOND, moving), *held[1:]]))
     np.testing.assert_allclose(
         bag.mounts["laser_vertical"].position, MOUNTS["laser_vertical"].position, atol=1e-9
     )
 
 
-def test_bag_without_frames_asks_for_the_mount_and_takes_it(tmp_path: Path, drive: Drive) -> None:
+def test_bag_without_frames_needs_a_given_mount(tmp_path: Path, drive: Drive) -> None:
     path = ros1(tmp_path / "bag", recorded(drive.readings()[:50])[1:])
-    with pytest.raises(LogError, match=r"where 'laser_horizontal' \(of /front/scan\) sits"):
-        Bag(path)
-    layout = Layout(mounts=MOUNTS)
-    assert set(Bag(path, layout).mounts) == set(MOUNTS)
+    with pytest.raises(
+        LogError, match=r"pose of 'laser_horizontal' \(of /front/scan\) on 'base_link' is unknown"
+    ):
+        RosBag(path)
+    layout = SensorLayout(mounts=MOUNTS)
+    assert set(RosBag(path, layout).mounts) == set(MOUNTS)
 
 
 def test_topics_can_be_chosen(tmp_path: Path, drive: Drive) -> None:
     path = ros1(tmp_path / "bag", recorded(drive.readings()[:50]))
-    bag = Bag(path, Layout(topics=("/front/scan", "/joints")))
+    bag = RosBag(path, SensorLayout(topics=("/front/scan", "/joints")))
     assert {type(r) for r in bag} == {Scan, WheelSpeeds}
-    assert bag.suite == Suite(Motion.WHEELS, flat=True)
+    assert bag.sensors == SensorConfiguration(Motion.WHEELS, flat=True)
 
 
 def test_what_is_no_reading_is_counted_with_its_reason(tmp_path: Path, drive: Drive) -> None:
-    text = messages._build("std_msgs/msg/String", data="hello")
+    text = build("std_msgs/msg/String", data="hello")
     held = [*recorded(drive.readings()[:50]), ("/chatter", 9 * SECOND, text)]
-    bag = Bag(ros2(tmp_path / "bag", held, StoragePlugin.SQLITE3))
+    bag = RosBag(ros2(tmp_path / "bag", held, StoragePlugin.SQLITE3))
     list(bag)
     assert bag.skipped["/chatter"].count == 1
     assert "String holds no reading" in bag.skipped["/chatter"].reason
 
 
 def test_bag_without_a_scanner_says_what_it_has(tmp_path: Path) -> None:
-    text = messages._build("std_msgs/msg/String", data="hello")
+    text = build("std_msgs/msg/String", data="hello")
     path = ros2(tmp_path / "bag", [("/chatter", 1, text)], StoragePlugin.MCAP)
     with pytest.raises(LogError, match="no scanner among its types std_msgs/msg/String"):
-        Bag(path)
+        RosBag(path)
 
 
 def test_damaged_and_foreign_files_are_refused_in_one_line(tmp_path: Path, drive: Drive) -> None:
@@ -287,13 +301,15 @@ def test_damaged_and_foreign_files_are_refused_in_one_line(tmp_path: Path, drive
         assert "\n" not in str(error.value)
 
 
-def test_our_own_logs_are_told_from_bags_by_what_is_in_them(tmp_path: Path, drive: Drive) -> None:
+def test_own_logs_are_distinguished_from_bags_by_their_content(
+    tmp_path: Path, drive: Drive
+) -> None:
     path = tmp_path / "odd.name"
     with ReadingsWriter(path, MOUNTS) as writer:
         for i, reading in enumerate(drive.readings()[:30]):
             writer.write(reading, i)
-    assert type(open_log(path)).__name__ == "Log"
-    assert open_log(path).suite == Suite()
+    assert type(open_log(path)).__name__ == "McapLog"
+    assert open_log(path).sensors == SensorConfiguration()
 
 
 # Scanners of several planes
@@ -329,7 +345,7 @@ def test_clouds_of_a_spinning_scanner_are_localised_to_two_centimetres(
             readings.append(turn(drive, reading.stamp - SECOND // 10))
     path = ros2(tmp_path / "bag", recorded(readings), StoragePlugin.MCAP)
     log = open_log(path)
-    assert log.suite == Suite(Motion.WHEELS_AND_GYRO)
+    assert log.sensors == SensorConfiguration(Motion.WHEELS_AND_GYRO)
     first = next(r for r in log if isinstance(r, PointScan))
     twin = turn(drive, first.stamp)
     np.testing.assert_array_equal(first.points, twin.points)

@@ -1,6 +1,8 @@
 import numpy as np
 from numpy.testing import assert_array_equal
 
+from localization.logs.motion_messages import odometry_message
+from localization.logs.pose_messages import mounts_message
 from localization.logs.ros_geometry import (
     pose_from_message,
     pose_from_transform,
@@ -8,7 +10,6 @@ from localization.logs.ros_geometry import (
     transform_to_dict,
     vector_to_dict,
 )
-from localization.logs.ros_messages import mounts_message, odometry_message
 from localization.types import Odometry, Pose
 
 POSE = Pose(np.array([1.0, -2.0, 0.5]), np.array([0.1, -0.2, 0.3, 0.9]))

@@ -3,8 +3,8 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given, strategies as st
 
-from localization.logs.ros_messages import stamp_message
 from localization.logs.ros_stamps import split_stamp, stamp_from_message, stamp_to_dict
+from localization.logs.ros_types import stamp_message
 
 stamps = st.integers(0, 2**31 * 1_000_000_000 - 1)
 

@@ -101,7 +101,7 @@ def test_robot_finds_itself_on_a_map_that_was_built(mapped: Cloud) -> None:
     match = register(WALL.sweep(true, noise=0.01, seed=99), prepare(mapped), prior, poor)
     step = true.inverse() @ match.map_from_base
     assert np.hypot(*step.position[:2]) < 0.03
-    assert match.fit > 0.9
+    assert match.inlier_ratio > 0.9
 
 
 def test_stray_points_are_dropped() -> None:

@@ -15,7 +15,7 @@ from localization.mapping.odometry_front_end import Odometer, OdometerConfig
 from localization.mapping.slam import SlamConfig, SlamError, Survey, survey_of
 from localization.mapping.submap import FlatSweep, Submap, between, compose
 from localization.maps.prepared_map import prepare
-from localization.motion.motion_model import Motion, Suite
+from localization.motion.motion_model import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import Health, Hint, Inertial, Pose, Reading, Scan, WheelSpeeds
 from tests.support_rooms import HALL, MOUNTS, SQUARE, TICK, Drive, Place, box
@@ -190,7 +190,7 @@ def readings(drive: Drive) -> list[Reading]:
     return drive.readings()
 
 
-LEVEL = SlamConfig.of(Suite())
+LEVEL = SlamConfig.of(SensorConfiguration())
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +216,9 @@ def test_map_of_a_drive_localises_the_robot_on_another(survey: Survey) -> None:
     cloud = survey.cloud("hall")
     assert cloud.name == "hall"
     again = Drive(HALL, Pose.planar(2.4, 2.6, 0.8), (0.5, 0.0, 0.0), (5.0, 0.4, 0.3), seed=9)
-    localizer = Localizer(prepare(cloud), MOUNTS, LocalizerConfig.of(Suite(flat=True)))
+    localizer = Localizer(
+        prepare(cloud), MOUNTS, LocalizerConfig.of(SensorConfiguration(flat=True))
+    )
     localizer.add(Hint(0, Pose.planar(2.8, 2.9, 0.95), np.zeros((6, 6))))
     estimate = None
     for reading in again.readings():
@@ -254,7 +256,7 @@ def test_drive_is_followed_with_fewer_sensors(
     motion: Motion, drive: Drive, readings: list[Reading]
 ) -> None:
     part = readings[: len(readings) // 2]
-    survey = survey_of(part, MOUNTS, SlamConfig.of(Suite(motion)), start=START)
+    survey = survey_of(part, MOUNTS, SlamConfig.of(SensorConfiguration(motion)), start=START)
     error = ate(survey.trajectory, truth_of(drive))
     assert error.horizontal.max < 0.15
 
@@ -291,7 +293,7 @@ def test_slipping_wheels_do_not_mislead_the_odometer(drive: Drive, readings: lis
         else r
         for r in readings[: len(readings) // 2]
     ]
-    odometer = Odometer(MOUNTS, OdometerConfig(suite=Suite(flat=True)))
+    odometer = Odometer(MOUNTS, OdometerConfig(sensors=SensorConfiguration(flat=True)))
     steps = [step for r in spun if (step := odometer.add(r)) is not None]
     first = drive.pose(steps[0].sweep.stamp)
     for step in steps:

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from plyfile import PlyData, PlyElement
 
-from localization.maps.cloud import Cloud, CloudError, load_cloud, save_cloud
+from localization.maps.cloud import Cloud, CloudError
+from localization.maps.map_files import load_cloud, save_cloud
 from tests.support_rooms import HALL
 
 
@@ -102,7 +103,7 @@ def test_folder_is_no_cloud(tmp_path: Path) -> None:
 def test_foreign_file_is_told_what_would_do(tmp_path: Path) -> None:
     path = tmp_path / "place.pcd"
     path.write_text("<html></html>")
-    assert "is no cloud: PLY, PCD and texts" in refusal(path)
+    assert "is not a cloud; PLY, PCD and texts" in refusal(path)
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.05, 0.3, 0.6, 0.99])

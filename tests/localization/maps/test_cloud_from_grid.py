@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given, strategies as st
 from PIL import Image
 
-from localization.maps.cloud import CloudError, load_map
+from localization.maps.cloud import CloudError
 from localization.maps.cloud_from_grid import cloud_from_grid
+from localization.maps.map_files import load_map
 from localization.maps.prepared_map import prepare
-from localization.motion.motion_model import Motion, Suite
+from localization.motion.motion_model import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import Hint, Odometry, Pose, Reading, Scan, WheelSpeeds
 from tests.support import floats
@@ -102,7 +103,9 @@ def test_robot_with_odometry_and_one_scanner_is_localised_in_a_grid_to_half_a_ce
     start = Pose.planar(2.6, 1.6, 0.2)
     drive = Drive(HALL, start, (1.0, 0.0, 0.0), (4.0, 0.5, 0.35), (2.0, 0.0, 0.8), noise=0.012)
     mounts = {"laser_horizontal": MOUNTS["laser_horizontal"]}
-    localizer = Localizer(world, mounts, LocalizerConfig.of(Suite(Motion.ODOMETRY, flat=True)))
+    localizer = Localizer(
+        world, mounts, LocalizerConfig.of(SensorConfiguration(Motion.ODOMETRY, flat=True))
+    )
     errors = []
     for i, reading in enumerate(drive.readings()):
         told: Reading = reading

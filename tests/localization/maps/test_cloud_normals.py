@@ -10,8 +10,9 @@ from scipy.spatial import cKDTree
 
 from localization.evaluation.trajectory import Trajectory, write_tum
 from localization.geometry import FloatArray
-from localization.logs.mcap_log import ReadingsWriter
-from localization.maps.cloud import Cloud, CloudError, load_cloud, save_cloud
+from localization.logs.mcap_writer import ReadingsWriter
+from localization.maps.cloud import Cloud, CloudError
+from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.normal_orientation import face_viewers, standing_places
 from localization.maps.plane_fitting import planes, thinned
 from localization.maps.point_files import read_points
@@ -204,8 +205,8 @@ def test_cloud_of_the_cache_is_the_one_that_was_made(tmp_path: Path) -> None:
         (lambda p: 1000.0 * p[:, [0, 1, 2]] * [0.4, 0.4, 0.4], "millimetres"),
         (lambda p: p[:0], "is empty"),
         (lambda p: np.vstack([p, [[np.nan, 0.0, 0.0]]]), "1 points that are not finite"),
-        (lambda p: p[:, [1, 2, 0]], "seems to have y for up"),
-        (lambda p: p[:, [2, 0, 1]], "seems to have x for up"),
+        (lambda p: p[:, [1, 2, 0]], "seems to have y as its up axis"),
+        (lambda p: p[:, [2, 0, 1]], "seems to have x as its up axis"),
         (lambda p: np.random.default_rng(0).uniform(0.0, 9.0, (5000, 3)), "points on planes"),
     ],
 )
@@ -223,15 +224,15 @@ def test_clouds_that_cannot_serve_are_refused_with_a_way_out(
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"hello there\n", "is no cloud: PLY, PCD and texts"),
-        (b"1 2\n3 4\n", "lines want x y z"),
+        (b"hello there\n", "is not a cloud; PLY, PCD and texts"),
+        (b"1 2\n3 4\n", "lines need x y z"),
         (b"# .PCD v0.7\nFIELDS x y\nPOINTS 3\nDATA ascii\n", "lacks the fields z"),
         (
             b"# .PCD v0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 3\nDATA binary\n12",
             "damaged",
         ),
         (b"# .PCD v0.7\nFIELDS x y z\nPOINTS 3\nDATA ascii\n1 2 3\n", "cut short: 1 of 3"),
-        (b"\xff\xfe\x00\x01", "is no cloud"),
+        (b"\xff\xfe\x00\x01", "is not a cloud"),
         (b"", "is empty"),
     ],
 )

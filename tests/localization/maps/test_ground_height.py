@@ -7,7 +7,7 @@ from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.maps.ground_height import Ground, ground_of
 from localization.maps.prepared_map import PreparedMap, prepare
-from localization.relocalization.hint_search import HintDesk
+from localization.relocalization.hint_search import HintSearch
 from localization.relocalization.window_search import FloorPlan
 from localization.types import Hint, Pose, Sweep, Verdict
 from tests.support_rooms import CORRIDOR, HALL, SQUARE, Place, box
@@ -100,7 +100,7 @@ def answer_of(
     world: PreparedMap, sweep: Sweep, at: Pose, *, everywhere: bool = False
 ) -> tuple[Verdict, Pose]:
     """Hint level and at height zero, half a metre off; or search the whole map."""
-    desk = HintDesk(world, FloorPlan(world, 0.35, cell=0.05, sigma=0.12))
+    desk = HintSearch(world, FloorPlan(world, 0.35, cell=0.05, sigma=0.12))
     if everywhere:
         desk.search_everywhere(sweep, Pose.identity(), Pose.identity())
     else:

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial import cKDTree
 
-from localization.maps.cloud import Cloud, save_cloud
+from localization.maps.cloud import Cloud
+from localization.maps.map_files import save_cloud
 from localization.maps.prepared_map import NearestGrid, PreparedMap, default_cache, prepare
 from tests.support import bits
 

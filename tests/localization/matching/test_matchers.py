@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from localization.config import from_json, to_json
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import FixedCovariance, Matcher, match_at, matcher_of
 from localization.matching.registration import RegistrationConfig, register, residuals
 from localization.motion.kiss_odometry import KissConfig
 from localization.pipeline.localizer import Localizer, LocalizerConfig
-from localization.pipeline.log_replay import from_json, to_json
 from localization.types import SECOND, Estimate, Hint, Match, Pose, Sweep
 from tests.support_rooms import HALL, MOUNTS, Drive, apart
 
@@ -42,7 +42,7 @@ def test_every_matcher_draws_a_pose_towards_the_true_one(hall: PreparedMap, kind
     sweep = HALL.sweep(START, noise=0.01, seed=1)
     prior = START @ Pose.planar(0.04, -0.03, 0.01)
     found = match(sweep, prior, PRIOR)
-    assert found.fit > 0.9
+    assert found.inlier_ratio > 0.9
     far, turned = apart(found.map_from_base, START)
     assert far < 0.02
     assert turned < 0.01
@@ -53,7 +53,7 @@ def test_kiss_is_taken_to_know_what_its_configuration_says(hall: PreparedMap) ->
     match = matcher_of(Matcher.KISS, hall, RegistrationConfig(), KissConfig(), fixed)
     found = match(HALL.sweep(START), START, PRIOR)
     assert np.diag(np.linalg.inv(found.information)) == pytest.approx([0.01] * 3 + [0.04] * 3)
-    assert np.array_equal(found.directions, np.eye(6))
+    assert np.array_equal(found.observable_directions, np.eye(6))
 
 
 def test_kiss_without_points_knows_nothing(hall: PreparedMap) -> None:
@@ -61,16 +61,16 @@ def test_kiss_without_points_knows_nothing(hall: PreparedMap) -> None:
     nothing = Sweep(0, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, dtype=bool))
     found = match(nothing, START, PRIOR)
     assert not found.information.any()
-    assert found.directions.shape == (0, 6)
-    assert found.fit == 0.0
+    assert found.observable_directions.shape == (0, 6)
+    assert found.inlier_ratio == 0.0
 
 
 def test_a_match_of_another_matcher_tells_what_is_explained_where_it_is(hall: PreparedMap) -> None:
     sweep = HALL.sweep(START)
     there = match_at(sweep, hall, START, np.eye(6), np.eye(6))
     beside = match_at(sweep, hall, START @ Pose.planar(0.3, 0.2, 0.0), np.eye(6), np.eye(6))
-    assert there.fit > 0.95
-    assert beside.fit < 0.6
+    assert there.inlier_ratio > 0.95
+    assert beside.inlier_ratio < 0.6
 
 
 def test_with_the_facing_gate_off_walls_are_matched_from_behind_too(hall: PreparedMap) -> None:
@@ -78,10 +78,10 @@ def test_with_the_facing_gate_off_walls_are_matched_from_behind_too(hall: Prepar
     points = np.stack([np.full(50, 0.98), np.linspace(-1.0, 1.0, 50), np.full(50, 1.8)], axis=1)
     sweep = Sweep(0, points, np.zeros((50, 3)), np.ones(50, dtype=bool))
     assert not residuals(sweep, hall, outside).valid.any()
-    assert residuals(sweep, hall, outside, facing=False).valid.all()
+    assert residuals(sweep, hall, outside, backface_culling=False).valid.all()
     blind = register(sweep, hall, outside, PRIOR)
-    seeing = register(sweep, hall, outside, PRIOR, RegistrationConfig(facing=False))
-    assert (blind.fit, seeing.fit) == (0.0, 1.0)
+    seeing = register(sweep, hall, outside, PRIOR, RegistrationConfig(backface_culling=False))
+    assert (blind.inlier_ratio, seeing.inlier_ratio) == (0.0, 1.0)
 
 
 def test_without_a_matcher_the_robot_goes_by_its_own_motion_and_is_never_searched_for(
@@ -107,7 +107,7 @@ def test_the_parts_that_the_ablation_leaves_out_leave_a_localiser_that_works(
     config = LocalizerConfig(
         kiss_odometry=False,
         second_opinion=False,
-        blame_fit=2.0,
+        slip_min_inlier_ratio=2.0,
         registration=RegistrationConfig(debias=0.0),
     )
     last = localized(drive, Localizer(hall, MOUNTS, config))[-1]

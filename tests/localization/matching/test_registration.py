@@ -30,10 +30,10 @@ def test_pose_beside_the_truth_is_put_right(
     e = difference(TRUE, match.map_from_base)
     assert np.hypot(e[0], e[1]) < 0.01
     assert abs(e[5]) < np.deg2rad(0.2)
-    assert match.fit > 0.97
+    assert match.inlier_ratio > 0.97
     # Two planes at right angles hold pitch but weakly; of that the information must not make more.
     assert e @ match.information @ e < 10.0
-    assert len(match.directions) >= 5
+    assert len(match.observable_directions) >= 5
 
 
 @given(x=floats(1.2, 6.0), y=floats(0.6, 4.0), yaw=floats(-3.1, 3.1), seed=st.integers(0, 1000))
@@ -121,7 +121,7 @@ def test_far_face_of_a_thin_wall_does_not_attract(off: float) -> None:
     # Were normals not turned to where the wall was seen from, the far face would draw it in.
     fooled = register(sweep, partition(true_normals=False), prior, POOR)
     assert fooled.map_from_base.position[0] == pytest.approx(true.position[0] + 0.12, abs=0.01)
-    assert fooled.fit > 0.9
+    assert fooled.inlier_ratio > 0.9
 
 
 def test_thin_walls_of_a_room_do_not_hinder_putting_it_right() -> None:
@@ -130,7 +130,7 @@ def test_thin_walls_of_a_room_do_not_hinder_putting_it_right() -> None:
     for shift in ([0.08, 0.0, 0.0], [-0.08, 0.08, 0.0], [0.0, -0.1, 0.0]):
         match = register(HALL.sweep(TRUE), world, beside(TRUE, np.array(shift), np.zeros(3)), POOR)
         assert apart(TRUE, match.map_from_base)[0] < 0.005
-        assert match.fit > 0.97
+        assert match.inlier_ratio > 0.97
 
 
 # A corridor
@@ -154,7 +154,7 @@ def test_corridor_informs_about_everything_but_its_axis(
         Cloud(corridor.cloud.points, normals, name="rough"), corridor.grid, corridor.ground
     )
     match = register(CORRIDOR.sweep(true, noise=0.012, seed=seed), world, true, POOR)
-    assert np.abs(match.directions[:, 0]).max() < 0.15
+    assert np.abs(match.observable_directions[:, 0]).max() < 0.15
     across = match.information[1, 1]
     assert across > 1.0 / 0.02**2
     assert match.information[0, 0] < 0.01 * across
@@ -183,9 +183,9 @@ def test_room_with_end_walls_is_held_along_it_too() -> None:
 
 
 def claims_nothing(match: Match, prior: Pose) -> None:
-    assert match.fit == 0.0
+    assert match.inlier_ratio == 0.0
     assert not match.information.any()
-    assert match.directions.shape == (0, 6)
+    assert match.observable_directions.shape == (0, 6)
     assert apart(match.map_from_base, prior)[0] < 1e-9
     assert np.isnan(match.distances).all()
 
@@ -212,7 +212,7 @@ def test_a_handful_of_points_gives_a_finite_match(hall: PreparedMap, n: int, see
     match = register(few, hall, beside(TRUE, rng.uniform(-0.05, 0.05, 3), np.zeros(3)), POOR)
     assert np.isfinite(match.information).all()
     assert np.linalg.eigvalsh(match.information).min() > -1e-6
-    assert len(match.directions) <= n
+    assert len(match.observable_directions) <= n
 
 
 def test_points_alike_give_a_finite_match(hall: PreparedMap) -> None:
@@ -220,7 +220,7 @@ def test_points_alike_give_a_finite_match(hall: PreparedMap) -> None:
     same = Sweep(0, points, 0.0 * points, np.ones(50, dtype=bool))
     match = register(same, hall, Pose.planar(4.0, 2.5, 0.0), POOR)
     assert np.isfinite(match.information).all()
-    assert len(match.directions) <= 1
+    assert len(match.observable_directions) <= 1
 
 
 def test_clutter_lowers_the_fit_but_hardly_moves_the_pose(hall: PreparedMap) -> None:
@@ -233,7 +233,7 @@ def test_clutter_lowers_the_fit_but_hardly_moves_the_pose(hall: PreparedMap) -> 
         TRUE @ Pose.planar(0.05, 0.0, 0.0),
         POOR,
     )
-    assert 0.7 < match.fit < 0.9
+    assert 0.7 < match.inlier_ratio < 0.9
     e = difference(TRUE, match.map_from_base)
     assert np.hypot(e[0], e[1]) < 0.03
 
@@ -241,7 +241,7 @@ def test_clutter_lowers_the_fit_but_hardly_moves_the_pose(hall: PreparedMap) -> 
 def test_fit_and_distances_belong_together(hall: PreparedMap) -> None:
     match = register(HALL.sweep(TRUE, noise=0.02), hall, TRUE, POOR)
     near = np.abs(match.distances[np.isfinite(match.distances)]) < 0.1
-    assert match.fit == pytest.approx(near.sum() / len(match.distances))
+    assert match.inlier_ratio == pytest.approx(near.sum() / len(match.distances))
 
 
 @given(shift=vectors(3, 0.05))
@@ -256,7 +256,7 @@ def test_match_is_of_the_sweep_alone_not_of_its_prior(hall: PreparedMap, shift: 
 
 def test_kept_directions_are_orthonormal_and_carry_the_information(hall: PreparedMap) -> None:
     match = register(HALL.sweep(TRUE, noise=0.01), hall, TRUE, POOR)
-    w = match.directions
+    w = match.observable_directions
     assert w @ w.T == pytest.approx(np.eye(len(w)), abs=1e-9)
     scale = np.diag([1, 1, 1, 1 / LEVER, 1 / LEVER, 1 / LEVER])
     scaled = scale @ match.information @ scale

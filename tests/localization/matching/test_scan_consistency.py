@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from localization.maps.prepared_map import PreparedMap, prepare
 from localization.matching.registration import residuals
 from localization.matching.scan_consistency import MapBeams, explanation
-from localization.types import Mismatch, Pose, Sweep
+from localization.types import Pose, ScanConsistency, Sweep
 from tests.support_rooms import HALL, Place, box
 
 HERE = Pose.planar(2.6, 1.6, 0.2)
@@ -22,27 +22,27 @@ def beams(hall: PreparedMap) -> MapBeams:
     return MapBeams(hall)
 
 
-def seen(sweep: Sweep, world: PreparedMap, pose: Pose = HERE) -> Mismatch:
-    found = MapBeams(world).mismatch(sweep, pose, residuals(sweep, world, pose).distance)
+def seen(sweep: Sweep, world: PreparedMap, pose: Pose = HERE) -> ScanConsistency:
+    found = MapBeams(world).classify(sweep, pose, residuals(sweep, world, pose).distance)
     assert found is not None
     return found
 
 
 def test_place_as_it_was_mapped_is_explained(hall: PreparedMap) -> None:
-    assert seen(HALL.sweep(HERE, noise=0.012), hall).share < 0.01
+    assert seen(HALL.sweep(HERE, noise=0.012), hall).unexplained < 0.01
 
 
 def test_thing_that_was_put_there_is_met_before_the_mapped_wall(hall: PreparedMap) -> None:
     found = seen(Place([*HALL.faces, *FRIDGE]).sweep(HERE), hall)
-    assert found.share > 0.04
-    assert found.before > 0.9 * found.share
+    assert found.unexplained > 0.04
+    assert found.occluded > 0.9 * found.unexplained
 
 
 def test_thing_that_is_gone_is_passed_through(hall: PreparedMap) -> None:
     to_the_shelf = Pose.planar(2.6, 1.6, 2.8)
     found = seen(Place(WALLS).sweep(to_the_shelf), hall, to_the_shelf)
-    assert found.share > 0.04
-    assert found.through > 0.9 * found.share
+    assert found.unexplained > 0.04
+    assert found.free_space_violation > 0.9 * found.unexplained
 
 
 def test_place_that_was_not_mapped_is_beyond(hall: PreparedMap) -> None:
@@ -51,22 +51,22 @@ def test_place_that_was_not_mapped_is_beyond(hall: PreparedMap) -> None:
     points, normals = hall.cloud.points[mapped], hall.cloud.normals[mapped]
     half = prepare(replace(hall.cloud, points=points, normals=normals))
     found = seen(HALL.sweep(HERE), half)
-    assert found.share > 0.2
-    assert found.beyond > 0.9 * found.share
+    assert found.unexplained > 0.2
+    assert found.unmapped > 0.9 * found.unexplained
 
 
 def test_room_behind_a_wall_is_beyond_though_the_wall_is_mapped() -> None:
     # The mapped box is seen from outside; the robot stands within it, in a room that was not mapped.
     outside = Place(box((0.0, 0.0, 0.0), (8.0, 6.0, 2.5))).prepared()
     found = seen(HALL.sweep(HERE), outside)
-    assert found.share == 1.0
-    assert found.beyond > 0.9
+    assert found.unexplained == 1.0
+    assert found.unmapped > 0.9
 
 
 def test_wrong_pose_passes_through_mapped_surfaces(hall: PreparedMap) -> None:
     found = seen(HALL.sweep(HERE), hall, HERE @ Pose.planar(1.0, 0.6, 0.7))
-    assert found.share > 0.5
-    assert found.through > 0.15
+    assert found.unexplained > 0.5
+    assert found.free_space_violation > 0.15
 
 
 def test_first_surface_is_where_geometry_has_it(beams: MapBeams) -> None:
@@ -83,7 +83,7 @@ def test_first_surface_is_where_geometry_has_it(beams: MapBeams) -> None:
 
 def test_sweep_in_which_nothing_came_back_says_nothing(beams: MapBeams) -> None:
     empty = Sweep(0, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, dtype=bool))
-    assert beams.mismatch(empty, HERE, np.zeros(0)) is None
+    assert beams.classify(empty, HERE, np.zeros(0)) is None
 
 
 @settings(max_examples=25)
@@ -92,18 +92,20 @@ def test_kinds_add_up_wherever_the_robot_is_believed_to_be(
     hall: PreparedMap, x: float, y: float, yaw: float
 ) -> None:
     found = seen(HALL.sweep(HERE), hall, Pose.planar(x, y, yaw))
-    assert 0.0 <= found.share <= 1.0
-    assert min(found.before, found.through, found.beyond) >= 0.0
-    assert found.before + found.through + found.beyond == pytest.approx(found.share)
+    assert 0.0 <= found.unexplained <= 1.0
+    assert min(found.occluded, found.free_space_violation, found.unmapped) >= 0.0
+    assert found.occluded + found.free_space_violation + found.unmapped == pytest.approx(
+        found.unexplained
+    )
 
 
 def test_words_tell_only_the_kinds_worth_telling() -> None:
-    assert explanation(0.62, Mismatch(0.38, 0.3, 0.07, 0.01)) == (
+    assert explanation(0.62, ScanConsistency(0.38, 0.3, 0.07, 0.01)) == (
         "the map explains 62% of the sweep; "
         "30% ends before mapped surfaces: people, or things put there since; "
         "7% passes through mapped surfaces: things gone, or a wrong pose"
     )
-    assert explanation(0.1, Mismatch(0.9, 0.0, 0.0, 0.9)) == (
+    assert explanation(0.1, ScanConsistency(0.9, 0.0, 0.0, 0.9)) == (
         "the map explains only 10% of the sweep; 90% ends where nothing is mapped"
     )
     assert explanation(0.4, None) == "the map explains only 40% of the sweep"

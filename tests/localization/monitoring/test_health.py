@@ -6,7 +6,7 @@ from hypothesis import given, strategies as st
 
 from localization.matching.registration import LEVER
 from localization.monitoring.health import HealthConfig, HealthMonitor, blind_axes, opinion_offset
-from localization.types import Health, Match, Mismatch, Pose
+from localization.types import Health, Match, Pose, ScanConsistency
 from tests.support import floats
 
 HERE = Pose.planar(1.0, 2.0, 0.0)
@@ -22,11 +22,11 @@ def feed(
     n: int,
     refusal: str | None = None,
     *,
-    fit: float = 0.9,
-    mismatch: Mismatch | None = None,
+    inlier_ratio: float = 0.9,
+    consistency: ScanConsistency | None = None,
 ) -> HealthMonitor:
     for _ in range(n):
-        monitor.sweep(match(fit), HERE, refusal, mismatch)
+        monitor.sweep(match(inlier_ratio), HERE, refusal, consistency)
     return monitor
 
 
@@ -61,31 +61,35 @@ def test_refused_sweeps_make_suspect_then_lost_in_the_words_of_the_refusal() -> 
 
 
 def test_poor_fit_is_doubtful_though_not_refused() -> None:
-    monitor = feed(HealthMonitor(), 3, fit=0.49)
+    monitor = feed(HealthMonitor(), 3, inlier_ratio=0.49)
     health, reasons = ask(monitor)
     assert health is Health.SUSPECT
     assert reasons == ("the map explains only 49% of the sweep",)
 
 
 def test_crowd_before_the_scanners_raises_doubt_but_no_alarm_however_long_it_stays() -> None:
-    crowd = Mismatch(0.55, 0.5, 0.02, 0.03)
-    monitor = feed(HealthMonitor(), 200, fit=0.45, mismatch=crowd)
+    crowd = ScanConsistency(0.55, 0.5, 0.02, 0.03)
+    monitor = feed(HealthMonitor(), 200, inlier_ratio=0.45, consistency=crowd)
     assert ask(monitor)[0] is Health.SUSPECT
     assert not monitor.lost
 
 
 def test_sweeps_that_a_crowd_hides_altogether_are_lost_only_after_a_while() -> None:
-    crowd, c = Mismatch(0.8, 0.78, 0.02, 0.0), HealthConfig()
-    monitor = feed(HealthMonitor(), c.blind_after - 1, "it fits badly", fit=0.2, mismatch=crowd)
+    crowd, c = ScanConsistency(0.8, 0.78, 0.02, 0.0), HealthConfig()
+    monitor = feed(
+        HealthMonitor(), c.blind_after - 1, "it fits badly", inlier_ratio=0.2, consistency=crowd
+    )
     assert not monitor.lost
-    assert feed(monitor, 1, "it fits badly", fit=0.2, mismatch=crowd).lost
+    assert feed(monitor, 1, "it fits badly", inlier_ratio=0.2, consistency=crowd).lost
 
 
 def test_sweeps_that_pass_through_the_map_or_fit_elsewhere_are_lost_soon() -> None:
-    through, crowd = Mismatch(0.55, 0.2, 0.3, 0.05), Mismatch(0.3, 0.3, 0.0, 0.0)
+    through, crowd = ScanConsistency(0.55, 0.2, 0.3, 0.05), ScanConsistency(0.3, 0.3, 0.0, 0.0)
     after = HealthConfig().lost_after
-    assert feed(HealthMonitor(), after, fit=0.45, mismatch=through).lost
-    elsewhere = feed(HealthMonitor(), after, "it fits where it cannot be", fit=0.7, mismatch=crowd)
+    assert feed(HealthMonitor(), after, inlier_ratio=0.45, consistency=through).lost
+    elsewhere = feed(
+        HealthMonitor(), after, "it fits where it cannot be", inlier_ratio=0.7, consistency=crowd
+    )
     assert elsewhere.lost
 
 
@@ -203,7 +207,7 @@ def test_reset_forgets_everything(news: list[str]) -> None:
     for item in news:
         match item:
             case "good" | "poor":
-                feed(monitor, 1, fit=0.9 if item == "good" else 0.3)
+                feed(monitor, 1, inlier_ratio=0.9 if item == "good" else 0.3)
             case "refused":
                 feed(monitor, 1, "bad")
             case _:
@@ -219,25 +223,25 @@ def test_reset_forgets_everything(news: list[str]) -> None:
 
 # What the map does not explain
 
-CROWD = Mismatch(0.4, 0.37, 0.02, 0.01)
-THROUGH = Mismatch(0.3, 0.06, 0.2, 0.04)
-BEYOND = Mismatch(0.95, 0.0, 0.0, 0.95)
+CROWD = ScanConsistency(0.4, 0.37, 0.02, 0.01)
+THROUGH = ScanConsistency(0.3, 0.06, 0.2, 0.04)
+BEYOND = ScanConsistency(0.95, 0.0, 0.0, 0.95)
 
 
 def test_crowd_is_told_and_costs_no_trust() -> None:
-    monitor = feed(HealthMonitor(), 2, fit=0.6, mismatch=CROWD)
+    monitor = feed(HealthMonitor(), 2, inlier_ratio=0.6, consistency=CROWD)
     assert ask(monitor) == (Health.TRACKING, ())
-    health, (reason,) = ask(feed(monitor, 20, fit=0.6, mismatch=CROWD))
+    health, (reason,) = ask(feed(monitor, 20, inlier_ratio=0.6, consistency=CROWD))
     assert health is Health.TRACKING
     assert "ends before mapped surfaces: people" in reason
     assert not monitor.doubtful
-    assert ask(feed(monitor, 20, mismatch=Mismatch(0.02, 0.0, 0.0, 0.02)))[1] == ()
+    assert ask(feed(monitor, 20, consistency=ScanConsistency(0.02, 0.0, 0.0, 0.02)))[1] == ()
 
 
 def test_sweeps_that_pass_through_walls_make_suspect_within_two_seconds_but_never_lost() -> None:
     monitor, checks, first = HealthMonitor(), 0, None
     for i in range(150):
-        feed(monitor, 1, fit=0.7, mismatch=THROUGH)
+        feed(monitor, 1, inlier_ratio=0.7, consistency=THROUGH)
         checks += monitor.needs_check
         if first is None and ask(monitor)[0] is Health.SUSPECT:
             first = i
@@ -248,20 +252,23 @@ def test_sweeps_that_pass_through_walls_make_suspect_within_two_seconds_but_neve
     assert health is Health.SUSPECT
     assert "passes through mapped surfaces: things gone, or a wrong pose" in reason
     assert not monitor.lost
-    assert ask(feed(monitor, 20, mismatch=Mismatch(0.0, 0.0, 0.0, 0.0)))[0] is Health.TRACKING
+    assert (
+        ask(feed(monitor, 20, consistency=ScanConsistency(0.0, 0.0, 0.0, 0.0)))[0]
+        is Health.TRACKING
+    )
 
 
 def test_robot_that_leaves_the_map_is_suspect_and_neither_lost_nor_told_by_kiss() -> None:
     monitor = feed(HealthMonitor(), 5)
     for _ in range(100):
-        feed(monitor, 1, "it fits badly", fit=0.05, mismatch=BEYOND)
+        feed(monitor, 1, "it fits badly", inlier_ratio=0.05, consistency=BEYOND)
         monitor.opinion(3.0, 1.0)
     health, (reason,) = ask(monitor)
     assert health is Health.SUSPECT
     assert reason == "it fits badly: the robot has left the map and goes by its own motion"
     assert not monitor.lost
     assert ask(feed(monitor, 1))[0] is Health.TRACKING
-    assert ask(feed(monitor, 12, "it fits badly", mismatch=THROUGH))[0] is Health.LOST
+    assert ask(feed(monitor, 12, "it fits badly", consistency=THROUGH))[0] is Health.LOST
 
 
 def test_estimate_that_no_scanner_speaks_to_is_suspect() -> None:
@@ -274,7 +281,7 @@ def test_estimate_that_no_scanner_speaks_to_is_suspect() -> None:
 
 def test_break_in_what_is_seen_is_suspect_until_enough_sweeps_fit_and_then_wants_a_check() -> None:
     monitor = feed(HealthMonitor(), 5)
-    monitor.broken(Mismatch(0.5, 0.48, 0.01, 0.01))
+    monitor.broken(ScanConsistency(0.5, 0.48, 0.01, 0.01))
     assert ask(monitor)[0] is Health.TRACKING
     monitor.broken(THROUGH)
     reason = "all that is seen changed at once: was it carried?"

@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 
 from localization.filter.ekf import EkfConfig, SkidSteerEkf
 from localization.maps.prepared_map import PreparedMap
-from localization.motion.motion_model import Motion, MotionSource, Suite
+from localization.motion.motion_model import Motion, MotionModel, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import (
     SECOND,
@@ -40,7 +40,7 @@ def _scaled(step: Pose) -> Pose:
     return Pose.planar(1.03 * step.position[0], 1.03 * step.position[1], 1.04 * step.yaw)
 
 
-def seen_by(suite: Suite, drive: Drive) -> Iterator[Reading]:
+def seen_by(suite: SensorConfiguration, drive: Drive) -> Iterator[Reading]:
     """The readings of a drive that a robot with such sensors has."""
     for reading in drive.readings():
         match reading:
@@ -57,7 +57,7 @@ def seen_by(suite: Suite, drive: Drive) -> Iterator[Reading]:
 
 
 def localize(
-    world: PreparedMap, suite: Suite, drive: Drive, scanners: tuple[str, ...]
+    world: PreparedMap, suite: SensorConfiguration, drive: Drive, scanners: tuple[str, ...]
 ) -> list[Estimate]:
     """The estimates of a drive, hinted at its start."""
     mounts = {name: MOUNTS[name] for name in scanners}
@@ -82,7 +82,7 @@ def test_any_suite_of_sensors_keeps_track_of_the_robot_and_of_its_own_error(
     hall: PreparedMap, motion: Motion, scanners: tuple[str, ...], flat: bool
 ) -> None:
     drive = Drive(HALL, START, *LOOP, noise=0.012, seed=4, scanners=scanners)
-    told = localize(hall, Suite(motion, flat), drive, scanners)
+    told = localize(hall, SensorConfiguration(motion, flat), drive, scanners)
     placed = [e for e in told if e.map_from_base is not None and e.stamp > 2 * SECOND]
     errors, told_sigma = [], []
     for estimate in placed:
@@ -109,7 +109,7 @@ def suite_is_rich(motion: Motion) -> bool:
 
 def test_what_a_suite_lacks_is_not_missed(hall: PreparedMap) -> None:
     drive = Drive(HALL, START, (3.0, 0.3, 0.0), scanners=HORIZONTAL)
-    last = localize(hall, Suite(Motion.ODOMETRY), drive, HORIZONTAL)[-1]
+    last = localize(hall, SensorConfiguration(Motion.ODOMETRY), drive, HORIZONTAL)[-1]
     assert not any("nothing from" in reason for reason in last.reasons)
 
 
@@ -117,7 +117,10 @@ def test_odometry_that_runs_ahead_is_taken_only_where_it_leads_and_goes_on(
     hall: PreparedMap,
 ) -> None:
     ahead = [Odometry(60 * SECOND + i * TICK, Pose.identity()) for i in (0, 1, 2)]
-    for suite, refused in ((Suite(Motion.ODOMETRY), 1), (Suite(Motion.WHEELS), 3)):
+    for suite, refused in (
+        (SensorConfiguration(Motion.ODOMETRY), 1),
+        (SensorConfiguration(Motion.WHEELS), 3),
+    ):
         localizer = Localizer(hall, MOUNTS, LocalizerConfig.of(suite))
         localizer.add(Odometry(TICK, Pose.identity()))
         localizer.add(WheelSpeeds(TICK, 0.0, 0.0))
@@ -128,7 +131,7 @@ def test_odometry_that_runs_ahead_is_taken_only_where_it_leads_and_goes_on(
 
 def test_unknown_motion_is_refused_with_those_there_are() -> None:
     with pytest.raises(ValueError, match=r"motion must be one of .*'odometry'.* got 'legs'"):
-        Suite("legs")  # type: ignore[arg-type]
+        SensorConfiguration("legs")  # type: ignore[arg-type]
 
 
 @given(
@@ -140,7 +143,7 @@ def test_unknown_motion_is_refused_with_those_there_are() -> None:
 def test_poses_along_an_arc_give_its_speed_and_turn(
     start: tuple[float, float, float], speed: float, turn: float, seconds: float
 ) -> None:
-    source = MotionSource(Suite(Motion.ODOMETRY), track=TRACK, silence=SECOND)
+    source = MotionModel(SensorConfiguration(Motion.ODOMETRY), track=TRACK, silence=SECOND)
     began, ends = 5 * SECOND, 5 * SECOND + round(seconds * SECOND)
     seconds = (ends - began) / SECOND
     half = 0.5 * turn * seconds
@@ -156,7 +159,7 @@ def test_poses_along_an_arc_give_its_speed_and_turn(
 
 
 def test_odometry_after_a_long_pause_says_nothing_of_the_pause() -> None:
-    source = MotionSource(Suite(Motion.ODOMETRY), track=TRACK, silence=SECOND)
+    source = MotionModel(SensorConfiguration(Motion.ODOMETRY), track=TRACK, silence=SECOND)
     source.take(Odometry(SECOND, Pose.identity()), (0.0, 0.0))
     after = source.take(Odometry(9 * SECOND, Pose.planar(7.0, 0.0, 0.0)), (0.0, 0.0))
     assert after is not None
@@ -175,7 +178,7 @@ def beginning_to_turn(wheels_every: int, *, ticks: int = 60) -> Iterator[Reading
 
 @pytest.mark.parametrize("wheels_every", [1, 5])
 def test_wheels_are_compared_with_the_gyro_over_the_time_they_cover(wheels_every: int) -> None:
-    source = MotionSource(Suite(), track=TRACK, silence=SECOND // 2)
+    source = MotionModel(SensorConfiguration(), track=TRACK, silence=SECOND // 2)
     ekf = SkidSteerEkf(EkfConfig(effective_track=TRACK))
     compared, at_once = [], []
     for reading in beginning_to_turn(wheels_every):

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.maps.prepared_map import PreparedMap
-from localization.motion.motion_model import Motion, Suite
+from localization.motion.motion_model import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
-from localization.pipeline.replay_buffer import Past, RewindConfig
+from localization.pipeline.replay_buffer import LateReadingsConfig, Past
 from localization.pipeline.validation import end_of
 from localization.types import (
     SECOND,
@@ -28,7 +28,7 @@ from localization.types import (
 from tests.support_rooms import HALL, MOUNTS, TICK, Drive, apart
 
 START = Pose.planar(2.6, 1.6, 0.2)
-EXACT = RewindConfig(moved=0.0)
+EXACT = LateReadingsConfig(reuse_distance=0.0)
 SUITES = [Motion.WHEELS_AND_GYRO, Motion.WHEELS, Motion.GYRO, Motion.ODOMETRY, Motion.SCANNER]
 
 
@@ -37,7 +37,7 @@ def drive() -> Drive:
     return Drive(HALL, START, (0.6, 0.0, 0.0), (1.4, 0.5, 0.4), (0.6, 0.2, -0.6), seed=4)
 
 
-def in_order(drive: Drive, suite: Suite) -> list[Reading]:
+def in_order(drive: Drive, suite: SensorConfiguration) -> list[Reading]:
     """A drive's readings in the order in which they count, with the hint that places it."""
     readings = [*drive.readings()]
     readings += [
@@ -65,9 +65,12 @@ def delayed(readings: Sequence[Reading], seed: int, most: int) -> list[Reading]:
 
 
 def run(
-    world: PreparedMap, suite: Suite, rewind: RewindConfig, readings: Sequence[Reading]
+    world: PreparedMap,
+    suite: SensorConfiguration,
+    rewind: LateReadingsConfig,
+    readings: Sequence[Reading],
 ) -> Estimate:
-    localizer = Localizer(world, MOUNTS, replace(LocalizerConfig.of(suite), rewind=rewind))
+    localizer = Localizer(world, MOUNTS, replace(LocalizerConfig.of(suite), late_readings=rewind))
     for reading in readings:
         estimate = localizer.add(reading)
     assert localizer.refused == 0
@@ -87,7 +90,7 @@ def bits(estimate: Estimate) -> tuple[object, ...]:
 def test_readings_out_of_order_give_the_bits_of_those_in_order(
     hall: PreparedMap, drive: Drive, motion: Motion, seed: int, most: int
 ) -> None:
-    suite = Suite(motion, flat=motion is not Motion.WHEELS_AND_GYRO)
+    suite = SensorConfiguration(motion, flat=motion is not Motion.WHEELS_AND_GYRO)
     readings = in_order(drive, suite)
     told = run(hall, suite, EXACT, readings)
     assert bits(run(hall, suite, EXACT, delayed(readings, seed, most))) == bits(told)
@@ -98,9 +101,11 @@ def test_readings_out_of_order_give_the_bits_of_those_in_order(
 def test_sweeps_that_keep_their_match_make_no_difference_to_speak_of(
     hall: PreparedMap, drive: Drive, seed: int, most: int
 ) -> None:
-    readings = in_order(drive, Suite())
-    told = run(hall, Suite(), RewindConfig(), readings).map_from_base
-    again = run(hall, Suite(), RewindConfig(), delayed(readings, seed, most)).map_from_base
+    readings = in_order(drive, SensorConfiguration())
+    told = run(hall, SensorConfiguration(), LateReadingsConfig(), readings).map_from_base
+    again = run(
+        hall, SensorConfiguration(), LateReadingsConfig(), delayed(readings, seed, most)
+    ).map_from_base
     assert told is not None
     assert again is not None
     distance, angle = apart(told, again)
@@ -112,16 +117,16 @@ def test_sweeps_that_keep_their_match_make_no_difference_to_speak_of(
 def test_taking_readings_again_changes_nothing_that_is_in_order(
     hall: PreparedMap, drive: Drive, motion: Motion
 ) -> None:
-    suite = Suite(motion)
+    suite = SensorConfiguration(motion)
     readings = in_order(drive, suite)
-    kept = run(hall, suite, RewindConfig(), readings)
-    assert bits(kept) == bits(run(hall, suite, RewindConfig(horizon=0), readings))
+    kept = run(hall, suite, LateReadingsConfig(), readings)
+    assert bits(kept) == bits(run(hall, suite, LateReadingsConfig(horizon=0), readings))
 
 
 def test_late_scan_is_registered_once_and_the_others_keep_their_match(
     hall: PreparedMap, drive: Drive
 ) -> None:
-    readings = in_order(drive, Suite())
+    readings = in_order(drive, SensorConfiguration())
     scans = [r for r in readings if isinstance(r, Scan) and r.scanner == "laser_vertical"]
     late = next(s for s in scans if s.stamp > 1.2 * SECOND)
     calls: list[str] = []
@@ -143,7 +148,7 @@ def test_late_scan_is_registered_once_and_the_others_keep_their_match(
     news = [localizer.add(reading) for reading in rest[at:]]
     moved_on = next(e for e in news if e.stamp > now)
     assert moved_on.sweep is not None, "it is told with the reading that moves time on next"
-    ran = run(hall, Suite(), RewindConfig(), readings).map_from_base
+    ran = run(hall, SensorConfiguration(), LateReadingsConfig(), readings).map_from_base
     ended = news[-1].map_from_base
     assert ran is not None
     assert ended is not None
@@ -153,7 +158,7 @@ def test_late_scan_is_registered_once_and_the_others_keep_their_match(
 def test_sweep_of_late_scans_is_told_where_the_robot_is_by_then(
     hall: PreparedMap, drive: Drive
 ) -> None:
-    readings = in_order(drive, Suite())
+    readings = in_order(drive, SensorConfiguration())
     delay = SECOND // 4
     arrival = [end_of(r) + delay * isinstance(r, Scan) for r in readings]
     localizer = Localizer(hall, MOUNTS)
@@ -175,7 +180,7 @@ def test_sweep_of_late_scans_is_told_where_the_robot_is_by_then(
 def test_late_hint_is_brought_forward_to_where_the_robot_has_driven(
     hall: PreparedMap, drive: Drive
 ) -> None:
-    readings = [r for r in in_order(drive, Suite()) if not isinstance(r, Hint)]
+    readings = [r for r in in_order(drive, SensorConfiguration()) if not isinstance(r, Hint)]
     then = SECOND
     hint = Hint(then, drive.pose(then), np.diag([0.01] * 6))
     at = next(i for i, r in enumerate(readings) if r.stamp > then + SECOND)
@@ -192,7 +197,7 @@ def test_late_hint_is_brought_forward_to_where_the_robot_has_driven(
 def test_hint_is_answered_once_though_readings_come_late_while_it_is_looked_for(
     hall: PreparedMap, drive: Drive
 ) -> None:
-    readings = in_order(drive, Suite())
+    readings = in_order(drive, SensorConfiguration())
     localizer = Localizer(hall, MOUNTS)
     verdicts = []
     for reading in delayed(readings, 3, SECOND // 2):
@@ -204,8 +209,10 @@ def test_hint_is_answered_once_though_readings_come_late_while_it_is_looked_for(
 def test_reading_later_than_the_horizon_is_refused_with_how_late_it_is(
     hall: PreparedMap, drive: Drive
 ) -> None:
-    readings = in_order(drive, Suite())
-    localizer = Localizer(hall, MOUNTS, replace(LocalizerConfig(), rewind=RewindConfig(SECOND)))
+    readings = in_order(drive, SensorConfiguration())
+    localizer = Localizer(
+        hall, MOUNTS, replace(LocalizerConfig(), late_readings=LateReadingsConfig(SECOND))
+    )
     for reading in readings[:-40]:
         localizer.add(reading)
     now = localizer.add(readings[-40]).stamp
@@ -214,7 +221,7 @@ def test_reading_later_than_the_horizon_is_refused_with_how_late_it_is(
 
 
 def test_past_forgets_what_is_beyond_its_horizon() -> None:
-    past: Past[int, None] = Past(RewindConfig(), Suite())
+    past: Past[int, None] = Past(LateReadingsConfig(), SensorConfiguration())
     for i in range(1, 1000):
         past.note(WheelSpeeds(i * TICK, 0.0, 0.0), lambda: 0)
         past.note(Inertial(i * TICK, np.zeros(3), np.zeros(3)), lambda i=i: i)  # type: ignore[misc]
@@ -224,7 +231,9 @@ def test_past_forgets_what_is_beyond_its_horizon() -> None:
     assert len(again) <= 205
 
 
-@pytest.mark.parametrize("wrong", [{"horizon": -1}, {"moved": -0.1}, {"turned": -0.1}])
+@pytest.mark.parametrize(
+    "wrong", [{"horizon": -1}, {"reuse_distance": -0.1}, {"reuse_angle": -0.1}]
+)
 def test_rewind_settings_below_zero_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ValueError, match="rewind settings must be >= 0"):
-        RewindConfig(**wrong)  # type: ignore[arg-type]
+        LateReadingsConfig(**wrong)  # type: ignore[arg-type]

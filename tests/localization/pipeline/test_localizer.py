@@ -171,7 +171,15 @@ def test_stages_are_named_around_their_work(hall: PreparedMap) -> None:
     localizer = Localizer(hall, MOUNTS, stage=stage)
     readings = hinted(Drive(HALL, START, (0.8, 0.0, 0.0)).readings(), START, 15)
     assert len(list(feed(localizer, readings))) == 40
-    wanted = {"predict", "deskew", "kiss odometry", "ekf", "registration", "mismatch", "search"}
+    wanted = {
+        "predict",
+        "deskew",
+        "kiss odometry",
+        "ekf",
+        "registration",
+        "scan consistency",
+        "search",
+    }
     assert wanted <= set(seen) <= wanted | {"kiss opinion", "mounts"}
 
 

@@ -42,7 +42,7 @@ class Moody:
     def __call__(self, sweep: Sweep, prior: Pose, covariance: FloatArray) -> Match:
         match = register(sweep, self._world, prior, covariance)
         moody = self._begin <= sweep.stamp < self._end
-        return replace(match, fit=0.1) if moody else match
+        return replace(match, inlier_ratio=0.1) if moody else match
 
 
 def drive(seconds: float) -> Drive:

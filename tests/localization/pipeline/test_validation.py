@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from localization.maps.prepared_map import PreparedMap
 from localization.pipeline.localizer import Localizer
-from localization.pipeline.validation import Intake
+from localization.pipeline.validation import ReadingValidator
 from localization.types import (
     SECOND,
     Estimate,
@@ -74,7 +74,7 @@ IMPOSSIBLE = {
 
 @pytest.mark.parametrize(("reading", "why"), IMPOSSIBLE.values(), ids=IMPOSSIBLE)
 def test_reading_that_cannot_be_true_is_refused_in_one_line(reading: Reading, why: str) -> None:
-    intake = Intake(MOUNTS)
+    intake = ReadingValidator(MOUNTS)
     refusal = intake.refusal(reading)
     assert refusal is not None
     assert refusal.startswith("refused")
@@ -94,7 +94,7 @@ WELCOME = {
 
 @pytest.mark.parametrize("reading", WELCOME.values(), ids=WELCOME)
 def test_reading_that_can_be_true_is_welcome(reading: Reading) -> None:
-    intake = Intake(MOUNTS)
+    intake = ReadingValidator(MOUNTS)
     assert intake.refusal(reading) is None
     assert intake.refused == 0
 
@@ -114,7 +114,7 @@ KINDS = ["wheel speeds", "inertial reading", "scan of laser_horizontal", "scan o
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_without_a_horizon_stamps_of_a_source_must_increase(kind: str) -> None:
-    intake = Intake(MOUNTS, horizon=0)
+    intake = ReadingValidator(MOUNTS, horizon=0)
     assert intake.refusal(made(kind, 5 * SECOND)) is None
     for late in (5 * SECOND, 3 * SECOND):
         why = intake.refusal(made(kind, late))
@@ -126,7 +126,7 @@ def test_without_a_horizon_stamps_of_a_source_must_increase(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_same_stamp_again_is_refused_in_order_and_out_of_it(kind: str) -> None:
-    intake = Intake(MOUNTS)
+    intake = ReadingValidator(MOUNTS)
     for stamp in (5 * SECOND, 6 * SECOND, 5 * SECOND + 7):
         assert intake.refusal(made(kind, stamp), 6 * SECOND) is None
     for stamp in (5 * SECOND, 5 * SECOND + 7, 6 * SECOND):
@@ -138,7 +138,7 @@ def test_same_stamp_again_is_refused_in_order_and_out_of_it(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_reading_later_than_the_horizon_is_refused_and_told_how_late_it_is(kind: str) -> None:
-    intake = Intake(MOUNTS)
+    intake = ReadingValidator(MOUNTS)
     assert intake.refusal(made(kind, 10 * SECOND), 10 * SECOND) is None
     assert intake.refusal(made(kind, 8 * SECOND), 10 * SECOND) is None
     why = intake.refusal(made(kind, 7 * SECOND), 10 * SECOND)
@@ -149,7 +149,7 @@ def test_reading_later_than_the_horizon_is_refused_and_told_how_late_it_is(kind:
 
 
 def test_leap_of_what_moves_time_on_is_believed_when_the_next_reading_follows_it() -> None:
-    intake = Intake(MOUNTS)
+    intake = ReadingValidator(MOUNTS)
     now = 5 * SECOND
     assert intake.refusal(inertial(now), 0) is None
     why = intake.refusal(inertial(now + 30 * SECOND), now)
@@ -164,7 +164,7 @@ def test_leap_of_what_moves_time_on_is_believed_when_the_next_reading_follows_it
 
 
 def test_leap_of_the_clock_is_refused_with_what_to_do() -> None:
-    intake = Intake(MOUNTS)
+    intake = ReadingValidator(MOUNTS)
     assert intake.refusal(inertial(SECOND)) is None
     for leap in (61, 62):
         why = intake.refusal(inertial((1 + leap) * SECOND), SECOND)
@@ -178,19 +178,19 @@ def test_leap_of_the_clock_is_refused_with_what_to_do() -> None:
 
 @given(order=st.permutations(KINDS))
 def test_sources_do_not_wait_for_each_other(order: list[str]) -> None:
-    intake = Intake(MOUNTS)
+    intake = ReadingValidator(MOUNTS)
     for i, kind in enumerate(order):
         assert intake.refusal(made(kind, (9 - i) * SECOND)) is None
 
 
 def test_hints_may_come_in_any_order() -> None:
-    intake = Intake(MOUNTS)
+    intake = ReadingValidator(MOUNTS)
     for stamp in (5, 3, 3, 0):
         assert intake.refusal(Hint(stamp * SECOND, Pose.identity(), np.zeros((6, 6)))) is None
 
 
 def test_refused_reading_does_not_count_as_the_last() -> None:
-    intake = Intake(MOUNTS)
+    intake = ReadingValidator(MOUNTS)
     assert intake.refusal(WheelSpeeds(SECOND, 0.0, 0.0)) is None
     assert intake.refusal(WheelSpeeds(9 * SECOND, NAN, 0.0)) is not None
     assert intake.refusal(WheelSpeeds(2 * SECOND, 0.0, 0.0)) is None

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.maps.prepared_map import PreparedMap
-from localization.relocalization.hint_search import Found, HintDesk
+from localization.relocalization.hint_search import Found, HintSearch
 from localization.relocalization.window_search import FloorPlan, SearchConfig, Window, same_place
 from localization.types import Hint, Pose, Sweep, Verdict
 from tests.support import floats
@@ -17,10 +17,10 @@ LEVEL = Pose.identity()
 DEFAULT = np.zeros((6, 6))
 
 
-def desk_of(world: PreparedMap, config: SearchConfig | None = None) -> HintDesk:
+def desk_of(world: PreparedMap, config: SearchConfig | None = None) -> HintSearch:
     config = config or SearchConfig()
     plan = FloorPlan(world, 0.35, cell=config.cell, sigma=config.field_sigma)
-    return HintDesk(world, plan, config)
+    return HintSearch(world, plan, config)
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +29,8 @@ def hall_plan(hall: PreparedMap) -> FloorPlan:
 
 
 @pytest.fixture
-def desk(hall: PreparedMap, hall_plan: FloorPlan) -> HintDesk:
-    return HintDesk(hall, hall_plan)
+def desk(hall: PreparedMap, hall_plan: FloorPlan) -> HintSearch:
+    return HintSearch(hall, hall_plan)
 
 
 def a_hint(pose: Pose, *, sigma: float | None = None, sigma_yaw: float = 0.2) -> Hint:
@@ -40,7 +40,7 @@ def a_hint(pose: Pose, *, sigma: float | None = None, sigma_yaw: float = 0.2) ->
     return Hint(0, pose, covariance)
 
 
-def finish(desk: HintDesk, *, odom: Pose = ODOM, current: Pose | None = None) -> Found:
+def finish(desk: HintSearch, *, odom: Pose = ODOM, current: Pose | None = None) -> Found:
     for _ in range(10_000):
         found = desk.advance(odom, current)
         if found is not None:
@@ -49,7 +49,7 @@ def finish(desk: HintDesk, *, odom: Pose = ODOM, current: Pose | None = None) ->
 
 
 def settle(
-    desk: HintDesk, hint: Hint, place: Place, true: Pose, *, current: Pose | None = None
+    desk: HintSearch, hint: Hint, place: Place, true: Pose, *, current: Pose | None = None
 ) -> Found:
     desk.receive(hint, 1, ODOM)
     desk.begin(place.sweep(true, noise=0.01), ODOM, LEVEL)
@@ -60,7 +60,7 @@ def settle(
 
 @pytest.mark.parametrize("seed", [*range(8), 13])  # 3, 5, 7, 13: once pitched by degrees
 def test_hint_a_metre_and_twenty_degrees_off_is_accepted_where_the_robot_is(
-    desk: HintDesk, seed: int
+    desk: HintSearch, seed: int
 ) -> None:
     rng = np.random.default_rng(seed)
     true = Pose.planar(rng.uniform(1.5, 5.5), rng.uniform(0.8, 3.5), rng.uniform(-np.pi, np.pi))
@@ -80,7 +80,7 @@ def test_hint_a_metre_and_twenty_degrees_off_is_accepted_where_the_robot_is(
 
 @pytest.mark.parametrize(("x", "y"), [(-2.0, 3.0), (9.6, 3.0), (4.0, 900.0)])
 def test_hint_outside_the_map_is_rejected_at_once_and_told_where_the_map_is(
-    desk: HintDesk, x: float, y: float
+    desk: HintSearch, x: float, y: float
 ) -> None:
     hint = a_hint(Pose.planar(x, y, 0.0))
     desk.receive(hint, 7, ODOM)
@@ -94,7 +94,7 @@ def test_hint_outside_the_map_is_rejected_at_once_and_told_where_the_map_is(
 
 
 def test_hint_beyond_the_edge_of_the_map_is_looked_for_as_far_as_its_window_reaches(
-    desk: HintDesk,
+    desk: HintSearch,
 ) -> None:
     true = Pose.planar(6.8, 3.0, 0.0)
     found = settle(desk, a_hint(Pose.planar(8.2, 3.0, 0.1)), HALL, true)
@@ -102,7 +102,7 @@ def test_hint_beyond_the_edge_of_the_map_is_looked_for_as_far_as_its_window_reac
     assert apart(true, found.candidates[0].map_from_base)[0] < 0.10
 
 
-def test_hint_outside_the_map_does_not_end_a_search_under_way(desk: HintDesk) -> None:
+def test_hint_outside_the_map_does_not_end_a_search_under_way(desk: HintSearch) -> None:
     good = a_hint(Pose.planar(4.0, 2.5, 0.0))
     desk.receive(good, 1, ODOM)
     desk.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.1)), ODOM, LEVEL)
@@ -110,7 +110,7 @@ def test_hint_outside_the_map_does_not_end_a_search_under_way(desk: HintDesk) ->
     assert finish(desk).hint is good
 
 
-def test_hint_where_the_robot_is_not_is_rejected_with_what_was_searched(desk: HintDesk) -> None:
+def test_hint_where_the_robot_is_not_is_rejected_with_what_was_searched(desk: HintSearch) -> None:
     hint = a_hint(Pose.planar(1.5, 4.0, 0.0), sigma=0.2, sigma_yaw=0.1)
     found = settle(desk, hint, HALL, Pose.planar(6.0, 1.0, 2.0))
     assert found.verdict is Verdict.REJECTED
@@ -138,7 +138,7 @@ def test_narrow_hint_in_a_square_room_is_accepted(square: PreparedMap) -> None:
     assert same_place(found.candidates[0].map_from_base, true)
 
 
-def test_estimate_that_is_the_best_pose_is_kept(desk: HintDesk) -> None:
+def test_estimate_that_is_the_best_pose_is_kept(desk: HintSearch) -> None:
     true = Pose.planar(4.0, 2.5, 0.4)
     current = true @ Pose.planar(0.02, 0.01, 0.0)
     found = settle(desk, a_hint(true @ Pose.planar(0.5, 0.3, 0.2)), HALL, true, current=current)
@@ -155,7 +155,7 @@ def test_estimate_that_explains_as_much_is_kept_against_another_place(square: Pr
     assert "the best pose near the hint" in found.reason
 
 
-def test_wrong_estimate_gives_way_to_the_hint(desk: HintDesk) -> None:
+def test_wrong_estimate_gives_way_to_the_hint(desk: HintSearch) -> None:
     true = Pose.planar(4.0, 2.5, 0.4)
     wrong = Pose.planar(2.0, 3.5, -2.0)
     found = settle(desk, a_hint(true), HALL, true, current=wrong)
@@ -168,7 +168,7 @@ def test_wrong_estimate_gives_way_to_the_hint(desk: HintDesk) -> None:
 def test_what_was_found_is_brought_forward_by_odometry(
     hall: PreparedMap, hall_plan: FloorPlan, x: float, y: float, turn: float
 ) -> None:
-    desk = HintDesk(hall, hall_plan)
+    desk = HintSearch(hall, hall_plan)
     true, moved = Pose.planar(4.0, 2.5, 0.4), Pose.planar(x, y, turn)
     desk.receive(a_hint(true), 1, ODOM)
     desk.begin(HALL.sweep(true), ODOM, LEVEL)
@@ -177,7 +177,7 @@ def test_what_was_found_is_brought_forward_by_odometry(
     assert apart(found.candidates[0].map_from_base, true @ moved)[0] < 0.03
 
 
-def test_window_moves_on_with_the_robot_until_the_search_begins(desk: HintDesk) -> None:
+def test_window_moves_on_with_the_robot_until_the_search_begins(desk: HintSearch) -> None:
     """A hint tells where the robot was when it was given; the sweep comes later."""
     hinted, moved = Pose.planar(2.5, 1.5, 0.0), Pose.planar(2.5, 1.0, 1.5)
     desk.receive(a_hint(hinted, sigma=0.1, sigma_yaw=0.05), 1, ODOM)
@@ -189,7 +189,7 @@ def test_window_moves_on_with_the_robot_until_the_search_begins(desk: HintDesk) 
 
 @pytest.mark.parametrize("begun", [False, True])
 def test_newer_hint_takes_the_place_of_the_older_which_is_answered(
-    desk: HintDesk, begun: bool
+    desk: HintSearch, begun: bool
 ) -> None:
     old, new = a_hint(Pose.planar(2.0, 3.0, 0.0)), a_hint(Pose.planar(4.0, 2.5, 0.4))
     desk.receive(old, 1, ODOM)
@@ -211,7 +211,7 @@ def test_newer_hint_takes_the_place_of_the_older_which_is_answered(
 def test_every_hint_is_answered_once_in_order(
     hall: PreparedMap, hall_plan: FloorPlan, n: int
 ) -> None:
-    desk = HintDesk(hall, hall_plan)
+    desk = HintSearch(hall, hall_plan)
     hints = [a_hint(Pose.planar(4.0 + 2.0 * (i % 4), 2.5, 0.4), sigma=0.1) for i in range(n)]
     for i, hint in enumerate(hints):
         desk.receive(hint, i, ODOM)
@@ -228,7 +228,7 @@ def test_every_hint_is_answered_once_in_order(
     assert sorted(map(id, answered)) == sorted(map(id, hints))
 
 
-def test_search_without_a_hint_gives_way_to_one(desk: HintDesk) -> None:
+def test_search_without_a_hint_gives_way_to_one(desk: HintSearch) -> None:
     sweep = HALL.sweep(Pose.planar(4.0, 2.5, 0.4))
     desk.search_around(Window(4.0, 2.5, 0.4, 1.0, 0.5), sweep, ODOM, LEVEL)
     assert desk.busy
@@ -239,7 +239,7 @@ def test_search_without_a_hint_gives_way_to_one(desk: HintDesk) -> None:
     assert finish(desk).hint is hint
 
 
-def test_hint_does_not_give_way_to_a_search_without_one(desk: HintDesk) -> None:
+def test_hint_does_not_give_way_to_a_search_without_one(desk: HintSearch) -> None:
     sweep = HALL.sweep(Pose.planar(4.0, 2.5, 0.4))
     hint = a_hint(Pose.planar(4.2, 2.5, 0.4))
     desk.receive(hint, 1, ODOM)
@@ -249,14 +249,14 @@ def test_hint_does_not_give_way_to_a_search_without_one(desk: HintDesk) -> None:
     assert finish(desk).hint is hint
 
 
-def test_idle_desk_finds_nothing(desk: HintDesk) -> None:
+def test_idle_desk_finds_nothing(desk: HintSearch) -> None:
     assert not desk.busy
     assert desk.advance(ODOM, None) is None
     desk.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.4)), ODOM, LEVEL)
     assert not desk.busy
 
 
-def test_sweep_without_points_rejects_the_hint(desk: HintDesk) -> None:
+def test_sweep_without_points_rejects_the_hint(desk: HintSearch) -> None:
     hint = a_hint(Pose.planar(4.0, 2.5, 0.4))
     desk.receive(hint, 1, ODOM)
     nothing = np.zeros((0, 3))

@@ -13,12 +13,8 @@ from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 from PIL import Image
 
-from localization.maps.occupancy_grid import (
-    GridOrigin,
-    OccupancyError,
-    OccupancyMap,
-    read_occupancy_map,
-)
+from localization.maps.map_yaml import GridOrigin, OccupancyError
+from localization.maps.occupancy_grid import OccupancyMap, read_occupancy_map
 from robot_sim.array_types import BoolArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Placement, Plan
@@ -221,7 +217,7 @@ def test_plan_reads_back_from_its_text(tmp_path: Path) -> None:
         ({"mode": "fuzzy"}, "mode must be one of trinary, scale, raw, got 'fuzzy'"),
         ({"image": "7"}, "image must be the name of a file, got 7"),
         ({"image": "gone.pgm"}, "gone.pgm' cannot be read: No such file"),
-        ({"image": "map.yaml"}, "map.yaml' is no image; PGM and PNG will do"),
+        ({"image": "map.yaml"}, "map.yaml' is not an image; use PGM or PNG"),
         ({"image": '"unclosed'}, "is not YAML"),
     ],
 )

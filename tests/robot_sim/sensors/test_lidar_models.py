@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.logs.ros_messages import read_scan, same_scan, scan_message
+from localization.logs.laser_scan_message import read_scan, same_scan, scan_message
 from localization.types import Scan
 from robot_sim.errors import SensorError, SimulationError
 from robot_sim.sensors.lidar_models import LIDARS, lidar_model

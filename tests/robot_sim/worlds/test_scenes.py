@@ -10,7 +10,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from localization.maps.cloud import Cloud, load_cloud
+from localization.maps.cloud import Cloud
+from localization.maps.map_files import load_cloud
 from localization.types import Health
 from robot_sim import Simulation, SimulationConfig, World, load_world, scene_names
 from robot_sim.array_types import FloatArray

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from localization.display.rerun_sink import Sink
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.operator.display import Display
-from teleop.operator.rerun_sink import Sink
 from tests.teleop.operator.support import Moment, drive, play
 
 

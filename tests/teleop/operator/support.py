@@ -16,6 +16,7 @@ import pytest
 from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
 
+from localization.display.rerun_sink import viewer_program
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import Localizer
@@ -23,7 +24,6 @@ from localization.types import SECOND, Hint, Twist
 from robot_sim import Simulation, World
 from teleop.joystick import VelocityRequest
 from teleop.operator.display import Display
-from teleop.operator.rerun_sink import viewer_program
 from teleop.robot.inbox import DriveCommand, EStop, EStopReset, InboxMessage
 from teleop.robot.robot import Robot
 from teleop.robot.topics.topic_table import OUTPUTS, latched_messages

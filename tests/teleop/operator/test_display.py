@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from localization.display import entity_paths as at
+from localization.display.rerun_sink import Sink
 from localization.maps.cloud import Cloud
 from localization.types import SECOND, Pose
-from teleop.operator import rerun_blueprint as at
 from teleop.operator.display import HINT_SHOWN, Display
-from teleop.operator.rerun_sink import Sink
-from teleop.operator.time_plots import LANE_COLOURS, SERIES
+from teleop.operator.display_layout import LANE_COLOURS, SERIES
 from tests.teleop.operator.support import Moment, column, events, play, rows
 
 

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from localization.display.rerun_sink import Sink, SinkError, viewer_program
 from localization.maps.cloud import Cloud
 from localization.types import SECOND
 from teleop.operator.display import Display
-from teleop.operator.rerun_sink import Sink, SinkError, viewer_program
 from tests.teleop.operator.support import Moment, column, headless_viewer, play, rows
 
 _LEAVE = """
@@ -22,7 +22,7 @@ import sys
 import numpy as np
 from localization.maps.cloud import Cloud
 from teleop.operator.display import Display
-from teleop.operator.rerun_sink import Sink, SinkError
+from localization.display.rerun_sink import Sink, SinkError
 points = np.random.default_rng(0).uniform(0.0, 3.0, (100_000, 3))
 cloud = Cloud(points, np.tile([0.0, 0.0, 1.0], (100_000, 1)), name="x")
 try:
@@ -39,7 +39,7 @@ from pathlib import Path
 import numpy as np
 from localization.maps.cloud import Cloud
 from teleop.operator.display import Display
-from teleop.operator.rerun_sink import Sink
+from localization.display.rerun_sink import Sink
 points = np.random.default_rng(0).uniform(0.0, 3.0, (1000, 3))
 cloud = Cloud(points, np.tile([0.0, 0.0, 1.0], (1000, 1)), name="x")
 display = Display(cloud, sink=Sink(file=Path(sys.argv[1])), strict=True)

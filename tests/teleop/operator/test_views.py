@@ -11,8 +11,8 @@ import pytest
 from PIL import Image
 from rerun.experimental import ViewerClient
 
+from localization.display.colours import ORANGE, SKY, Colour
 from localization.types import SECOND
-from teleop.operator.colours import ORANGE, SKY, Colour
 from tests.teleop.operator.support import headless_viewer
 
 _RED: Colour = (222, 62, 38)

@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 from websockets.asyncio.server import ServerConnection, serve as serve_websocket
 
-from localization.maps.cloud import Cloud, save_cloud
+from localization.maps.cloud import Cloud
+from localization.maps.map_files import save_cloud
 from localization.types import SECOND
 from robot_sim import TICK_NS, World
 from teleop.robot.safety import SafetyConfig

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from localization.evaluation.trajectory import read_tum
-from localization.logs.mcap_log import ReadingsWriter
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.mapping.cloud_builder import distances_to_mesh
-from localization.maps.cloud import load_cloud
+from localization.maps.map_files import load_cloud
 from localization.types import Pose
 from robot_sim import load_world
 from robot_sim.survey.static_mesh import still_mesh

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from localization.maps.cloud import CloudError, load_cloud
+from localization.maps.cloud import CloudError
+from localization.maps.map_files import load_cloud
 from robot_sim import load_world
 from teleop.__main__ import main
 from teleop.scene_clouds import load_scene_cloud, scene_cloud_path

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from localization.display import colours as palette
+from localization.display.colours import DISTANCE_FULL, UNMAPPED, distance_colours, height_greys
 from localization.types import Health
-from teleop.operator import colours as palette
-from teleop.operator.colours import DISTANCE_FULL, UNMAPPED, distance_colours, height_greys
 
 
 def _lightness(colours: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 import rerun_bindings
 
-from teleop.operator.rerun_blueprint import TIMELINE
+from localization.display.entity_paths import TIMELINE
 
 APPLICATION = "farsteer"
 """The viewer keeps its layouts by this name."""

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import StrEnum
-from typing import Final
 
 import rerun as rr
 
-from teleop.operator import colours as palette
-from teleop.operator.colours import ORANGE, SKY, WHITE, YELLOW, Colour
-from teleop.operator.rerun_blueprint import LANES, LEGEND, LOG, PLOTS
-from teleop.operator.rerun_sink import Canvas
+from localization.display.colours import Colour
+from localization.display.entity_paths import LANES, LEGEND, LOG, PLOTS
+from localization.display.rerun_sink import Canvas
 
 
 class Level(StrEnum):
@@ -22,49 +20,15 @@ class Level(StrEnum):
     ALARM = "ERROR"
 
 
-LANE_COLOURS: Final = {
-    "health": palette.HEALTH,
-    "control": palette.CONTROL,
-    "deadman": palette.DEADMAN,
-    "link": palette.LINK,
-    "map": palette.MAP,
-}
-"""Every lane with the states it knows; an unknown one gets a colour of the viewer's."""
-
-SERIES: Final[dict[str, tuple[str, Colour]]] = {
-    "position/sigma": ("sigma", SKY),
-    "position/error": ("true error (simulation only)", WHITE),
-    "fit/fit": ("fit", SKY),
-    "nis/nis": ("NIS", SKY),
-    "speed/stick": ("my stick", YELLOW),
-    "speed/command": ("command in force", ORANGE),
-    "speed/measured": ("measured", SKY),
-}
-"""Every curve by its path under ``plots``, with its name and colour."""
-
-
-_LEGEND: Final = f"""\
-**Grey** the prebuilt map, lighter with height. **Live points** by their distance to it: **teal** none,
-green to **yellow** {palette.DISTANCE_FULL} m or more, **pink** nothing is mapped near. Live points beside
-the map's walls mean that the pose is wrong: give a hint.
-
-**Red robot, white bar ahead** the estimate. **Ellipse and wedge** its 95 % bounds, in the colour of its health.
-**Blue path** the estimate, **white rim** the truth, if a simulation publishes it.
-
-**Orange ghost and ring** a hint and the 95 % of its window; then green accepted, blue kept, orange ambiguous, red
-rejected, and an arrow to the pose that was taken.
-"""
-
-
 class Instruments:
     """Writes lanes, plots and log at whatever time the stream stands."""
 
     def __init__(
         self,
         canvas: Canvas,
-        lanes: Mapping[str, Mapping[str, Colour]] = LANE_COLOURS,
-        series: Mapping[str, tuple[str, Colour]] = SERIES,
-        legend: str = _LEGEND,
+        lanes: Mapping[str, Mapping[str, Colour]],
+        series: Mapping[str, tuple[str, Colour]],
+        legend: str,
     ) -> None:
         """Declare lanes with the colours of their states, curves with name and colour, and the legend."""
         self._canvas = canvas

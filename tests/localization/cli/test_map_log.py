@@ -10,7 +10,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from localization.evaluation.metrics import ate
 from localization.evaluation.trajectory import Trajectory, read_tum
-from localization.maps.cloud import load_cloud
+from localization.maps.map_files import load_cloud
 from localization.pipeline.log_replay import localize
 from localization.types import Pose
 from teleop.__main__ import main

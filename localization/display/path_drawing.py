@@ -7,9 +7,9 @@ from typing import Final
 import numpy as np
 import rerun as rr
 
+from localization.display.colours import Colour
+from localization.display.rerun_sink import Canvas
 from localization.geometry import FloatArray
-from teleop.operator.colours import Colour
-from teleop.operator.rerun_sink import Canvas
 
 STEP: Final = 0.05
 """A path gets a new piece when the robot has moved this far [m]."""

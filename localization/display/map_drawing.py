@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 import rerun as rr
 
-from localization.geometry import FloatArray
-from localization.maps.cloud import Cloud
-from localization.types import Pose
-from teleop.operator import rerun_blueprint as at, robot_drawing as body
-from teleop.operator.colours import (
+from localization.display import entity_paths as at, robot_drawing as body
+from localization.display.colours import (
     GREY,
     ORANGE,
     SKY,
@@ -22,9 +20,13 @@ from teleop.operator.colours import (
     distance_colours,
     height_greys,
 )
-from teleop.operator.message_decoding import Floats
-from teleop.operator.path_drawing import Trail
-from teleop.operator.rerun_sink import Canvas
+from localization.display.path_drawing import Trail
+from localization.display.rerun_sink import Canvas
+from localization.geometry import FloatArray
+from localization.maps.cloud import Cloud
+from localization.types import Pose
+
+Floats: TypeAlias = npt.NDArray[np.float32]
 
 HEADROOM: Final = 1.9
 """What is higher above the map's floor goes to the ``overhead`` entities [m]."""

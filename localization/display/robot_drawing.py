@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 import rerun as rr
 
-from teleop.operator.colours import ORANGE, WHITE, Colour
+from localization.display.colours import ORANGE, WHITE, Colour
 
 # Pioneer 3-AT data sheet (MobileRobots): 508 mm long, 497 mm wide, 277 mm high, wheels 222 mm across.
 LENGTH: Final = 0.508

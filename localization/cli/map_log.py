@@ -1,0 +1,111 @@
+"""Map of a log: the part of ``farsteer map`` that needs neither a scene nor a simulator."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from localization.cli.run_folder import run_folder
+from localization.cli.terminal import Progress, say
+
+if TYPE_CHECKING:
+    from localization.logs.log_interface import ReadingsLog
+    from localization.mapping.cloud_builder import MappingConfig
+    from localization.mapping.slam import Survey
+    from localization.maps.cloud import Cloud
+    from localization.types import Pose
+
+Motion = Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "scanner"]
+"""Names of the sources of motion, as on the command line."""
+
+
+@dataclass(frozen=True)
+class LogMapping:
+    """Options for mapping a log without known poses."""
+
+    start: tuple[float, float, float] | None = None
+    """Pose at which the log begins: x, y [m], heading [degrees]; the map's origin by default."""
+    uneven: bool = False
+    """Follow the ground's height and slope; by default the ground is taken to be level."""
+    motion: Motion | None = None
+    """Source of the motion in a log; by default the best that the log has."""
+    mount: dict[str, tuple[float, float, float, float]] = field(default_factory=dict)
+    """Pose of a log's frame on base_link, where a bag lacks it: NAME x y z [m] yaw [degrees]."""
+    topics: tuple[str, ...] = ()
+    """Topics of a bag to read; by default all of a known type."""
+
+    def map_log(self, path: Path, out: Path | None) -> int:
+        """Build the cloud of a log, and write it and the drive; return the exit status."""
+        from localization.cli.sensor_layout import layout_of
+        from localization.logs.open_log import open_log
+        from localization.types import Pose
+
+        log = open_log(path, layout_of(self.mount, self.topics))
+        bar = Progress()
+        start = None
+        if self.start is not None:
+            x, y, degrees = self.start
+            start = Pose.planar(x, y, math.radians(degrees))
+        survey, cloud = self.survey(log, start, path.stem, bar)
+        bar.end()
+        target = map_file(out)
+        save_map(cloud, target)
+        save_drive(survey, target)
+        if log.warning is not None:
+            say(log.warning)
+        say(
+            f"{survey.way:.0f} m driven, {len(survey.keys)} key frames, "
+            f"{len(survey.closures)} loops closed"
+        )
+        return 0
+
+    def survey(
+        self,
+        log: ReadingsLog,
+        start: Pose | None,
+        name: str,
+        bar: Progress,
+        mapping: MappingConfig | None = None,
+    ) -> tuple[Survey, Cloud]:
+        """Return the poses of a log's sweeps and the cloud that they make.
+
+        Args:
+            log: Readings of the drive.
+            start: ``map_from_base`` at its beginning.
+            name: Name of the cloud.
+            bar: Shows the progress.
+            mapping: How points become a cloud.
+        """
+        from localization.mapping.cloud_builder import MappingConfig
+        from localization.mapping.slam import SlamConfig, survey_of
+        from localization.motion.motion_model import Motion, SensorConfiguration
+
+        motion = log.sensors.motion if self.motion is None else Motion(self.motion)
+        config = SlamConfig.of(SensorConfiguration(motion, log.sensors.flat), level=not self.uneven)
+        survey = survey_of(log, log.mounts, config, start=start, progress=bar)
+        bar(0.9, f"fusing {len(survey.steps)} sweeps")
+        return survey, survey.cloud(name, mapping or MappingConfig())
+
+
+def map_file(out: Path | None) -> Path:
+    """Return the file for a map: the named one, or ``map.ply`` in a folder of its own under ``runs``."""
+    return out if out is not None else run_folder(None) / "map.ply"
+
+
+def save_map(cloud: Cloud, path: Path) -> None:
+    """Write a cloud and print its size and hash."""
+    from localization.maps.map_files import save_cloud
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    saved = save_cloud(cloud, path)
+    say(f"{len(saved.points)} points, {path.stat().st_size / 1e6:.2f} MB in {path}")
+    say(f"sha256 {saved.sha256}")
+
+
+def save_drive(survey: Survey, path: Path) -> None:
+    """Write the trajectory of a survey beside its map, as a TUM file of the same name."""
+    from localization.evaluation.trajectory import write_tum
+
+    write_tum(path.with_suffix(".tum"), survey.trajectory)

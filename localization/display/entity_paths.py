@@ -1,0 +1,25 @@
+"""Entity paths in a recording: what is drawn under which name."""
+
+from __future__ import annotations
+
+from typing import Final
+
+TIMELINE: Final = "robot time"
+
+MAP: Final = "map"
+CLOUD: Final = "map/cloud"
+OVERHEAD: Final = "map/overhead"
+"""What of the map hangs over the robot's head, ceilings above all; it would hide everything."""
+LIVE: Final = "map/live"
+LIVE_OVERHEAD: Final = "map/live_overhead"
+BASE: Final = "map/odom/base_link"
+BODY: Final = "map/odom/base_link/body"
+ESTIMATE_PATH: Final = "map/path/estimate"
+TRUTH_PATH: Final = "map/path/truth"
+UNCERTAINTY: Final = "map/uncertainty"
+HINT: Final = "map/hint"
+HYPOTHESES: Final = "map/hypotheses"
+LANES: Final = "state"
+LOG: Final = "log"
+LEGEND: Final = "legend"
+PLOTS: Final = "plots"

@@ -1,0 +1,71 @@
+"""Layout of the operator's display: its views, state lanes, curves and legend."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import rerun.blueprint as rrb
+
+from localization.display import colours as palette
+from localization.display.colours import ORANGE, SKY, WHITE, YELLOW, Colour
+from localization.display.entity_paths import LANES, LEGEND, TIMELINE
+from localization.display.rerun_views import close_view, events_view, plot_view, world_view
+from localization.geometry import FloatArray
+
+LANE_COLOURS: Final = {
+    "health": palette.HEALTH,
+    "control": palette.CONTROL,
+    "deadman": palette.DEADMAN,
+    "link": palette.LINK,
+    "map": palette.MAP,
+}
+"""Every lane with the states it knows; an unknown one gets a colour of the viewer's."""
+
+SERIES: Final[dict[str, tuple[str, Colour]]] = {
+    "position/sigma": ("sigma", SKY),
+    "position/error": ("true error (simulation only)", WHITE),
+    "fit/fit": ("fit", SKY),
+    "nis/nis": ("NIS", SKY),
+    "speed/stick": ("my stick", YELLOW),
+    "speed/command": ("command in force", ORANGE),
+    "speed/measured": ("measured", SKY),
+}
+"""Every curve by its path under ``plots``, with its name and colour."""
+
+
+LEGEND_TEXT: Final = f"""\
+**Grey** the prebuilt map, lighter with height. **Live points** by their distance to it: **teal** none,
+green to **yellow** {palette.DISTANCE_FULL} m or more, **pink** nothing is mapped near. Live points beside
+the map's walls mean that the pose is wrong: give a hint.
+
+**Red robot, white bar ahead** the estimate. **Ellipse and wedge** its 95 % bounds, in the colour of its health.
+**Blue path** the estimate, **white rim** the truth, if a simulation publishes it.
+
+**Orange ghost and ring** a hint and the 95 % of its window; then green accepted, blue kept, orange ambiguous, red
+rejected, and an arrow to the pose that was taken.
+"""
+
+
+def blueprint(low: FloatArray, high: FloatArray) -> rrb.Blueprint:
+    """Lay out the display for a map with the given bounds (3,) [m]."""
+    world, close = world_view(low, high), close_view()
+    lanes = rrb.StateTimelineView(origin=LANES, name="States")
+    log = events_view()
+    legend = rrb.TextDocumentView(origin=LEGEND, name="Legend")
+    plots = rrb.Horizontal(
+        plot_view("Position [mm]", "position"),
+        plot_view("Fit", "fit", rrb.ScalarAxis(range=(0.0, 1.05))),
+        plot_view("NIS", "nis"),
+        plot_view("Speed [m/s]", "speed"),
+    )
+    return rrb.Blueprint(
+        rrb.Vertical(
+            rrb.Horizontal(
+                world, rrb.Vertical(close, lanes, row_shares=[2, 1.15]), column_shares=[2.2, 1]
+            ),
+            rrb.Horizontal(rrb.Tabs(log, legend, active_tab=0), plots, column_shares=[1.0, 2.0]),
+            row_shares=[3, 1],
+        ),
+        rrb.TimePanel(timeline=TIMELINE, play_state="following", state="collapsed"),
+        collapse_panels=True,
+    )
