@@ -67,7 +67,8 @@ class Map(LogMapping):
     def _map_scene(self, scene: str) -> int:
         from robot_sim import load_world
         from teleop.scene_clouds import scene_cloud_path
-        from teleop.world_building.survey import survey, survey_from_stations
+        from teleop.world_building.station_survey import survey_from_stations
+        from teleop.world_building.survey import survey
 
         world = load_world(scene)
         bar = Progress()
@@ -83,8 +84,9 @@ class Map(LogMapping):
         from localization.evaluation.trajectory import write_tum
         from localization.logs.mcap_log import read_log
         from robot_sim import load_world
+        from teleop.world_building.map_quality import map_quality
         from teleop.world_building.survey import mapping_config
-        from teleop.world_building.survey_without_truth import judge, record_survey
+        from teleop.world_building.survey_recording import record_survey
 
         world = load_world(scene)
         bar = Progress()
@@ -96,7 +98,7 @@ class Map(LogMapping):
         survey, cloud = self.survey(
             read_log(readings), world.spawn, world.name, bar, mapping_config(world)
         )
-        quality = judge(survey, cloud, truth, world)
+        quality = map_quality(survey, cloud, truth, world)
         bar.end()
         save_map(cloud, out)
         save_drive(survey, out)
