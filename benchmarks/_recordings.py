@@ -19,7 +19,7 @@ from robot_sim.worlds.loading import load_plan
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.tour_driver import TourDriver
 from teleop.scene_clouds import load_scene_cloud
-from teleop.world_building.survey import survey_from_stations
+from teleop.world_building.station_survey import survey_from_stations
 
 STANDS = 8 * SECOND // 5
 """The robot sets off after this time [ns]: the hint is given and answered before."""

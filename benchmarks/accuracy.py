@@ -12,7 +12,7 @@ from localization.maps.prepared_map import default_cache
 from robot_sim import load_world
 from teleop.scenario.mission import Mission
 from teleop.scenario.mission_run import run_in_process
-from teleop.scenario.run_report import RunSummary
+from teleop.scenario.run_summary import RunSummary
 from teleop.scene_clouds import load_scene_cloud
 
 SEEDS = range(1, 6)

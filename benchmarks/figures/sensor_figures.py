@@ -1,6 +1,7 @@
-"""Pictures of what sensors and their effects do: ``python -m benchmarks.figures.sensor_figures docs/images``.
+"""Figures of the simulated sensors and their error models.
 
-Every dot is a beam of the simulation's own scanners on an optical bench; lines are the formulas.
+``python -m benchmarks.figures.sensor_figures docs/images`` draws them. Each dot is a beam of a simulated scanner
+on an optical bench; lines are the formulas.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ from robot_sim.validation.optical_bench import (
 )
 
 _COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-"""Okabe and Ito's palette, which the colour-blind can tell apart."""
+"""Okabe and Ito's palette, which colour-blind people can distinguish."""
 _GREY: Final = "#777777"
 
 _NARROW: Final = (1e-5, 1e-8)
@@ -58,7 +59,7 @@ def _points(scan: Scan) -> tuple[FloatArray, FloatArray]:
 
 
 def _ahead(distance: float, material: str, effects: Effects, **parameters: float) -> FloatArray:
-    """Return a thousand ranges of a wall straight ahead, as a scanner tells them."""
+    """Return a thousand ranges of a wall straight ahead, as a scanner measures them."""
     scanner = bench_scanner(
         effects=effects, field_of_view=_NARROW[0], resolution=_NARROW[1], **parameters
     )
@@ -81,7 +82,7 @@ def _label(axes: Axes, x: str, y: str, title: str) -> None:
 
 
 def models() -> Figure:
-    """Errors of a range over distance, by model, and when the beams of a picture are sent."""
+    """Range errors over distance, by model, and the times of the beams of one scan."""
     figure, (errors, times) = _figure(2)
     for colour, model in zip(_COLOURS, LIDARS.values(), strict=False):
         config = ScannerConfig.of("laser_horizontal", model.name)
@@ -97,7 +98,7 @@ def models() -> Figure:
     errors.set_ylim(0.0, 33.0)
     errors.legend(fontsize=7, loc="center left", bbox_to_anchor=(0.0, 0.72))
     _label(errors, "distance [m]", "sigma [mm]", "statistical error")
-    _label(times, "time after the first beam [ms]", "beam angle [deg]", "beam times of one picture")
+    _label(times, "time after the first beam [ms]", "beam angle [deg]", "beam times of one scan")
     for text, place, colour in (
         ("LMS-200: even beams ...", (1.0, 105.0), _COLOURS[0]),
         ("... then odd ones", (19.0, -75.0), _COLOURS[0]),
@@ -175,7 +176,7 @@ def spreading() -> Figure:
 
 
 def sensitivity() -> Figure:
-    """How far surfaces are seen: beams and the formula."""
+    """Largest ranges of surfaces: beams and the formula."""
     figure, (axes,) = _figure(1, width=6.5, height=3.2)
     fine = np.linspace(1.0, 30.0, 300)
     effect = Sensitivity()
@@ -239,7 +240,7 @@ def panes() -> Figure:
 
 
 def sunlight() -> Figure:
-    """An open yard in the shade and in full sun, and how far a dark wall is seen."""
+    """An open yard in the shade and in full sun, and the largest range of a dark wall."""
     figure, (yard, reach) = _figure(2, height=3.4)
     things = box_xml(6.0, 2.0, (0.1, 2.0, 2.0), "wall") + box_xml(
         3.0, -3.0, (1.5, 0.2, 2.0), "brick"
@@ -285,7 +286,7 @@ class _Walker:
 
 
 def moving() -> Figure:
-    """A plate that comes nearer or goes past while the mirror turns."""
+    """A plate that approaches or passes while the mirror turns."""
     figure, (nearing, passing) = _figure(2)
     plate = '<body name="walker" mocap="true" pos="2 0 0">'
     plate += '<geom type="box" size="0.05 0.25 0.9" pos="0.05 0 0"/></body>'
@@ -374,11 +375,11 @@ PLOTS: Final[dict[str, Callable[[], Figure]]] = {
     "sensors-bias": bias_and_steps,
     "sensors-allan": allan,
 }
-"""By the name of the file."""
+"""Figures by the name of their file."""
 
 
 def draw(folder: Path) -> list[Path]:
-    """Draw all pictures into ``folder`` and return their paths."""
+    """Draw all figures into ``folder`` and return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     with rc_context({"font.size": 8}):

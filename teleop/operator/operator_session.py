@@ -54,7 +54,7 @@ class OperatorSession:
 
     @property
     def ended(self) -> bool:
-        """Whether the session was told to end, or has ended."""
+        """Whether the session has been ended, by the user or by ``end``."""
         return self._stop.is_set()
 
     def end(self) -> None:

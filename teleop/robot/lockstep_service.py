@@ -28,7 +28,7 @@ class LockstepService(Observer):
     MAX_TICKS: Final = 500
     """Largest number of ticks in one call: ten seconds of robot time."""
     MAX_BRAKING_TICKS: Final = 150
-    """Number of ticks within which the robot comes to rest from any speed."""
+    """Number of ticks within which the robot reaches standstill from any speed."""
 
     def __init__(self, adapter: RosbridgeAdapter, *, last_stamp: int | None = None) -> None:
         """Offer the service on an adapter's server.

@@ -102,7 +102,7 @@ async def serve(
 
 
 async def _run(adapter: RosbridgeAdapter, config: ServeConfig, stop: asyncio.Event) -> float:
-    """Tick until told to stop; return the real-time factor, or 0 in lockstep."""
+    """Tick until ``stop`` is set; return the real-time factor, or 0 in lockstep."""
     if not config.lockstep:
         return await clock.real_time(adapter.tick, stop)
     LockstepService(adapter)

@@ -66,7 +66,8 @@ class Evaluate:
 
     def __call__(self) -> int:
         """Compute and print the report."""
-        from teleop.scenario.run_report import read_summary, summary_table
+        from teleop.scenario.run_report import summary_table
+        from teleop.scenario.run_summary import read_summary
 
         summary = read_summary(self.run)
         say(summary_table(summary))

@@ -1,4 +1,4 @@
-"""Run a mission as two processes that share nothing but a map file and a socket, in lockstep."""
+"""A mission in lockstep by two processes, robot and operator, that share a map file and a socket."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from teleop.rosbridge.server.server import Server
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.mission_run import Progress, build
 from teleop.scenario.run_recorder import RunRecord, RunRecorder
-from teleop.scenario.run_report import RunSummary, TopicTraffic
+from teleop.scenario.run_summary import RunSummary, TopicTraffic
 from teleop.scenario.scripted_operator import OperatorScript
 
 
@@ -40,16 +40,16 @@ def run_over_wire(
     cache: Path | None = None,
     progress: Progress = lambda share, text: None,
 ) -> tuple[RunSummary, RunRecord]:
-    """Serve the robot here and let a scripted operator, in a process of its own, drive it.
+    """Serve the robot here, and have a scripted operator in a process of its own drive it.
 
     Args:
-        mission: what to do.
-        world: the mission's scene.
-        cloud: its prebuilt cloud, for the robot.
-        map_path: the same file, for the operator to load by itself.
-        folder: where the files go, the operator's recording among them.
-        cache: folder for derived files.
-        progress: told how far the run is.
+        mission: The mission.
+        world: Its scene.
+        cloud: The scene's prebuilt cloud, for the robot.
+        map_path: File of the cloud, which the operator loads itself.
+        folder: Folder of the run, for the operator's recording as well.
+        cache: Folder for derived files.
+        progress: Called with the progress.
     """
     robot, recorder = build(mission, world, cloud, folder, cache=cache, progress=progress)
     with recorder:
@@ -90,7 +90,7 @@ async def _serve_and_operate(
         "teleop.scenario.scripted_operator",
         str(script_path),
         stderr=asyncio.subprocess.PIPE,
-        # Ctrl-C is for this process; it ends the operator itself.
+        # Ctrl-C interrupts this process only, which then ends the operator.
         start_new_session=True,
         env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "RUST_LOG": "error"},
     )

@@ -80,6 +80,8 @@ class Mission:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise SettingError(f"{name} must be finite and >= 0, got {value}")
+        if not all(math.isfinite(t) and t >= 0.0 for t in self.slip):
+            raise SettingError(f"slip must hold times >= 0 s, got {self.slip}")
         if self.duration is not None and not self.duration > 0.0:
             raise SettingError(f"duration must be > 0 s, got {self.duration}")
         if self.seed < 0:

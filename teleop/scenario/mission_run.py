@@ -1,4 +1,4 @@
-"""Run a mission: build its robot and its referee, and drive it, in this process or over the wire."""
+"""Set-up of a mission's robot and recorder, and driving it within one process."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from teleop.robot.inbox import DriveCommand, InboxMessage
 from teleop.robot.robot import Robot
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.run_recorder import RunRecord, RunRecorder
-from teleop.scenario.run_report import RunSummary
+from teleop.scenario.run_summary import RunSummary
 from teleop.scenario.tour_driver import TourDriver
 
 Progress = Callable[[float, str], None]
-"""Called now and then with the share done and a line of text."""
+"""Called now and then with the completed share, in [0, 1], and a line of text."""
 
 
 def build(
@@ -32,25 +32,24 @@ def build(
     cache: Path | None = None,
     progress: Progress = lambda share, text: None,
 ) -> tuple[Robot, RunRecorder]:
-    """Build a mission's robot and the referee that watches it.
+    """Build a mission's robot and the recorder of its run.
 
     Args:
-        mission: what to do.
-        world: the mission's scene.
-        cloud: its prebuilt cloud.
-        folder: where the files go; made if need be.
-        cache: folder for derived files.
-        progress: told what is being done.
+        mission: The mission.
+        world: Its scene.
+        cloud: The scene's prebuilt cloud.
+        folder: Folder of the run, which is created.
+        cache: Folder for derived files.
+        progress: Called with the progress.
     """
     begun = wall_seconds()
     watch = Stopwatch()
-    simulation = Simulation(
-        world, seed=mission.seed, config=mission.robot.simulation(mission.slips)
-    )
+    config = mission.robot.simulation(mission.slips)
+    simulation = Simulation(world, seed=mission.seed, config=config)
     progress(0.0, "preparing the map")
-    config = LocalizerConfig()
+    localizer_config = LocalizerConfig()
     prepared = prepare(cloud, cache=cache)
-    localizer = Localizer(prepared, simulation.mounts, config, stage=watch.stage)
+    localizer = Localizer(prepared, simulation.mounts, localizer_config, stage=watch.stage)
     robot = Robot(simulation, localizer, stage=watch.stage)
     recorder = RunRecorder(
         folder,
@@ -58,7 +57,7 @@ def build(
         simulation,
         cloud,
         watch,
-        localizer_config=config,
+        localizer_config=localizer_config,
         startup_seconds=wall_seconds() - begun,
     )
     return robot, recorder
@@ -73,9 +72,9 @@ def run_in_process(
     cache: Path | None = None,
     progress: Progress = lambda share, text: None,
 ) -> tuple[RunSummary, RunRecord]:
-    """Drive a mission without a wire between driver and robot; see ``build`` for the arguments.
+    """Drive a mission without a socket between driver and robot; see ``build`` for the arguments.
 
-    Files are written also when the run is interrupted or the physics fail.
+    The files are also written when the run is interrupted or the physics become unstable.
     """
     robot, recorder = build(mission, world, cloud, folder, cache=cache, progress=progress)
     with recorder:
@@ -83,7 +82,7 @@ def run_in_process(
 
 
 def _drive(mission: Mission, robot: Robot, recorder: RunRecorder, progress: Progress) -> str:
-    """Tick until the tour is done, time is up, or something ends it; return what did."""
+    """Tick until the tour is driven, time is up, or the run fails; return how it ended."""
     driver = TourDriver(robot.simulation.world.tour)
     hint = mission.hint(robot.simulation.truth().map_from_base)
     inbox: list[InboxMessage] = []

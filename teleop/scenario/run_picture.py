@@ -1,4 +1,4 @@
-"""A run as one picture: map and paths, the local cloud by its distance to the map, and the errors."""
+"""Picture of a run: map and paths, the last sweep coloured by its distance to the map, and the errors."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _HEALTH_COLOUR = {
     Health.LOST: "#d55e00",
     Health.RELOCALISING: "#cc79a7",
 }
-"""Okabe and Ito's palette, which the colour-blind can tell apart."""
+"""Colour of each state: Okabe and Ito's palette, which colour-blind people can distinguish."""
 
 
 def draw(record: RunRecord, cloud: Cloud, path: Path, *, title: str) -> None:
@@ -47,8 +47,8 @@ def _draw_plan(axes: Axes, figure: Figure, record: RunRecord, cloud: Cloud) -> N
     true = np.array([s.truth.map_from_base.position for s in record.ticks]).reshape(-1, 3)
     axes.plot(true[:, 0], true[:, 1], color="#000000", lw=2.2, label="true path")
     known = [s for s in record.ticks if s.estimate.map_from_base is not None]
-    believed = np.array([_position(s.estimate) for s in known]).reshape(-1, 3)
-    axes.plot(believed[:, 0], believed[:, 1], color="#e69f00", lw=1.0, label="estimate")
+    estimated = np.array([_position(s.estimate) for s in known]).reshape(-1, 3)
+    axes.plot(estimated[:, 0], estimated[:, 1], color="#e69f00", lw=1.0, label="estimate")
     _draw_sweep(axes, figure, known)
     for verdict in record.verdicts:
         hint = verdict.hint.map_from_base
@@ -69,7 +69,7 @@ def _draw_plan(axes: Axes, figure: Figure, record: RunRecord, cloud: Cloud) -> N
 
 
 def _draw_sweep(axes: Axes, figure: Figure, known: list[TickRecord]) -> None:
-    """The last sweep that was registered: where the scanners see the walls, on top of the map."""
+    """Draw the last registered sweep over the map."""
     for tick in reversed(known):
         estimate = tick.estimate
         if estimate.match is None or estimate.sweep is None or estimate.map_from_base is None:
@@ -150,7 +150,7 @@ def _position(estimate: Estimate) -> FloatArray:
 
 
 def _error_row(tick: TickRecord) -> tuple[float, float, float, float, float]:
-    """Time [s], position error, its 3 sigma [m], heading error, its 3 sigma [rad]."""
+    """Return time [s], position error, its 3 sigma [m], heading error, its 3 sigma [rad]."""
     estimate = tick.estimate
     assert estimate.map_from_base is not None
     off = difference(estimate.map_from_base, tick.truth.map_from_base)

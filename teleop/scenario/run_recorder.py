@@ -1,4 +1,4 @@
-"""The referee: sees every snapshot, keeps the log, and writes what a run came to."""
+"""Recorder of a run: keeps each tick, writes the log and the files, and computes the results."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from teleop.clock import Stopwatch, wall_seconds
 from teleop.robot.inbox import DriveCommand
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.mission import Mission
-from teleop.scenario.run_report import (
+from teleop.scenario.run_summary import (
     ReportError,
     RunFacts,
     RunSummary,
@@ -32,21 +32,23 @@ from teleop.scenario.run_report import (
 )
 
 _MOVING = 0.01
-"""Faster than this, in m/s or rad/s, is motion."""
+"""Speed above which the robot counts as moving [m/s] or [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunRecord:
-    """What the pictures and files of a run are made from."""
+    """Data from which the files and the picture of a run are made."""
 
     ticks: Sequence[TickRecord]
+    """Record of each tick, without readings and inbox."""
     verdicts: tuple[HintVerdict, ...]
+    """Verdicts about hints, in order."""
     ending: str
     """``completed``, or why the run ended before that."""
 
 
 class RunRecorder:
-    """Owns a run's folder; use it in a ``with`` block, which completes the log whatever happens."""
+    """Owns a run's folder; as a context manager it completes the log in any case."""
 
     def __init__(
         self,
@@ -59,6 +61,17 @@ class RunRecorder:
         localizer_config: LocalizerConfig,
         startup_seconds: float,
     ) -> None:
+        """Create the folder, write the configuration and open the log.
+
+        Args:
+            folder: Folder of the run.
+            mission: The mission that is driven.
+            simulation: The simulated robot, before its first tick.
+            cloud: The robot's map.
+            watch: Wall times of the robot's stages.
+            localizer_config: Settings of the localiser.
+            startup_seconds: Wall time of preparing map and robot [s].
+        """
         folder.mkdir(parents=True, exist_ok=True)
         self.folder, self.mission, self._cloud, self._watch = folder, mission, cloud, watch
         self._startup, self._begun = startup_seconds, wall_seconds()
@@ -75,13 +88,13 @@ class RunRecorder:
             metadata,
             wheel_radius=simulation.world.robot.rolling_radius,
         )
-        self._snapshots: list[TickRecord] = []
+        self._ticks: list[TickRecord] = []
         self._verdicts: list[HintVerdict] = []
         tour = np.array(simulation.world.tour)
         self._length = float(np.linalg.norm(np.diff(tour, axis=0), axis=1).sum())
         self._limits = mission.limits.for_tour(self._length)
         self._driven = 0.0
-        self._wished: int | None = None
+        self._requested: int | None = None
         self._latencies: list[float] = []
 
     def __enter__(self) -> RunRecorder:
@@ -91,62 +104,67 @@ class RunRecorder:
         self._log.close()
 
     def take(self, tick: TickRecord) -> None:
-        """Note one tick."""
+        """Record one tick."""
         with self._watch.stage("log"):
             for reading in tick.readings:
                 self._log.write(reading, tick.stamp)
         self._verdicts += [e.verdict for e in tick.estimates if e.verdict is not None]
-        self._watch_latency(tick)
+        self._measure_latency(tick)
         self._driven += float(np.hypot(*tick.truth.twist.linear[:2])) * TICK_NS / SECOND
-        # What was logged need not be kept; sweeps stay for the picture.
-        self._snapshots.append(replace(tick, readings=(), inbox=()))
+        # Readings are in the log and need not be kept; sweeps stay for the picture.
+        self._ticks.append(replace(tick, readings=(), inbox=()))
 
     @property
     def progress(self) -> float:
-        """Share of the mission that is done: of its time if that is given, else of the way."""
-        if not self._snapshots:
+        """Completed share of the mission: of its duration if it has one, else of the tour's length."""
+        if not self._ticks:
             return 0.0
         if self.mission.duration is not None:
-            return min(1.0, self._snapshots[-1].stamp / SECOND / self.mission.duration)
+            return min(1.0, self._ticks[-1].stamp / SECOND / self.mission.duration)
         return min(1.0, self._driven / self._length)
 
     @property
     def factor(self) -> float:
-        """How much faster than real time the run is so far."""
-        if not self._snapshots:
+        """Robot time over wall time so far."""
+        if not self._ticks:
             return 0.0
-        return self._snapshots[-1].stamp / SECOND / max(1e-9, wall_seconds() - self._begun)
+        return self._ticks[-1].stamp / SECOND / max(1e-9, wall_seconds() - self._begun)
 
-    def _watch_latency(self, tick: TickRecord) -> None:
-        """Time from the wish that ends a standstill to the motion that answers it."""
+    def _measure_latency(self, tick: TickRecord) -> None:
+        """Measure the time from a request that ends a standstill to the first motion."""
         moving = _moves(tick)
-        still_before = not self._snapshots or not _moves(self._snapshots[-1])
-        wishes = [m for m in tick.inbox if isinstance(m, DriveCommand) and not m.request.neutral]
-        commanded = bool(tick.control.twist.linear.any() or tick.control.twist.angular.any())
-        if self._wished is None and still_before and wishes and commanded:
-            self._wished = wishes[-1].stamp or tick.stamp - TICK_NS
-        if self._wished is not None and moving:
-            self._latencies.append((tick.stamp - self._wished) / SECOND)
-            self._wished = None
+        still_before = not self._ticks or not _moves(self._ticks[-1])
+        commands = [m for m in tick.inbox if isinstance(m, DriveCommand) and not m.request.neutral]
+        twist = tick.control.twist
+        commanded = bool(twist.linear.any() or twist.angular.any())
+        if self._requested is None and still_before and commands and commanded:
+            self._requested = commands[-1].stamp or tick.stamp - TICK_NS
+        if self._requested is not None and moving:
+            self._latencies.append((tick.stamp - self._requested) / SECOND)
+            self._requested = None
         elif not commanded:
-            self._wished = None
+            self._requested = None
 
     def finish(
         self, ending: str, traffic: Sequence[TopicTraffic] = ()
     ) -> tuple[RunSummary, RunRecord]:
-        """Write the files and return what they say.
+        """Write the files and return the results.
+
+        Args:
+            ending: ``completed``, or why the run ended before that.
+            traffic: Messages sent over the socket, by topic.
 
         Raises:
-            ReportError: if there was not a single tick.
+            ReportError: If there was not a single tick.
         """
-        if not self._snapshots:
+        if not self._ticks:
             raise ReportError(f"the run ended before it began: {ending}")
         wall = wall_seconds() - self._begun
         self._log.close()
-        record = RunRecord(self._snapshots, tuple(self._verdicts), ending)
-        estimates = [e for s in self._snapshots for e in s.estimates]
+        record = RunRecord(self._ticks, tuple(self._verdicts), ending)
+        estimates = [e for tick in self._ticks for e in tick.estimates]
         write_tum(self.folder / "estimate.tum", Trajectory.from_estimates(estimates))
-        truths = [(s.stamp, s.truth.map_from_base) for s in self._snapshots]
+        truths = [(tick.stamp, tick.truth.map_from_base) for tick in self._ticks]
         write_tum(self.folder / "truth.tum", Trajectory.from_poses(truths))
         write_trace(self.folder / "trace.csv", [TraceRow.of(e) for e in estimates])
         facts = RunFacts(
@@ -155,7 +173,7 @@ class RunRecorder:
             map_sha256=self._cloud.sha256,
             ending=ending,
             verdicts=tuple(_verdict_line(v) for v in self._verdicts),
-            robot_seconds=self._snapshots[-1].stamp / SECOND,
+            robot_seconds=self._ticks[-1].stamp / SECOND,
             wall_seconds=wall,
             startup_seconds=self._startup,
             stages=tuple(StageTime.of(name, laps) for name, laps in self._watch.laps.items()),

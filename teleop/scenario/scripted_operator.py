@@ -1,7 +1,7 @@
-"""A scripted operator as a process of its own: it has the map file and a socket, and nothing else.
+"""A scripted operator in a process of its own, which has the map file and a socket, and nothing else.
 
-``python -m teleop.scenario.scripted_operator script.json`` connects, compares maps, gives the hint, drives the
-tour by Joy from what it receives, steps the robot in lockstep and records its display.
+``python -m teleop.scenario.scripted_operator script.json`` connects, compares the maps, sends the hint, drives
+the tour by Joy messages from the received estimate, steps the robot in lockstep and records its display.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy as np
 from localization.display.rerun_sink import Sink
 from localization.maps.map_files import load_cloud
 from localization.types import SECOND, Pose
+from teleop.errors import TeleopError
 from teleop.interfaces import registry
 from teleop.operator.display import Display
 from teleop.operator.operator_client import OperatorClient
@@ -27,31 +28,37 @@ from teleop.rosbridge.client.client import Client
 from teleop.scenario.tour_driver import TourDriver
 
 TICKS_PER_STEP = 5
-"""The operator looks and steers ten times a second, as a Unity scene with ROS# does."""
+"""Number of ticks between Joy messages: ten messages a second, as from a Unity scene with ROS#."""
 _TICK = 20_000_000
+"""Duration of a tick [ns]."""
 
 
-class ScriptError(RuntimeError):
-    """The operator cannot do its work; one line says why."""
+class ScriptError(TeleopError):
+    """The script cannot be followed; the message is one line."""
 
 
 @dataclass(frozen=True, slots=True)
 class OperatorScript:
-    """What the scripted operator is told; it knows nothing else of the mission."""
+    """Instructions for the scripted operator; it knows nothing else of the mission."""
 
     url: str
+    """Address of the robot."""
     map_path: str
+    """File of the map (PLY)."""
     tour: tuple[tuple[float, float], ...]
+    """Way-points (x, y) in ``map`` [m]."""
     hint_stamp: int
-    """When to give the hint [ns]."""
+    """Robot time at which to send the hint [ns]."""
     hint_position: tuple[float, float, float]
+    """Position of the hinted pose in ``map`` [m]."""
     hint_quaternion_wxyz: tuple[float, float, float, float]
+    """Orientation of the hinted pose in ``map``."""
     hint_covariance: tuple[float, ...]
-    """36 numbers, row by row."""
+    """Covariance of the hinted pose, 36 numbers row by row [m, rad]."""
     duration: float | None
-    """Stop after so much robot time [s]."""
+    """Robot time after which to stop [s]; None to drive the whole tour."""
     recording: str | None
-    """Where the display is recorded (.rrd)."""
+    """File for the recording of the display (.rrd); None for no display."""
 
     def save(self, path: Path) -> None:
         """Write it as JSON."""
@@ -68,16 +75,16 @@ class OperatorScript:
 
     @property
     def hint(self) -> Pose:
-        """The hint's pose."""
+        """The hinted pose, ``map_from_base``."""
         return Pose(np.array(self.hint_position), np.array(self.hint_quaternion_wxyz))
 
     def over(self, now: int) -> bool:
-        """Return whether the time for the tour is up."""
+        """Return whether the duration has passed at a robot time [ns]."""
         return self.duration is not None and now >= self.duration * SECOND
 
 
 async def operate(script: OperatorScript) -> None:
-    """Do what the script says.
+    """Follow the script.
 
     Raises:
         OperatorError: if the maps differ or the robot does not step.
@@ -88,7 +95,7 @@ async def operate(script: OperatorScript) -> None:
         display = ThreadedDisplay(
             Display(cloud, sink=Sink(file=Path(script.recording))), blocking=True
         )
-    # In lockstep the robot may think for long; a dead one ends the socket.
+    # In lockstep a step may take long; if the robot's process ends, so does the socket.
     client = Client(script.url, registry=registry(), reconnect=False, keepalive=None, timeout=60.0)
     operator = OperatorClient(client, cloud, display)
     driver = TourDriver(script.tour)
@@ -98,7 +105,9 @@ async def operate(script: OperatorScript) -> None:
         await operator.start()
         await _step(operator, 1)
         if operator.map_mismatch or not operator.map_sha256:
-            raise ScriptError(operator.map_mismatch or "the robot does not say what map it has")
+            raise ScriptError(
+                operator.map_mismatch or "the robot has not published the hash of its map"
+            )
         while not driver.done and not script.over(operator.now):
             if not hinted and operator.now >= script.hint_stamp:
                 hinted = True
@@ -112,8 +121,8 @@ async def operate(script: OperatorScript) -> None:
             display.close()
 
 
-async def _until_told(script: OperatorScript) -> None:
-    """Do what the script says; told to terminate, end the recording before the process."""
+async def _operate_until_terminated(script: OperatorScript) -> None:
+    """Follow the script; on SIGTERM, complete the recording before the process ends."""
     task = asyncio.current_task()
     if task is not None:
         with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
@@ -122,15 +131,15 @@ async def _until_told(script: OperatorScript) -> None:
 
 
 async def _step(operator: OperatorClient, ticks: int) -> None:
-    complaint = await operator.step(ticks)
-    if complaint is not None:
-        raise ScriptError(f"the robot does not step: {complaint}")
+    failure = await operator.step(ticks)
+    if failure is not None:
+        raise ScriptError(f"the robot does not step: {failure}")
 
 
 def main() -> int:
     """Read the script named on the command line and follow it."""
     try:
-        asyncio.run(_until_told(OperatorScript.load(Path(sys.argv[1]))))
+        asyncio.run(_operate_until_terminated(OperatorScript.load(Path(sys.argv[1]))))
     except (KeyboardInterrupt, asyncio.CancelledError):
         return 130
     except (ScriptError, ValueError, OSError, RuntimeError) as error:

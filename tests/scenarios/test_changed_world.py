@@ -16,7 +16,7 @@ from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Estimate, Pose
 from robot_sim import World, WorldOptions
 from robot_sim.worlds.loading import parse_world
-from teleop.world_building.survey import StationConfig, survey_from_stations
+from teleop.world_building.station_survey import StationConfig, survey_from_stations
 
 pytestmark = [pytest.mark.slow]
 

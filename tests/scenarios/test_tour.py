@@ -14,7 +14,7 @@ from robot_sim import World
 from teleop.scenario.mission import Mission
 from teleop.scenario.mission_run import run_in_process
 from teleop.scenario.run_recorder import RunRecord
-from teleop.scenario.run_report import RunSummary
+from teleop.scenario.run_summary import RunSummary
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 

@@ -24,7 +24,8 @@ from teleop.robot.topics.topic_table import OUTPUTS
 from teleop.scenario.lockstep_run import run_over_wire
 from teleop.scenario.mission import Mission
 from teleop.scenario.run_recorder import RunRecord
-from teleop.scenario.run_report import RunSummary, read_summary, summary_table
+from teleop.scenario.run_report import summary_table
+from teleop.scenario.run_summary import RunSummary, read_summary
 from teleop.scene_clouds import scene_cloud_path
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -135,7 +135,7 @@ def test_events_of_a_real_drive_tell_its_story(recording: Path) -> None:
         "link up: ws://",
         "is the one shown here",
         "waiting: no pose yet",
-        "hint given: x ",
+        "hint sent: x ",
         "tracking",
         "hint accepted: ",
         "E-STOP: e-stop by test",

@@ -19,6 +19,7 @@ from websockets.asyncio.client import connect
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
+from teleop.errors import SettingError
 from teleop.operator.operate import client_for
 from teleop.operator.operate_config import OperateConfig
 from teleop.robot.audit.audit_file import AuditError
@@ -267,13 +268,13 @@ def test_a_token_or_a_certificate_that_is_none_is_told(tmp_path: Path) -> None:
     base = OperateConfig("wss://127.0.0.1:1", file)
     for content in ("", "two\nlines", "ümlaut"):
         file.write_text(content, encoding="utf-8")
-        with pytest.raises(ValueError, match="must hold a token"):
+        with pytest.raises(SettingError, match="must hold a token"):
             client_for(replace(base, token=file))
-    with pytest.raises(ValueError, match="holds no certificate"):
+    with pytest.raises(SettingError, match="holds no certificate"):
         client_for(replace(base, ca=file))
-    with pytest.raises(ValueError, match="there is no certificate"):
+    with pytest.raises(SettingError, match="there is no certificate"):
         client_for(replace(base, ca=tmp_path / "none"))
-    with pytest.raises(ValueError, match="needs both"):
+    with pytest.raises(SettingError, match="needs both"):
         ServeConfig(tls_cert=file)
 
 

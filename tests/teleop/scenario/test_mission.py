@@ -8,6 +8,7 @@ from hypothesis import given, strategies as st
 
 from localization.geometry import wrap_angle
 from localization.types import SECOND, Pose
+from teleop.errors import SettingError
 from teleop.scenario.mission import Mission, MissionLimits
 
 
@@ -42,7 +43,7 @@ def test_hint_is_the_same_for_the_same_seed_and_another_for_another() -> None:
     ],
 )
 def test_mission_names_the_field_it_refuses(field: str, value: float) -> None:
-    with pytest.raises(ValueError, match=field):
+    with pytest.raises(SettingError, match=field):
         Mission(**{field: value})  # type: ignore[arg-type]
 
 

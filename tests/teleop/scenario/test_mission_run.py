@@ -23,7 +23,8 @@ from teleop.scenario.mission import Mission
 from teleop.scenario.mission_run import run_in_process
 from teleop.scenario.run_picture import draw
 from teleop.scenario.run_recorder import RunRecord
-from teleop.scenario.run_report import ReportError, RunSummary, read_summary, summary_table
+from teleop.scenario.run_report import summary_table
+from teleop.scenario.run_summary import ReportError, RunSummary, read_summary
 from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
 FILES = {"config.json", "summary.json", "truth.tum", "estimate.tum", "trace.csv", "readings.mcap"}

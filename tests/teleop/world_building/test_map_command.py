@@ -1,4 +1,4 @@
-"""A simulated drive with a loop, mapped from its readings alone, and held against the truth."""
+"""``farsteer map`` of a scene without ground truth, and of the log of that drive."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robot_sim import load_world
 from robot_sim.survey.static_mesh import static_mesh
 from robot_sim.survey.total_station import TotalStation
 from teleop.__main__ import main
-from teleop.world_building.survey_without_truth import completeness
+from teleop.world_building.map_quality import completeness
 
 pytest.importorskip("open3d", reason="building maps needs Open3D")
 
@@ -92,7 +92,7 @@ def test_map_without_a_wall_is_not_complete(mapped: Path, plan: Path) -> None:
     assert completeness(points[points[:, 1] > 0.3], world) < whole - 0.05
 
 
-def test_quality_is_of_the_files_that_are_written(mapped: Path, plan: Path) -> None:
+def test_quality_describes_the_written_files(mapped: Path, plan: Path) -> None:
     quality = json.loads(mapped.with_suffix(".json").read_text(encoding="utf-8"))
     cloud = load_cloud(mapped)
     assert quality["points"] == len(cloud.points)
@@ -107,7 +107,7 @@ def test_quality_is_of_the_files_that_are_written(mapped: Path, plan: Path) -> N
 def test_log_of_the_drive_gives_the_same_map(
     mapped: Path, plan: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The command on a log knows no truth at all; given the same start it maps the same."""
+    """From the same start, the log alone gives the same map."""
     again = plan.with_name("again.ply")
     log = str(mapped.with_suffix(".mcap"))
     assert main(["map", log, "--start", "1.3", "1.3", "0", "--out", str(again)]) == 0
@@ -144,14 +144,14 @@ def test_mesh_is_where_rays_end(plan: Path) -> None:
         (["nowhere.mcap", "--quick"], "are for scenes, not for logs"),
     ],
 )
-def test_what_cannot_be_mapped_is_said_in_a_line(
+def test_invalid_request_is_answered_in_one_line(
     words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["map", *words]) == 2
     assert complaint in capsys.readouterr().err
 
 
-def test_log_without_scans_is_said_in_a_line(
+def test_log_without_scans_is_rejected_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = tmp_path / "empty.mcap"

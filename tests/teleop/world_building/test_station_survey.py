@@ -1,4 +1,4 @@
-"""Clouds from stations: on the surfaces, of all rooms, without glass, the same for the same seed."""
+"""Survey from stops: points on the surfaces of all rooms, none on glass, the same for the same seed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from robot_sim import World
 from robot_sim.floorplan.plan import Door, Piece, Placement, Plan, Wall, Window
 from robot_sim.survey.total_station import TotalStation
 from robot_sim.worlds.from_floorplan import build_world
-from teleop.world_building.survey import StationConfig, survey_from_stations
+from teleop.errors import SettingError
+from teleop.world_building.station_survey import StationConfig, survey_from_stations
 
 HALF = 0.07
 """Half the thickness of the walls [m]."""
@@ -93,7 +94,7 @@ def test_world_without_routes_is_surveyed_from_its_places(small: World) -> None:
 
 
 def test_impossible_station_is_refused_by_name() -> None:
-    with pytest.raises(ValueError, match="resolution must be > 0, got 0"):
+    with pytest.raises(SettingError, match="resolution must be > 0, got 0"):
         StationConfig(resolution=0.0)
-    with pytest.raises(ValueError, match="sigma must be >= 0 m, got -1"):
+    with pytest.raises(SettingError, match="sigma must be >= 0 m, got -1"):
         StationConfig(sigma=-1.0)
