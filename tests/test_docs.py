@@ -37,7 +37,7 @@ from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
 ROOT = Path(__file__).parents[1]
 PAGES = [
     page.relative_to(ROOT).as_posix()
-    for pattern in ("README.md", "CHANGELOG.md", "docs/*.md", "scenes/*/README.md")
+    for pattern in ("*.md", "docs/*.md", "scenes/*/README.md")
     for page in sorted(ROOT.glob(pattern))
 ]
 
