@@ -34,9 +34,7 @@ class RoundedPath:
     """Total length of the path [m]."""
 
     def at(self, distances: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return positions (N, 2) [m] and headings (N,) [rad] at ``distances`` (N,) [m] along the
-        path.
-        """
+        """Return positions (N, 2) [m] and headings (N,) [rad] at ``distances`` (N,) [m]."""
         k = np.searchsorted(self.starts, distances, "right") - 1
         along = distances - self.starts[k]
         turned = self.curvatures[k] * along

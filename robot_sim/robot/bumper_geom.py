@@ -11,7 +11,7 @@ from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 MOVER_BIT: Final = 4
 """Collision bit of movers: they collide with the robot's bumper geom only."""
-BUMPER: Final = "fender"
+BUMPER: Final = "bumper"
 """Name of the box around the robot, wheels included, that movers push; between single parts of the
 robot they would get stuck."""
 YIELDING: Final = (0.15, 1.0)
