@@ -1,4 +1,4 @@
-"""A Pioneer 3-AT with two planar scanners, encoders and an inertial unit, somewhere in MuJoCo."""
+"""Simulation in MuJoCo of a skid-steered robot with planar lidars, encoders and an inertial unit."""
 
 from robot_sim.drive.aria_packets import StandardPacket as StandardPacket
 from robot_sim.drive.bumpers import Bumpers as Bumpers

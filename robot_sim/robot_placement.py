@@ -1,4 +1,4 @@
-"""Putting the robot somewhere, and telling what it touches there."""
+"""Placement of the robot at a pose, and the obstacles that it touches there."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from robot_sim.robot.mujoco_body import FLOOR_BIT, ROBOT_GROUP
 
 
 def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose) -> None:
-    """Put the robot at rest where ``map_from_base`` says.
+    """Place the robot at rest at ``map_from_base``.
 
     Raises:
-        WorldError: it would stand inside an obstacle; the message names that.
+        WorldError: it would stand inside an obstacle; the message names it.
     """
     mujoco.mj_resetData(model, data)
     # In a user's world other joints may come first.
@@ -22,7 +22,7 @@ def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose)
     data.qpos[base : base + 3] = map_from_base.position
     data.qpos[base + 3 : base + 7] = map_from_base.quaternion_wxyz
     mujoco.mj_forward(model, data)
-    # Whoever walks by at that time is no reason: a moment later there is room.
+    # A person who passes is no reason to reject the pose: a moment later there is room.
     touched = obstacles_touched(model, data, movers=False)
     if touched:
         x, y = map_from_base.position[:2]
@@ -34,9 +34,9 @@ def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose)
 def obstacles_touched(
     model: mujoco.MjModel, data: mujoco.MjData, *, movers: bool = True
 ) -> tuple[str, ...]:
-    """Return the names of the obstacles that the robot's hull touches now, sorted.
+    """Return the sorted names of the obstacles that the robot's hull touches now.
 
-    Those of mocap bodies, which move on their own, are left out unless ``movers``.
+    Mocap bodies, which move on their own, are left out unless ``movers`` is set.
     """
     pairs = np.asarray(data.contact.geom).reshape(-1, 2)
     names: set[str] = set()

@@ -19,34 +19,35 @@ from robot_sim.robot.bumper_geom import make_yielding
 from robot_sim.scene_objects.blocks import Block, box, ellipsoid, post
 
 SPEEDS: Final = (0.8, 1.4)
-"""Walking speeds are drawn between these [m/s]; chosen around the pedestrians' 1.3 m/s."""
+"""Range from which walking speeds are drawn [m/s]; chosen around pedestrians' 1.3 m/s."""
 PAUSES: Final = (2.0, 6.0)
-"""Stops at the ends of a path are drawn between these [s]; chosen."""
+"""Range from which stops at the ends of a path are drawn [s]; chosen."""
 WALK_RATIO: Final = 0.0065
 """Step length over cadence [m per step/min], nearly the same at all speeds above 1 m/s (Murakami and
 Otaka, 2017); Sekiya and Nagasaki's value for adults, as quoted by others."""
 LEG_RADIUS: Final = 0.065
-"""A calf of 0.38 m around, in trousers [m]; chosen."""
+"""Radius of a leg [m]: a calf of 0.38 m circumference, in trousers; chosen."""
 LEG_SPACING: Final = 0.18
-"""Between the legs' axes [m]; chosen."""
+"""Distance between the legs' axes [m]; chosen."""
 LEG_SHARE: Final = 0.55
-"""How far a leg swings at the scanner, over how far the foot does: 0.40 m high, hip at 0.90 m."""
+"""Swing of a leg at the height of the scanner over that of the foot: 0.40 m high, hip at 0.90 m."""
 ARM_REACH: Final = 0.45
-"""From who pushes a cart to its rear edge [m]; chosen."""
+"""Distance from the person who pushes a cart to its rear edge [m]; chosen."""
 _KINDS: Final = {Person: "person", Cart: "cart", DoorLeaf: "leaf"}
-"""Names of the tables of a floor plan, for messages."""
+"""Table of a floor plan that each actor is read from, for messages."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovingBody:
-    """A mover and what it is made of."""
+    """A mover and the solids that make up its body."""
 
     mover: Mover
+    """Where the body is at any time."""
     blocks: tuple[Block, ...]
-    """In the body's own frame, x forward, z = 0 the floor."""
+    """Solids in the body's own frame: x forward, z = 0 at the floor."""
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add it as a mocap body, where it is at time zero."""
+        """Add the body to a specification as a mocap body, at its pose at time zero."""
         positions, yaws = self.mover.pose_at(np.zeros(1, dtype=np.int64))
         body = spec.worldbody.add_body(
             name=self.mover.name, mocap=True, pos=positions[0], quat=quaternions_of(yaws)[0]
@@ -60,20 +61,20 @@ class MovingBody:
 def moving_bodies(
     actors: Sequence[Person | DoorLeaf | Cart], *, seed: int = 0
 ) -> Iterator[MovingBody]:
-    """Yield the bodies of what lives in a world.
+    """Yield the moving bodies of the actors of a world.
 
     Args:
         actors: People, door leaves and carts; their names must differ.
-        seed: Of whatever they leave open; each draws by the seed and its own name.
+        seed: Seed of everything the plan leaves open; each actor draws by the seed and its own name.
 
     Raises:
-        WorldError: a path cannot be walked, or a name comes twice; the message names whose.
+        WorldError: a path cannot be walked, or two actors have the same name; the message names them.
     """
     names: set[str] = set()
     for one in actors:
         kind = _KINDS[type(one)]
         if one.name in names:
-            raise WorldError(f"{kind} {one.name!r}: there are two of that name")
+            raise WorldError(f"{kind} {one.name!r}: two actors have this name")
         names.add(one.name)
         rng = np.random.default_rng([seed, zlib.crc32(one.name.encode())])
         if isinstance(one, DoorLeaf):
@@ -86,7 +87,7 @@ def moving_bodies(
 
 
 def _leaf(leaf: DoorLeaf, rng: np.random.Generator) -> MovingBody:
-    # A finger's breadth off the floor, so that thresholds are no obstacle.
+    # One centimetre off the floor, so that thresholds are no obstacle.
     size = (leaf.width, leaf.thickness)
     slab = box(f"{leaf.name}_slab", 0.5 * leaf.width, 0.0, 0.01, leaf.height, size, leaf.material)
     return MovingBody(SwingingDoor(leaf, rng), (slab,))
@@ -131,13 +132,13 @@ def _walkers(one: Person | Cart, rng: np.random.Generator) -> Iterator[MovingBod
 
 
 def _torso(name: str) -> Iterator[Block]:
-    """Yield trunk with arms, and head, of somebody 1.74 m tall; chosen."""
+    """Yield the trunk with arms, and the head, of a person 1.74 m tall; dimensions chosen."""
     yield box(f"{name}_trunk", 0.0, 0.0, 0.85, 1.45, (0.24, 0.44), "fabric")
     yield ellipsoid(f"{name}_head", 0.0, 0.0, 1.48, 1.74, (0.20, 0.16), "skin")
 
 
 def _cart(name: str, size: tuple[float, float, float]) -> Iterator[Block]:
-    """Yield a platform trolley: castors, deck, load, and posts with a handle behind."""
+    """Yield a platform trolley: castors, deck, load, and two posts with a handle at the rear."""
     length, width, height = size
     rear = -0.5 * length + 0.02
     for i, (sx, sy) in enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1))):

@@ -18,11 +18,11 @@ from robot_sim.array_types import FloatArray
 from robot_sim.floorplan.actors_in_plan import DoorLeaf
 
 _SCHEDULE: Final = 16
-"""Openings of a door before its schedule repeats."""
+"""Number of openings of a door before its schedule repeats."""
 
 
 class Mover(Protocol):
-    """One rigid body that moves as it will: a mocap body of the model, of the mover's name."""
+    """One rigid body that moves on its own: a mocap body of the model with the mover's name."""
 
     @property
     def name(self) -> str:
@@ -39,20 +39,22 @@ class Mover(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walker:
-    """Something on a walk: a torso, a leg that swings beside it, a cart ahead of it."""
+    """A body on a walk: a torso, a leg that swings beside it, or a cart ahead of it."""
 
     name: str
+    """Name of the mocap body."""
     walk: Walk
+    """The walk that the body follows."""
     offset: int
-    """Added to the time before the walk is asked [ns]."""
+    """Time that is added before the walk is evaluated [ns]."""
     delayed: bool
-    """Whether it stands at its begin until the offset is made good."""
+    """Whether the body stands at the beginning of the walk while time plus offset is negative."""
     ahead: float = 0.0
-    """Of whoever walks [m]."""
+    """Distance of the body ahead of the walking point [m]."""
     left: float = 0.0
-    """Of whoever walks [m]."""
+    """Distance of the body to the left of the walking point [m]."""
     reach: float = 0.0
-    """How far it swings forward and back with the gait [m]."""
+    """Amplitude with which the body swings forward and back with the gait [m]."""
 
     def pose_at(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
         """See ``Mover.pose_at``."""
@@ -67,7 +69,7 @@ class Walker:
 
 
 class SwingingDoor:
-    """A door leaf that follows a schedule of its own."""
+    """A door leaf that opens and closes on a random schedule of its own."""
 
     def __init__(self, leaf: DoorLeaf, rng: np.random.Generator) -> None:
         self.name = leaf.name

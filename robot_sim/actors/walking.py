@@ -1,8 +1,8 @@
-"""Walks: where something that follows a path is at any time, in closed form.
+"""Walks along a path in closed form: position, heading and gait phase at any time.
 
-A walk is a cycle of stages. On a *go* it follows a rounded polyline from one stop to the next; at a
-*stop* it stands, and turns towards the next go before it leaves. Each stage lasts whole nanoseconds,
-so the cycle never drifts however long a simulation runs.
+A walk is a cycle of stages. A *go* follows a rounded path from one stop to the next; at a *stop* the
+walker stands, and turns towards the next go before it leaves. Each stage lasts an integer number of
+nanoseconds, so that the cycle does not drift however long a simulation runs.
 """
 
 from __future__ import annotations
@@ -21,26 +21,27 @@ from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 
 ACCELERATION: Final = 1.0
-"""From and to standing [m/s^2]; chosen so that walking speed is reached in about two steps."""
+"""Acceleration from and to standing [m/s^2]; chosen so that two steps reach walking speed."""
 TURN_TIME: Final = 1.5
-"""Turning on the spot takes this long, or the whole stop if that is shorter [s]; chosen."""
+"""Duration of a turn on the spot, or that of the stop if it is shorter [s]; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WalkerState:
-    """What a walk answers: one row per time asked for."""
+    """State of a walker at N times."""
 
     positions: FloatArray
-    """(N, 2) in ``map`` [m]."""
+    """Positions in ``map`` [m], (N, 2)."""
     headings: FloatArray
-    """(N,) [rad]."""
+    """Headings [rad], (N,)."""
     strides: FloatArray
-    """(N,) phase of the gait [rad]: a step is half a turn; whole steps between stops."""
+    """Phase of the gait [rad], (N,): one step is half a turn; an integer number of steps between
+    stops."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Go:
-    """From stop to stop: from rest to rest, or round and round without one."""
+    """A stretch from one stop to the next with ramps of speed, or an endless loop without stops."""
 
     curve: RoundedPath
     speed: float
@@ -49,7 +50,7 @@ class _Go:
 
     @property
     def peak(self) -> float:
-        """Greatest speed [m/s]: a short go never reaches the walking speed."""
+        """Greatest speed [m/s]; a short go does not reach the walking speed."""
         return min(self.speed, math.sqrt(ACCELERATION * self.curve.length))
 
     @property
@@ -75,7 +76,7 @@ class _Go:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Stop:
-    """Standing somewhere, then turning on the spot."""
+    """A stop at a point, with a turn on the spot at its end."""
 
     point: FloatArray
     heading: float
@@ -100,7 +101,7 @@ def smooth(share: FloatArray) -> FloatArray:
 
 
 class Walk:
-    """A cycle of goes and stops, walked over and over."""
+    """A cycle of goes and stops that repeats forever."""
 
     def __init__(
         self,
@@ -115,13 +116,13 @@ class Walk:
 
         Args:
             path: Two or more way-points ``[x, y]`` or ``[x, y, stop]`` [m, m, s].
-            speed: Of walking, between the ramps [m/s].
-            step_length: Wanted length of a step [m]; stretched so that steps between stops are whole.
-            pause: Least stop at both ends of a path that is walked out and back [s].
-            loop: Go on from the last way-point to the first, instead of back.
+            speed: Walking speed between the ramps [m/s].
+            step_length: Desired step length [m]; adjusted to an integer number of steps between stops.
+            pause: Shortest stop at both ends of a path that is walked out and back [s].
+            loop: Continue from the last way-point to the first, instead of walking back.
 
         Raises:
-            WorldError: something in it cannot be walked; the message says what.
+            WorldError: the path cannot be walked; the message gives the reason.
         """
         least = 3 if loop else 2
         if len(path) < least:
@@ -145,16 +146,16 @@ class Walk:
 
     @property
     def cycle(self) -> int:
-        """Time after which everything repeats [ns]."""
+        """Duration of the cycle [ns]."""
         return int(self._ends[-1])
 
     def at(self, times: IntArray) -> WalkerState:
-        """Return where the walker is at ``times`` (N,) [ns]; at zero it leaves the first stop."""
+        """Return the walker's state at ``times`` (N,) [ns]; at time zero it leaves the first stop."""
         within = np.mod(times, self.cycle)
         stages = np.searchsorted(self._ends, within, "right")
         positions = np.empty((len(times), 2))
         headings, strides = np.empty(len(times)), np.empty(len(times))
-        # Beams of one sweep fall into one stage or two, whatever the number of stages.
+        # The beams of one sweep fall into one or two stages, so that few are evaluated.
         for stage in np.unique(stages):
             rows = stages == stage
             begun = self._ends[stage - 1] if stage > 0 else 0
@@ -167,7 +168,7 @@ class Walk:
 def _stages(
     corners: FloatArray, stops: FloatArray, *, speed: float, step_length: float
 ) -> list[_Go | _Stop]:
-    """Return the stages of the closed polyline through ``corners``, which stands at ``stops`` [s]."""
+    """Return the stages of the closed polyline through ``corners`` with its ``stops`` [s]."""
     where = np.flatnonzero(stops > 0.0)
     if len(where) == 0:
         curve = rounded_path(corners, closed=True)

@@ -1,4 +1,4 @@
-"""Endless made-up buildings, each from a seed and an area."""
+"""Generator of furnished buildings, each from a seed and an area."""
 
 from robot_sim.building_generator.building import AREAS, Building, Room, generate
 

@@ -1,4 +1,4 @@
-"""What the rooms of a made-up building are for, and which groups of furniture that takes."""
+"""Room types of generated buildings, and the groups of furniture of each."""
 
 from __future__ import annotations
 
@@ -12,43 +12,44 @@ import numpy as np
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A piece of furniture within its group; the group's +y points to the wall behind it."""
+    """A piece of furniture in a group; the group's +y points to the wall behind it."""
 
     kind: str
-    """A key of ``furniture.FURNITURE``."""
+    """Kind of furniture, a key of ``furniture.FURNITURE``."""
     x: float
-    """From the group's middle [m]."""
+    """x from the group's middle [m]."""
     y: float
-    """[m]."""
+    """y from the group's middle [m]."""
     yaw: int = 0
-    """[degrees]."""
+    """Yaw in the group's frame [degrees]."""
     size: tuple[float, float, float] | None = None
-    """Width (along its x), depth, height [m]; None for the kind's own."""
+    """Width (along its x), depth and height [m]; None for the kind's own."""
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Furniture that belongs together, within an upright rectangle."""
+    """Pieces of furniture that belong together, within an axis-parallel rectangle."""
 
     width: float
-    """Along the wall [m]."""
+    """Extent along the wall [m]."""
     depth: float
-    """Away from it [m]."""
+    """Extent away from the wall [m]."""
     items: tuple[Item, ...]
+    """The pieces."""
     at_wall: bool = True
-    """Whether its back goes to a wall; else it stands anywhere."""
+    """Whether its back is placed at a wall; otherwise it stands anywhere."""
 
 
 GroupMaker = Callable[[np.random.Generator], Group]
 
 
 def _between(rng: np.random.Generator, low: float, high: float) -> float:
-    """A length to the decimetre."""
+    """Draw a length, rounded to a decimetre."""
     return round(float(rng.uniform(low, high)), 1)
 
 
 def _alone(kind: str, width: tuple[float, float], depth: float, height: float) -> GroupMaker:
-    """A single piece with its back to the wall."""
+    """Return the maker of a single piece with its back to the wall."""
 
     def make(rng: np.random.Generator) -> Group:
         wide = _between(rng, *width)
@@ -64,7 +65,7 @@ def _desk(rng: np.random.Generator) -> Group:
 
 
 def _desk_island(rng: np.random.Generator) -> Group:
-    """Four desks, two by two, with a chair at each."""
+    """Make four desks, two by two, with a chair at each."""
     items: list[Item] = []
     for x in (-0.8, 0.8):
         for side in (-1, 1):
@@ -112,7 +113,7 @@ def _kitchen(rng: np.random.Generator) -> Group:
 
 
 def _bookcases(rng: np.random.Generator) -> Group:
-    """Two shelves back to back."""
+    """Make two shelves back to back."""
     wide = _between(rng, 1.6, 2.6)
     size = (wide, 0.35, 1.9)
     pair = (Item("shelf", 0.0, -0.2, 0, size), Item("shelf", 0.0, 0.2, 180, size))
@@ -146,18 +147,18 @@ _pilaster = _alone("pillar", (0.3, 0.5), 0.2, 2.8)
 
 @dataclass(frozen=True, slots=True)
 class RoomUse:
-    """What a room may be for."""
+    """A use of a room."""
 
     areas: tuple[float, float]
-    """Of rooms that suit [m^2]."""
+    """Range of the area of suitable rooms [m^2]."""
     weight: float
-    """How common it is."""
+    """Relative frequency of the use."""
     musts: tuple[GroupMaker, ...]
-    """What comes first."""
+    """Groups that are placed first."""
     mays: tuple[GroupMaker, ...]
-    """What comes after, at random, as long as there is room for it."""
+    """Groups that are placed at random afterwards, where they fit."""
     density: float = 0.2
-    """Optional groups per square metre."""
+    """Number of optional groups per square metre."""
 
 
 OFFICE: Final[Mapping[str, RoomUse]] = MappingProxyType(
@@ -179,7 +180,7 @@ OFFICE: Final[Mapping[str, RoomUse]] = MappingProxyType(
         ),
     }
 )  # fmt: skip
-"""Rooms of an office building."""
+"""Uses of rooms in an office building."""
 
 HOME: Final[Mapping[str, RoomUse]] = MappingProxyType(
     {
@@ -194,16 +195,16 @@ HOME: Final[Mapping[str, RoomUse]] = MappingProxyType(
         ),
     }
 )  # fmt: skip
-"""Rooms of a house."""
+"""Uses of rooms in a house."""
 
 CORRIDOR: Final = RoomUse((0, 1e9), 1, (), (_locker, _pilaster, _pilaster, _plant), 0.08)
-"""What stands along a corridor's walls."""
+"""Furniture along a corridor's walls."""
 
 
 def choose_room_use(
     rng: np.random.Generator, uses: Mapping[str, RoomUse], area: float, taken: Sequence[str]
 ) -> str:
-    """Return what a room of that area [m^2] is for; what there is already becomes less likely."""
+    """Draw the use of a room of an area [m^2]; uses that exist already are less likely."""
     names = [n for n, use in uses.items() if use.areas[0] <= area <= use.areas[1]]
     if not names:
         small = area < min(use.areas[0] for use in uses.values())

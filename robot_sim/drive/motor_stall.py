@@ -1,8 +1,8 @@
-"""Motor stalls, as the Pioneer's controller finds them.
+"""Detection of motor stalls as in the Pioneer's controller.
 
-Its manual (ActivMedia AROS, StallVal and StallCount) says: a running average of each wheel's power
-over 500 ms, in which power counts only while the wheel is slower than 100 mm/s; beyond StallVal the
-motors are given power but barely move, and power is taken away for a while.
+Source: the manual (ActivMedia AROS, StallVal and StallCount). Each wheel's power is averaged over
+500 ms, where power counts only while the wheel is slower than 100 mm/s; beyond StallVal the motors are
+powered but barely move, and the power is cut for a while.
 """
 
 from __future__ import annotations
@@ -17,19 +17,20 @@ from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 @dataclass(frozen=True, slots=True)
 class StallConfig:
-    """When a side counts as stalled.
+    """Conditions under which a side counts as stalled.
 
     Raises:
         ValueError: a number is not positive.
     """
 
     window: int = SECOND // 2
-    """Averaged over [ns]. The manual."""
+    """Time over which the load is averaged [ns]; the manual."""
     slow: float = 0.1
-    """Rim speed above which power does not count [m/s]. The manual."""
+    """Rim speed above which the load does not count [m/s]; the manual."""
     share: float = 0.4
-    """Of the torque limit: StallVal 200 of a greatest PWM of 500, as remembered. Standing on a ramp
-    of 35 % takes 0.22; turning in place on tile, however slowly, 0.25."""
+    """Average load that counts as a stall, as a share of the torque limit: StallVal 200 of a
+    greatest PWM of 500, as remembered. Standing on a ramp of 35 % takes 0.22; turning in place on
+    tile, however slowly, 0.25."""
 
     def __post_init__(self) -> None:
         for name in ("window", "slow", "share"):
@@ -49,7 +50,7 @@ class StallDetector:
         self._loads: deque[tuple[float, float]] = deque(maxlen=max(1, config.window // tick))
 
     def update(self, torques: FloatArray, rates: FloatArray) -> tuple[bool, bool]:
-        """Take the newest torques [N m] and rates [rad/s] of the wheels, (4,) in their order.
+        """Add the latest torques [N m] and rates [rad/s] of the wheels, (4,) in the order of ``WHEELS``.
 
         Returns:
             Whether the left and the right side are stalled.
@@ -60,7 +61,7 @@ class StallDetector:
         )
         loads = (0.5 * (front_left + rear_left), 0.5 * (front_right + rear_right))
         self._loads.append(loads)
-        # A mean is no greater than the greatest of its values: mostly there is nothing to add up.
+        # A mean is no greater than its greatest value: mostly no sum is needed.
         self._light = 0 if max(loads) >= self._enough else self._light + 1
         if self._light >= len(self._loads):
             return False, False
@@ -69,5 +70,5 @@ class StallDetector:
         return left >= self._share, right >= self._share
 
     def clear(self) -> None:
-        """Forget the loads, as when power was taken away."""
+        """Forget the loads, as when the power was cut."""
         self._loads.clear()

@@ -1,4 +1,4 @@
-"""The robot's condition after a tick: what it bumped into, how it stands, whether its motors stall."""
+"""Condition of the robot after a tick: bumpers, contacts, attitude, stalled motors, fallen or not."""
 
 from __future__ import annotations
 
@@ -16,33 +16,35 @@ from robot_sim.robot.mujoco_body import WHEELS
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 FALLEN_TILT = math.radians(60.0)
-"""Tilted beyond this the robot has fallen [rad]: it tips over its wheels' contacts at about 50
+"""Tilt beyond which the robot counts as fallen [rad]; it tips over its wheels' contacts at about 50
 degrees sideways and 40 lengthways, and no drivable slope is as steep."""
 
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """How the robot fared in one tick; contacts of any of its physics steps count."""
+    """Condition of the robot after one tick; contacts of any of its physics steps count."""
 
     stamp: int
     """End of the tick [ns]."""
     bumpers: Bumpers
-    """Segments pressed."""
+    """Pressed segments of the bumper rings."""
     touching: tuple[str, ...]
-    """Names of what the hull or the wheels' sides bumped into, sorted. Only a simulation knows."""
+    """Sorted names of the obstacles that the hull or the wheels' sides touched; known to a
+    simulation only."""
     roll: float
-    """Left side up is positive (REP 103) [rad]."""
+    """Roll, positive with the left side up (REP 103) [rad]."""
     pitch: float
-    """Nose down is positive [rad]."""
+    """Pitch, positive with the nose down [rad]."""
     wheels_down: tuple[bool, bool, bool, bool]
-    """Front left, front right, rear left, rear right: whether the wheel is on the ground."""
+    """Whether the front left, front right, rear left and rear right wheels are on the ground."""
     grounded: bool
-    """Whether the hull sits on the ground."""
+    """Whether the hull rests on the ground."""
     left_stalled: bool
-    """The motors of that side have power, and turn barely or not at all."""
+    """Whether the left motors are powered but turn barely or not at all."""
     right_stalled: bool
+    """Whether the right motors are powered but turn barely or not at all."""
     fallen: bool
-    """Tilted too far to stand."""
+    """Whether the robot is tilted too far to stand."""
 
     @property
     def tilt(self) -> float:
@@ -51,23 +53,23 @@ class Condition:
 
     @property
     def troubles(self) -> tuple[str, ...]:
-        """What a driver should know that the robot's own sensors can tell, the worst first."""
+        """Problems that the robot's own sensors can observe, the worst first."""
         stalled = {
             (True, True): "motors stalled",
             (True, False): "left motors stalled",
             (False, True): "right motors stalled",
         }
-        told = (
+        texts = (
             "fallen" if self.fallen else "",
             stalled.get((self.left_stalled, self.right_stalled), ""),
             "bumped in front" if any(self.bumpers.front) else "",
             "bumped behind" if any(self.bumpers.rear) else "",
         )
-        return tuple(text for text in told if text)
+        return tuple(text for text in texts if text)
 
 
 class ConditionMonitor:
-    """Watches every tick of one robot."""
+    """Computes the condition of one robot after every tick."""
 
     def __init__(
         self,
@@ -78,7 +80,7 @@ class ConditionMonitor:
         tick: int,
         stall: StallConfig,
     ) -> None:
-        """Begin with the robot at rest, ``mj_forward`` called; ``tick`` is the time between updates [ns]."""
+        """Begin at rest, after ``mj_forward``; ``tick`` is the time between updates [ns]."""
         self._finder = ContactFinder(model, data)
         self.stall_detector = StallDetector(robot, stall, tick)
         joints = [model.joint(wheel) for wheel in WHEELS]

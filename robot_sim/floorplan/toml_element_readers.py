@@ -1,4 +1,4 @@
-"""The parts of a floor plan, each read from its table."""
+"""Readers of the elements of a floor plan, each from its TOML table."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robot_sim.scene_objects.terrain import Hill, LevelDisc, Rut, Terrain
 
 
 def wall(table: toml.Table, index: int, height: float, thickness: float) -> Wall:
-    """Read a ``[[wall]]``; height and thickness are those of walls that do not say."""
+    """Read a ``[[wall]]``; height and thickness are the defaults."""
     result = Wall(
         name=table.take("name", toml.text, f"wall_{index}"),
         start=table.take("from", toml.point),
@@ -66,7 +66,7 @@ def piece(table: toml.Table, index: int) -> Piece:
 
 
 def glazing(table: toml.Table, index: int, height: float) -> Glazing:
-    """Read a ``[[glazing]]``; height is that of glass walls that do not say."""
+    """Read a ``[[glazing]]``; the height is the default."""
     result = Glazing(
         name=table.take("name", toml.text, f"glazing_{index}"),
         start=table.take("from", toml.point),

@@ -1,4 +1,4 @@
-"""Plans as TOML: metres and degrees in the text; every key must be a known one."""
+"""Reader of floor plans in TOML, with metres and degrees; unknown keys are errors."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ def plan_from_toml(text: str, *, name: str) -> Plan:
 
     Args:
         text: TOML; see ``docs/worlds.md`` for its tables and keys.
-        name: Of the world, for the plan and for messages.
+        name: Name of the world, for the plan and for messages.
 
     Raises:
-        WorldError: it is not TOML, lacks an entry, has an unknown one, or a value makes no sense;
+        WorldError: the text is not TOML, lacks an entry, has an unknown one, or a value is invalid;
             the message names the entry.
     """
     try:
@@ -82,7 +82,7 @@ def _cart(table: toml.Table, index: int) -> Cart:
 
 
 def _walk(table: toml.Table) -> dict[str, Any]:
-    """Return the entries that whatever follows a path has."""
+    """Return the entries that all actors on a path have."""
     return {
         "path": table.take("path", toml.path),
         "speed": table.take("speed", toml.number, None),

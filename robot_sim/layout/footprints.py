@@ -15,17 +15,18 @@ from robot_sim.scene_objects.furniture import size_of
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """What an obstacle covers of the floor: a rectangle, its corners rounded outward."""
+    """Area of the floor that an obstacle covers: a rectangle with corners rounded outward."""
 
     x: float
-    """Centre [m]."""
+    """x of the centre [m]."""
     y: float
+    """y of the centre [m]."""
     half: tuple[float, float]
     """Half extents before rounding [m]."""
     yaw: float = 0.0
-    """[rad]."""
+    """Yaw of the rectangle [rad]."""
     rounding: float = 0.0
-    """Radius added all round [m]; a disc has no extents and its radius here."""
+    """Radius added on all sides [m]; a disc has zero extents and this radius."""
 
     def distance(self, points: FloatArray) -> FloatArray:
         """Return distances (...,) [m] of points (..., 2) from the edge; negative inside a rounding."""
@@ -40,7 +41,7 @@ class Footprint:
 def footprints(plan: Plan) -> Iterator[Footprint]:
     """Yield the outlines of walls, without their doors, and of furniture.
 
-    A desk covers all that is beneath its top: a robot could drive under some, but has no business there.
+    A desk covers the area beneath its top: a robot could drive under some desks, but is not meant to.
     """
     for wall in plan.walls:
         yield from _solid_parts(wall)

@@ -19,11 +19,11 @@ class FreeSpace:
     """Clearance at the nodes of a grid."""
 
     corner: Waypoint
-    """The node in row 0 and column 0 [m]."""
+    """Position of the node in row 0 and column 0 [m]."""
     spacing: float
-    """Between nodes [m]."""
+    """Distance between nodes [m]."""
     clearance: FloatArray
-    """(rows along y, columns along x): distance to the nearest obstacle [m], perhaps cut off."""
+    """Distance to the nearest obstacle [m], (rows along y, columns along x); may be truncated."""
 
     @classmethod
     def around(
@@ -37,10 +37,10 @@ class FreeSpace:
         """Return the exact clearance at each node.
 
         Args:
-            bounds: smallest x, y and largest x, y [m]; the first node is at the smallest.
-            footprints: the obstacles.
-            spacing: between nodes [m].
-            horizon: clearance is cut off here [m].
+            bounds: Smallest x, y and largest x, y [m]; the first node is at the smallest.
+            footprints: The obstacles.
+            spacing: Distance between nodes [m].
+            horizon: Clearance at which it is truncated [m].
         """
         x0, y0, x1, y1 = bounds
         xs = x0 + spacing * np.arange(math.floor((x1 - x0) / spacing + 1e-6) + 1)
@@ -59,7 +59,7 @@ class FreeSpace:
         return cls((x0, y0), spacing, clearance)
 
     def points(self, nodes: IntArray) -> FloatArray:
-        """Return where nodes (N,), numbered row by row, lie: (N, 2) [m]."""
+        """Return positions (N, 2) [m] of nodes (N,), which are numbered row by row."""
         row, column = np.divmod(nodes, self.clearance.shape[1])
         points: FloatArray = np.stack([column, row], axis=1) * self.spacing + np.array(self.corner)
         return points
@@ -72,7 +72,7 @@ class FreeSpace:
         return int(min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1))
 
     def at(self, points: FloatArray) -> FloatArray:
-        """Return the clearance (...,) at points (..., 2) [m], interpolated between four nodes."""
+        """Return the clearance (...,) [m] at points (..., 2) [m], interpolated between four nodes."""
         rows, columns = self.clearance.shape
         u = np.clip((points[..., 0] - self.corner[0]) / self.spacing, 0.0, columns - 1.000001)
         v = np.clip((points[..., 1] - self.corner[1]) / self.spacing, 0.0, rows - 1.000001)

@@ -1,8 +1,8 @@
-"""Furniture that was moved since the world was mapped: a pure function from plan to plan.
+"""Rearrangement of furniture since the world was mapped: a pure function from plan to plan.
 
-Every movable piece may be shoved, turned or carried away, and a few boxes are left where there were
-none. Nothing ends up in a wall, in another piece, in a doorway, on the tour, at a spawn or a named
-place, or in the way of whoever lives there; what finds no free spot stays where it is.
+Every movable piece may be pushed, turned or removed, and a few boxes are added. Nothing ends up in a
+wall, in another piece, in a doorway, on the tour, at a spawn or a named place, or in the path of an
+actor; a piece for which no free spot is found stays in place.
 """
 
 from __future__ import annotations
@@ -27,33 +27,33 @@ from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.walls import wall_blocks
 
 ROBOT_CLEARANCE: Final = 0.7
-"""What is moved keeps so far from the tour's line, spawns and places [m]: a P3-AT turns within 0.34 m,
-and nobody drives a line exactly."""
+"""Distance of moved pieces from the tour's line, spawns and places [m]: a P3-AT turns within 0.34
+m, and does not follow a line exactly."""
 PERSON_CLEARANCE: Final = 0.35
-"""And so far from the line that somebody walks [m]."""
+"""Distance of moved pieces from the line of an actor's path [m]."""
 DOOR_CLEARANCE: Final = 0.6
-"""And so far before and behind a door opening [m]."""
+"""Free distance on both sides of a door opening [m]."""
 GAP: Final = 0.02
-"""And so far from walls and other pieces [m]."""
+"""Distance of moved pieces from walls and other pieces [m]."""
 NEW_BOXES: Final = 0.1
-"""Boxes that appear, per movable piece; at least one."""
+"""Number of added boxes per movable piece; at least one is added."""
 _TRIES: Final = 60
 _REACHABLE: Final = 2.0
-"""What hangs higher is over everybody's head [m]."""
+"""Height above which objects are over people's heads [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mobility:
-    """How pieces of a kind are moved about."""
+    """Limits within which pieces of a kind are moved."""
 
     least: float
-    """Shortest shove [m]."""
+    """Shortest displacement [m]."""
     most: float
-    """Longest [m]."""
+    """Longest displacement [m]."""
     turn: float
-    """Largest turn either way [rad]."""
+    """Largest rotation in either direction [rad]."""
     gone: float = 0.0
-    """Probability of being carried away."""
+    """Probability of being removed."""
 
 
 MOBILITY: Final = {
@@ -73,7 +73,7 @@ MOBILITY: Final = {
     "planter": Mobility(0.3, 1.2, 0.4),
     "bicycle_stand": Mobility(0.3, 1.5, 0.3),
 }
-"""What is moved at all, and how far; chosen. All other kinds stand fast: pillars, shelves, counters,
+"""Kinds that are moved, and how far; chosen. All other kinds stay: pillars, shelves, counters,
 racks, machines, tanks, trees."""
 
 
@@ -81,8 +81,8 @@ def rearranged(plan: Plan, seed: int) -> Plan:
     """Return the plan with its furniture moved.
 
     Args:
-        plan: As it was mapped.
-        seed: Same seed and plan, same result. Each piece draws by the seed and its own name.
+        plan: The plan as it was mapped.
+        seed: Seed of the result; each piece draws by the seed and its own name.
     """
     fixed = Rectangles(_fixed(plan))
     kept_free = Rectangles(_kept_free(plan))
@@ -99,11 +99,11 @@ def rearranged(plan: Plan, seed: int) -> Plan:
             and not fixed.meet(*_spot(piece))
             and not kept_free.meet(*_spot(piece))
             and all(_on_or_off(piece, slab) for slab in plan.slabs)
-            # It is shoved across the room, not through a wall.
+            # It is pushed across the room, not through a wall.
             and not fixed.meet(*line_between(origin, (piece.x, piece.y), 0.0))
         )
 
-    # Small ones first: a desk has room once its chair is out of the way.
+    # Small ones first: a desk has room once its chair was moved.
     for piece in sorted(movable, key=lambda p: math.prod(size_of(p)[:2])):
         rng = np.random.default_rng([seed, zlib.crc32(piece.name.encode())])
         habit = MOBILITY[piece.kind]
@@ -112,9 +112,9 @@ def rearranged(plan: Plan, seed: int) -> Plan:
             continue
         rest = others(piece.name)
         for attempt in range(_TRIES):
-            # Where it is tight, a smaller shove may do.
+            # In narrow places a smaller displacement may fit.
             share = 1.0 if 2 * attempt < _TRIES else 0.3
-            candidate = _shoved(piece, habit, rng, share)
+            candidate = _displaced(piece, habit, rng, share)
             if fits(candidate, (piece.x, piece.y), rest):
                 pieces[piece.name] = candidate
                 break
@@ -129,14 +129,16 @@ def rearranged(plan: Plan, seed: int) -> Plan:
         for _ in range(_TRIES):
             x, y = anchors[rng.integers(len(anchors))]
             anchor = Piece(name, "box", x, y, size=(size[0], size[1], size[2]))
-            candidate = _shoved(anchor, Mobility(0.5, 3.0, math.pi), rng)
+            candidate = _displaced(anchor, Mobility(0.5, 3.0, math.pi), rng)
             if fits(candidate, (x, y), rest):
                 pieces[candidate.name] = candidate
                 break
     return replace(plan, furniture=tuple(pieces.values()))
 
 
-def _shoved(piece: Piece, habit: Mobility, rng: np.random.Generator, share: float = 1.0) -> Piece:
+def _displaced(
+    piece: Piece, habit: Mobility, rng: np.random.Generator, share: float = 1.0
+) -> Piece:
     distance = share * rng.uniform(habit.least, habit.most)
     direction = rng.uniform(-math.pi, math.pi)
     return replace(
@@ -165,7 +167,7 @@ def _within(piece: Piece, plan: Plan) -> bool:
 
 
 def _on_or_off(piece: Piece, slab: Slab) -> bool:
-    """Return whether a piece stands on a level slab with all of itself, or beside the slab."""
+    """Return whether a piece stands entirely on a level slab, or entirely beside the slab."""
     half = (0.5 * slab.length, 0.5 * slab.width)
     beside = not Rectangles([(slab.x, slab.y, *half, slab.yaw)]).meet(*_spot(piece))
     on_top = slab.level and bool(np.isfinite(slab.heights(np.array(footprint(piece)))).all())
@@ -173,7 +175,7 @@ def _on_or_off(piece: Piece, slab: Slab) -> bool:
 
 
 def _fixed(plan: Plan) -> Iterator[tuple[float, float, float, float, float]]:
-    """Yield what stands fast and could be run into by a person."""
+    """Yield the static solids that a person could run into."""
     for block in _fixed_blocks(plan):
         if block.bottom - block.ground < _REACHABLE:
             along, across, _ = block.half
@@ -191,7 +193,7 @@ def _fixed_blocks(plan: Plan) -> Iterator[Block]:
 
 
 def _kept_free(plan: Plan) -> Iterator[tuple[float, float, float, float, float]]:
-    """Yield where nothing may be put: doorways, and where the robot and people go."""
+    """Yield the areas that stay free: doorways, and the paths of the robot and of actors."""
     walls: list[Wall | Glazing] = [*plan.walls, *plan.glazings]
     for wall in walls:
         yaw = math.atan2(wall.end[1] - wall.start[1], wall.end[0] - wall.start[0])
@@ -202,19 +204,19 @@ def _kept_free(plan: Plan) -> Iterator[tuple[float, float, float, float, float]]
     for placement in (*plan.spawns.values(), *plan.places.values()):
         yield placement.x, placement.y, ROBOT_CLEARANCE, ROBOT_CLEARANCE, 0.0
     yield from _lines(plan.tour, ROBOT_CLEARANCE)
-    for inhabitant in plan.actors:
-        yield from _haunt(inhabitant)
+    for actor in plan.actors:
+        yield from _actor_areas(actor)
 
 
-def _haunt(one: Actor) -> Iterator[tuple[float, float, float, float, float]]:
-    """Yield where somebody walks, or a leaf swings."""
+def _actor_areas(one: Actor) -> Iterator[tuple[float, float, float, float, float]]:
+    """Yield the areas in which an actor walks or a leaf swings."""
     if isinstance(one, DoorLeaf):
         yield *one.hinge, one.width + GAP, one.width + GAP, 0.0
         return
     clearance = PERSON_CLEARANCE
     if isinstance(one, Cart):
         length, width, _ = one.size
-        # Who pushes a cart turns round with it at both ends.
+        # A cart is turned around at both ends by the person who pushes it.
         front = ARM_REACH + length if one.pushed else 0.5 * length
         clearance = math.hypot(front, 0.5 * width) + GAP
     corners = [*one.path, one.path[0]] if one.loop else one.path

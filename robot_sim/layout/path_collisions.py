@@ -1,4 +1,4 @@
-"""Who walks through what: a plan whose people pass through its walls is refused."""
+"""Collisions of actors' paths with static objects, for which a plan is rejected."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from robot_sim.layout.rectangles import Rectangles, line_between
 from robot_sim.scene_objects.blocks import Block
 
 _BODY: Final = 0.1
-"""Half of the width that must be free all along a path [m]: the legs'; arms are drawn in."""
+"""Half of the width that must be free along a path [m]: that of the legs; arms are drawn in."""
 _HEAD: Final = 1.8
-"""What hangs higher is walked under [m]."""
+"""Height above which an actor walks under an object [m]."""
 _FOOT: Final = 0.05
-"""What is lower is stepped over [m]."""
+"""Height below which an actor steps over an object [m]."""
 
 
 def check_paths(plan: Plan, blocks: Iterable[Block]) -> None:
-    """Raise a WorldError if somebody's path leads through a block; the message names both.
+    """Raise a WorldError if an actor's path leads through a solid; the message names both.
 
     Args:
-        plan: Whose inhabitants walk.
-        blocks: What stands still in it.
+        plan: Plan with the actors.
+        blocks: Static solids of the plan.
     """
     solid = [b for b in blocks if b.bottom < _HEAD and 2.0 * b.z - b.bottom > _FOOT]
     met = Rectangles((b.x, b.y, b.half[0], b.half[1], b.yaw) for b in solid).met

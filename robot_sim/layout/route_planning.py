@@ -20,29 +20,29 @@ from robot_sim.floorplan.plan import Waypoint
 from robot_sim.layout.free_space import FreeSpace
 
 COMFORT: Final = 0.9
-"""Clearance of the robot's centre beyond which more is worth nothing [m]."""
+"""Clearance of the robot's centre beyond which more has no advantage [m]."""
 TOUR_LIMIT: Final = 240.0
-"""Longest tour [m]: what can be driven in the ten minutes that a mission takes at most."""
+"""Longest tour [m], which can be driven within the ten minutes of a mission."""
 MARGIN: Final = 0.08
 """Clearance kept along all routes beyond the circle in which the robot turns [m]."""
 _NARROWNESS: Final = 4.0
-"""How many times longer a way counts where it is as narrow as allowed."""
+"""Factor by which the length counts more where it is as narrow as allowed."""
 _BEND: Final = 0.1
-"""What one way-point more must save [m]."""
+"""Length that one more way-point must save [m]."""
 _REACH: Final = 48
-"""Bends of a grid path that one straight leg may skip."""
+"""Number of bends of a grid path that one straight leg may skip."""
 
 
 class RoutePlanner:
-    """The best way from one point to every other that a robot can reach from it."""
+    """Shortest paths from one point to all that a robot can reach from it."""
 
     def __init__(self, space: FreeSpace, start: Waypoint, *, least: float) -> None:
-        """Find them.
+        """Compute all paths from a point.
 
         Args:
-            space: the clearance.
-            start: where all ways begin [m].
-            least: clearance of every node of a way [m].
+            space: Clearance of the nodes.
+            start: Point at which all paths begin [m].
+            least: Least clearance of every node of a path [m].
         """
         self.space = space
         self.start = space.node(start)
@@ -63,14 +63,14 @@ class RoutePlanner:
         return reached
 
     def cost(self, point: Waypoint) -> float:
-        """Return how far it is to a point [m], narrow stretches counting more; inf if unreachable."""
+        """Return the weighted distance to a point [m]; inf if unreachable."""
         return float(self._cost[self.space.node(point)])
 
     def round_trip(self, stops: Sequence[Waypoint]) -> tuple[Waypoint, ...]:
         """Return way-points from the start past all stops and back.
 
-        The stops are taken in the order in which a walk around the tree of best ways meets them, which
-        is at most twice as long as that tree. Stops that cannot be reached are left out.
+        The stops are visited in the order of a depth-first walk around the tree of shortest paths, which
+        is at most twice as long as that tree. Unreachable stops are left out.
         """
         nodes = [n for n in map(self.space.node, stops) if np.isfinite(self._cost[n])]
         order = self._walk([n for n in nodes if n != self.start])
@@ -81,7 +81,7 @@ class RoutePlanner:
         return tuple((round(float(x), 3), round(float(y), 3)) for x, y in line)
 
     def bounded_trip(self, stops: Sequence[Waypoint], limit: float) -> tuple[Waypoint, ...]:
-        """Return a round trip past the nearest stops, as many as its length's limit [m] allows."""
+        """Return a round trip past as many of the nearest stops as ``limit`` [m] allows."""
         near_first = sorted(stops, key=self.cost)
         trip = self.round_trip(near_first)
         few, many = min(1, len(stops)), len(stops)
@@ -96,20 +96,20 @@ class RoutePlanner:
         return self.round_trip(near_first[:few])
 
     def _penalty(self, clearance: FloatArray) -> FloatArray:
-        """Return how much longer a metre counts, for its clearance [m]."""
+        """Return the factor by which a metre counts more, for its clearance [m]."""
         tight = np.clip((COMFORT - clearance) / (COMFORT - self._least), 0.0, None)
         penalty: FloatArray = 1.0 + (_NARROWNESS - 1.0) * tight**2
         return penalty
 
     def _chain(self, node: int) -> list[int]:
-        """The nodes from one back to the start."""
+        """Return the nodes from one back to the start."""
         chain = [node]
         while chain[-1] != self.start:
             chain.append(int(self._before[chain[-1]]))
         return chain
 
     def _walk(self, stops: Sequence[int]) -> list[int]:
-        """Order stops as a depth-first walk around their tree meets them, short branches first."""
+        """Order stops as a depth-first walk around their tree, short branches first."""
         children: dict[int, list[int]] = {}
         deepest: dict[int, float] = {}
         for stop in stops:
@@ -131,7 +131,7 @@ class RoutePlanner:
         return order
 
     def _between(self, a: int, b: int) -> FloatArray:
-        """The points (N, 2) of the way along the tree from one node to another [m]."""
+        """Return the points (N, 2) of the path along the tree from one node to another [m]."""
         up, down = self._chain(a), self._chain(b)
         shared = 0
         while shared < min(len(up), len(down)) and up[-1 - shared] == down[-1 - shared]:
@@ -140,7 +140,7 @@ class RoutePlanner:
         return self.space.points(np.array(nodes))
 
     def _straightened(self, path: FloatArray) -> FloatArray:
-        """Return few of a path's points (N, 2) such that the straight legs between are no worse."""
+        """Return few of a path's points (N, 2) such that the straight legs between cost no more."""
         steps = np.diff(path, axis=0)
         turns = np.abs(np.diff(steps, axis=0)).max(axis=1) > 1e-9
         corners = path[np.concatenate([[True], turns, [True]])] if len(path) > 2 else path
@@ -151,7 +151,7 @@ class RoutePlanner:
         for j in range(1, n):
             first = max(0, j - _REACH)
             total = best[first:j] + _BEND + self._leg_costs(corners[first:j], corners[j])
-            # A grid step is always allowed, though between its nodes it may be a hair too narrow.
+            # A grid step is always allowed, though between its nodes it may be slightly too narrow.
             if not np.isfinite(total[-1]):
                 total[-1] = best[j - 1] + _BEND + np.linalg.norm(corners[j] - corners[j - 1]) * 9.0
             k = int(np.argmin(total))
@@ -174,7 +174,7 @@ class RoutePlanner:
 
 
 def _graph(space: FreeSpace, open_: BoolArray, penalty: FloatArray) -> csr_array:
-    """Return the costs of the steps between neighbouring open nodes, eight ways each."""
+    """Return the costs of the steps between neighbouring open nodes in eight directions."""
     weight = np.where(open_, penalty, 0.0)
     number = np.arange(open_.size).reshape(open_.shape)
     tails, heads, costs = [], [], []

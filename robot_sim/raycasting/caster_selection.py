@@ -1,4 +1,4 @@
-"""Which caster a simulation gets."""
+"""Selection of a simulation's ray caster: Embree if installed, otherwise MuJoCo."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _STATIC: weakref.WeakKeyDictionary[mujoco.MjModel, StaticGeometry] = weakref.Wea
 
 
 class SlowCastingWarning(UserWarning):
-    """Embree is missing, so that scanners are simulated by slower means."""
+    """Embree is not installed, so that ray casting is slower."""
 
 
 def caster_for(world: World, data: mujoco.MjData) -> RayCaster:
-    """Return the fastest caster there is for a world, with ``data`` for what moves.
+    """Return the fastest available caster for a world, with ``data`` for moving geometry.
 
-    The static geometry is prepared once per world and shared. Without ``embreex`` (there is no wheel
-    of it for this machine, or the extra was not installed) MuJoCo casts, after one notice.
+    The static geometry is prepared once per world and shared. Without ``embreex`` (no wheel for this
+    machine, or the extra is not installed) MuJoCo casts, after one warning.
     """
     if not _embree_is_there():
         return MujocoRayCaster(world.model, data, world.movers)

@@ -16,7 +16,7 @@ from robot_sim.raycasting.ray_caster import Hits
 
 
 class EmbreeRayCaster:
-    """Static geometry from Embree, moving geometry in closed form at each ray's own time."""
+    """Casts static geometry with Embree, and moving geometry in closed form at each ray's own time."""
 
     def __init__(
         self,
@@ -25,7 +25,7 @@ class EmbreeRayCaster:
         data: mujoco.MjData,
         movers: Sequence[Mover] = (),
     ) -> None:
-        """Cast at the static geometry of ``model``, and at what moves as ``data`` and movers say."""
+        """Cast against the static geometry of ``model``, and moving geometry at its poses in time."""
         self._static = static
         self._moving = MovingGeoms(model, data, movers)
 

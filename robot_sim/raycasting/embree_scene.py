@@ -18,12 +18,12 @@ from robot_sim.raycasting.shape_intersection import ROUND, shape_cosines, shape_
 from robot_sim.raycasting.triangle_mesh import triangles_of
 
 _STEP: Final = 2e-5
-"""How far behind a hit a ray begins anew [m]: more than single precision takes away at 100 m."""
+"""Distance behind a hit at which a ray is cast on [m]: more than single precision loses at 100 m."""
 _SLACK: Final = 5e-5
-"""Half of what a distance may be off [m]: a round surface this near behind its triangle needs no look
-at the shape, and hides nothing in between that would matter."""
+"""Half of the allowed error of a distance [m]: a round surface this close behind its triangle needs
+no exact intersection, and hides nothing relevant in between."""
 _RETRIES: Final = 64
-"""A ray that grazes so many round things in a row is taken to have met nothing more."""
+"""Number of round shapes in a row that a ray may graze before it is taken to hit nothing."""
 _FLAT, _ROUND, _ONE_SIDED = np.uint8(0), np.uint8(1), np.uint8(2)
 _OFFSET, _TRUST = 3, 4
 PrimArray = npt.NDArray[np.int32]
@@ -31,28 +31,28 @@ PrimArray = npt.NDArray[np.int32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StaticHits:
-    """What rays met among the static geometry."""
+    """Hits of rays on the static geometry."""
 
     distances: FloatArray
-    """(N,) [m], ``inf`` for nothing."""
+    """Distances (N,) [m], ``inf`` without a hit."""
     prims: PrimArray
-    """(N,) triangle."""
+    """Triangles (N,) that were hit."""
     slopes: FloatArray
-    """(N,) cosine of incidence on the triangle, of either sign."""
+    """Signed cosines of incidence on the triangles, (N,)."""
 
     @classmethod
     def nothing(cls, rays: int) -> StaticHits:
-        """Return that ``rays`` rays met nothing."""
+        """Return that ``rays`` rays hit nothing."""
         return cls(np.full(rays, np.inf), np.full(rays, -1, dtype=np.int32), np.zeros(rays))
 
 
 class StaticGeometry:
-    """What never moves, as one Embree scene; built once per world and shared by its simulations.
+    """Static geometry as one Embree scene; built once per world and shared by its simulations.
 
-    Of a flat face the distance follows from its plane; so it does from a round shape's triangle
-    where that is within 0.05 mm of the shape along the ray, and else from the shape itself. These
-    triangles stand just outside of the shape: a ray that meets the triangle but not the shape, or
-    might meet something else in between, is cast on from there.
+    Distances to flat faces are computed from their planes; those to round shapes from the triangle where
+    it is within 0.05 mm of the shape along the ray, and otherwise from the shape itself. The triangles
+    of round shapes lie just outside of them: a ray that hits the triangle but not the shape, or might
+    hit something else in between, is cast on from there.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -62,8 +62,8 @@ class StaticGeometry:
         geoms = np.flatnonzero(visible_geoms(model) & static_geoms(model))
         triangles = triangles_of(model, data, geoms)
         self._centre = _centre(triangles.vertices)
-        # Of each triangle: its plane's normal and offset, and the signed cosine of incidence up to
-        # which the plane is all there is to know. Rays that meet nothing index the last column.
+        # For each triangle: its plane's normal and offset, and the signed cosine of incidence up to
+        # which the plane gives the distance. Rays without a hit index the last column.
         self._planes = np.zeros((5, len(triangles.faces) + 1))
         self._planes[:4, :-1] = triangles.planes.T
         self._planes[_OFFSET, -1] = np.inf
@@ -73,7 +73,7 @@ class StaticGeometry:
         shapes[:-1][np.isin(kinds, list(ROUND))] = _ROUND
         shapes[:-1][kinds == mujoco.mjtGeom.mjGEOM_PLANE] = _ONE_SIDED
         self._shapes = shapes
-        # Seen at cosine c, a surface is bulge / c behind its triangle.
+        # At cosine of incidence c, a surface is bulge / c behind its triangle.
         self._planes[_TRUST] = np.array([2.0, -2.0, 0.0])[shapes]
         thin = np.flatnonzero((triangles.bulges > 0.0) & (triangles.bulges < _SLACK))
         self._planes[_TRUST, thin] = -triangles.bulges[thin] / _SLACK
@@ -82,14 +82,14 @@ class StaticGeometry:
         self._positions = data.geom_xpos.copy()
         self._matrices = data.geom_xmat.reshape(-1, 3, 3).copy()
         # Robust traversal costs a third more. Without it one ray in 1e6 of those aimed within 10 um of
-        # an edge slips through (measured), and next to no ray is.
+        # an edge passes through (measured), and hardly any ray is aimed so.
         self._scene: Any = EmbreeScene()
         if len(triangles.faces):
             vertices = (triangles.vertices - self._centre).astype(np.float32)
             TriangleMesh(self._scene, vertices, triangles.faces.astype(np.int32))
 
     def cast(self, origins: FloatArray, directions: FloatArray, max_range: float) -> StaticHits:
-        """Return what the rays (N, 3) meet within ``max_range`` [m]."""
+        """Return the hits of rays (N, 3) within ``max_range`` [m]."""
         if len(self._geom_of) == 1:
             return StaticHits.nothing(len(origins))
         prims: PrimArray = self._scene.run(
@@ -103,18 +103,18 @@ class StaticGeometry:
         rows = np.flatnonzero(slopes > planes[_TRUST])
         if len(rows):
             self._look_closer(met, rows, origins[rows], directions[rows], max_range)
-        # Not ">": a ray in the very plane of a face has no distance, and meets nothing.
+        # Not ">": a ray in the plane of a face has distance NaN, and hits nothing.
         np.putmask(distances, ~(distances <= max_range), np.inf)
         return met
 
     def geoms(self, met: StaticHits) -> GeomArray:
-        """Return the geom (N,) of each ray that met something, -1 of the others."""
+        """Return the geom (N,) of each ray, -1 without a hit."""
         geoms = self._geom_of.take(met.prims)
         geoms[np.isinf(met.distances)] = NO_GEOM
         return geoms
 
     def cosines(self, met: StaticHits, origins: FloatArray, directions: FloatArray) -> FloatArray:
-        """Return absolute cosines of incidence (N,) where something was met, 0 elsewhere."""
+        """Return absolute cosines of incidence (N,), 0 without a hit."""
         cosines = np.abs(met.slopes)
         cosines[np.isinf(met.distances)] = 0.0
         rows = np.flatnonzero((self._shapes[met.prims] == _ROUND) & np.isfinite(met.distances))
@@ -133,21 +133,21 @@ class StaticGeometry:
         directions: FloatArray,
         max_range: float,
     ) -> None:
-        """Find what the rays ``rows`` (K,) of ``met`` really meet, and write it there.
+        """Compute the exact hits of the rays ``rows`` (K,) of ``met``, in place.
 
         Args:
-            met: What all rays met so far.
-            rows: (K,) rays that met a round shape's triangle, or a plane from behind.
-            origins: (K, 3) of those rays.
-            directions: (K, 3) of those rays.
-            max_range: [m].
+            met: Hits of all rays so far.
+            rows: (K,) rays that hit a round shape's triangle, or a plane from behind.
+            origins: (K, 3) origins of those rays [m].
+            directions: (K, 3) unit directions of those rays.
+            max_range: Greatest distance [m].
         """
         prims, distances, slopes = met.prims[rows], met.distances[rows], met.slopes[rows]
         hulls = distances
         best = self._on_shapes(prims, distances, slopes, origins, directions)
         met.distances[rows] = best
         for _ in range(_RETRIES):
-            # Whatever has not been found yet lies behind the hull.
+            # Any hit that has not been found yet lies behind the hull.
             unsure = (best > hulls + _SLACK) & (hulls <= max_range)
             if not unsure.any():
                 return
@@ -179,14 +179,14 @@ class StaticGeometry:
         origins: FloatArray,
         directions: FloatArray,
     ) -> FloatArray:
-        """Return distances (K,) to the surfaces that triangles stand for, ``inf`` for a miss.
+        """Return distances (K,) to the surfaces that triangles represent, ``inf`` for a miss.
 
         Args:
-            prims: (K,) triangles met.
-            distances: (K,) to their planes [m].
+            prims: (K,) triangles that were hit.
+            distances: (K,) distances to their planes [m].
             slopes: (K,) signed cosines of incidence there.
-            origins: (K, 3).
-            directions: (K, 3).
+            origins: (K, 3) origins of the rays [m].
+            directions: (K, 3) unit directions of the rays.
         """
         shapes = self._shapes[prims]
         is_round = shapes == _ROUND
@@ -228,7 +228,7 @@ def _on_planes(
     np.subtract(planes[_OFFSET], heights, out=heights)
     with np.errstate(divide="ignore", invalid="ignore"):
         heights /= slopes
-    # An origin on the very surface may come out behind it by a rounding error.
+    # An origin on the surface may be behind it by a rounding error.
     return np.abs(heights, out=heights), slopes
 
 
@@ -246,7 +246,7 @@ def _just_beyond(max_range: float) -> float:
 
 
 def _centre(vertices: FloatArray) -> FloatArray:
-    """Return the middle of the box around vertices (V, 3): coordinates near zero keep more digits."""
+    """Return the centre of the vertices' (V, 3) bounding box."""
     if not len(vertices):
         return np.zeros(3)
     return np.asarray(0.5 * (vertices.min(axis=0) + vertices.max(axis=0)))

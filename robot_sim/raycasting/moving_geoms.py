@@ -1,4 +1,4 @@
-"""Rays against what moves: at each beam's own time for movers, as the tick ends for other bodies."""
+"""Ray casting against moving geometry, at each beam's own time for movers."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from robot_sim.raycasting.shape_intersection import (
 )
 
 MAX_MOVER_SPEED: Final = 5.0
-"""No part of a mover is faster than this [m/s]: four times a walk. Sets how wide to look for them."""
+"""Greatest speed of any part of a mover [m/s], four times a walk; sets the bounding spheres."""
 
 
 class MovingGeoms:
     """All visible geoms of bodies that can move.
 
-    A ray is put to the test against the few geoms whose bounding spheres it meets. Bodies with a
-    mover are then put where they were at the ray's time; others (a box that can be pushed, a door
-    on a hinge) are where ``data`` has them, which is where they were when the tick's last step began.
+    A ray is tested against the few geoms whose bounding spheres it intersects. Bodies with a mover are
+    placed where they were at the ray's time; others (a box that can be pushed, a door on a hinge) are at
+    their poses in ``data``, which are those at the beginning of the tick's last step.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Mover]) -> None:
@@ -47,7 +47,7 @@ class MovingGeoms:
         self._timed = np.flatnonzero(self._mover_of >= 0)
         kinds = model.geom_type[self._geoms]
         self._known = np.array([int(kind) in CONVEX for kind in kinds], dtype=bool)
-        # Where single geoms are put for the shapes that only MuJoCo itself can cast at.
+        # State in which single geoms are placed for the shapes that only MuJoCo can cast against.
         self._scratch = None if self._known.all() else mujoco.MjData(model)
 
     def __len__(self) -> int:
@@ -60,16 +60,16 @@ class MovingGeoms:
         times: IntArray,
         limits: FloatArray,
     ) -> tuple[IntArray, FloatArray, GeomArray, FloatArray]:
-        """Return what the rays meet before their limits.
+        """Return the hits of the rays before their limits.
 
         Args:
             origins: (N, 3) in ``map`` [m].
             directions: (N, 3) unit vectors in ``map``.
-            times: (N,) [ns].
-            limits: (N,) where each ray ends [m], ``inf`` for never.
+            times: (N,) times of the rays [ns].
+            limits: (N,) distance at which each ray ends [m], ``inf`` for never.
 
         Returns:
-            Of the M rays that met something: index, distance [m], geom, absolute cosine of incidence.
+            Index, distance [m], geom and absolute cosine of incidence of the M rays with a hit.
         """
         rays, columns = self._candidates(origins, directions, times, limits)
         if not len(rays):
@@ -94,9 +94,9 @@ class MovingGeoms:
     def _candidates(
         self, origins: FloatArray, directions: FloatArray, times: IntArray, limits: FloatArray
     ) -> tuple[IntArray, IntArray]:
-        """Return pairs of ray and column of ``self._geoms`` whose bounding spheres meet."""
+        """Return pairs of a ray and a column of ``self._geoms`` whose bounding sphere it intersects."""
         centres, reach = self._spheres(times)
-        # First the geoms that are near the rays at all, then each ray with each of those.
+        # First the geoms that are near any ray, then each ray with each of those.
         middle = origins.mean(axis=0)
         spread = float(np.abs(origins - middle).max()) * 1.75
         apart = np.linalg.norm(centres - middle, axis=1)
@@ -105,13 +105,13 @@ class MovingGeoms:
         if not len(near):
             empty = np.zeros(0, dtype=np.int64)
             return empty, empty
-        # |o + t d - c|^2 over all rays and spheres at once, expanded to products of matrices.
+        # |o + t d - c|^2 for all rays and spheres at once, expanded to matrix products.
         c, r = centres[near] - middle, reach[near]
         o = origins - middle
         along = directions @ c.T
         along -= np.einsum("nd,nd->n", o, directions)[:, None]
         square = o @ c.T
-        # In place, for these are the largest arrays of a sweep.
+        # In place, because these are the largest arrays of a sweep.
         square *= -2.0
         square += np.einsum("nd,nd->n", o, o)[:, None]
         square += np.einsum("gd,gd->g", c, c)
@@ -125,7 +125,7 @@ class MovingGeoms:
         return rays, near[columns]
 
     def _spheres(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return centres (G, 3) and radii (G,) of spheres that hold the geoms at all ``times``."""
+        """Return centres (G, 3) and radii (G,) of spheres that contain the geoms at all ``times``."""
         if not len(self._timed):
             return self._data.geom_xpos[self._geoms], self._reach
         first, last = int(times.min()), int(times.max())
@@ -136,7 +136,7 @@ class MovingGeoms:
         return centres, reach
 
     def _poses(self, columns: IntArray, times: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return where the geoms of ``columns`` (M,) are at ``times`` (M,): (M, 3) and (M, 3, 3)."""
+        """Return positions (M, 3) and matrices (M, 3, 3) of geoms at ``times`` (M,) [ns]."""
         geoms, numbers = self._geoms[columns], self._mover_of[columns]
         positions = self._data.geom_xpos[geoms]
         matrices = self._data.geom_xmat[geoms].reshape(-1, 3, 3)
@@ -158,7 +158,7 @@ class MovingGeoms:
     def _cast_natively(
         self, geom: int, position: FloatArray, matrix: FloatArray, o: FloatArray, d: FloatArray
     ) -> tuple[float, float]:
-        """Cast one ray at a mesh, plane or heightfield that moves."""
+        """Cast one ray against a moving mesh, plane or heightfield."""
         assert self._scratch is not None
         model, scratch, normal = self._model, self._scratch, np.zeros(3)
         kind = model.geom_type[geom]
@@ -179,7 +179,7 @@ def _nearest(
 ) -> tuple[IntArray, FloatArray, GeomArray, FloatArray]:
     """Keep the nearest candidate of each ray that lies before its limit."""
     good = np.flatnonzero(distances <= limits[rays])
-    # By ray, then by distance; the first of each ray is the one it meets.
+    # Sorted by ray, then by distance; the first of each ray is its hit.
     order = good[np.lexsort((distances[good], rays[good]))]
     ordered = rays[order]
     first = np.ones(len(order), dtype=bool)

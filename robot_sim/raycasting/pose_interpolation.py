@@ -1,4 +1,4 @@
-"""Where movers are at any time, from poses at regular times: one look-up for all of them at once."""
+"""Interpolation of movers' poses at any time, from poses at regular times."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from robot_sim.actors.movers import Mover
 from robot_sim.array_types import FloatArray
 
 _KNOT: Final = 1_000_000
-"""Between poses [ns]. A cubic through four of them is off by a nanometre for a leg in full swing, and by
-less than 0.1 mm where somebody turns or stops abruptly."""
+"""Time between poses [ns]. A cubic through four of them is off by a nanometre for a leg in full
+swing, and by less than 0.1 mm where a walker turns or stops abruptly."""
 _CHUNK: Final = 1024
-"""Poses asked for at once; a mover takes little longer for them than for one."""
+"""Number of poses that are computed at once; a mover takes little longer for them than for one."""
 _KEPT: Final = 3
-"""Chunks remembered: a sweep reaches back into the last one."""
+"""Number of chunks that are kept: a sweep reaches back into the last one."""
 
 
 class PoseInterpolator:
-    """Poses of movers, worked out ahead in chunks and blended in between."""
+    """Poses of movers, computed ahead in chunks and interpolated in between."""
 
     def __init__(self, movers: Sequence[Mover]) -> None:
         self._movers = tuple(movers)
@@ -31,8 +31,8 @@ class PoseInterpolator:
         """Return positions (N, 3) [m] and yaws (N,) [rad].
 
         Args:
-            numbers: (N,) which mover.
-            times: (N,) when [ns], all within a few chunks.
+            numbers: (N,) indices of movers.
+            times: (N,) times [ns], all within a few chunks.
         """
         knots, late = np.divmod(times, _KNOT)
         first, last = int(knots.min()) // _CHUNK, int(knots.max()) // _CHUNK
@@ -64,7 +64,7 @@ class PoseInterpolator:
             table = np.empty((len(times), len(self._movers), 4))
             for number, mover in enumerate(self._movers):
                 table[:, number, :3], yaws = mover.pose_at(times)
-                # A heading that passes pi jumps by a turn, and nothing lies in between.
+                # A heading that passes pi jumps by a turn, across which one must not interpolate.
                 table[:, number, 3] = np.unwrap(yaws)
             self._chunks[chunk] = table
         return self._chunks[chunk]

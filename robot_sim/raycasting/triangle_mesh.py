@@ -1,4 +1,4 @@
-"""Geoms as triangles: the same surface where it is flat, a little outside of it where it is round."""
+"""Triangle meshes of geoms: exact where flat, slightly outside of the surface where round."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ MeshFaces = tuple[FloatArray, IntArray]
 """Vertices (V, 3) [m] and triangles (F, 3) that index them."""
 
 FAR: Final = 1000.0
-"""Half the side of the square that stands for an infinite plane [m]."""
+"""Half the side of the square that represents an infinite plane [m]."""
 _BULGE: Final = 6e-6
-"""How far the sides of cylinders stand out at most, where that takes no more than the limits below
-[m]. The less, the fewer rays need a look at the shape itself."""
+"""Greatest distance of the sides of cylinders from the surface [m], within the limits below. The
+less, the fewer rays need an exact intersection."""
 _SIDES: Final = (24, 1024)
 _SUBDIVISIONS: Final = 3
 
@@ -40,14 +40,14 @@ class Triangles:
     """Triangles of many geoms, in ``map``."""
 
     vertices: FloatArray
-    """(V, 3) [m]."""
+    """Vertices (V, 3) [m]."""
     faces: IntArray
-    """(F, 3) vertices of each."""
+    """Indices of the vertices of each triangle (F, 3)."""
     geoms: IntArray
-    """(F,) geom of each."""
+    """Geom of each triangle (F,)."""
     bulges: FloatArray
-    """(F,) how far each stands out from the surface it stands for [m]: 0 where that is flat,
-    ``inf`` where it is curved both ways."""
+    """Distance of each triangle from the surface that it represents [m], (F,): 0 where that is
+    flat, ``inf`` where it is curved both ways."""
 
     @property
     def planes(self) -> FloatArray:
@@ -60,7 +60,7 @@ class Triangles:
 
 
 def triangles_of(model: mujoco.MjModel, data: mujoco.MjData, geoms: IntArray) -> Triangles:
-    """Return the triangles of ``geoms`` (G,), placed as ``data`` has them."""
+    """Return the triangles of ``geoms`` (G,) at their poses in ``data``."""
     vertices: list[FloatArray] = [np.zeros((0, 3))]
     faces: list[IntArray] = [np.zeros((0, 3), dtype=np.int64)]
     owners: list[IntArray] = [np.zeros(0, dtype=np.int64)]
@@ -121,14 +121,14 @@ def _bulge_of(model: mujoco.MjModel, geom: int) -> float:
 
 
 def _plane(size: FloatArray) -> MeshFaces:
-    """Return a rectangle that faces up; without a size it reaches as far as any ray."""
+    """Return a rectangle that faces up; without a size it extends as far as any ray."""
     x, y = (s if s > 0.0 else FAR for s in size[:2])
     vertices = np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]])
     return vertices, np.array([[0, 1, 2], [0, 2, 3]])
 
 
 def _sides(radius: float) -> int:
-    # A polygon around a circle stands out by r (1 / cos(pi / n) - 1), about r (pi / n)^2 / 2.
+    # A polygon around a circle is off by r (1 / cos(pi / n) - 1), about r (pi / n)^2 / 2.
     wanted = math.pi * math.sqrt(0.5 * radius / _BULGE)
     return int(np.clip(math.ceil(wanted), *_SIDES))
 
@@ -146,10 +146,10 @@ def _cylinder(radius: float, half: float) -> MeshFaces:
 
 
 def _capsule(radius: float, half: float) -> MeshFaces:
-    """Return the halves of a ball, drawn apart along z, and a cylinder's side between them."""
+    """Return the halves of a ball, separated along z, and a cylinder's side between them."""
     vertices, faces = _ball()
     shifted = vertices * radius
-    # The ball has vertices on its equator, so no triangle crosses it but for being split there.
+    # The ball has vertices on its equator, so that no triangle crosses it.
     upper = vertices[faces].mean(axis=1)[:, 2] > 0.0
     up, down = shifted + (0.0, 0.0, half), shifted - (0.0, 0.0, half)
     n = _sides(radius)
@@ -163,7 +163,7 @@ def _capsule(radius: float, half: float) -> MeshFaces:
 
 @functools.cache
 def _ball() -> MeshFaces:
-    """Return a subdivided octahedron that stands just outside of the unit ball."""
+    """Return a subdivided octahedron just outside of the unit ball."""
     vertices = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
     points = np.array(vertices, dtype=float)
     faces = np.array(

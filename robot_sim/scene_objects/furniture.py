@@ -1,4 +1,4 @@
-"""The catalogue of what can stand about, each kind a few blocks."""
+"""Furniture catalogue: every kind of object that a floor plan can place, as a few blocks."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _round_table(width: float, depth: float, height: float, seed: int) -> Iterat
 
 
 _TRUNK: Final = 0.1
-"""Half the width of a trunk over the width of the crown, roots included."""
+"""Half the width of a trunk with roots over the width of the crown."""
 
 FURNITURE: Final[Mapping[str, ObjectKind]] = MappingProxyType(
     {
@@ -74,20 +74,20 @@ FURNITURE: Final[Mapping[str, ObjectKind]] = MappingProxyType(
         **OUTDOOR,
     }
 )
-"""What a floor plan's ``furniture`` can be."""
+"""Kinds of a floor plan's ``furniture``."""
 
 
 def size_of(piece: Piece) -> tuple[float, float, float]:
     """Return width (along its x), depth and height of a piece [m].
 
     Raises:
-        WorldError: its kind is not in the catalogue; the message lists those that are.
+        WorldError: its kind is not in the catalogue; the message lists the available ones.
     """
     return piece.size if piece.size is not None else _kind(piece).size
 
 
 def footprint(piece: Piece) -> tuple[Waypoint, ...]:
-    """Return the corners and the middle of what a piece covers [m]; of trees, of the trunk only."""
+    """Return the corners and the centre of the area that a piece covers [m]; of trees, the trunk's."""
     width, depth, _ = size_of(piece)
     share = _TRUNK if piece.kind in ("tree", "conifer") else 0.5
     c, s = math.cos(piece.yaw), math.sin(piece.yaw)
@@ -97,10 +97,10 @@ def footprint(piece: Piece) -> tuple[Waypoint, ...]:
 
 
 def piece_blocks(piece: Piece, ground: float = 0.0) -> Iterator[Block]:
-    """Yield the blocks of a piece where it stands, on ground of that height [m].
+    """Yield the blocks of a piece at its pose, on ground of a given height [m].
 
     Raises:
-        WorldError: its kind is not in the catalogue; the message lists those that are.
+        WorldError: its kind is not in the catalogue; the message lists the available ones.
     """
     for part in _kind(piece).build(*size_of(piece), piece.seed):
         block = part.moved(piece.x, piece.y, piece.yaw, ground)
@@ -110,5 +110,5 @@ def piece_blocks(piece: Piece, ground: float = 0.0) -> Iterator[Block]:
 def _kind(piece: Piece) -> ObjectKind:
     if piece.kind not in FURNITURE:
         kinds = ", ".join(FURNITURE)
-        raise WorldError(f"no furniture of type {piece.kind!r}; there are: {kinds}")
+        raise WorldError(f"no furniture of type {piece.kind!r}; available: {kinds}")
     return FURNITURE[piece.kind]

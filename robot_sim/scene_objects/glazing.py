@@ -1,4 +1,4 @@
-"""Glass walls and gabled roofs of glass on a steel frame."""
+"""Glass walls, and gabled glass roofs on a steel frame."""
 
 from __future__ import annotations
 
@@ -23,18 +23,22 @@ _STRIP: Final = 0.75
 
 @dataclass(frozen=True, slots=True)
 class Glazing:
-    """A glass wall on a plinth, with a post every so often."""
+    """A glass wall on a plinth, with posts at regular distances."""
 
     name: str
+    """Name of the glass wall."""
     start: Waypoint
+    """x, y of its beginning [m]."""
     end: Waypoint
+    """x, y of its end [m]."""
     height: float = 2.8
-    """[m]."""
+    """Height of the wall [m]."""
     plinth: float = 0.3
-    """Height of the masonry at its foot [m]."""
+    """Height of the masonry below the glass [m]."""
     spacing: float = 1.5
-    """About the distance from post to post [m]."""
+    """Approximate distance between posts [m]."""
     doors: tuple[Door, ...] = ()
+    """Doors in the wall."""
 
     def __post_init__(self) -> None:
         check_positive(f"glazing {self.name!r}", spacing=self.spacing, plinth=self.plinth)
@@ -64,7 +68,7 @@ class Glazing:
         yield rail.moved(*self.start, pane.yaw)
 
     def _posts(self, length: float) -> Iterator[float]:
-        """Distances from the start of all posts: evenly, and at each door's sides."""
+        """Yield the distances of all posts from the start: evenly spaced, and at each door's sides."""
         count = max(1, round(length / self.spacing))
         sides = [d.at + s * 0.5 * (d.width + _BAR) for d in self.doors for s in (-1, 1)]
         for i in range(count + 1):
@@ -76,9 +80,10 @@ class Glazing:
 
 @dataclass(frozen=True, slots=True)
 class Roof:
-    """A gabled roof over a rectangle; its ridge runs along the longer side."""
+    """A gabled roof over a rectangle; its ridge is along the longer side."""
 
     name: str
+    """Name of the roof."""
     bounds: tuple[float, float, float, float]
     """Smallest x, y and largest x, y [m]."""
     eaves: float
@@ -86,8 +91,9 @@ class Roof:
     ridge: float
     """Height of its ridge [m]."""
     material: str = "glass"
+    """Material of its slopes and gables."""
     spacing: float = 1.5
-    """About the distance from rafter to rafter [m]."""
+    """Approximate distance between rafters [m]."""
 
     def __post_init__(self) -> None:
         x0, y0, x1, y1 = self.bounds
@@ -103,7 +109,7 @@ class Roof:
             )
 
     def blocks(self) -> Iterator[Block]:
-        """Yield both slopes with their rafters, the ridge, and what fills the gables."""
+        """Yield both slopes with their rafters, the ridge, and the gables."""
         x0, y0, x1, y1 = self.bounds
         middle, along_x = (0.5 * (x0 + x1), 0.5 * (y0 + y1)), x1 - x0 >= y1 - y0
         length, span = max(x1 - x0, y1 - y0), min(x1 - x0, y1 - y0)
@@ -112,7 +118,7 @@ class Roof:
             yield replace(block, name=f"{self.name}_{part.name}")
 
     def _parts(self, length: float, span: float) -> Iterator[Block]:
-        """In a frame with the ridge along x and the origin under its middle."""
+        """Yield the blocks in a frame with the ridge along x and the origin under its middle."""
         rise = self.ridge - self.eaves
         slope = math.atan2(rise, 0.5 * span)
         half = 0.25 * span / math.cos(slope)

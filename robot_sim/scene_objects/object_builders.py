@@ -1,4 +1,4 @@
-"""What an entry of the furniture catalogue says, and the parts that many of its kinds share."""
+"""Builders of objects: the type of a furniture catalogue entry, and shapes that many kinds share."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from robot_sim.scene_objects.blocks import Block, box, post
 
 Builder = Callable[[float, float, float, int], Iterator[Block]]
-"""Makes the blocks of a piece in its own frame from width (along x), depth, height [m] and a seed."""
+"""Creates the blocks of a piece in its own frame from width (along x), depth, height [m] and a seed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,8 +16,9 @@ class ObjectKind:
     """One entry of the catalogue."""
 
     build: Builder
+    """Builder of its blocks."""
     size: tuple[float, float, float]
-    """Width (along its x), depth, height [m], unless a piece says otherwise."""
+    """Default width (along its x), depth and height [m]."""
 
 
 def solid(material: str) -> Builder:

@@ -1,4 +1,4 @@
-"""What stands in a plan: placements, walls with their openings, pieces of furniture."""
+"""Elements of a floor plan: placements, walls with their doors and windows, pieces of furniture."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Bounds = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """Where something stands on the ground, whatever the ground's height there."""
+    """Pose of an object on the ground, whatever the ground's height there."""
 
     x: float
-    """[m]."""
+    """x in ``map`` [m]."""
     y: float
-    """[m]."""
+    """y in ``map`` [m]."""
     yaw: float = 0.0
-    """[rad]."""
+    """Yaw in ``map`` [rad]."""
 
     def __post_init__(self) -> None:
         check_finite("a placement", x=self.x, y=self.y, yaw=self.yaw)
@@ -37,9 +37,9 @@ class Door:
     at: float
     """Distance of its middle from the wall's start [m]."""
     width: float
-    """[m]."""
+    """Width of the opening [m]."""
     height: float = 2.05
-    """Lower edge of the lintel [m]."""
+    """Height of the lintel's lower edge [m]."""
 
     def __post_init__(self) -> None:
         check_finite("a door", at=self.at)
@@ -53,11 +53,11 @@ class Window:
     at: float
     """Distance of its middle from the wall's start [m]."""
     width: float
-    """[m]."""
+    """Width of the pane [m]."""
     sill: float = 0.9
-    """Lower edge [m]."""
+    """Height of its lower edge [m]."""
     height: float = 1.2
-    """Of the pane [m]."""
+    """Height of the pane [m]."""
 
     def __post_init__(self) -> None:
         check_finite("a window", at=self.at, sill=self.sill)
@@ -69,15 +69,21 @@ class Wall:
     """A straight wall with doors and windows."""
 
     name: str
+    """Name of the wall."""
     start: Waypoint
+    """x, y of its beginning [m]."""
     end: Waypoint
+    """x, y of its end [m]."""
     height: float = 2.8
-    """[m]."""
+    """Height of the wall [m]."""
     thickness: float = 0.14
-    """[m]."""
+    """Thickness of the wall [m]."""
     material: str = "wall"
+    """Name of its material."""
     doors: tuple[Door, ...] = ()
+    """Doors in the wall."""
     windows: tuple[Window, ...] = ()
+    """Windows in the wall."""
 
     def __post_init__(self) -> None:
         what = f"wall {self.name!r}"
@@ -88,7 +94,7 @@ class Wall:
 
     @property
     def length(self) -> float:
-        """From start to end [m]."""
+        """Distance from start to end [m]."""
         return math.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
 
     @property
@@ -99,21 +105,22 @@ class Wall:
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A piece of furniture, or whatever else stands about: a kind of the catalogue, somewhere."""
+    """A piece of furniture or another object: a kind of the catalogue at a pose."""
 
     name: str
+    """Name of the piece."""
     kind: str
-    """A key of ``furniture.FURNITURE``."""
+    """Kind of the piece, a key of ``furniture.FURNITURE``."""
     x: float
-    """[m]."""
+    """x of its centre [m]."""
     y: float
-    """[m]."""
+    """y of its centre [m]."""
     yaw: float = 0.0
-    """[rad]."""
+    """Yaw [rad]."""
     size: tuple[float, float, float] | None = None
-    """Width (along its x), depth, height [m]; None for the kind's own."""
+    """Width (along its x), depth and height [m]; None for the kind's own."""
     seed: int = 0
-    """Of what differs between pieces of a kind, such as the goods on a rack."""
+    """Seed of differences between pieces of a kind, such as the goods on a rack."""
 
     def __post_init__(self) -> None:
         check_finite(f"{self.kind} {self.name!r}", x=self.x, y=self.y, yaw=self.yaw)

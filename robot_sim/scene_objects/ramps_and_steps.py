@@ -1,4 +1,4 @@
-"""Slabs: drivable boxes, level or inclined, for kerbs, steps, platforms and ramps."""
+"""Ramps, steps, kerbs and platforms: drivable boxes, level or inclined."""
 
 from __future__ import annotations
 
@@ -15,24 +15,26 @@ from robot_sim.scene_objects.blocks import Block
 
 @dataclass(frozen=True, slots=True)
 class Slab:
-    """A plate one can drive on; where its two ends differ in height, it is a ramp."""
+    """A drivable plate; where its two ends differ in height, it is a ramp."""
 
     name: str
+    """Name of the slab."""
     x: float
-    """Centre [m]."""
+    """x of the centre [m]."""
     y: float
+    """y of the centre [m]."""
     length: float
-    """Along its own x, over the ground [m]."""
+    """Extent along its own x, over the ground [m]."""
     width: float
-    """[m]."""
+    """Extent along its own y [m]."""
     rise: tuple[float, float]
     """Height of its upper face at its -x and its +x end [m]."""
     yaw: float = 0.0
-    """[rad]."""
+    """Direction of its own x [rad]."""
     surface: str = "concrete"
-    """A key of ``surfaces.SURFACES``, and its material."""
+    """Surface and material, a key of ``floor_surfaces.SURFACES``."""
     thickness: float | None = None
-    """[m]; None reaches down to the floor if level, and is 0.08 m if inclined."""
+    """Thickness [m]; None extends a level slab down to the floor and gives a ramp 0.08 m."""
 
     def __post_init__(self) -> None:
         what = f"slab {self.name!r}"
@@ -46,7 +48,7 @@ class Slab:
 
     @property
     def level(self) -> bool:
-        """Whether it is no ramp."""
+        """Whether both ends have the same height."""
         return self.rise[0] == self.rise[1]
 
     @property
@@ -55,7 +57,7 @@ class Slab:
         return (self.rise[1] - self.rise[0]) / self.length
 
     def block(self) -> Block:
-        """Return the solid whose upper face has its ends where ``rise`` says."""
+        """Return the solid whose upper face has its ends at the heights ``rise``."""
         low, high = self.rise
         slope = math.atan(self.grade)
         thick = self.thickness or (low if self.level else 0.08)
@@ -73,7 +75,7 @@ class Slab:
         )
 
     def heights(self, points: FloatArray) -> FloatArray:
-        """Return its height (N,) [m] below (N, 2) ``points``; -inf beside it."""
+        """Return its height (N,) [m] below (N, 2) ``points`` [m]; -inf beside it."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         dx, dy = points[:, 0] - self.x, points[:, 1] - self.y
         along, across = c * dx + s * dy, c * dy - s * dx

@@ -1,4 +1,4 @@
-"""Walls, split at their doors and windows."""
+"""Walls as blocks, split at their doors and windows."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ DOUBLE_GLAZING: Final = 0.024
 """Thickness of double glazing [m]."""
 
 _LEAST: Final = 1e-6
-"""Thinner than this [m] is nothing."""
+"""Thickness below which a part is omitted [m]."""
 
 
 def wall_blocks(wall: Wall) -> Iterator[Block]:
-    """Yield a wall's pieces, with a lintel over each door and glass in each window.
+    """Yield the blocks of a wall, with a lintel over each door and glass in each window.
 
     Raises:
         WorldError: an opening does not fit into the wall, or two overlap.

@@ -15,13 +15,13 @@ from robot_sim.sensors.lidar_effects import Beam, Sensitivity
 
 
 def received_power(remissions: FloatArray, distances: FloatArray) -> FloatArray:
-    """Return the echoes' power by the lidar equation of a surface that fills the beam; 0 from afar."""
+    """Return the power of echoes by the lidar equation of a surface that fills the beam."""
     near = np.maximum(distances, 1e-3)
     return np.asarray(remissions / (near * near))
 
 
 def footprint_depth(beam: Beam, distances: FloatArray, cosines: FloatArray) -> FloatArray:
-    """Return over how much range the spot is spread on a plane surface [m]: spot x tan(incidence)."""
+    """Return the extent in range of the spot on a plane surface [m]: spot x tan(incidence)."""
     c = np.clip(cosines, 1e-3, 1.0)
     finite = np.isfinite(distances)
     spots = beam.spot(np.where(finite, distances, 0.0))
@@ -29,35 +29,35 @@ def footprint_depth(beam: Beam, distances: FloatArray, cosines: FloatArray) -> F
 
 
 def dilution(beam: Beam, depths: FloatArray) -> FloatArray:
-    """Return what a stretched echo's peak has left: pulse and footprint add up in quadrature."""
+    """Return the peak power that is left of a stretched echo: pulse and footprint add in quadrature."""
     return np.asarray(1.0 / np.sqrt(1.0 + (depths / beam.pulse_length) ** 2))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Echoes:
-    """One echo of each of N beams, or of each sub-ray (K, N) of them."""
+    """One echo of each of N beams, or of each of their sub-rays (K, N)."""
 
     distances: FloatArray
-    """[m]; ``inf`` where there is none."""
+    """Distances [m]; ``inf`` without an echo."""
     remissions: FloatArray
-    """Against a white surface met square on; 0 where there is none."""
+    """Remissions, relative to a white surface at normal incidence; 0 without an echo."""
     cosines: FloatArray
-    """|cos| of the incidence; of no meaning where there is no echo."""
+    """Absolute cosines of the angle of incidence; undefined without an echo."""
 
     def of(self, beams: slice) -> Echoes:
-        """Return those of some of the beams."""
+        """Return the echoes of a slice of the beams."""
         return Echoes(
             self.distances[..., beams], self.remissions[..., beams], self.cosines[..., beams]
         )
 
 
 def detection_chances(power: FloatArray, sensitivity: Sensitivity, sun: float) -> FloatArray:
-    """Return how likely echoes of ``power`` (N,) are measured.
+    """Return the probability that echoes of ``power`` (N,) are measured.
 
     Args:
-        power: See the module.
-        sensitivity: The receiver.
-        sun: By how much daylight raises the power needed, as a share.
+        power: (N,) received power, relative to a white surface at 1 m.
+        sensitivity: Detection threshold of the receiver.
+        sun: Increase of the threshold by daylight, as a share.
     """
     ratio = np.maximum(power, 1e-12) / (sensitivity.threshold * (1.0 + sun))
     return np.asarray(
@@ -66,7 +66,7 @@ def detection_chances(power: FloatArray, sensitivity: Sensitivity, sun: float) -
 
 
 def sunlit_sigma(sigma: FloatArray, power: FloatArray, threshold: float, sun: float) -> FloatArray:
-    """Return ``sigma`` (N,) [m] as daylight swells it: the more, the weaker the echo."""
+    """Return ``sigma`` (N,) [m] increased by daylight: the more, the weaker the echo."""
     weakness = np.minimum(threshold / np.maximum(power, 1e-12), 1.0)
     return np.asarray(sigma * (1.0 + sun * weakness))
 
@@ -74,19 +74,19 @@ def sunlit_sigma(sigma: FloatArray, power: FloatArray, threshold: float, sun: fl
 def false_echoes(
     lost: BoolArray, chance: float, nearest: float, farthest: float, draws: FloatArray
 ) -> FloatArray:
-    """Return random ranges (N,) [m] where ``chance`` gives a lost beam one; ``inf`` elsewhere.
+    """Return random ranges (N,) [m] for a share ``chance`` of the lost beams; ``inf`` elsewhere.
 
     Args:
-        lost: (N,) beams without an echo.
-        chance: Share of them.
+        lost: (N,) whether a beam has no echo.
+        chance: Probability of a false echo.
         nearest: Least range [m].
         farthest: Greatest range [m].
         draws: (N, 2) random numbers in [0, 1).
     """
-    told = lost & (draws[:, 0] < chance)
-    return np.where(told, nearest + (farthest - nearest) * draws[:, 1], np.inf)
+    false = lost & (draws[:, 0] < chance)
+    return np.where(false, nearest + (farthest - nearest) * draws[:, 1], np.inf)
 
 
 def quantised_ranges(ranges: FloatArray, step: float) -> FloatArray:
-    """Return ``ranges`` (N,) [m] in whole steps; what is not finite stays."""
+    """Return ``ranges`` (N,) [m] in integer steps; values that are not finite are kept."""
     return np.asarray(np.rint(ranges / step) * step)

@@ -15,31 +15,31 @@ from robot_sim.sensors.imu_models import INERTIAL_UNITS
 from robot_sim.sensors.imu_noise import NO_DRIFT, PEAK, Drift
 
 READING_SECONDS: Final = 0.02
-"""One reading is the mean over one tick [s]."""
+"""Duration over which one reading is the mean: one tick [s]."""
 ZEROING_SECONDS: Final = 5.0
-"""How long drivers average gyros at rest [s]; chosen."""
+"""Duration for which drivers average gyros at rest [s]; chosen."""
 _BLOCK: Final = 64
-"""Readings whose biases are worked out at once."""
+"""Number of readings whose biases are computed at once."""
 
 
 @dataclass(frozen=True, slots=True)
 class InertialConfig:
-    """Errors of an inertial unit; the defaults are a small MEMS unit's, with constant biases."""
+    """Errors of an inertial unit; the defaults are those of a small MEMS unit with constant biases."""
 
     gyro_noise: float = math.radians(0.15)
-    """Standard deviation of one reading [rad/s]; 0.02 deg/sqrt(s) at 50 Hz."""
+    """Standard deviation of one angular velocity [rad/s]; 0.02 deg/sqrt(s) at 50 Hz."""
     gyro_bias_sigma: float = math.radians(0.2)
-    """Standard deviation of the bias at switch-on, drawn once per seed [rad/s]."""
+    """Standard deviation of the gyro bias at switch-on, drawn once per seed [rad/s]."""
     force_noise: float = 0.02
-    """[m/s^2]."""
+    """Standard deviation of one specific force [m/s^2]."""
     force_bias_sigma: float = 0.03
-    """[m/s^2]."""
+    """Standard deviation of the accelerometer bias at switch-on, drawn once per seed [m/s^2]."""
     gyro_drift: Drift = NO_DRIFT
-    """What else a gyro does; its ``noise`` and ``bias_sigma`` are told by the fields above."""
+    """Further errors of a gyro; ``noise`` and ``bias_sigma`` of it are replaced by the fields above."""
     force_drift: Drift = NO_DRIFT
-    """What else an accelerometer does; as above."""
+    """Further errors of an accelerometer; ``noise`` and ``bias_sigma`` as for ``gyro_drift``."""
     model: str = ""
-    """Name of the model this was made from."""
+    """Name of the model that this was built from."""
 
     @classmethod
     def of(cls, model: str, *, zeroed: bool = True) -> InertialConfig:
@@ -47,16 +47,16 @@ class InertialConfig:
 
         Args:
             model: A key of ``INERTIAL_UNITS``.
-            zeroed: Whether the driver has averaged the gyros over ``ZEROING_SECONDS`` at rest and takes
-                that off, as drivers of bare sensors do; what is left of the bias at switch-on is
-                that average's noise. Accelerometers cannot be zeroed so: they feel the floor's tilt.
+            zeroed: Whether the driver has averaged the gyros over ``ZEROING_SECONDS`` at rest and
+                subtracts the mean, as drivers of bare sensors do; the noise of that mean remains of
+                the bias. Accelerometers cannot be zeroed this way: they measure the floor's tilt.
 
         Raises:
-            SensorError: There is no such model; the message lists those there are.
+            SensorError: There is no such model; the message lists the available ones.
         """
         if model not in INERTIAL_UNITS:
             known = ", ".join(INERTIAL_UNITS)
-            raise SensorError(f"no inertial unit named {model!r}; there are: {known}")
+            raise SensorError(f"no inertial unit named {model!r}; available: {known}")
         sheet = INERTIAL_UNITS[model]
         per_reading = 1.0 / math.sqrt(READING_SECONDS)
         rest = sheet.gyro.noise / math.sqrt(ZEROING_SECONDS)
@@ -77,7 +77,7 @@ class InertialConfig:
 
 
 class InertialUnit:
-    """Adds the unit's errors to true means."""
+    """Adds the unit's errors to true means of angular velocity and specific force."""
 
     def __init__(self, config: InertialConfig, seed: np.random.SeedSequence) -> None:
         self._config = config
@@ -85,26 +85,26 @@ class InertialUnit:
         gyro = config.gyro_bias_sigma * self._rng.standard_normal(3)
         force = config.force_bias_sigma * self._rng.standard_normal(3)
         self._biases = np.stack([gyro, force])
-        # A stream of its own: a bias that wanders leaves the noise as it is.
+        # A stream of its own, so that a drifting bias does not change the noise.
         self._drift_rng = np.random.default_rng(
             np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, 0))
         )
         drifts = (config.gyro_drift, config.force_drift)
         self._noise = np.array([[config.gyro_noise], [config.force_noise]])
-        self._wanders = any(drift.wanders for drift in drifts)
+        self._drifts = any(drift.drifts for drift in drifts)
         self._decay = np.array([math.exp(-READING_SECONDS / d.correlation) for d in drifts])
         spread = np.array([d.instability / PEAK for d in drifts])
         self._kick = spread * np.sqrt(1.0 - self._decay**2)
         self._walk = np.array([d.walk * math.sqrt(READING_SECONDS) for d in drifts])
         self._markov = np.zeros((2, 3))
-        if self._wanders:
+        if self._drifts:
             self._markov = spread[:, None] * self._drift_rng.standard_normal((2, 3))
         self._full_scale = np.array([d.full_scale for d in drifts])
         self._quantum = np.array([d.quantum for d in drifts])
         self._digital = bool((self._quantum > 0.0).any() or np.isfinite(self._full_scale).any())
 
     def read(self, stamp: int, rate: FloatArray, force: FloatArray) -> Inertial:
-        """Return the reading for true means over the tick that ends at ``stamp`` [ns].
+        """Return the reading for the true means over the tick that ends at ``stamp`` [ns].
 
         Args:
             stamp: End of the tick [ns].
@@ -119,22 +119,22 @@ class InertialUnit:
     def readings(self, truths: FloatArray) -> FloatArray:
         """Return the next N readings, (N, 2, 3): rates [rad/s] and specific forces [m/s^2].
 
-        One call for hours gives what as many calls of ``read`` give, to rounding, and much faster.
+        One call for N readings gives the same as N calls of ``read``, up to rounding, and much faster.
 
         Args:
-            truths: (N, 2, 3) true means over ticks that follow each other.
+            truths: (N, 2, 3) true means over consecutive ticks.
         """
         n = len(truths)
         noise = self._noise * self._rng.standard_normal((n, 2, 3))
-        told = truths + self._biases + noise
-        if self._wanders:
-            told += self._wander(n)
+        values = truths + self._biases + noise
+        if self._drifts:
+            values += self._drift(n)
         if self._digital:
-            told = self._digitised(told)
-        return np.asarray(told)
+            values = self._digitised(values)
+        return np.asarray(values)
 
-    def _wander(self, n: int) -> FloatArray:
-        """Return the next n values (n, 2, 3) of what the biases add to their first value."""
+    def _drift(self, n: int) -> FloatArray:
+        """Return the next n deviations (n, 2, 3) of the biases from their first value."""
         draws = self._drift_rng.standard_normal((n, 2, 2, 3))
         walked = np.cumsum(self._walk[:, None] * draws[:, 1], axis=0)
         values = np.empty((n, 2, 3))

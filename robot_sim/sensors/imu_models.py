@@ -10,21 +10,23 @@ from typing import Final
 from robot_sim.sensors.imu_noise import Drift
 
 STANDARD_GRAVITY: Final = 9.80665
-"""What data sheets call 1 g [m/s^2]; BIPM, SI brochure."""
+"""Acceleration that data sheets call 1 g [m/s^2]; BIPM, SI brochure."""
 
 
 @dataclass(frozen=True, slots=True)
 class InertialModel:
-    """An inertial unit one can buy."""
+    """A commercial inertial unit."""
 
     name: str
+    """Key of the model."""
     title: str
+    """Maker and product."""
     gyro: Drift
-    """[rad/s]."""
+    """Errors of the gyros [rad/s]."""
     force: Drift
-    """[m/s^2]."""
+    """Errors of the accelerometers [m/s^2]."""
     sources: Mapping[str, str]
-    """By the figure's name. (M): from memory of the sheet, not checked against it."""
+    """Source of each figure. (M): from memory of the sheet, not checked against it."""
 
 
 _DEGREE: Final = math.radians(1.0)
@@ -33,7 +35,7 @@ _WALK: Final = "not on the sheet; chosen so that the walk reaches the bias insta
 
 
 def _hourly(instability: float) -> float:
-    """Return the random walk whose Allan deviation is ``instability`` at an hour."""
+    """Return the random walk whose Allan deviation equals ``instability`` at one hour."""
     return instability / math.sqrt(3600.0 / 3.0)
 
 
@@ -96,4 +98,4 @@ _CATALOGUE: Final = (
     ),
 )
 INERTIAL_UNITS: Final = {model.name: model for model in _CATALOGUE}
-"""By name."""
+"""Inertial units by name."""

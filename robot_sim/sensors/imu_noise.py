@@ -12,32 +12,32 @@ from robot_sim.array_types import FloatArray
 from robot_sim.errors import SensorError
 
 PEAK: Final = 0.6183
-"""Peak of the Allan deviation of a first-order Gauss-Markov process over its sigma; it is at 1.89
+"""Peak of the Allan deviation of a first-order Gauss-Markov process over its sigma, at 1.89
 correlation times (IEEE Std 952, annex C: 0.437 q sqrt(T), with sigma = q sqrt(T / 2))."""
 
 
 @dataclass(frozen=True, slots=True)
 class Drift:
-    """How one kind of axis (gyro or accelerometer) errs; units are those of its readings, and seconds.
+    """Errors of one kind of axis (gyro or accelerometer), in units of its readings and seconds.
 
-    Its Allan variance at t is noise^2 / t, and what the bias instability's process adds, and
+    The Allan variance at t is noise^2 / t, plus that of the bias instability's process, plus
     walk^2 t / 3.
     """
 
     noise: float
     """Random walk of the integral (angle, velocity): density of the white noise [unit sqrt(s)]."""
     bias_sigma: float = 0.0
-    """Standard deviation of the bias at switch-on, drawn once per seed."""
+    """Standard deviation of the bias at switch-on, drawn once per seed [unit]."""
     instability: float = 0.0
-    """Bias instability: the height of the Allan deviation's floor."""
+    """Bias instability: minimum of the Allan deviation [unit]."""
     correlation: float = 100.0
-    """Of the first-order Gauss-Markov process that stands for it [s]."""
+    """Correlation time of the first-order Gauss-Markov process that models it [s]."""
     walk: float = 0.0
     """Random walk of the bias (rate random walk) [unit / sqrt(s)]."""
     full_scale: float = math.inf
-    """Greatest reading that can be told."""
+    """Greatest absolute reading [unit]."""
     quantum: float = 0.0
-    """Step of readings; 0 for none."""
+    """Resolution of readings [unit]; 0 for none."""
 
     def __post_init__(self) -> None:
         for name in (f.name for f in fields(self)):
@@ -53,8 +53,8 @@ class Drift:
             )
 
     @property
-    def wanders(self) -> bool:
-        """Whether the bias changes at all."""
+    def drifts(self) -> bool:
+        """Whether the bias changes with time."""
         return self.instability > 0.0 or self.walk > 0.0
 
     def allan_deviation(self, times: FloatArray) -> FloatArray:
@@ -72,12 +72,12 @@ NO_DRIFT: Final = Drift(0.0)
 
 
 def allan_deviation(values: FloatArray, dt: float, times: FloatArray) -> FloatArray:
-    """Return the overlapping Allan deviation (T, A) of readings that follow each other.
+    """Return the overlapping Allan deviation (T, A) of consecutive readings.
 
     Args:
         values: (N, A) readings of A axes, each the mean over ``dt``.
-        dt: [s].
-        times: (T,) averaging times [s], each at most half of N ``dt``; rounded to whole readings.
+        dt: Interval of the readings [s].
+        times: (T,) averaging times [s], at most half of N ``dt``; rounded to integer readings.
     """
     angles = np.vstack([np.zeros(values.shape[1]), np.cumsum(values, axis=0) * dt])
     deviations = []

@@ -17,30 +17,31 @@ from robot_sim.errors import SensorError
 
 @dataclass(frozen=True, slots=True)
 class Beam:
-    """The laser pulse as it leaves the scanner; the defaults are the LMS1xx'."""
+    """The laser beam as it leaves the scanner; the defaults are those of the LMS1xx."""
 
     divergence: float = 0.015
-    """Full angle [rad]; SICK, LMS1xx operating instructions: spot = 15 mrad x distance + 8 mm."""
+    """Full angle of divergence [rad]; SICK, LMS1xx operating instructions: spot = 15 mrad x
+    distance + 8 mm."""
     aperture: float = 0.008
-    """Spot at the front window [m]; as above."""
+    """Diameter of the spot at the front window [m]; same source."""
     pulse_length: float = 0.6
-    """Echoes nearer to each other than this [m] reach the receiver as one: half of what light goes in
-    a pulse of 4 ns; chosen, for the makers do not say, and diodes at 905 nm give 3 to 5 ns."""
+    """Distance within which echoes merge in the receiver [m]: half of the length of a pulse of 4
+    ns; chosen, because the makers do not publish it, and diodes at 905 nm have 3 to 5 ns."""
 
     def __post_init__(self) -> None:
         _not_negative(self)
 
     def spot(self, distances: FloatArray) -> FloatArray:
-        """Return the beam's diameter at ``distances`` (N,) [m]."""
+        """Return the beam's diameter [m] at ``distances`` (N,) [m]."""
         return self.aperture + self.divergence * distances
 
 
 @dataclass(frozen=True, slots=True)
 class RangeNoise:
-    """The statistical error of a range."""
+    """Statistical error of a range."""
 
     sigma: float
-    """One standard deviation [m]."""
+    """Standard deviation [m]."""
     bands: tuple[tuple[float, float], ...] = ()
     """Pairs of a range [m] and the sigma from there on [m], in order of range."""
 
@@ -52,7 +53,7 @@ class RangeNoise:
             raise SensorError(f"sigma_bands must be in order of range, got {self.bands}")
 
     def at(self, distances: FloatArray) -> FloatArray | float:
-        """Return sigma [m] at ``distances`` (N,) [m]; one number if it is the same everywhere."""
+        """Return sigma [m] at ``distances`` (N,) [m]; one number if it is constant."""
         if not self.bands:
             return self.sigma
         starts = np.array([start for start, _ in self.bands])
@@ -62,11 +63,12 @@ class RangeNoise:
 
 @dataclass(frozen=True, slots=True)
 class Mixing:
-    """Beams are as wide as their spot; at an edge they see both surfaces (mixed pixels)."""
+    """Mixed pixels: beams have a footprint, and at an edge they see both surfaces."""
 
     blend: float = 0.7
-    """Share of edge beams, with echoes less than a pulse length apart, whose range lies in between; the
-    others tell one of the two. Chosen: Ye and Borenstein 2002 report both kinds for the LMS-200."""
+    """Share of edge beams, with echoes less than a pulse length apart, whose range lies in between;
+    the others give one of the two. Chosen: Ye and Borenstein 2002 report both kinds for the
+    LMS-200."""
 
     def __post_init__(self) -> None:
         _share(self, "blend")
@@ -77,9 +79,9 @@ class Spreading:
     """A footprint on a slanted surface is stretched in range: a weaker and less certain echo."""
 
     gain: float = 0.05
-    """Standard deviation that is added, as a share of the footprint's depth. Chosen; it doubles an
-    LMS1xx' 12 mm at 5 m and 79 deg, where Soudarissanane et al. 2011 and Ye and Borenstein 2002 see
-    errors grow (M)."""
+    """Added standard deviation as a share of the footprint's depth. Chosen; it doubles an LMS1xx'
+    12 mm at 5 m and 79 deg, where Soudarissanane et al. 2011 and Ye and Borenstein 2002 see errors
+    grow (M)."""
 
     def __post_init__(self) -> None:
         _not_negative(self)
@@ -87,15 +89,16 @@ class Spreading:
 
 @dataclass(frozen=True, slots=True)
 class Sensitivity:
-    """Echoes below what the receiver needs are lost: dark, distant and grazed surfaces."""
+    """Detection threshold: echoes of dark, distant and grazed surfaces are lost."""
 
     range_at_10_percent: float = 18.0
-    """How far a surface of 10 % remission, met square on, is measured reliably [m]; of the data sheet,
-    here the LMS111's."""
+    """Range at which a surface of 10 % remission, met at normal incidence, is measured reliably
+    [m]; from the data sheet, here the LMS111's."""
     softness: float = 0.10
-    """Width of the step from seen to lost, in natural logarithms of power; chosen (speckle)."""
+    """Width of the transition from detected to lost, in natural logarithms of power; chosen
+    (speckle)."""
     reliability: float = 0.95
-    """Share of beams measured at that range; chosen for the data sheets' "reliably"."""
+    """Share of beams that are measured at that range; chosen for the data sheets' "reliably"."""
 
     def __post_init__(self) -> None:
         _positive(self, "range_at_10_percent", "softness")
@@ -104,25 +107,26 @@ class Sensitivity:
 
     @property
     def threshold(self) -> float:
-        """Power that every second beam is measured at."""
+        """Power at which half of the beams are measured, relative to a white surface at 1 m."""
         odds = self.reliability / (1.0 - self.reliability)
         return float(0.1 / self.range_at_10_percent**2 * odds**-self.softness)
 
 
 @dataclass(frozen=True, slots=True)
 class Panes:
-    """Glass lets light through and mirrors it; mirrors mirror it."""
+    """Glass transmits light and reflects a part of it; mirrors reflect it."""
 
     depth: int = 3
-    """How often a ray is cast on, beyond what it has hit first. Two panes are not all that matters: of
-    the light that crosses three, 0.82 each, 0.30 is left both ways, and with the LMS111's threshold a
-    wall of 50 % remission is still seen from 25 m, beyond its range. What makes light not worth
-    following is its power, which is looked at ray by ray."""
+    """Number of surfaces at which a ray is followed beyond its first hit. More than two panes
+    matter: of the light that crosses three, with transmittance 0.82 each, 0.30 is left both ways,
+    and with the LMS111's threshold a wall of 50 % remission is still seen from 25 m, beyond its
+    range. Light is followed as long as its power suffices, which is tested ray by ray."""
     lobe: float = math.radians(1.0)
-    """Half-width of incidence within which the mirrored beam comes straight back [rad]; chosen: a beam's
-    divergence plus a pane's flatness. Papers on finding glass see it within one to a few degrees."""
+    """Half-width of incidence within which a reflected beam returns to the scanner [rad]; chosen: a
+    beam's divergence plus a pane's flatness. Papers on glass detection see it within one to a few
+    degrees."""
     glint: float = 30.0
-    """Remission of a perfect mirror met square on; chosen, of a retroreflector's size."""
+    """Remission of a perfect mirror at normal incidence; chosen, of the size of a retroreflector."""
 
     def __post_init__(self) -> None:
         if self.depth < 1:
@@ -133,17 +137,17 @@ class Panes:
 
 @dataclass(frozen=True, slots=True)
 class Sunlight:
-    """Daylight in the receiver: weak echoes drown, or are told wrong."""
+    """Daylight in the receiver: weak echoes are lost, or their ranges are wrong."""
 
     level: float = 0.7
-    """Irradiance as a share of full sun, 0 to 1: 1 is 100 klx on what is looked at."""
-    deafness: float = 1.0
-    """By how much full sun raises the power needed, as a share; chosen: some 30 % less range, of
-    the size that makers grant their outdoor scanners (UTM-30LX at 100 klx) (M)."""
+    """Irradiance as a share of full sun, 0 to 1; 1 is 100 klx on the target."""
+    threshold_rise: float = 1.0
+    """Increase of the detection threshold in full sun, as a share; chosen: some 30 % less range, of
+    the size that makers allow for their outdoor scanners (UTM-30LX at 100 klx) (M)."""
     false_echoes: float = 0.02
-    """Share of beams without an echo that tell a random range in full sun; chosen."""
+    """Share of beams without an echo that give a random range in full sun; chosen."""
     jitter: float = 1.0
-    """Growth of sigma in full sun for an echo at the threshold, as a factor minus 1; chosen."""
+    """Increase of sigma in full sun for an echo at the threshold, as a factor minus 1; chosen."""
 
     def __post_init__(self) -> None:
         _share(self, "level")
@@ -153,10 +157,10 @@ class Sunlight:
 
 @dataclass(frozen=True, slots=True)
 class Bias:
-    """A unit's constant error, drawn once per seed."""
+    """Constant range error of a unit, drawn once per seed."""
 
     bound: float = 0.030
-    """Largest size [m]: the data sheet's systematic error, here the LMS111's."""
+    """Largest absolute error [m]: the data sheet's systematic error, here the LMS111's."""
 
     def __post_init__(self) -> None:
         _not_negative(self)
@@ -164,10 +168,10 @@ class Bias:
 
 @dataclass(frozen=True, slots=True)
 class Quantisation:
-    """Ranges come in whole steps."""
+    """Ranges are reported in integer steps."""
 
     step: float = 0.001
-    """[m]; of the scanner's protocol."""
+    """Step of the scanner's protocol [m]."""
 
     def __post_init__(self) -> None:
         _positive(self, "step")
@@ -175,23 +179,31 @@ class Quantisation:
 
 @dataclass(frozen=True, slots=True)
 class Effects:
-    """Which effects a scanner has; ``None`` switches one off, and all are off by default."""
+    """Effects of a scanner; ``None`` switches one off, and all are off by default."""
 
     mixing: Mixing | None = None
+    """Mixed pixels at edges."""
     spreading: Spreading | None = None
+    """Footprints stretched by slanted surfaces."""
     sensitivity: Sensitivity | None = None
+    """Detection threshold."""
     panes: Panes | None = None
+    """Glass and mirrors."""
     sunlight: Sunlight | None = None
+    """Daylight in the receiver."""
     bias: Bias | None = None
+    """Constant range error."""
     quantisation: Quantisation | None = None
+    """Resolution of ranges."""
 
     @property
     def optical(self) -> bool:
-        """Whether any effect needs to know what a beam has hit."""
+        """Whether any effect needs the surface that a beam has hit."""
         return any((self.mixing, self.spreading, self.sensitivity, self.panes, self.sunlight))
 
 
 NO_EFFECTS: Final = Effects()
+"""A scanner without effects."""
 
 
 def _not_negative(config: object) -> None:

@@ -1,8 +1,8 @@
-"""Where the light of a ray goes: to walls, through panes, off mirrors, and back.
+"""Light paths through panes and off mirrors, traced to the strongest echo of each ray.
 
-A pane passes part of the light and mirrors part of it. Both are followed, the mirrored light one turn later:
-only where it may still bring back more than what passed has brought. Of all the echoes that come
-back along one ray the strongest is the ray's.
+A pane transmits a part of the light and reflects a part. Both are followed; the reflected light one
+iteration later, and only where it may still return more than the transmitted light has returned. Of all
+echoes that return along one ray the strongest is taken.
 """
 
 from __future__ import annotations
@@ -22,25 +22,27 @@ from robot_sim.sensors.light_rays import ClearHits, LightRays, StrongestEchoes
 from robot_sim.sensors.surface_optics import SurfaceOptics
 
 _STEP: Final = 1e-5
-"""A ray goes on this far behind the surface it has passed [m]."""
+"""Distance behind a passed surface at which a ray continues [m]."""
 _NOT_INSIDE: Final = np.int32(NO_GEOM)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightTracer:
-    """Sends out light in a world, and tells what comes back."""
+    """Traces the light of a scanner through a world and returns its echoes."""
 
     caster: RayCaster
+    """Ray caster of the world."""
     optics: SurfaceOptics
+    """Optical properties of its geoms."""
     panes: Panes | None
-    """How far light is followed; None takes what a ray meets first."""
+    """Limits to which light is followed; None takes the first surface of each ray."""
     max_range: float
-    """[m], along the whole way."""
+    """Greatest length of the whole path [m]."""
     least: float = 0.0
-    """Power that no receiver takes notice of: light that cannot bring it back is given up."""
+    """Power that no receiver detects: light that cannot return as much is given up."""
 
     def traces_like(self, other: LightTracer) -> bool:
-        """Whether ``other`` would tell the same of any light."""
+        """Whether ``other`` would give the same echoes for any rays."""
         return (
             self.caster is other.caster
             and self.optics is other.optics
@@ -57,13 +59,13 @@ class LightTracer:
     def trace_beams(self, starts: FloatArray, directions: FloatArray, times: IntArray) -> Echoes:
         """Return the echoes (K, N) of the K sub-rays of N beams.
 
-        Beyond clear things a beam is as thin as its centre: where that and another sub-ray have both
-        hit something clear, they see the same.
+        Beyond clear surfaces a beam is reduced to its centre: where the centre and another sub-ray have
+        both hit a clear surface, they share the echo.
 
         Args:
-            starts: (3, K, N) of the sub-rays, a beam's centre first [m].
-            directions: (3, K, N), unit vectors.
-            times: (N,) of the beams [ns].
+            starts: (3, K, N) origins of the sub-rays, a beam's centre first [m].
+            directions: (3, K, N) unit vectors.
+            times: (N,) times of the beams [ns].
         """
         _, rays, beams = shape = starts.shape
         light = LightRays.sent(
@@ -81,19 +83,19 @@ class LightTracer:
         return grid
 
     def first(self, light: LightRays) -> tuple[Echoes, Hits]:
-        """Return the echo of the first surface of each ray, and what was hit; glints come later."""
+        """Return the echo of the first surface of each ray, without glints, and the hits."""
         hits = self.caster.hits(light.origins, light.directions, light.times, self.max_range)
         remissions = self.optics.remissions(hits.geoms, hits.cosines)
         return Echoes(hits.distances.copy(), remissions, hits.cosines.copy()), hits
 
     def follow(self, light: LightRays, echoes: Echoes, hits: Hits, rows: BoolArray) -> None:
-        """Follow rays beyond the clear surfaces they have hit, and write what is stronger to ``echoes``.
+        """Follow rays beyond clear surfaces, and write stronger echoes to ``echoes``.
 
         Args:
-            light: What was sent out.
-            echoes: Of the first surface of each ray.
-            hits: What each ray has hit first.
-            rows: Which rays to follow; they have all hit something clear.
+            light: The emitted rays.
+            echoes: Echoes of the first surface of each ray.
+            hits: First hit of each ray.
+            rows: Which rays to follow; all of them have hit a clear surface.
         """
         chosen = np.flatnonzero(rows)
         if self.panes is None or not len(chosen):
@@ -104,8 +106,8 @@ class LightTracer:
         late: list[ClearHits] = []
         for _ in range(self.panes.depth):
             going = [_passing(met, self.optics, found) for met in fresh]
-            # Mirrored light lets what passes go first, and then has its echo to outdo; most of it
-            # never goes, hence its way is not worked out before.
+            # Reflected light is cast after transmitted light, whose echo it has to exceed; most of it
+            # is never cast, so that its path is computed only then.
             if any(len(light) for light in going):
                 turned, late = late, fresh
             else:
@@ -117,7 +119,7 @@ class LightTracer:
                 break
 
     def _on(self, light: LightRays, found: StrongestEchoes) -> ClearHits:
-        """Cast light on, note its echoes, and return what has come upon something clear."""
+        """Cast light on, record its echoes, and return the rays that have hit a clear surface."""
         hits = self.caster.hits(light.origins, light.directions, light.times, self.max_range)
         ways = light.travelled + hits.distances
         beyond = ways > self.max_range
@@ -132,10 +134,10 @@ class LightTracer:
     def _met(
         self, light: LightRays, hits: Hits, remissions: FloatArray, clear: npt.NDArray[np.intp]
     ) -> ClearHits:
-        """Return the light that has come upon something ``clear``; add the glints to ``remissions``.
+        """Return the rays that have hit something ``clear``; add the glints to ``remissions``.
 
-        Near normal incidence a pane or mirror sends its share straight back. A surface that is met
-        from inside sends nothing: both faces of a pane were counted as it was entered.
+        Near normal incidence a pane or mirror reflects its share straight back. A surface that is hit
+        from inside returns nothing: both faces of a pane were counted when it was entered.
         """
         assert self.panes is not None
         geoms, cosines = hits.geoms.take(clear), hits.cosines.take(clear)
@@ -148,7 +150,7 @@ class LightTracer:
 
 
 def _passing(met: ClearHits, optics: SurfaceOptics, found: StrongestEchoes) -> LightRays:
-    """Return the light that goes on through what it has come upon, where that is worth while."""
+    """Return the light that continues through clear surfaces, where it can still matter."""
     share = np.where(met.leaving, 1.0, optics.transmitted(met.geoms, met.mirrored))
     share *= met.light.share.take(met.rows)
     on = found.promising(met, share)
@@ -168,7 +170,7 @@ def _passing(met: ClearHits, optics: SurfaceOptics, found: StrongestEchoes) -> L
 
 
 def _mirrored(met: ClearHits, optics: SurfaceOptics, found: StrongestEchoes) -> LightRays:
-    """Return the light that is thrown back by what it has come upon, where that is worth while."""
+    """Return the light that clear surfaces reflect, where it can still matter."""
     share = np.where(met.leaving, 0.0, met.mirrored) * met.light.share.take(met.rows)
     back = found.promising(met, share)
     light, distances = met.light.only(met.rows[back]), met.distances[back]

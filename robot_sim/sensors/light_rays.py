@@ -14,7 +14,7 @@ from robot_sim.raycasting.ray_caster import NO_GEOM, GeomArray
 from robot_sim.sensors.echoes import Echoes, received_power
 
 _FAINT: Final = 0.03
-"""Light that has less than this share left one way, a thousandth both ways, is followed no more."""
+"""Share of the light, one way, below which it is followed no more (a thousandth both ways)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,23 +22,23 @@ class LightRays:
     """Rays on their way; arrays of one length."""
 
     ray: npt.NDArray[np.intp]
-    """Which of the rays that were sent out each one is a part of."""
+    """Index of the emitted ray that each one is a part of, (N,)."""
     origins: FloatArray
-    """(N, 3) [m]."""
+    """Origins (N, 3) [m]."""
     directions: FloatArray
-    """(N, 3)."""
+    """Unit directions (N, 3)."""
     times: IntArray
-    """[ns]."""
+    """Times of the beams (N,) [ns]."""
     travelled: FloatArray
-    """[m]."""
+    """Length of the path so far (N,) [m]."""
     share: FloatArray
-    """Of the light, one way."""
+    """Share of the light that is left, one way, (N,)."""
     inside: GeomArray
-    """The clear geom each one is in, unless that is a box: those are left as they are entered."""
+    """Clear geom that each ray is in, (N,); none in a box, which is crossed at once."""
 
     @classmethod
     def sent(cls, origins: FloatArray, directions: FloatArray, times: IntArray) -> LightRays:
-        """Return all the light of rays that leave the scanner."""
+        """Return the rays that leave the scanner, with all their light."""
         n = len(origins)
         inside = np.full(n, NO_GEOM, dtype=np.int32)
         return cls(np.arange(n), origins, directions, times, np.zeros(n), np.ones(n), inside)
@@ -61,19 +61,20 @@ class LightRays:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClearHits:
-    """Light that has come upon something clear; arrays of one length, but for ``light``."""
+    """Rays that have hit a clear surface; arrays of one length, except for ``light``."""
 
     light: LightRays
-    """This and other."""
+    """These and other rays."""
     rows: npt.NDArray[np.intp]
-    """Of that light."""
+    """Rows of these rays in ``light``."""
     distances: FloatArray
-    """[m]."""
+    """Distances of the hits [m]."""
     geoms: GeomArray
+    """Geoms that were hit."""
     mirrored: FloatArray
-    """Share of it that this mirrors."""
+    """Share of the light that the surface reflects."""
     leaving: BoolArray
-    """Whether it comes upon it from inside."""
+    """Whether the surface is hit from inside."""
 
 
 class StrongestEchoes:
@@ -87,10 +88,10 @@ class StrongestEchoes:
     def add(
         self, light: LightRays, ways: FloatArray, remissions: FloatArray, cosines: FloatArray
     ) -> None:
-        """Take echoes (N,) of ``light`` into account."""
+        """Update with echoes (N,) of ``light``."""
         powers = received_power(remissions, ways)
         better = np.flatnonzero(powers > self._powers.take(light.ray))
-        # Several may be of one ray; of those the last that is written stays, the strongest.
+        # Several may belong to one ray; the last one written, the strongest, stays.
         better = better[np.argsort(powers[better], kind="stable")]
         rays = light.ray[better]
         self._powers[rays] = powers[better]
@@ -99,11 +100,11 @@ class StrongestEchoes:
         self.echoes.cosines[rays] = cosines[better]
 
     def promising(self, met: ClearHits, share: FloatArray) -> npt.NDArray[np.intp]:
-        """Return the rows of ``met`` that may yet bring back more than was found, off the brightest wall.
+        """Return the rows of ``met`` that may still return more than the strongest echo so far.
 
         Args:
-            met: From where it goes on.
-            share: (N,) that goes on, of all the light, one way.
+            met: Hits from which the light continues.
+            share: (N,) share of all the light that continues, one way.
         """
         ways = met.light.travelled.take(met.rows) + met.distances
         found = self._powers.take(met.light.ray.take(met.rows))

@@ -11,14 +11,14 @@ from robot_sim.sensors.echoes import Echoes, footprint_depth, received_power
 from robot_sim.sensors.lidar_effects import Beam, Mixing
 
 SUB_BEAMS: Final = 3
-"""Rays that stand for one beam with a footprint: its centre, and two opposite each other around it."""
+"""Number of sub-rays of a beam with a footprint: its centre, and two opposite each other around it."""
 
 
 def sub_beam_places(uniforms: FloatArray) -> FloatArray:
-    """Return where each beam's sub-rays cross a unit disc (SUB_BEAMS, 2, B): even over its area.
+    """Return positions of each beam's sub-rays in a unit disc, (SUB_BEAMS, 2, B).
 
-    The first goes through the centre and stands for the inner third of the area; the other two fall
-    anywhere in the ring around that, opposite each other, so that a slanted plane's mean is its centre.
+    The first is at the centre and represents the inner third of the area; the other two are anywhere in
+    the ring around it, opposite each other, so that a slanted plane's mean is its centre.
 
     Args:
         uniforms: (2, B) random numbers in [0, 1).
@@ -37,10 +37,10 @@ def sub_rays(
     """Return origins and unit directions (3, SUB_BEAMS, B) of the beams' sub-rays.
 
     Args:
-        beam: Its spot.
-        places: (SUB_BEAMS, 2, B) of ``sub_beam_places``: the centre, and two opposite each other.
-        origins: (B, 3) of the beams [m].
-        axes: (B, 3, 3): in its columns the direction of each beam, and two across it.
+        beam: Spot of the beams.
+        places: (SUB_BEAMS, 2, B) from ``sub_beam_places``: the centre, and two opposite each other.
+        origins: (B, 3) origins of the beams [m].
+        axes: (B, 3, 3) direction of each beam, and two axes across it, in the columns.
     """
     x, y = places[1]
     ahead, left, up = axes.T
@@ -59,28 +59,28 @@ def sub_rays(
 def mixed(
     beam: Beam, mixing: Mixing, echoes: Echoes, blend_draws: FloatArray, pick_draws: FloatArray
 ) -> Echoes:
-    """Return what the receiver makes of each beam's sub-rays.
+    """Return one echo per beam from the echoes of its sub-rays.
 
-    Sub-rays that belong to one surface give its mean. Where they fall into a near and a far group, or
-    a group and nothing, the beam sits on an edge. Echoes less than a pulse length apart blend, in
-    ``mixing.blend`` of the cases, to the mean by power; else the beam tells one group's
-    range, each as likely as its share of the power; with nothing behind, always the near one.
+    Sub-rays on one surface give its mean. Where they form a near and a far group, or a group and
+    nothing, the beam is on an edge. Echoes less than a pulse length apart blend, in ``mixing.blend`` of
+    the cases, to the mean weighted by power; otherwise the beam gives the range of one group, with the
+    probability of its share of the power; with nothing behind, always that of the near group.
 
     Args:
-        beam: Its spot and pulse.
-        mixing: How often ranges blend.
-        echoes: (K, N) of the sub-rays.
+        beam: Spot and pulse of the beams.
+        mixing: Share of ranges that blend.
+        echoes: (K, N) echoes of the sub-rays.
         blend_draws: (N,) random numbers in [0, 1).
         pick_draws: (N,) random numbers in [0, 1).
     """
     seen = np.isfinite(echoes.distances)
     finite = np.where(seen, echoes.distances, 0.0)
     powers = received_power(echoes.remissions, finite) * seen
-    # Sub-rays of no power (an absorber) still tell a distance; it will be lost for want of power.
+    # Sub-rays without power (an absorber) still give a distance; it is lost at the detection threshold.
     powers += _LEAST * seen
     lights = seen.astype(float)
 
-    # Only where sub-rays are farther apart than a slanted plane explains is there an edge.
+    # There is an edge only where sub-rays are farther apart than a slanted plane explains.
     extent = finite.max(axis=0) - np.where(seen, finite, np.inf).min(axis=0)
     doubtful = np.flatnonzero(extent > _EDGE)
     if len(doubtful):
@@ -99,7 +99,7 @@ def mixed(
     scale = np.where(found, weight, 1.0)
     return Echoes(
         np.where(found, (weights * finite).sum(axis=0) / scale, np.inf),
-        # Every sub-ray carries its share of the beam's light, whether it comes back or not.
+        # Every sub-ray carries its share of the beam's light, whether it returns or not.
         (echoes.remissions * lights).sum(axis=0) / len(lights),
         np.where(found, (weights * echoes.cosines).sum(axis=0) / scale, 1.0),
     )
@@ -114,7 +114,7 @@ def _lights_kept(
     blend_draws: FloatArray,
     pick_draws: FloatArray,
 ) -> FloatArray:
-    """Return how much each sub-ray (K, N) counts in what the receiver makes of them; see ``mixed``."""
+    """Return the weight of each sub-ray (K, N) in the echo of its beam; see ``mixed``."""
     ordered = np.sort(distances, axis=0)
     # The widest gap between neighbours splits the sub-rays.
     with np.errstate(invalid="ignore"):
@@ -129,8 +129,8 @@ def _lights_kept(
     blends = edge & (gap < beam.pulse_length) & (blend_draws < mixing.blend)
     kept = np.where(edge & ~blends, near == picks_near, 1.0)
 
-    # Sub-rays tell the near surface's share of the light to half a ray's; it may be anything between,
-    # and what is left of the draw that let them blend says what.
+    # Sub-rays give the near surface's share of the light to half a sub-ray; the remainder of the random
+    # number by which they blend decides within that interval.
     rays = len(distances)
     lit, all_lit = near.sum(axis=0), np.isfinite(distances).sum(axis=0)
     even = np.where(blends, blend_draws / max(mixing.blend, 1e-12) - 0.5, 0.0)
@@ -141,6 +141,7 @@ def _lights_kept(
 
 
 _LEAST: Final = 1e-15
-"""A power that counts for nothing, but in a division."""
+"""Negligible power that avoids a division by zero."""
 _EDGE: Final = 0.05
-"""Sub-rays farther apart than this, and than a slanted plane explains, lie on two surfaces [m]."""
+"""Distance of sub-rays, beyond what a slanted plane explains, from which on they lie on two
+surfaces [m]."""

@@ -1,7 +1,7 @@
-"""A world as a photograph, from a camera that hangs somewhere above it; needs a graphics library.
+"""Rendered pictures of a world from a camera above it; needs a graphics library.
 
-Without a display that is ``MUJOCO_GL=egl`` (Mesa's software renderer is enough). Nothing in a
-simulation needs this: it is for the pictures in the documentation.
+Without a display set ``MUJOCO_GL=egl`` (Mesa's software renderer is sufficient). Simulations do not need
+this: it is for the pictures in the documentation.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from robot_sim.worlds.world import World
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """Where one looks at a world from."""
+    """Position and orientation of a camera."""
 
     at: tuple[float, float, float]
-    """What is in the middle of the picture, in ``map`` [m]."""
+    """Point in the middle of the picture, in ``map`` [m]."""
     distance: float
-    """From there to the camera [m]."""
+    """Distance from there to the camera [m]."""
     azimuth: float
-    """Direction in which it looks [rad], as a yaw."""
+    """Yaw of the viewing direction [rad]."""
     elevation: float
-    """By which it looks down [rad]."""
+    """Angle by which it looks down [rad]."""
     field_of_view: float = math.radians(45.0)
-    """From the picture's lower to its upper edge [rad]."""
+    """Angle from the picture's lower to its upper edge [rad]."""
 
     @property
     def axes(self) -> FloatArray:
@@ -59,11 +59,11 @@ def render_world(
     """Return the world with the robot at its spawn as colours (height, width, 3), on white.
 
     Args:
-        world: Any.
-        camera: Where from.
-        width: Of the picture [pixels].
-        height: Of the picture [pixels].
-        hidden: Geoms that are left out, by the beginnings of their names.
+        world: The world.
+        camera: Point of view.
+        width: Width of the picture [pixels].
+        height: Height of the picture [pixels].
+        hidden: Prefixes of the names of geoms that are left out.
     """
     model = copy.copy(world.model)
     model.vis.global_.fovy = math.degrees(camera.field_of_view)

@@ -1,4 +1,4 @@
-"""A test rig: one robot on an endless floor, its wheels commanded directly, past all ramps."""
+"""Drive test bench: one robot on an infinite floor with directly commanded wheels, without ramps."""
 
 from __future__ import annotations
 
@@ -27,37 +27,38 @@ from robot_sim.simulation import STEPS_PER_TICK
 from robot_sim.worlds.world import TIMESTEP_NS
 
 TICK: Final = 0.02
-"""How often tyres and commands are renewed, as in the simulation [s]."""
+"""Interval at which tyres and commands are updated, as in the simulation [s]."""
 STEP: Final = TIMESTEP_NS * 1e-9
-"""[s]."""
+"""Time step of the physics [s]."""
 BENCH: Final = Surface("bench", 0.7, 0.7, 0.0, "what the targets assume; rolls without resistance")
+"""Floor that the targets assume, without rolling resistance."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """What the robot did, sampled S times; the first sample is the start."""
+    """Motion of the robot in S samples; the first sample is the start."""
 
     times: FloatArray
-    """(S,) [s]."""
+    """Times (S,) [s]."""
     positions: FloatArray
-    """(S, 3) of ``base_link`` in ``map`` [m]."""
+    """Positions of ``base_link`` in ``map`` (S, 3) [m]."""
     yaws: FloatArray
-    """(S,) without jumps [rad]."""
+    """Unwrapped yaws (S,) [rad]."""
     twists: FloatArray
-    """(S, 3) forward and left velocity [m/s], yaw rate [rad/s], in ``base_link``."""
+    """Forward and left velocity [m/s] and yaw rate [rad/s] in ``base_link``, (S, 3)."""
     wheel_angles: FloatArray
-    """(S, 4) in the order of ``WHEELS`` [rad]."""
+    """Wheel angles (S, 4) in the order of ``WHEELS`` [rad]."""
     wheel_rates: FloatArray
-    """(S, 4) [rad/s]."""
+    """Wheel rates (S, 4) [rad/s]."""
     torques: FloatArray
-    """(S, 4) of the motors [N m]."""
+    """Motor torques (S, 4) [N m]."""
     accelerations: FloatArray
-    """(S, 3) specific force at the inertial unit [m/s^2]."""
+    """Specific force at the inertial unit (S, 3) [m/s^2]."""
     tyres_down: BoolArray
-    """(S, 4) which tyres touch the ground."""
+    """Which tyres touch the ground, (S, 4)."""
 
     def after(self, seconds: float) -> Run:
-        """Return what happened from then on."""
+        """Return the samples from a time on."""
         keep = self.times >= seconds - 1e-9
         parts = (getattr(self, name)[keep] for name in self.__dataclass_fields__)
         return Run(*parts)
@@ -65,14 +66,14 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class Inertia:
-    """What the model in MuJoCo says of the robot."""
+    """Mass and inertias of the robot in the MuJoCo model."""
 
     mass: float
-    """Of the whole robot [kg]."""
+    """Mass of the whole robot [kg]."""
     yaw: float
-    """Of the whole robot about the vertical [kg m^2]."""
+    """Inertia of the whole robot about the vertical [kg m^2]."""
     wheel: float
-    """Of one wheel and its rotor about the axle [kg m^2]."""
+    """Inertia of one wheel and its rotor about the axle [kg m^2]."""
 
 
 class DriveBench:
@@ -88,14 +89,14 @@ class DriveBench:
         patches: Sequence[Patch] = (),
         compliant: bool = True,
     ) -> None:
-        """Build it.
+        """Build the bench.
 
         Args:
-            robot: What stands on the floor.
-            surface: What the floor is made of.
-            pitch: Of the slope the robot looks up [rad]; gravity is tilted, not the floor.
-            roll: Of the slope that falls to the robot's left [rad].
-            patches: Other surfaces on the floor.
+            robot: The robot on the floor.
+            surface: Surface of the floor.
+            pitch: Angle of the slope that the robot faces up [rad]; gravity is tilted, not the floor.
+            roll: Angle of the slope that falls to the robot's left [rad].
+            patches: Areas of other surfaces on the floor.
             compliant: Whether the tyres bend sideways.
         """
         spec = mujoco.MjSpec()
@@ -119,7 +120,7 @@ class DriveBench:
 
     @property
     def inertia(self) -> Inertia:
-        """What resists acceleration as the robot stands."""
+        """Mass and inertias of the robot as it stands."""
         full = np.zeros((self.model.nv, self.model.nv))
         mujoco.mj_fullM(self.model, self.data, full)
         return Inertia(float(full[0, 0]), float(full[5, 5]), float(full[6, 6]))
@@ -128,8 +129,8 @@ class DriveBench:
         """Command the left and the right wheels with (T, 2) rates [rad/s], one row per tick.
 
         Args:
-            commands: What the motors are told; no limit but the motors' own holds.
-            fine: Sample every physics step instead of every tick.
+            commands: Commands of the motors; only the motors' own limits apply.
+            fine: Whether to sample every physics step instead of every tick.
         """
         model, data = self.model, self.data
         steps = 1 if fine else STEPS_PER_TICK
@@ -191,7 +192,7 @@ def ramped(left: float, right: float, seconds: float, *, ramp: float = 0.5) -> F
 
 
 def chi(robot: SkidSteer, run: Run) -> float:
-    """Return the yaw that the turned wheels promise a differential drive, over the real one."""
+    """Return the yaw of a differential drive with these wheel angles, over the actual yaw."""
     turned = run.wheel_angles[-1] - run.wheel_angles[0]
     left = robot.true_rolling_radius("left") * 0.5 * (turned[0] + turned[2])
     right = robot.true_rolling_radius("right") * 0.5 * (turned[1] + turned[3])

@@ -17,11 +17,11 @@ from robot_sim.validation.row import Row, reported
 from robot_sim.validation.turning_rows import WEIGHED, ballasted
 
 STRONG = 15.0
-"""Motor torque limit for which the step responses are told [N m]."""
+"""Motor torque limit for the step responses [N m]."""
 
 
 def straight() -> Iterator[Row]:
-    """Yield how straight it drives, and how far for what its wheels turn."""
+    """Yield how straight the robot drives, and the distance over what its wheels turn."""
     group, robot = "Straight", P3AT()
     rate = 0.7 / robot.rolling_radius
     run = DriveBench(robot).run(ramped(rate, rate, 30.0, ramp=1.0))
@@ -55,25 +55,25 @@ def straight() -> Iterator[Row]:
         target=0.9975,
         tolerance=0.0025,
         value=rolled / (angle * robot.wheel_radius),
-        source="0.995 to 1.000: the tyre gives by a millimetre",
+        source="0.995 to 1.000: the tyre is compressed by a millimetre",
         digits=4,
     )
     yield Row(
         group=group,
-        name="rolled over what the encoders say",
+        name="rolled over encoder distance",
         target=1.0,
         tolerance=0.0005,
         value=rolled / (angle * robot.rolling_radius),
-        source="the firmware's radius is the loaded one",
+        source="the firmware uses the loaded radius",
         digits=5,
     )
 
 
 def slopes() -> Iterator[Row]:
-    """Yield how fast it creeps down slopes with its wheels held."""
+    """Yield the creep on slopes with the wheels held."""
     cases = (
-        ("20 deg, looking up", math.radians(20.0), 0.0),
-        ("20 deg, looking down", math.radians(-20.0), 0.0),
+        ("20 deg, facing up", math.radians(20.0), 0.0),
+        ("20 deg, facing down", math.radians(-20.0), 0.0),
         ("15 deg to the side", 0.0, math.radians(15.0)),
     )
     for name, pitch, roll in cases:
@@ -93,7 +93,7 @@ def slopes() -> Iterator[Row]:
 
 
 def responses() -> Iterator[Row]:
-    """Yield how it follows a step of speed and one of yaw rate, past the drive's ramps."""
+    """Yield the responses to a step of speed and one of yaw rate, without the drivetrain's ramps."""
     robot = replace(ballasted(P3AT(), WEIGHED), wheel_torque=STRONG)
     speed = 0.5 / robot.rolling_radius
     turn = 0.5 * robot.effective_track / robot.rolling_radius
@@ -115,7 +115,7 @@ def _response(robot: SkidSteer, name: str, left: float, right: float, column: in
         tolerance=1.0,
         value=over,
         unit="%",
-        source="none wanted, limit chosen",
+        source="target 0, limit chosen",
         digits=2,
     )
     yield Row(
@@ -131,12 +131,12 @@ def _response(robot: SkidSteer, name: str, left: float, right: float, column: in
     for share, title in ((0.632, "t63"), (0.9, "t90")):
         target = 1e3 * _reached(expected, share, PLANAR_STEP)
         found = 1e3 * _reached(values, share, STEP)
-        source = "planar model that does not pitch; no log of a real robot was at hand"
+        source = "planar model without pitch; no log of a real robot was available"
         yield reported(
             "Steps", f"{name}, {title}", target, found, unit="ms", source=source, digits=0
         )
 
 
 def _reached(values: FloatArray, share: float, step: float) -> float:
-    """Return when a response first reaches a share of where it ends [s]."""
+    """Return the time at which a response first reaches a share of its final value [s]."""
     return float(np.argmax(values >= share * values[-1])) * step

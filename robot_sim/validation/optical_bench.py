@@ -1,6 +1,6 @@
-"""An optical bench: a scanner that stands still among a few things, to see what an effect does.
+"""Optical bench: a scanner at rest among a few objects, to measure single effects.
 
-Everything is the simulation's own: casters, materials, effects. Only the robot is missing.
+It uses the simulation's casters, materials and effects, without a robot.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from robot_sim.sensors.surface_optics import optics_of
 
 
 class OpticalBench:
-    """Things around a scanner at the origin that looks along x."""
+    """Objects around a scanner at the origin that faces along x."""
 
     def __init__(self, things: str, movers: Sequence[Mover] = ()) -> None:
-        """Set things up.
+        """Build the bench.
 
         Args:
-            things: MJCF below ``worldbody``, such as ``box_xml`` and ``wall_xml`` return; materials of the
-                catalogue can be named.
-            movers: Of its mocap bodies.
+            things: MJCF below ``worldbody``, such as from ``box_xml`` and ``wall_xml``; materials of
+                the catalogue can be named.
+            movers: Movers of its mocap bodies.
         """
         materials = "".join(f'<material name="{name}"/>' for name in MATERIALS)
         self.model = mujoco.MjModel.from_xml_string(
@@ -50,7 +50,7 @@ class OpticalBench:
         """Cast rays from the origin, through panes and off mirrors.
 
         Args:
-            directions: (N, 3), of any length.
+            directions: (N, 3) vectors of any length.
             far: Greatest range [m].
         """
         n = len(directions)
@@ -71,7 +71,7 @@ class OpticalBench:
 
 
 def bench_scanner(**parameters: Any) -> ScannerConfig:
-    """Return a scanner without noise and effects, but for ``parameters`` of ``ScannerConfig``."""
+    """Return a scanner without noise and effects, except for ``parameters`` of ``ScannerConfig``."""
     return ScannerConfig("laser_horizontal", **({"sigma": 0.0} | parameters))
 
 
@@ -85,11 +85,11 @@ def box_xml(
     """Return a box about (x, y, 0).
 
     Args:
-        x: [m].
-        y: [m].
+        x: x of the centre [m].
+        y: y of the centre [m].
         half: Half its size along its own axes [m].
-        material: Of the catalogue.
-        yaw: [rad].
+        material: Name of a material of the catalogue.
+        yaw: Yaw [rad].
     """
     size = " ".join(f"{float(h)!r}" for h in half)
     turn = math.degrees(float(yaw))
@@ -100,7 +100,7 @@ def box_xml(
 
 
 def wall_xml(x: float, material: str = "wall") -> str:
-    """Return a broad wall whose face is the plane at ``x`` [m]."""
+    """Return a wide wall whose face is the plane at ``x`` [m]."""
     return box_xml(x + 0.1, 0.0, (0.1, 20.0, 5.0), material)
 
 

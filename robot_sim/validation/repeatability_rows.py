@@ -1,4 +1,4 @@
-"""Rows on what makes other rows believable: exact replay, no bistable chatter, and a rig that can fail."""
+"""Rows on the test rig itself: exact replay, no chatter, and control rows that must fail."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from robot_sim.validation.drive_bench import DriveBench, chi, ramped
 from robot_sim.validation.row import Row
 
 STARTS = 48
-"""Start conditions from which chatter is looked for."""
+"""Number of start conditions that are tested for chatter."""
 CHATTER = 0.5
-"""Standard deviation of a motor's torque while turning steadily that counts as chatter [N m]."""
+"""Standard deviation of a motor's torque in a steady turn that counts as chatter [N m]."""
 
 
 def replay() -> Iterator[Row]:
-    """Yield by how much a run differs that goes on from a snapshot."""
+    """Yield the number of differing values of a run that is continued from a snapshot."""
     bench = DriveBench(P3AT())
     bench.run(ramped(1.0, 3.0, 1.0))
     kind = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -27,7 +27,7 @@ def replay() -> Iterator[Row]:
     first = bench.run(ramped(-2.0, 4.0, 2.0))
     mujoco.mj_setState(bench.model, bench.data, snapshot, kind)
     again = bench.run(ramped(-2.0, 4.0, 2.0))
-    # The first sample is the snapshot itself, whose sensors are those of the step before it.
+    # The first sample is the snapshot, whose sensor data are those of the step before it.
     different = sum(
         int((getattr(first, name)[1:] != getattr(again, name)[1:]).sum())
         for name in first.__dataclass_fields__
@@ -45,7 +45,7 @@ def replay() -> Iterator[Row]:
 
 
 def chatter() -> Iterator[Row]:
-    """Yield how many of many starts lock into torque chatter while turning slowly in place."""
+    """Yield the number of starts that end in torque chatter while turning slowly in place."""
     rng = np.random.default_rng(7)
     locked, ratios = 0, []
     robot = P3AT()
@@ -58,7 +58,7 @@ def chatter() -> Iterator[Row]:
         run = bench.run(ramped(-0.5, 0.5, 3.0, ramp=0.0), fine=True).after(2.0)
         locked += int(run.torques.std(axis=0).max() > CHATTER)
         ratios.append(chi(robot, run))
-    source = "stiffer recipes locked 4 of 36"
+    source = "stiffer contact parameters locked 4 of 36"
     name = f"starts of {STARTS} that end in torque chatter, wheels at 0.5 rad/s"
     yield Row(
         group="Trust", name=name, target=0, tolerance=0, value=locked, source=source, digits=0
@@ -70,13 +70,13 @@ def chatter() -> Iterator[Row]:
         target=0.0,
         tolerance=0.01,
         value=float(np.ptp(ratios)),
-        source="one answer, limit chosen",
+        source="one value, limit chosen",
         digits=4,
     )
 
 
 def control() -> Iterator[Row]:
-    """Yield what the same rig says of MuJoCo's default contacts; it must be able to fail."""
+    """Yield rows with MuJoCo's default contacts on the same rig, which must fail."""
     robot = P3AT()
     bench = DriveBench(robot)
     use_default_contacts(bench.model)
@@ -117,7 +117,7 @@ def control() -> Iterator[Row]:
 
 
 def use_default_contacts(model: mujoco.MjModel) -> None:
-    """Give the wheels' contact pairs what MuJoCo gives a contact that says nothing."""
+    """Give the wheels' contact pairs MuJoCo's default parameters."""
     model.opt.impratio = 1.0
     model.pair_solref[:] = (0.02, 1.0)
     model.pair_solimp[:] = (0.9, 0.95, 0.001, 0.5, 2.0)

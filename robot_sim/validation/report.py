@@ -1,4 +1,4 @@
-"""The validation as text: for a terminal, and between two comments of a Markdown page."""
+"""Report of the validation: as text, as Markdown tables, and as one line with the verdict."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def markdown_table(rows: Iterable[Row]) -> str:
 
 
 def surfaces() -> str:
-    """Return the table of surfaces as Markdown."""
+    """Return the table of floor surfaces as Markdown."""
     headings = ("surface", "mu along", "mu across", "rolling resistance", "source")
     cells = (
         (s.name, f"{s.mu_long:.2f}", f"{s.mu_lat:.2f}", f"{s.rolling_resistance:.3f}", s.source)
@@ -60,29 +60,29 @@ def _grid(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[st
 
 
 def page_with_tables(page: str, rows: Sequence[Row]) -> str:
-    """Return a page's text with both tables in it renewed.
+    """Return a page's text with both of its tables replaced.
 
     Raises:
-        ReportError: a pair of marker comments is not there.
+        PageError: a pair of marker comments is missing.
     """
     return _replaced(_replaced(page, "validation", markdown_table(rows)), "surfaces", surfaces())
 
 
 def text_between(page: str, name: str) -> str:
-    """Return what stands between ``<!-- name begin -->`` and ``<!-- name end -->``.
+    """Return the text between ``<!-- name begin -->`` and ``<!-- name end -->``.
 
     Raises:
-        ReportError: they are not there, each once and in that order.
+        PageError: the markers are not there once each, in this order.
     """
     start, end = _marks(page, name)
     return page[start:end].strip("\n") + "\n"
 
 
 def write_report(path: Path, rows: Sequence[Row]) -> None:
-    """Renew both tables of a page in its file.
+    """Replace both tables of a page in its file.
 
     Raises:
-        ReportError: a pair of marker comments is not there.
+        PageError: a pair of marker comments is missing.
         OSError: the file cannot be read or written.
     """
     try:

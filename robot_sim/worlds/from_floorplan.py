@@ -33,11 +33,16 @@ def build_world(
     robot: SkidSteer | None = None,
     options: WorldOptions = AS_MAPPED,
 ) -> World:
-    """Build a world from a plan; see ``load_world`` for the rest.
+    """Build a world from a floor plan.
+
+    Args:
+        plan: The floor plan.
+        robot: Robot that is compiled into the world; a P3-AT by default.
+        options: Differences from the mapped world.
 
     Raises:
         WorldError: the plan cannot be built, nothing in it is drivable, or the robot does not fit
-            at one of its spawns or places; the message names what is wrong.
+            at one of its spawns or places; the message gives the reason.
     """
     robot = robot or P3AT()
     spec = mujoco.MjSpec()
@@ -84,7 +89,7 @@ def build_world(
 
 
 def plan_blocks(plan: Plan, ground: PlanGround | None = None) -> Iterator[Block]:
-    """Yield the blocks of everything in a plan that stands still, but for what is driven on."""
+    """Yield the solids of everything static in a plan, except for drivable surfaces."""
     ground = ground or PlanGround(plan)
     for wall in plan.walls:
         yield from wall_blocks(wall)
@@ -101,7 +106,7 @@ def plan_blocks(plan: Plan, ground: PlanGround | None = None) -> Iterator[Block]
 
 
 def _add_ground(spec: mujoco.MjSpec, plan: Plan, ground: PlanGround) -> None:
-    """Add what is driven on: the floor, slabs and terrains."""
+    """Add the drivable surfaces: floor, slabs and terrains."""
     if plan.floor != NO_FLOOR:
         x0, y0, x1, y1 = plan.bounds
         floor = spec.worldbody.add_geom(

@@ -1,7 +1,7 @@
-"""A user's MJCF as a world: where the robot starts, which places it has, and where it may go.
+"""Build a world from a user's MJCF file: start pose, places and routes from its sites.
 
-Sites say so: ``spawn``, ``place_<name>``, ``tour_0``, ``tour_1`` and so on, ``survey_0`` likewise. Their
-x, y and yaw count, and of their height only which storey it is: the robot is put on the ground below.
+The sites are ``spawn``, ``place_<name>``, ``tour_0``, ``tour_1`` ... and ``survey_0`` ... Their x, y and
+yaw are used; their height only selects the storey: the robot is placed on the ground below.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from robot_sim.worlds.world import TIMESTEP_NS, World, check_places
 SPAWN: Final = "spawn"
 """Name of the site or body where the robot starts."""
 _ABOVE: Final = 0.5
-"""The ground of a site is looked for from so far above it [m]: a site may lie a little too low."""
+"""Height above a site from which the ground is searched [m]; a site may lie a little too low."""
 _SKY: Final = 1000.0
-"""Ground is looked for from this height where no site says which storey is meant [m]."""
+"""Height from which the ground is searched where no site selects a storey [m]."""
 
 
 def load_mjcf(
@@ -40,16 +40,16 @@ def load_mjcf(
     """Build the world of a user's own MJCF.
 
     Args:
-        path: Of the file; meshes and heightfields are found from there as MuJoCo does.
+        path: Path of the file; meshes and heightfields are resolved relative to it by MuJoCo.
         spawn: Where the robot starts, instead of at the file's site or body named ``spawn``.
-        robot: Compiled into the world; a P3-AT by default.
+        robot: Robot that is compiled into the world; a P3-AT by default.
 
     Returns:
-        A world named as the file; ``World.notes`` tells what in the file is not done as it says.
+        A world named after the file; ``World.notes`` lists settings of the file that were overridden.
 
     Raises:
         WorldError: the file cannot be read or compiled, nothing in it is drivable, it has no spawn, or
-            the robot does not fit where it says; the message names the file and the thing.
+            the robot does not fit at a pose; the message names the file and the element.
     """
     path, robot = Path(path), robot or P3AT()
     try:
@@ -61,8 +61,8 @@ def load_mjcf(
             start = sites.stand_at(SPAWN)
         else:
             raise WorldError(
-                "there is no spawn: add <site name=\"spawn\" pos=\"x y z\"/> where the robot shall"
-                " start, or say where in the call"
+                "there is no spawn: add <site name=\"spawn\" pos=\"x y z\"/> where the robot is to"
+                " start, or pass spawn"
             )  # fmt: skip
         named = (n for n in sites.poses if n.startswith("place_"))
         world = World(
@@ -84,11 +84,11 @@ def load_mjcf(
 
 
 class _Sites:
-    """What a file says by its sites, and the ground below them."""
+    """The sites of a file, and the ground below them."""
 
     def __init__(self, model: mujoco.MjModel, surfaces: Sequence[str], robot: SkidSteer) -> None:
         self._robot = robot
-        # A copy, whose groups tell what is driven on from what merely lies above it.
+        # A copy, whose groups separate drivable geoms from others.
         self._model = copy.copy(model)
         self._model.geom_group[:] = 1
         self._model.geom_group[[model.geom(s).id for s in surfaces]] = 0
@@ -122,7 +122,7 @@ class _Sites:
             raise WorldError(f"{name!r} is not above anything drivable: {error}") from None
 
     def line(self, prefix: str) -> tuple[Waypoint, ...]:
-        """Return the way-points of the sites ``<prefix>0``, ``<prefix>1`` ..., in that order."""
+        """Return the way-points of the sites ``<prefix>0``, ``<prefix>1`` ..., in order."""
         numbered = sorted(
             (int(n.removeprefix(prefix)), n)
             for n in self.poses
@@ -153,7 +153,7 @@ class _Sites:
 
 
 def _bounds(model: mujoco.MjModel, surfaces: Sequence[str], spawn: Pose) -> Bounds:
-    """Return the rectangle that holds all drivable geoms; endless planes reach as far as the rest."""
+    """Return the rectangle around all drivable geoms; infinite planes are cut to the other geoms."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     robot = model.body("base_link").id
@@ -174,7 +174,7 @@ def _bounds(model: mujoco.MjModel, surfaces: Sequence[str], spawn: Pose) -> Boun
 
 
 def _half(model: mujoco.MjModel, geom: int) -> FloatArray | None:
-    """Return half extents (3,) of a geom in its own frame [m], None of an endless plane."""
+    """Return half extents (3,) of a geom in its own frame [m]; None for an infinite plane."""
     if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE:
         half: FloatArray = model.geom_aabb[geom, 3:]
         return half

@@ -18,11 +18,11 @@ def load_plan(scene: str) -> Plan:
     """Read the plan of a scene.
 
     Args:
-        scene: the name of one that comes with the project, or the path of any other's folder.
+        scene: Name of a scene that comes with the project, or path of a scene's folder.
 
     Raises:
-        UnknownSceneError: there is no such scene; the message lists those there are.
-        WorldError: it makes no sense.
+        UnknownSceneError: no scene has this name; the message lists the available ones.
+        WorldError: the plan is invalid.
     """
     folder = scene_folder(scene)
     return plan_from_toml((folder / PLAN_FILE).read_text(encoding="utf-8"), name=folder.name)
@@ -37,20 +37,20 @@ def load_world(
     """Build the world of a scene.
 
     Args:
-        name: Of one that comes with the project, the path of any other's folder, or that of a
-            floor plan (``.toml``) or of an MJCF file (``.xml``).
-        robot: Compiled into the world.
-        options: What is different about it today.
+        name: Name of a scene that comes with the project, or path of a scene's folder, of a floor
+            plan (``.toml``) or of an MJCF file (``.xml``).
+        robot: Robot that is compiled into the world; a P3-AT by default.
+        options: Differences from the mapped world; not for an MJCF file.
 
     Raises:
-        UnknownSceneError: there is no such scene; the message lists those there are.
-        WorldError: its floor plan cannot be built.
+        UnknownSceneError: no scene has this name; the message lists the available ones.
+        WorldError: the world cannot be built.
     """
     path = Path(name)
     if path.suffix == ".xml":
         if options != AS_MAPPED:
             raise WorldError(
-                f"{path.name}: an MJCF has no options; it moves what its joints let move"
+                f"{path.name}: an MJCF file takes no world options; what moves in it is set by its joints"
             )
         return load_mjcf(path, robot=robot)
     if path.suffix == ".toml":
@@ -69,5 +69,5 @@ def parse_world(
     robot: SkidSteer | None = None,
     options: WorldOptions = AS_MAPPED,
 ) -> World:
-    """Build a world from the text of a floor plan; see ``load_world`` for the rest."""
+    """Build a world from the text of a floor plan; arguments and errors as for ``load_world``."""
     return build_world(plan_from_toml(text, name=name), robot=robot, options=options)

@@ -1,8 +1,8 @@
-"""Users' own MJCF: what has to be said in the file, and what is done to it before the robot joins it.
+"""Preparation of a user's MJCF file for the robot: attributes, options and collision bits.
 
-A geom is drivable if it has ``user="MU_LONG MU_LAT ROLLING"`` (the last two may be left out); that one
-attribute is all a file needs, besides a site or body named ``spawn``. Everything else in it stays as
-it is: bodies with joints move, doors hang on their hinges, materials and lights are kept.
+A geom is drivable if it has ``user="MU_LONG MU_LAT ROLLING"`` (the last two are optional). A file needs
+no more than that attribute and a site or body named ``spawn``. Everything else in it is kept: bodies
+with joints move, doors hang on their hinges, materials and lights stay.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from robot_sim.robot.mujoco_body import FLOOR_BIT, OBSTACLE_BIT, ROBOT_GROUP, ad
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 _SHIFT: Final = 2
-"""The file's own collision bits are moved up by so many, past the two that we use."""
+"""Number of bits by which the file's own collision bits are shifted, past the two that we use."""
 _BITS: Final = 0x3FFFFFFF
-"""And what would fall off at the top is cut."""
+"""Mask of the collision bits that are not shifted out."""
 _SPARE_GROUP: Final = 4
-"""For the file's geoms in the robot's own group, which its scanners look through."""
+"""Group for the file's geoms that are in the robot's own group, which its scanners ignore."""
 _LISTED: Final = 12
 _RECIPE: Final = ("timestep", "integrator", "solver", "cone", "impratio")
-"""Options that the wheels' contacts rest on."""
+"""Options on which the wheels' contact parameters depend; they are overridden."""
 _ENUMS: Final = {
     "integrator": mujoco.mjtIntegrator,
     "solver": mujoco.mjtSolver,
     "cone": mujoco.mjtCone,
 }
 _HEEDED: Final = ("gravity", "wind", "density", "viscosity", "magnetic")
-"""Options that are the file's own business."""
+"""Options that are taken from the file."""
 _CRIPPLING: Final = {
     "contact": mujoco.mjtDisableBit.mjDSBL_CONTACT,
     "constraint": mujoco.mjtDisableBit.mjDSBL_CONSTRAINT,
@@ -44,31 +44,32 @@ _CRIPPLING: Final = {
     "actuation": mujoco.mjtDisableBit.mjDSBL_ACTUATION,
     "sensor": mujoco.mjtDisableBit.mjDSBL_SENSOR,
 }
-"""Flags without which nothing drives."""
+"""Flags that disable parts of the physics without which the robot cannot drive."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MjcfModel:
-    """A user's file with the robot in it, compiled."""
+    """A user's file compiled with the robot in it."""
 
     model: mujoco.MjModel
+    """The compiled model."""
     surfaces: tuple[str, ...]
     """Names of the drivable geoms."""
     notes: tuple[str, ...]
-    """What in the file is not done as it says, one line each."""
+    """Settings of the file that were overridden or ignored, one line each."""
 
 
 def compile_mjcf(path: Path, robot: SkidSteer, *, timestep: float) -> MjcfModel:
-    """Read a file, put the robot into it, and compile both.
+    """Read a file, add the robot to it, and compile both.
 
     Args:
-        path: Of the MJCF.
-        robot: Joins it.
-        timestep: [s].
+        path: Path of the MJCF file.
+        robot: Robot to add.
+        timestep: Physics time step [s].
 
     Raises:
-        WorldError: it cannot be read or compiled (the message has MuJoCo's own words), nothing in it
-            is drivable, or it uses a name of the robot's.
+        WorldError: the file cannot be read or compiled (the message includes MuJoCo's), nothing in it
+            is drivable, or it uses a name of a part of the robot.
     """
     if not path.is_file():
         raise WorldError(f"there is no file {str(path)!r}")
@@ -100,7 +101,7 @@ def _one_line(error: object) -> str:
 
 
 def _name_geoms(spec: mujoco.MjSpec) -> None:
-    """Name what has none, for messages and contact pairs go by name."""
+    """Name unnamed geoms, because messages and contact pairs refer to names."""
     taken = {geom.name for geom in spec.geoms}
     for number, geom in enumerate(spec.geoms):
         if not geom.name:
@@ -148,12 +149,12 @@ def _refuse_our_names(spec: mujoco.MjSpec, robot: SkidSteer) -> None:
 
 
 def _take_options(child: mujoco.MjSpec, spec: mujoco.MjSpec) -> Iterator[str]:
-    """Take over the options that may differ, set the others to ours, and tell of each that did."""
+    """Copy the options that may differ, override the others, and yield a note for each override."""
     usual = mujoco.MjSpec().option
     for key in _RECIPE:
         said, wanted = getattr(child.option, key), getattr(spec.option, key)
         if said != getattr(usual, key) and said != wanted:
-            yield f"option {key} is {_told(key, wanted)}, not {_told(key, said)}: the wheels' contacts rest on it"
+            yield f"option {key} is {_option_text(key, wanted)}, not {_option_text(key, said)}: the wheels' contacts rest on it"
         setattr(child.option, key, wanted)
     for key in _HEEDED:
         setattr(spec.option, key, getattr(child.option, key))
@@ -169,7 +170,7 @@ def _take_options(child: mujoco.MjSpec, spec: mujoco.MjSpec) -> Iterator[str]:
     child.option.enableflags = spec.option.enableflags
 
 
-def _told(key: str, value: float) -> str:
+def _option_text(key: str, value: float) -> str:
     """Return an option's value as a file would have it."""
     if key not in _ENUMS:
         return f"{value:g}"
@@ -177,10 +178,10 @@ def _told(key: str, value: float) -> str:
 
 
 def _prepare_geoms(spec: mujoco.MjSpec) -> Iterator[str]:
-    """Fit groups and collision bits to ours.
+    """Adapt groups and collision bits to ours.
 
-    What collides with what in the file stays so, for its own bits are only moved up; the robot's hull
-    meets everything of it that can be touched, but not what is driven on, and that carries the rest.
+    The file's own bits are only shifted, so that the same pairs collide as before. The robot's hull
+    collides with all solid geoms but not with drivable surfaces, on which the other geoms rest.
     """
     drivable = {geom.name for geom in drivable_geoms(spec)}
     moved = 0
@@ -201,7 +202,7 @@ def _prepare_geoms(spec: mujoco.MjSpec) -> Iterator[str]:
 
 def _leave_out(spec: mujoco.MjSpec) -> Iterator[str]:
     if spec.keys:
-        yield "keyframes are left out: they do not know of the robot"
+        yield "keyframes are left out: they do not include the robot"
     for key in list(spec.keys):
         spec.delete(key)
     if len(spec.actuators):

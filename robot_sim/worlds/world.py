@@ -24,14 +24,14 @@ TIMESTEP_NS: Final = 4_000_000
 
 @dataclass(frozen=True, slots=True)
 class WorldOptions:
-    """What can be different about a world from one day to the next."""
+    """Options by which a world can differ from the one that was mapped."""
 
     alive: bool = False
     """Whether people walk about, doors swing and carts are pushed."""
     rearranged: int | None = None
-    """Seed by which furniture was moved since the world was mapped; None leaves it in its place."""
+    """Seed by which furniture is moved since the world was mapped; None leaves it in place."""
     timing: int = 0
-    """Seed of when those who live there are where, as far as the plan leaves it open."""
+    """Seed of the actors' timing, as far as the plan leaves it open."""
 
     def __post_init__(self) -> None:
         for key in ("rearranged", "timing"):
@@ -46,32 +46,34 @@ AS_MAPPED: Final = WorldOptions()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
-    """A place with the robot in it. Its model is shared by simulations and never changed."""
+    """A place with the robot in it. Its model is shared by simulations and never modified."""
 
     name: str
+    """Name of the scene or file."""
     model: mujoco.MjModel
+    """The compiled MuJoCo model, with the robot."""
     spawn: Pose
-    """``map_from_base`` where the robot starts."""
+    """``map_from_base`` at which the robot starts."""
     places: Mapping[str, Pose]
-    """``map_from_base`` of each named place."""
+    """``map_from_base`` at each named place."""
     tour: tuple[Waypoint, ...]
-    """A drive through most rooms, ending near where it began."""
+    """Way-points [m] of a drive through most rooms that ends near where it began."""
     survey: tuple[Waypoint, ...]
-    """A longer drive that sees every corner, for building a map."""
+    """Way-points [m] of a longer drive from which every corner is seen, for mapping."""
     bounds: tuple[float, float, float, float]
     """Smallest x, y and largest x, y of the floor [m]."""
     spawns: Mapping[str, Pose] = field(default_factory=lambda: MappingProxyType({}))
-    """``map_from_base`` of each start pose, ``spawn`` among them."""
+    """``map_from_base`` at each start pose, ``spawn`` among them."""
     robot: SkidSteer = field(default_factory=P3AT)
-    """Compiled into the model."""
+    """Parameters of the robot in the model."""
     plan: Plan | None = None
-    """What it was built from; None for a world that was not built from a plan."""
+    """The floor plan that the world was built from; None for an MJCF file."""
     patches: tuple[Patch, ...] = ()
-    """Where the ground grips otherwise than what it belongs to."""
+    """Areas on which the ground has another friction than the surface they lie on."""
     movers: tuple[Mover, ...] = ()
-    """What moves on its own; none unless the world is alive."""
+    """Bodies that move on their own; empty unless the world is alive."""
     notes: tuple[str, ...] = ()
-    """What in a user's file is not done as it says, one line each."""
+    """Settings of a user's MJCF file that were overridden or ignored, one line each."""
 
     @property
     def area(self) -> float:
@@ -81,7 +83,7 @@ class World:
 
 
 def check_places(world: World) -> None:
-    """Raise a WorldError if the robot cannot stand at one of the named poses."""
+    """Raise a WorldError if the robot cannot stand at a spawn or a named place."""
     data = mujoco.MjData(world.model)
     x0, y0, x1, y1 = world.bounds
     for kind, poses in (("spawn", world.spawns), ("place", world.places)):

@@ -228,7 +228,7 @@ def test_who_has_a_start_stands_until_then() -> None:
          "person 'a': speed must be at most 2.5 m/s, got 9"),
         ('[[person]]\nname = "a"\npath = [[1, 1], [2, 2]]\nhat = true', "unknown entry 'hat'"),
         ('[[person]]\nname = "a"\npath = [[1, 1], [2, 2]]\n'
-         '[[cart]]\nname = "a"\npath = [[1, 1], [2, 2]]', "there are two of that name"),
+         '[[cart]]\nname = "a"\npath = [[1, 1], [2, 2]]', "two actors have this name"),
         ('[[person]]\nname = "a"\npath = [[8, 4], [12, 4], [12, 6]]',
          "person 'a' walks through east_0 between [8, 4] and [12, 4]"),
         ('[[cart]]\nname = "c"\npath = [[1, 1], [2, 2]]\nsize = [1, 1, 0.1]',

@@ -112,7 +112,7 @@ def test_garbage_is_refused_in_one_line(garbage: bytes) -> None:
     ("packet", "why"),
     [
         (b"", "begins with"),
-        (b"\xfa\xfb\x09\x00\x00\x00", "counts"),
+        (b"\xfa\xfb\x09\x00\x00\x00", "third byte"),
         (frame_packet(b"\x20abc"), "0x20"),
         (frame_packet(b"\x32abc"), "longer"),
     ],

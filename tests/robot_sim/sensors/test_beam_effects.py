@@ -411,7 +411,7 @@ def test_sun_makes_up_echoes_only_where_there_are_none() -> None:
 
 
 def test_sun_blurs_weak_echoes_and_leaves_strong_ones() -> None:
-    sunlight = Sunlight(level=1.0, deafness=0.0, false_echoes=0.0)
+    sunlight = Sunlight(level=1.0, threshold_rise=0.0, false_echoes=0.0)
     sigma = {}
     for material, distance in (("wall", 3.0), ("dark_fabric", 17.0)):
         bench = DriveBench(wall_xml(distance, material))

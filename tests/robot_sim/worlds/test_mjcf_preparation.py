@@ -253,7 +253,7 @@ def test_file_that_is_not_there_or_not_xml_is_named(tmp_path: Path) -> None:
     with pytest.raises(WorldError, match="cannot read the floor plan"):
         load_world(str(tmp_path / "nowhere.toml"))
     path = write(tmp_path, FLOOR + SPAWN)
-    with pytest.raises(WorldError, match="an MJCF has no options"):
+    with pytest.raises(WorldError, match="an MJCF file takes no world options"):
         load_world(str(path), options=WorldOptions(alive=True))
 
 
