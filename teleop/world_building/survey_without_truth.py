@@ -19,7 +19,7 @@ from localization.evaluation.metrics import Statistics, align, ate
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray
 from localization.logs.mcap_writer import ReadingsWriter
-from localization.mapping.cloud_builder import distances_to_mesh
+from localization.mapping.mesh_distance import distances_to_mesh
 from localization.mapping.slam import Survey
 from localization.maps.cloud import Cloud
 from localization.types import SECOND
@@ -146,7 +146,7 @@ def judge(survey: Survey, cloud: Cloud, truth: Trajectory, world: World) -> MapQ
     motion = align(survey.trajectory, truth)
     moved = ate(survey.trajectory, truth, aligned=True)
     return MapQuality(
-        way=survey.way,
+        way=survey.distance,
         key_frames=len(survey.keys),
         closures=len(survey.closures),
         points=len(cloud.points),
