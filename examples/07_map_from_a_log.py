@@ -8,7 +8,7 @@ from pathlib import Path
 
 from localization import save_cloud
 from localization.logs.open_log import open_log
-from localization.mapping.slam import survey_of
+from localization.mapping.slam import map_drive
 
 
 def main() -> None:
@@ -18,7 +18,7 @@ def main() -> None:
     arguments = parser.parse_args()
 
     log = open_log(arguments.log)
-    survey = survey_of(log, log.mounts)
+    survey = map_drive(log, log.mounts)
     print(f"{len(survey.trajectory)} sweeps, {len(survey.closures)} loop closures")
     cloud = save_cloud(survey.cloud(arguments.out.stem), arguments.out)
     print(f"written: {arguments.out}, {len(cloud.points)} points")

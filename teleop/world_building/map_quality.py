@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from localization.evaluation.metrics import Statistics, align, ate
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray
-from localization.mapping.cloud_builder import distances_to_mesh
+from localization.mapping.mesh_distance import distances_to_mesh
 from localization.mapping.slam import Survey
 from localization.maps.cloud import Cloud
 from robot_sim import World
@@ -104,7 +104,7 @@ def map_quality(survey: Survey, cloud: Cloud, truth: Trajectory, world: World) -
     motion = align(survey.trajectory, truth)
     moved = ate(survey.trajectory, truth, aligned=True)
     return MapQuality(
-        way=survey.way,
+        way=survey.distance,
         key_frames=len(survey.keys),
         closures=len(survey.closures),
         points=len(cloud.points),

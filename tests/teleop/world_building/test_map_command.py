@@ -10,7 +10,7 @@ import pytest
 
 from localization.evaluation.trajectory import read_tum
 from localization.logs.mcap_writer import ReadingsWriter
-from localization.mapping.cloud_builder import distances_to_mesh
+from localization.mapping.mesh_distance import distances_to_mesh
 from localization.maps.map_files import load_cloud
 from localization.types import Pose
 from robot_sim import load_world
