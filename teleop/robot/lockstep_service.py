@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
@@ -14,6 +15,8 @@ from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
 
+_IDLE_DELAY: Final = 0.0005
+"""Delay of deferred work after a step has ended, so that its response is sent first [s]."""
 _RESTING: Final = 0.002
 """Largest speed of a robot at rest, of each component [m/s] or [rad/s]."""
 
@@ -30,14 +33,22 @@ class LockstepService(Observer):
     MAX_BRAKING_TICKS: Final = 150
     """Number of ticks within which the robot reaches standstill from any speed."""
 
-    def __init__(self, adapter: RosbridgeAdapter, *, last_stamp: int | None = None) -> None:
+    def __init__(
+        self,
+        adapter: RosbridgeAdapter,
+        *,
+        last_stamp: int | None = None,
+        deferred: Callable[[], None] = lambda: None,
+    ) -> None:
         """Offer the service on an adapter's server.
 
         Args:
             adapter: The robot and its server.
             last_stamp: Time after which no tick begins [ns]; None for no end.
+            deferred: Called after each step, while the client decides on the next one; for work that
+                no response waits for, such as recording.
         """
-        self._adapter, self._last_stamp = adapter, last_stamp
+        self._adapter, self._last_stamp, self._deferred = adapter, last_stamp, deferred
         self._owner: int | None = None
         self._busy = False
         self.error: Exception | None = None
@@ -71,7 +82,14 @@ class LockstepService(Observer):
                 await asyncio.sleep(0)
         finally:
             self._busy = False
+            asyncio.get_running_loop().call_later(_IDLE_DELAY, self._do_deferred)
         return self._response("")
+
+    def _do_deferred(self) -> None:
+        try:
+            self._deferred()
+        except Exception as error:
+            self.error = error
 
     def _check(self, client: int, ticks: int) -> None:
         if self._owner not in (None, client):

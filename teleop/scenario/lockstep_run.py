@@ -7,6 +7,7 @@ import contextlib
 import os
 import signal
 import sys
+from collections import deque
 from pathlib import Path
 
 from localization.maps.cloud import Cloud
@@ -69,19 +70,24 @@ async def _serve_and_operate(
 ) -> tuple[str, tuple[TopicTraffic, ...]]:
     simulation = robot.simulation
 
-    def report(tick: TickRecord) -> None:
-        recorder.take(tick)
-        if tick.stamp % SECOND == 0:
-            share = recorder.progress
-            seconds = tick.stamp // SECOND
-            progress(share, f"{seconds} s at {recorder.factor:.1f}x, {tick.estimate.health}")
+    # Recording waits until the operator has its response, and happens while it decides.
+    unrecorded: deque[TickRecord] = deque()
+
+    def record() -> None:
+        while unrecorded:
+            tick = unrecorded.popleft()
+            recorder.take(tick)
+            if tick.stamp % SECOND == 0:
+                share = recorder.progress
+                seconds = tick.stamp // SECOND
+                progress(share, f"{seconds} s at {recorder.factor:.1f}x, {tick.estimate.health}")
 
     protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
     meter = Meter()
     protocol.observers.add(meter)
-    host = RosbridgeAdapter(robot, server, cloud, observers=(report,))
-    stepper = LockstepService(host, last_stamp=mission.time_limit)
+    host = RosbridgeAdapter(robot, server, cloud, observers=(unrecorded.append,))
+    stepper = LockstepService(host, last_stamp=mission.time_limit, deferred=record)
     await server.start()
     script_path = _write_script(mission, robot, server.url, map_path, recorder.folder)
     operator = await asyncio.create_subprocess_exec(
@@ -106,6 +112,7 @@ async def _serve_and_operate(
     _, said = await ended
     cut.cancel()
     await server.close()
+    record()
     traffic = meter.traffic()
     error = stepper.error
     if isinstance(error, PhysicsError):
