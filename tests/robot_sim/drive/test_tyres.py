@@ -43,7 +43,7 @@ def test_grip_across_grows_with_slip_and_never_beyond_full(
 
 
 @given(rim=st.floats(-1e-4, 1e-4))
-def test_at_rest_all_grip_is_there(rim: float) -> None:
+def test_grip_is_full_at_rest(rim: float) -> None:
     assert lateral_grip(0.0, rim) == 1.0
 
 
@@ -55,7 +55,7 @@ def test_grip_has_no_jump_where_the_tyre_begins_to_slide(rim: float) -> None:
     assert below == pytest.approx(1.0, abs=1e-4)
 
 
-def test_model_of_the_world_is_never_written_to(field: World) -> None:
+def test_model_of_the_world_is_never_modified(field: World) -> None:
     before = field.model.pair_friction.copy(), field.model.dof_frictionloss.copy()
     simulation = Simulation(field, config=BLIND)
     simulation.command(Twist.planar(0.5, 0.1))
@@ -183,7 +183,7 @@ def test_each_wheel_rolls_with_the_resistance_of_the_geom_that_it_touches() -> N
     assert [model.joint(w).frictionloss[0] for w in WHEELS] == [0.0] * 4
 
 
-def test_model_without_a_pair_for_a_wheel_is_refused() -> None:
+def test_model_without_a_pair_for_a_wheel_is_rejected() -> None:
     spec = mujoco.MjSpec()
     add_robot(spec, surfaces=(), robot=P3AT())
     with pytest.raises(WorldError, match="no surface is drivable for front_left"):

@@ -81,7 +81,7 @@ def test_same_seed_moves_the_same_way_and_another_seed_another() -> None:
     assert replace(after, furniture=before.furniture) == before
 
 
-def test_what_was_rearranged_can_be_rearranged_again() -> None:
+def test_rearranged_plan_can_be_rearranged_again() -> None:
     once = rearranged(load_plan("office"), 3)
     names = [p.name for p in rearranged(once, 4).furniture]
     assert len(names) == len(set(names))
@@ -89,7 +89,7 @@ def test_what_was_rearranged_can_be_rearranged_again() -> None:
     assert len({n for n in names if n.startswith("left_box")} - boxes) >= 3
 
 
-def test_seed_below_zero_is_refused() -> None:
+def test_seed_below_zero_is_rejected() -> None:
     with pytest.raises(WorldError, match="rearranged is a seed and must be >= 0, got -1"):
         WorldOptions(rearranged=-1)
 

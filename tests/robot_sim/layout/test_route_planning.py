@@ -82,7 +82,7 @@ def test_round_trip_goes_through_the_middle_of_a_door_and_comes_back() -> None:
     assert 2 * 2 * math.hypot(3.0, 3.0) <= length(trip) <= 2.5 * 2 * math.hypot(3.0, 3.0)
 
 
-def test_gap_that_is_too_narrow_is_no_way() -> None:
+def test_no_route_leads_through_too_narrow_a_gap() -> None:
     ways = RoutePlanner(walled(gap=0.8), (2.0, 1.0), least=0.42)
     assert math.isinf(ways.cost((8.0, 1.0)))
     assert ways.round_trip([(8.0, 1.0), (2.0, 5.0)])[1] == (2.0, 5.0)

@@ -1,4 +1,4 @@
-"""Robots of all sizes from one recipe, and how they may differ from their data sheets."""
+"""Robots of several platforms, and their imperfections."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_robot_weighs_what_its_parts_do_and_stands_level_on_its_wheels(robot: Sk
 
 
 @robots
-def test_robot_rolls_as_far_as_its_firmware_believes(robot: SkidSteer) -> None:
+def test_robot_rolls_as_far_as_its_firmware_computes(robot: SkidSteer) -> None:
     run = DriveBench(robot).run(ramped(3.0, 3.0, 3.0)).after(1.0)
     rolled = float(run.positions[-1, 0] - run.positions[0, 0])
     turned = float((run.wheel_angles[-1] - run.wheel_angles[0]).mean())
@@ -76,7 +76,7 @@ def test_friction_is_damped_in_proportion_to_how_fast_a_robot_slips() -> None:
 
 
 @robots
-def test_robot_drives_in_a_world_and_turns_as_told(robot: SkidSteer) -> None:
+def test_robot_drives_in_a_world_and_turns_as_commanded(robot: SkidSteer) -> None:
     world = parse_world(FIELD, name="field", robot=robot)
     assert world.robot is robot
     simulation = Simulation(world, config=SimulationConfig(scanners=()))
@@ -87,7 +87,7 @@ def test_robot_drives_in_a_world_and_turns_as_told(robot: SkidSteer) -> None:
 
 
 @pytest.mark.parametrize("bad", [0.0, -0.1, math.nan, math.inf])
-def test_impossible_robot_is_refused_by_name(bad: float) -> None:
+def test_invalid_robot_is_rejected_by_name(bad: float) -> None:
     with pytest.raises(ValueError, match=r"robot 'p3at': wheelbase must be > 0, got"):
         P3AT(wheelbase=bad)
     with pytest.raises(ValueError, match=r"robot 'husky': height 0\.1 must exceed clearance"):
@@ -106,14 +106,12 @@ def test_impossible_robot_is_refused_by_name(bad: float) -> None:
         ("com_offset", (math.nan, 0.0, 0.0), "com_offset must be three lengths within 0.1 m"),
     ],
 )
-def test_impossible_imperfection_is_refused_by_name(
-    field: str, value: object, message: str
-) -> None:
+def test_invalid_imperfection_is_rejected_by_name(field: str, value: object, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Imperfections(**{field: value})  # type: ignore[arg-type]
 
 
-def test_imperfections_are_off_by_default_and_change_no_belief() -> None:
+def test_imperfections_are_off_by_default_and_unknown_to_the_encoders() -> None:
     assert P3AT().imperfections == AS_DRAWN == Imperfections()
     uneven = replace(P3AT(), imperfections=MANDOW_2007)
     for belief in ("rolling_radius", "effective_track", "chi", "track", "mass"):
@@ -129,7 +127,7 @@ def test_centre_of_mass_lies_where_the_offset_puts_it(x: float, y: float, z: flo
     np.testing.assert_allclose(shift, [x, y, z], atol=1e-9)
 
 
-def test_uneven_tyres_lean_the_robot_and_bend_its_way_but_encoders_see_nothing() -> None:
+def test_uneven_tyres_tilt_the_robot_and_curve_its_path_unobserved_by_encoders() -> None:
     robot = replace(P3AT(), imperfections=MANDOW_2007)
     world = parse_world(FIELD, name="field", robot=robot)
     simulation = Simulation(world, config=SimulationConfig(drive=EXACT, scanners=()))

@@ -81,7 +81,7 @@ def test_terrain_joins_the_floor_without_a_step() -> None:
     assert not PlanGround(PLAN).heights(rim).any()
 
 
-def test_level_part_is_level_and_as_high_as_it_says() -> None:
+def test_level_disc_is_level_and_has_its_height() -> None:
     ring = 0.2 * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 50))
     points = np.column_stack([10.0 + ring.real, 7.0 + ring.imag])
     np.testing.assert_allclose(PlanGround(PLAN).heights(points), 0.25, atol=1e-9)
@@ -113,7 +113,7 @@ def test_roughness_is_the_standard_deviation_of_the_noise() -> None:
     along=st.floats(-0.49, 0.49),
     across=st.floats(-0.49, 0.49),
 )
-def test_face_of_a_slab_is_where_its_ends_say(
+def test_face_of_a_slab_connects_the_heights_of_its_ends(
     low: float, high: float, length: float, yaw: float, along: float, across: float
 ) -> None:
     slab = Slab("s", 3.0, -2.0, length, 1.5, (low, high), yaw=yaw, thickness=0.1)
@@ -167,7 +167,7 @@ def test_robot_drives_over_the_hill_and_back_to_the_floor(hills: World) -> None:
         ({"seed": -1}, "terrain 'lawn': seed must be >= 0"),
     ],
 )
-def test_impossible_terrain_is_refused(change: dict[str, object], message: str) -> None:
+def test_invalid_terrain_is_rejected(change: dict[str, object], message: str) -> None:
     with pytest.raises(WorldError, match=message):
         replace(LAWN, **change)  # type: ignore[arg-type]
 
@@ -177,6 +177,6 @@ def test_slab_without_thickness_must_rise_above_the_floor() -> None:
         replace(KERB, rise=(0.0, 0.0))
 
 
-def test_place_beside_all_ground_is_refused() -> None:
+def test_place_beside_all_ground_is_rejected() -> None:
     with pytest.raises(WorldError, match=r"at x 1\.00, y 5\.00 there is no ground"):
         build_world(replace(PLAN, floor="none"))

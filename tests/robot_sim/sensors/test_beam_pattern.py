@@ -54,14 +54,14 @@ def test_beams_start_and_point_where_the_scanner_was_at_their_times(
     np.testing.assert_allclose(axes[:, :, 1:], expected, atol=1e-5)
 
 
-def test_a_sweep_may_end_with_the_last_step() -> None:
+def test_sweep_may_end_with_the_last_step() -> None:
     track = drive(1.0, steps=20)
     offsets = np.linspace(0, 19 * STEP, 77).astype(np.int64)
     origins, _ = BeamPattern(Pose.identity(), np.zeros(77), offsets).rays(track, 10 * STEP)
     np.testing.assert_allclose(origins[[0, -1]], track.positions[[0, -1]], atol=1e-12)
 
 
-def test_a_trail_keeps_what_coming_sweeps_need_however_long_it_gets() -> None:
+def test_recorder_keeps_the_poses_that_coming_sweeps_need() -> None:
     trail = PoseRecorder(0, np.zeros(7))
     for tick in range(400):
         stamps = STEP * np.arange(5 * tick + 1, 5 * tick + 6)

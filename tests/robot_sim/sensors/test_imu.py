@@ -103,7 +103,7 @@ def test_rate_random_walk_is_the_configured_one() -> None:
     assert slope[1] / slope[0] == pytest.approx(2.0, rel=0.35)
 
 
-def test_readings_at_once_are_those_one_by_one() -> None:
+def test_batch_of_readings_equals_single_readings() -> None:
     config = InertialConfig.of("bosch_bmi088")
     truths = np.random.default_rng(1).standard_normal((150, 2, 3))
     at_once = InertialUnit(config, np.random.SeedSequence(7)).readings(truths)
@@ -114,7 +114,7 @@ def test_readings_at_once_are_those_one_by_one() -> None:
     )
 
 
-def test_wandering_bias_leaves_the_noise_as_it_is() -> None:
+def test_drifting_bias_does_not_change_the_noise() -> None:
     still = np.zeros((100, 2, 3))
     plain = InertialUnit(InertialConfig(), np.random.SeedSequence(3)).readings(still)
     drift = Drift(0.0, instability=1e-3, walk=1e-4)
@@ -125,7 +125,7 @@ def test_wandering_bias_leaves_the_noise_as_it_is() -> None:
     assert np.abs(np.diff(wandering[:, 0] - plain[:, 0], axis=0)).max() < 1.5e-4
 
 
-def test_readings_end_at_full_scale_and_come_in_steps() -> None:
+def test_readings_are_limited_to_full_scale_and_quantised() -> None:
     drift = Drift(0.0, full_scale=2.0, quantum=0.25)
     config = InertialConfig(
         gyro_noise=0.0, gyro_bias_sigma=0.0, force_noise=0.0, force_bias_sigma=0.0, gyro_drift=drift
@@ -136,7 +136,7 @@ def test_readings_end_at_full_scale_and_come_in_steps() -> None:
     np.testing.assert_array_equal(reading.specific_force, [0.3, 9.0, 100.0])
 
 
-def test_zeroing_leaves_of_the_gyros_bias_the_noise_of_its_average() -> None:
+def test_zeroed_gyro_bias_has_the_noise_of_its_average() -> None:
     raw = InertialConfig.of("bosch_bmi088", zeroed=False)
     zeroed = InertialConfig.of("bosch_bmi088")
     assert raw.gyro_bias_sigma == pytest.approx(math.radians(1.0))
@@ -162,6 +162,6 @@ def test_units_name_the_source_of_every_figure() -> None:
         (lambda: Drift(0.0, full_scale=1.0, quantum=2.0), "quantum must be at most full_scale, 1"),
     ],
 )
-def test_impossible_units_are_refused_by_name(make: Callable[[], object], message: str) -> None:
+def test_invalid_units_are_rejected_by_name(make: Callable[[], object], message: str) -> None:
     with pytest.raises(SimulationError, match=message):
         make()

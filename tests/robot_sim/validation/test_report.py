@@ -1,4 +1,4 @@
-"""The robot against published figures and closed forms, and the page that tells of it."""
+"""The robot against published figures and closed forms, and the page with the results."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def number(cell: str) -> tuple[float, float, str]:
     return float(text), 10.0 ** -len(text.partition(".")[2]), unit
 
 
-def test_page_tells_what_a_fresh_run_gives() -> None:
+def test_page_shows_the_values_of_a_fresh_run() -> None:
     fresh = grid(markdown_table([row for part in PARTS for row in measured(part)]))
     page = grid(text_between(PAGE.read_text(encoding="utf-8"), "validation"))
     again = "run farsteer validate --write docs/robot.md"
@@ -109,7 +109,7 @@ def test_command_ends_with_1_if_a_row_is_missed_and_names_it(
     assert "1 of 2 judged rows missed: chi" in capsys.readouterr().out
 
 
-def test_page_without_markers_is_refused_by_name(
+def test_page_without_markers_is_rejected_by_name(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("robot_sim.validation.PARTS", {"replay": PARTS["replay"]})
@@ -185,14 +185,14 @@ def test_solver_agrees_with_the_closed_form_where_there_is_one(robot: P3AT) -> N
 
 
 @given(offset=st.floats(0.001, 0.025))
-def test_solver_says_the_same_of_a_load_in_front_and_behind(offset: float) -> None:
+def test_solver_gives_the_same_for_a_load_in_front_and_behind(offset: float) -> None:
     robot = P3AT()
     front, behind = coulomb.turning_chi(robot, offset), coulomb.turning_chi(robot, -offset)
     assert front == pytest.approx(behind, rel=1e-6)
     assert front < robot.chi
 
 
-def test_solver_refuses_a_load_beyond_what_it_can_tell() -> None:
+def test_solver_rejects_a_load_beyond_its_range() -> None:
     with pytest.raises(ValueError, match=r"within 0\.03 m, got 0\.04"):
         coulomb.turning_chi(P3AT(), 0.04)
 
@@ -203,7 +203,7 @@ def test_published_curve_has_the_values_that_the_notes_read_from_it() -> None:
     np.testing.assert_allclose(values, [1.473, 1.439, 1.404, 1.343], atol=6e-4)
 
 
-def test_torque_of_the_weighed_robot_is_the_one_of_the_notes() -> None:
+def test_torque_of_the_robot_without_scanners_is_the_published_one() -> None:
     robot = dataclasses.replace(P3AT(), chassis_mass=14.2 - 2.6)
     assert robot.mass == pytest.approx(27.1)
     assert coulomb.spin_torque(robot, 0.7) == pytest.approx(2.91, abs=0.015)

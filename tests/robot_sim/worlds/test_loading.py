@@ -1,17 +1,16 @@
-"""Floor plans: what is refused, and that the office is as large and as roomy as promised."""
+"""Worlds by name and path: rejected floor plans, and the size of the office."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-import mujoco
 import numpy as np
 import pytest
 
 from robot_sim.errors import UnknownSceneError, WorldError
 from robot_sim.floorplan.plan import Waypoint
 from robot_sim.floorplan.scene_folders import scene_names
-from robot_sim.robot_placement import place_robot
+from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.worlds.loading import load_world, parse_world
 from robot_sim.worlds.world import World
 
@@ -32,13 +31,19 @@ def test_tour_is_a_closed_drive_of_about_ninety_metres(office: World) -> None:
     assert length((office.tour[0], tuple(office.spawn.position[:2]))) < 0.1
 
 
-def test_robot_fits_at_every_place(office: World) -> None:
-    data = mujoco.MjData(office.model)
-    for pose in office.places.values():
-        place_robot(office.model, data, pose)
+def test_robot_stands_still_on_four_wheels_at_every_place(office: World) -> None:
+    for name, pose in office.places.items():
+        simulation = Simulation(office, start=pose, config=SimulationConfig(scanners=()))
+        for _ in range(10):
+            simulation.step()
+        condition = simulation.condition
+        assert condition.wheels_down == (True, True, True, True), name
+        assert not condition.touching, name
+        moved = simulation.truth().map_from_base.position - pose.position
+        assert float(np.linalg.norm(moved)) < 0.002, name
 
 
-def test_unknown_scene_lists_those_there_are() -> None:
+def test_unknown_scene_lists_the_available_ones() -> None:
     with pytest.raises(UnknownSceneError, match="office"):
         load_world("../office")
 
@@ -50,7 +55,7 @@ def test_unknown_scene_lists_those_there_are() -> None:
         ("bounds = [0, 0, 4, 4]", "lacks the entry 'spawn'"),
         (
             'bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\n[[furniture]]\ntype = "throne"\nat = [1, 1]',
-            "no furniture of type 'throne'; there are: desk",
+            "no furniture of type 'throne'; available: desk",
         ),
         (
             'bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\n[[wall]]\nname = "w"\nfrom = [0, 0]\n'
@@ -81,7 +86,7 @@ def test_unknown_scene_lists_those_there_are() -> None:
         ),
     ],
 )
-def test_bad_plan_is_refused_in_one_line(text: str, message: str) -> None:
+def test_invalid_plan_is_rejected_in_one_line(text: str, message: str) -> None:
     with pytest.raises(WorldError) as caught:
         parse_world(text, name="bad")
     assert message in str(caught.value)

@@ -1,4 +1,4 @@
-"""Users' own MJCF: one attribute makes it drivable, and whatever is wrong with it is named."""
+"""Users' MJCF files: drivable surfaces, options, collisions, and rejected files."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def drive(world: World, seconds: float, forward: float = 0.4, turn: float = 0.0)
     return simulation
 
 
-def test_robot_drives_on_what_has_the_attribute(tmp_path: Path) -> None:
+def test_robot_drives_on_geoms_with_the_attribute(tmp_path: Path) -> None:
     world = load(tmp_path, FLOOR + '<site name="spawn" pos="-4 1 0" euler="0 0 90"/>')
     assert world.name == "mine"
     assert world.bounds == (-6.0, -5.0, 6.0, 5.0)
@@ -93,7 +93,7 @@ def test_loose_things_are_pushed_and_seen_where_they_went(tmp_path: Path) -> Non
     assert ahead[-1] == pytest.approx(face, abs=0.08)
 
 
-def test_what_collides_in_the_file_is_as_the_file_says(tmp_path: Path) -> None:
+def test_collisions_within_the_file_are_kept(tmp_path: Path) -> None:
     # The lid rests on the floor but passes the post, by the file's own bits; the robot meets both.
     body = """
       <geom name="post" type="box" size=".3 .3 .5" pos="2 0 .5" contype="2" conaffinity="2"/>
@@ -153,7 +153,7 @@ def test_heightfield_is_drivable(tmp_path: Path) -> None:
     assert pose.position[2] == pytest.approx(0.4 * (1.0 - abs(pose.position[0]) / 5.0), abs=0.03)
 
 
-def test_file_keeps_its_defaults_and_the_robot_is_free_of_them(tmp_path: Path) -> None:
+def test_file_keeps_its_defaults_and_the_robot_does_not_get_them(tmp_path: Path) -> None:
     head = '<default><geom rgba="1 0 0 1" friction="5 5 5" condim="6" group="2"/></default>'
     plain = load(tmp_path, FLOOR + SPAWN).model
     model = load(tmp_path, FLOOR + SPAWN + '<geom name="box" type="box" size="1 1 1" pos="4 0 1"/>',
@@ -168,7 +168,7 @@ def test_file_keeps_its_defaults_and_the_robot_is_free_of_them(tmp_path: Path) -
     )
 
 
-def test_options_that_conflict_are_replaced_and_told(tmp_path: Path) -> None:
+def test_conflicting_options_are_overridden_and_noted(tmp_path: Path) -> None:
     head = """<compiler settotalmass="5"/><option timestep="0.01" integrator="RK4" cone="pyramidal"
       gravity="0 0 -3.7"><flag contact="disable" override="enable"/></option>"""
     body = (
@@ -234,7 +234,7 @@ def test_other_robots_join_as_well_and_meshes_lie_beside_the_file(tmp_path: Path
         (FLOOR + FLOOR + SPAWN, "", "repeated name 'floor'"),
     ],
 )  # fmt: skip
-def test_bad_file_is_refused_in_one_line(
+def test_invalid_file_is_rejected_in_one_line(
     tmp_path: Path, body: str, head: str, message: str
 ) -> None:
     with pytest.raises(WorldError) as caught:

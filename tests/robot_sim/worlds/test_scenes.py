@@ -67,7 +67,7 @@ def gap(block: Block, points: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(*local.T)) - max(block.half[:2])
 
 
-def test_all_five_scenes_are_there() -> None:
+def test_all_five_scenes_are_available() -> None:
     assert set(LEAST_AREA) <= set(SCENES)
 
 
@@ -79,7 +79,7 @@ def test_scene_is_as_large_as_promised_and_has_places_to_name(scene: str) -> Non
     assert world.spawns["spawn"] is world.spawn
 
 
-def test_corridor_is_seventy_metres_long_and_tells_nothing_on_the_way() -> None:
+def test_corridor_is_seventy_metres_long_and_featureless() -> None:
     """From 8 m to 30 m along it, whatever the scanners see is the same."""
     world = world_of("corridor")
     data = mujoco.MjData(world.model)
@@ -108,7 +108,7 @@ def test_warehouse_repeats_itself() -> None:
     assert len({rack.seed for rack in racks}) == len(racks)
 
 
-def test_courtyard_rolls_and_pitches_the_robot_where_it_is_said_to_stand() -> None:
+def test_courtyard_has_places_with_roll_and_pitch() -> None:
     world = world_of("courtyard")
     ground = PlanGround(plan_of(world))
     tour = np.array(world.tour)

@@ -1,4 +1,4 @@
-"""Effects on light, one by one, in worlds made by hand, against the formulas they claim."""
+"""Optical effects of lidars, one by one, in small worlds, against their formulas."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_sub_beams_cover_the_spot_evenly() -> None:
     np.testing.assert_allclose(squares, 0.25 - 0.25 / SUB_BEAMS**2, atol=0.004)
 
 
-def test_wide_beam_on_a_plain_wall_tells_what_a_thin_one_does() -> None:
+def test_wide_beam_on_a_plain_wall_measures_the_same_as_a_thin_one() -> None:
     bench = DriveBench(wall_xml(5.0))
     (thin,), (wide,) = bench.sweeps(1), bench.sweeps(1, effects=Effects(mixing=Mixing()))
     steep = np.abs(thin.angles) < math.radians(45.0)
@@ -140,7 +140,7 @@ def test_edges_nearer_than_the_pulse_blend_as_often_as_configured() -> None:
     assert between[0.8] > 0.5
 
 
-def test_edges_farther_than_the_pulse_tell_one_of_the_two_surfaces() -> None:
+def test_edges_farther_than_the_pulse_give_one_of_the_two_surfaces() -> None:
     x = edge_ranges(1.0, Mixing(blend=1.0))
     near, far = np.abs(x - 4.0) < 0.05, np.abs(x - 5.0) < 0.05
     assert (near | far).all()
@@ -167,7 +167,7 @@ def test_mixed_range_lies_between_its_surfaces(
         assert told == pytest.approx(distance) or told == pytest.approx(distance + gap)
 
 
-def test_beam_partly_on_a_post_before_nothing_tells_the_post_with_that_part_of_the_light() -> None:
+def test_beam_partly_on_a_post_before_nothing_measures_the_post_with_less_light() -> None:
     distances = np.array([[3.0, np.inf, np.inf]]).T
     echoes = Echoes(distances, np.where(np.isfinite(distances), 0.5, 0.0), np.ones((3, 1)))
     result = mixed(Beam(), Mixing(), echoes, np.array([0.5]), np.array([0.99]))
@@ -175,7 +175,7 @@ def test_beam_partly_on_a_post_before_nothing_tells_the_post_with_that_part_of_t
     np.testing.assert_allclose(result.remissions, [0.5 / 3])
 
 
-def test_beam_that_meets_nothing_tells_nothing() -> None:
+def test_beam_without_a_hit_has_no_echo() -> None:
     echoes = Echoes(np.full((3, 2), np.inf), np.zeros((3, 2)), np.ones((3, 2)))
     result = mixed(Beam(), Mixing(), echoes, np.zeros(2), np.zeros(2))
     assert np.isposinf(result.distances).all()
@@ -240,7 +240,7 @@ def test_range_of_a_data_sheet_holds_at_ten_percent() -> None:
         ("rubber", 10.5),
     ],
 )
-def test_dark_surfaces_are_lost_as_the_lidar_equation_says(material: str, distance: float) -> None:
+def test_dark_surfaces_are_lost_by_the_lidar_equation(material: str, distance: float) -> None:
     sensitivity = Sensitivity(range_at_10_percent=18.0)
     bench = DriveBench(wall_xml(distance, material))
     scans = bench.sweeps(30, effects=Effects(sensitivity=sensitivity), range_max=30.0, **NARROW)
@@ -279,7 +279,7 @@ def test_panes_mirror_a_share(cosine: float, index: float) -> None:
     assert 0.0 <= share <= 1.0 + 1e-9
 
 
-def test_panes_mirror_as_fresnel_says() -> None:
+def test_panes_reflect_by_fresnels_equations() -> None:
     index = np.full(3, 1.52)
     cosines = np.cos(np.radians([0.0, 56.66, 89.99]))
     normal, brewster, grazing = pane_reflectance(cosines, index)
@@ -291,7 +291,7 @@ def test_panes_mirror_as_fresnel_says() -> None:
     assert grazing > 0.99
 
 
-def test_glass_is_looked_through_but_for_its_own_glint() -> None:
+def test_glass_is_transparent_except_for_its_glint() -> None:
     bench = DriveBench(pane_xml(2.0) + wall_xml(5.0))
     echoes = bench.echoes(along(0.0, 3.0, 10.0, 30.0, 60.0))
     x = echoes.distances * np.cos(np.radians([0.0, 3.0, 10.0, 30.0, 60.0]))
@@ -332,7 +332,7 @@ def test_glint_fades_with_the_angle_of_incidence_as_configured() -> None:
     np.testing.assert_allclose(bench.echoes(along(*degrees)).remissions, expected, rtol=5e-3)
 
 
-def test_pane_before_nothing_is_told_only_near_normal_incidence() -> None:
+def test_pane_before_nothing_is_measured_only_near_normal_incidence() -> None:
     bench = DriveBench(pane_xml(4.0))
     effects = lidar_model("sick_lms111").effects()
     told = np.isfinite([scan.ranges for scan in bench.sweeps(40, effects=effects)]).mean(axis=0)
@@ -341,7 +341,7 @@ def test_pane_before_nothing_is_told_only_near_normal_incidence() -> None:
     assert told[(degrees > 6.0) & (degrees < 40.0)].max() < 0.1
 
 
-def test_two_panes_take_the_light_of_both() -> None:
+def test_two_panes_attenuate_by_both() -> None:
     one = DriveBench(pane_xml(2.0) + wall_xml(5.0)).echoes(along(10.0))
     two = DriveBench(pane_xml(2.0) + pane_xml(3.0) + wall_xml(5.0)).echoes(along(10.0))
     np.testing.assert_allclose(two.distances, one.distances, atol=1e-4)
@@ -349,7 +349,7 @@ def test_two_panes_take_the_light_of_both() -> None:
     assert two.remissions[0] / one.remissions[0] == pytest.approx(glass.transmittance**2, rel=0.01)
 
 
-def test_mirror_shows_what_is_before_it_as_if_behind() -> None:
+def test_mirror_shows_objects_before_it_as_if_behind() -> None:
     slant = box_xml(2.0, 0.0, (0.003, 1.0, 1.0), "mirror", yaw=math.radians(-45.0))
     bench = DriveBench(
         slant
@@ -362,7 +362,7 @@ def test_mirror_shows_what_is_before_it_as_if_behind() -> None:
     assert echoes.remissions[0] == pytest.approx(0.8 * 0.85**2, rel=1e-3)
 
 
-def test_two_mirrors_face_to_face_end() -> None:
+def test_tracing_between_two_mirrors_ends() -> None:
     bench = DriveBench(
         box_xml(2.0, 0.0, (0.003, 5.0, 5.0), "mirror")
         + box_xml(-2.0, 0.0, (0.003, 5.0, 5.0), "mirror")
@@ -396,7 +396,7 @@ def test_sun_shortens_the_range_by_the_power_it_costs() -> None:
     assert share[1.0] == pytest.approx(bright / (1.0 + bright), abs=0.03)
 
 
-def test_sun_makes_up_echoes_only_where_there_are_none() -> None:
+def test_sun_adds_false_echoes_only_to_beams_without_one() -> None:
     effects = Effects(sensitivity=Sensitivity(), sunlight=Sunlight(level=0.5, false_echoes=0.04))
     bench = DriveBench(box_xml(5.1, 0.0, (0.1, 2.0, 2.0), "wall"))
     ranges = np.array([scan.ranges for scan in bench.sweeps(200, effects=effects)])
@@ -493,7 +493,7 @@ def test_bias_is_one_number_per_unit_within_the_sheets_bound() -> None:
     assert abs(np.mean(biases)) < 0.004
 
 
-def test_ranges_come_in_whole_steps() -> None:
+def test_ranges_are_integer_steps() -> None:
     (scan,) = DriveBench(wall_xml(5.0)).sweeps(
         1, effects=Effects(quantisation=Quantisation(0.01)), sigma=0.02
     )
@@ -505,7 +505,7 @@ def test_ranges_come_in_whole_steps() -> None:
 # All together
 
 
-def test_one_effect_more_leaves_the_draws_of_the_others() -> None:
+def test_enabling_an_effect_does_not_change_the_draws_of_the_others() -> None:
     bench = DriveBench(wall_xml(5.0))
     plain, stepped, biased = (
         bench.sweeps(2, effects=effects, sigma=0.012)[1].ranges
@@ -523,7 +523,7 @@ def test_one_effect_more_leaves_the_draws_of_the_others() -> None:
 
 
 @pytest.mark.parametrize("model", LIDARS)
-def test_realistic_scanner_switches_everything_on_with_its_models_figures(model: str) -> None:
+def test_realistic_scanner_has_all_effects_with_its_models_figures(model: str) -> None:
     sheet = lidar_model(model)
     config = ScannerConfig.of("laser_horizontal", model, realistic=True, sun=0.7)
     effects = config.effects
@@ -538,7 +538,7 @@ def test_realistic_scanner_switches_everything_on_with_its_models_figures(model:
     assert ScannerConfig.of("laser_horizontal", model).effects == Effects()
 
 
-def test_optical_effects_without_the_worlds_optics_are_refused() -> None:
+def test_optical_effects_without_the_worlds_optics_are_rejected() -> None:
     bench = DriveBench(wall_xml(5.0))
     config = ScannerConfig("laser_vertical", effects=Effects(panes=Panes()))
     with pytest.raises(SimulationError, match="'laser_vertical' need the world's optics"):
@@ -560,7 +560,7 @@ def test_optical_effects_without_the_worlds_optics_are_refused() -> None:
         (lambda: Quantisation(0.0), "step must be > 0"),
     ],
 )
-def test_impossible_effects_are_refused_by_parameter(
+def test_invalid_effects_are_rejected_by_parameter(
     make: Callable[[], object], message: str
 ) -> None:
     with pytest.raises(SensorError, match=message):
