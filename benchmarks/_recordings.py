@@ -14,7 +14,8 @@ from localization.types import SECOND, Health, Pose, Reading
 from robot_sim import Simulation, World, WorldOptions, load_world
 from robot_sim.building_generator import generate
 from robot_sim.floorplan.plan import Plan
-from robot_sim.worlds.worlds import build_world, load_plan
+from robot_sim.worlds.from_floorplan import build_world
+from robot_sim.worlds.loading import load_plan
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.tour_driver import TourDriver
 from teleop.scene_clouds import load_scene_cloud

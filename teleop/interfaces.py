@@ -6,13 +6,13 @@ from collections.abc import Iterable
 from importlib.resources.abc import Traversable
 
 from teleop.package_data import assets
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 
-def registry(folders: Iterable[Traversable] = ()) -> Registry:
+def registry(folders: Iterable[Traversable] = ()) -> TypeRegistry:
     """Return a registry of the standard types, of ``assets/farsteer_msgs``, and of a user's folders.
 
     Args:
         folders: Folders named like a package, with ``.msg``, ``.srv`` and ``.action`` files.
     """
-    return Registry([assets() / "farsteer_msgs", *folders])
+    return TypeRegistry([assets() / "farsteer_msgs", *folders])

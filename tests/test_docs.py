@@ -21,6 +21,7 @@ import pytest
 import tyro
 from mcap.reader import make_reader
 
+from benchmarks import _tables as tables
 from localization import Health, LocalizerConfig, Pose, Verdict
 from localization.display.rerun_sink import viewer_program
 from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
@@ -31,12 +32,12 @@ from teleop.robot.greeting import snippet
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.safety import ControlMode, SafetyConfig
 from teleop.robot.serve_config import ServeConfig
-from teleop.rosbridge import Bounds, Limits, Pulse
+from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
 
 ROOT = Path(__file__).parents[1]
 PAGES = [
     page.relative_to(ROOT).as_posix()
-    for pattern in ("README.md", "CHANGELOG.md", "docs/*.md", "scenes/*/README.md")
+    for pattern in ("*.md", "docs/*.md", "scenes/*/README.md")
     for page in sorted(ROOT.glob(pattern))
 ]
 
@@ -373,7 +374,7 @@ def test_mounts_in_the_documentation_are_the_robots() -> None:
 @pytest.mark.parametrize(
     ("page", "kind", "heading"),
     [
-        ("docs/localization.md", Health, "| state |"),
+        ("docs/health.md", Health, "| state |"),
         ("docs/localization.md", Verdict, "| verdict |"),
         ("docs/teleoperation.md", ControlMode, "| control |"),
     ],
@@ -382,6 +383,11 @@ def test_every_state_and_verdict_is_explained(
     page: str, kind: type[Health] | type[Verdict] | type[ControlMode], heading: str
 ) -> None:
     assert {row[0].strip("`") for row in rows(page, heading)} == set(kind)
+
+
+def test_tables_of_figures_are_those_of_the_sheets() -> None:
+    shown = tables.PAGE.read_text(encoding="utf-8")
+    assert shown == tables.page(shown), "run: python -m benchmarks._tables"
 
 
 @pytest.mark.parametrize("row", rows("docs/localization.md", "| setting |"), ids=lambda row: row[0])
@@ -420,8 +426,8 @@ def test_safety_has_the_value_that_the_documentation_gives(value: float, cell: s
     ("value", "cell"),
     [
         *fields_and_rows("| joystick |", JoystickLayout()),
-        *fields_and_rows("| bound |", Bounds(), Pulse()),
-        *fields_and_rows("| limit |", Limits()),
+        *fields_and_rows("| bound |", QueueLimits(), Keepalive()),
+        *fields_and_rows("| limit |", ClientLimits()),
     ],
     ids=lambda x: str(x),
 )
@@ -431,7 +437,7 @@ def test_wire_has_the_value_that_the_documentation_gives(value: float, cell: str
 
 @pytest.mark.parametrize(
     ("heading", "config"),
-    [("| safety |", SafetyConfig), ("| joystick |", JoystickLayout), ("| limit |", Limits)],
+    [("| safety |", SafetyConfig), ("| joystick |", JoystickLayout), ("| limit |", ClientLimits)],
 )
 def test_no_setting_of_the_wire_is_left_out(heading: str, config: type) -> None:
     names = {row[0].strip("`") for row in rows("docs/teleoperation.md", heading)}

@@ -21,7 +21,11 @@ from matplotlib.figure import Figure
 from localization.geometry import FloatArray
 from localization.types import IntArray, Scan
 from robot_sim.scene_objects.materials import MATERIALS
-from robot_sim.sensors.beam_effects import (
+from robot_sim.sensors.echoes import detection_chances, footprint_depth, received_power
+from robot_sim.sensors.imu import READING_SECONDS, InertialConfig, InertialUnit
+from robot_sim.sensors.imu_models import INERTIAL_UNITS
+from robot_sim.sensors.imu_noise import allan_deviation
+from robot_sim.sensors.lidar_effects import (
     NO_EFFECTS,
     Beam,
     Effects,
@@ -29,20 +33,16 @@ from robot_sim.sensors.beam_effects import (
     Sensitivity,
     Spreading,
     Sunlight,
-    detection_chances,
-    footprint_depth,
-    received_power,
-)
-from robot_sim.sensors.inertial_unit import (
-    INERTIAL_UNITS,
-    READING_SECONDS,
-    InertialConfig,
-    InertialUnit,
-    allan_deviation,
 )
 from robot_sim.sensors.lidar_models import LIDARS
 from robot_sim.sensors.scanner_config import ScannerConfig
-from robot_sim.validation.optical_bench import OpticalBench, bench_scanner, box, pane, wall
+from robot_sim.validation.optical_bench import (
+    OpticalBench,
+    bench_scanner,
+    box_xml,
+    pane_xml,
+    wall_xml,
+)
 
 _COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 """Okabe and Ito's palette, which colour-blind people can distinguish."""
@@ -63,7 +63,7 @@ def _ahead(distance: float, material: str, effects: Effects, **parameters: float
     scanner = bench_scanner(
         effects=effects, field_of_view=_NARROW[0], resolution=_NARROW[1], **parameters
     )
-    (scan,) = OpticalBench(wall(distance, material)).sweeps(1, scanner)
+    (scan,) = OpticalBench(wall_xml(distance, material)).sweeps(1, scanner)
     return scan.ranges
 
 
@@ -112,7 +112,7 @@ def models() -> Figure:
 def mixing() -> Figure:
     """A post before a wall, seen by thin beams, by an LMS111 and by an LMS-200."""
     figure, panels = _figure(3, height=3.2)
-    bench = OpticalBench(box(4.55, 0.0, (0.05, 0.25, 2.0), "wall") + wall(5.0))
+    bench = OpticalBench(box_xml(4.55, 0.0, (0.05, 0.25, 2.0), "wall") + wall_xml(5.0))
     cases = (
         ("thin beams", Beam(), NO_EFFECTS),
         ("LMS111: spot 83 mm at 5 m", LIDARS["sick_lms111"].beam, Effects(mixing=Mixing())),
@@ -145,7 +145,7 @@ def spreading() -> Figure:
     for colour, distance in zip(_COLOURS, (2.0, 5.0, 10.0), strict=False):
         measured = []
         for degrees in incidence:
-            slab = box(distance, 0.0, (1e-6, 40.0, 5.0), "wall", yaw=math.radians(degrees))
+            slab = box_xml(distance, 0.0, (1e-6, 40.0, 5.0), "wall", yaw=math.radians(degrees))
             scanner = bench_scanner(
                 sigma=0.012,
                 effects=Effects(spreading=effect),
@@ -162,7 +162,7 @@ def spreading() -> Figure:
     _label(
         sigmas, "incidence [deg]", "sigma [mm]", "spread of ranges (dots: beams, lines: formula)"
     )
-    bench = OpticalBench(box(0.0, -1.0, (40.0, 0.001, 2.0), "asphalt"))
+    bench = OpticalBench(box_xml(0.0, -1.0, (40.0, 0.001, 2.0), "asphalt"))
     both = Effects(spreading=effect, sensitivity=Sensitivity())
     narrow = {"field_of_view": math.radians(180.0), "resolution": math.radians(0.1)}
     (plain,) = bench.sweeps(1, bench_scanner(**narrow))
@@ -200,13 +200,15 @@ def sensitivity() -> Figure:
 def panes() -> Figure:
     """A glass front and a mirror from above."""
     figure, (glass, mirror) = _figure(2, height=3.8)
-    sides = box(-1.3, 4.1, (2.7, 0.1, 2.0), "wall") + box(-1.3, -4.1, (2.7, 0.1, 2.0), "wall")
-    around = sides + box(6.1, 1.5, (0.1, 3.0, 2.0), "wall")
+    sides = box_xml(-1.3, 4.1, (2.7, 0.1, 2.0), "wall") + box_xml(
+        -1.3, -4.1, (2.7, 0.1, 2.0), "wall"
+    )
+    around = sides + box_xml(6.1, 1.5, (0.1, 3.0, 2.0), "wall")
     scanner = bench_scanner(
         effects=replace(LIDARS["sick_lms111"].effects(), bias=None), sigma=0.012
     )
     for axes, material in ((glass, "glass"), (mirror, "mirror")):
-        bench = OpticalBench(pane(1.5, material=material) + around)
+        bench = OpticalBench(pane_xml(1.5, material=material) + around)
         for scan in bench.sweeps(4, scanner):
             x, y = _points(scan)
             own, wall_behind = np.abs(x - 1.497) < 0.08, np.abs(x - 6.0) < 0.15
@@ -240,7 +242,9 @@ def panes() -> Figure:
 def sunlight() -> Figure:
     """An open yard in the shade and in full sun, and the largest range of a dark wall."""
     figure, (yard, reach) = _figure(2, height=3.4)
-    things = box(6.0, 2.0, (0.1, 2.0, 2.0), "wall") + box(3.0, -3.0, (1.5, 0.2, 2.0), "brick")
+    things = box_xml(6.0, 2.0, (0.1, 2.0, 2.0), "wall") + box_xml(
+        3.0, -3.0, (1.5, 0.2, 2.0), "brick"
+    )
     bench = OpticalBench(things)
     for level, colour, size in ((1.0, _COLOURS[1], 5), (0.0, _COLOURS[0], 5)):
         effects = Effects(sensitivity=Sensitivity(), sunlight=Sunlight(level))
@@ -324,7 +328,7 @@ def bias_and_steps() -> Figure:
                 field_of_view=_NARROW[0],
                 resolution=_NARROW[1],
             )
-            (scan,) = OpticalBench(wall(5.0)).sweeps(1, scanner, seed=seed)
+            (scan,) = OpticalBench(wall_xml(5.0)).sweeps(1, scanner, seed=seed)
             steps = 1e3 * max(model.quantum, 0.002)
             bins = np.arange(-80.0 - 500.0 * model.quantum, 80.0, steps)
             axes.hist(1e3 * (scan.ranges - 5.0), bins=bins.tolist(), color=colour, histtype="step")

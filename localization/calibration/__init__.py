@@ -1,1 +1,1 @@
-"""Where the scanners are mounted: watched while driving, estimated from a drive."""
+"""Calibration of the scanners' mounts from a drive through a mapped place."""

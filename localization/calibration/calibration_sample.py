@@ -1,4 +1,4 @@
-"""One instant of a drive, taken apart again: what every scanner measured, where the robot is believed to be."""
+"""Sample of a drive for calibration: the scans of one instant with the estimated pose."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ from localization.types import PointScan, Pose, Scan, Sweep
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Station:
-    """One instant of a drive: what every scanner saw, where the robot is believed to be."""
+class CalibrationSample:
+    """The scans of one instant of a drive, with the pose estimated for it."""
 
     stamp: int
-    """[ns]."""
+    """Time of the sample [ns]."""
     scans: tuple[Scan | PointScan, ...]
+    """One scan of each scanner."""
     track: OdometryTrack
-    """The motion during them."""
+    """Motion of the robot during the scans."""
     map_from_base: Pose
-    """As the localiser has it, with the mounts it was given."""
+    """Pose estimated by the localiser with the given mounts."""
     odom_from_base: Pose
-    """Added up by wheels and gyro alone: no scanner has a part in it."""
+    """Pose from wheels and gyro alone, without any scanner."""
 
     def sweep_of(self, scan: Scan | PointScan, mount: Pose) -> Sweep:
-        """Return one scan's points in ``base_link`` at the stamp, were its scanner mounted so."""
+        """Return one scan's points in ``base_link`` at the stamp, for a given mount of its scanner."""
         return deskew([scan], self.track, {scan.scanner: mount}, self.stamp)

@@ -1,10 +1,9 @@
-"""Where the scanners really sit: mounts estimated from a drive through a known map.
+"""Calibration of scanner mounts from a drive through a known map.
 
-One least-squares problem over some hundred sweeps: the poses of the robot and, common to all of them, six
-corrections for each scanner. Points must lie on mapped planes, as in ``registration``; between sweeps the
-robot rolls forward along its own x axis, which tells how the scanners are turned against its wheels; and
-it stands on the ground, which tells their height and tilt. What the drive cannot tell stays where the
-prior has it, and is named.
+It is one least-squares problem over some hundred sweeps: the poses of the robot and, common to all of them,
+six corrections for each scanner. Points must lie on mapped planes, as in ``registration``; between sweeps the
+robot rolls forward along its own x axis, which makes the scanners' yaw observable; and it stands on the ground,
+which makes their height and tilt observable. Unobservable axes stay at the prior and are reported.
 """
 
 from __future__ import annotations
@@ -15,13 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from localization.calibration.calibration_sample import Station
-from localization.calibration.least_squares import (
-    AXES as AXES,
-    ExtrinsicsConfig as ExtrinsicsConfig,
-    MountProblem,
-)
-from localization.calibration.sample_extraction import stations_of
+from localization.calibration.calibration_config import AXES, CalibrationConfig
+from localization.calibration.calibration_sample import CalibrationSample
+from localization.calibration.mount_problem import MountProblem
+from localization.calibration.sample_extraction import calibration_samples
+from localization.errors import LocalizationError
 from localization.geometry import FloatArray, so3_exp
 from localization.logs.log_interface import ReadingsLog
 from localization.maps.map_files import load_map
@@ -32,31 +29,32 @@ from localization.types import Mounts, Pose
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MountEstimate:
-    """What a drive says of one scanner's mount."""
+    """Estimate of one scanner's mount."""
 
     scanner: str
+    """Name of the scanner's frame."""
     before: Pose
     """``base_from_scanner`` as it was given."""
     after: Pose
     """``base_from_scanner`` as estimated."""
     correction: FloatArray
-    """(6,) along ``AXES`` [m, rad], which leads from the one to the other."""
+    """Correction (6,) along ``AXES`` [m, rad] from the given to the estimated mount."""
     sigma: FloatArray
-    """(6,) one sigma of the correction."""
-    told: tuple[bool, ...]
-    """(6,) whether the drive told this axis; the others stay about where the prior has them."""
+    """Standard deviation (6,) of the correction [m, rad]."""
+    observable: tuple[bool, ...]
+    """Whether each axis (6,) was observable in the drive; the others stay near the prior."""
 
     @property
     def off(self) -> tuple[str, ...]:
-        """The told axes along which the mount is off by more than three sigma."""
+        """Names of the observable axes with a correction of more than three sigma."""
         beyond = np.abs(self.correction) > 3.0 * self.sigma
         return tuple(
-            a for a, far, told in zip(AXES, beyond, self.told, strict=True) if far and told
+            a for a, far, known in zip(AXES, beyond, self.observable, strict=True) if far and known
         )
 
     @property
     def words(self) -> str:
-        """By how much it is off, along these axes."""
+        """The corrections along these axes as text."""
         scale = dict(zip(AXES, self.correction * np.repeat([100.0, 180.0 / np.pi], 3), strict=True))
         return ", ".join(
             f"{a} {scale[a]:+.1f} {'cm' if a in AXES[:3] else 'degrees'}" for a in self.off
@@ -64,20 +62,20 @@ class MountEstimate:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Extrinsics:
+class Calibration:
     """The mounts of all scanners, estimated together."""
 
     mounts: tuple[MountEstimate, ...]
     covariance: FloatArray
-    """(6 S, 6 S) of all corrections, scanner by scanner in the order of ``mounts``."""
-    stations: int
-    """How many sweeps it rests on."""
+    """Covariance (6 S, 6 S) of all corrections, scanner by scanner in the order of ``mounts``."""
+    samples: int
+    """Number of sweeps in the estimate."""
 
-    def against_first(self, mount: MountEstimate) -> tuple[FloatArray, FloatArray]:
-        """Return how much farther than the first scanner's a mount is corrected (6,), and its sigma (6,).
+    def relative_to_first(self, mount: MountEstimate) -> tuple[FloatArray, FloatArray]:
+        """Return a mount's correction relative to the first scanner's (6,), and its sigma (6,).
 
-        Where all scanners move together, only wheels and ground can tell; where they move against each
-        other, the map tells.
+        Relative corrections are observable through the map; a common motion of all scanners is observable
+        through wheels and ground only.
         """
         i = 6 * self.mounts.index(mount)
         c = self.covariance
@@ -91,53 +89,53 @@ class Extrinsics:
         return {m.scanner: m.after for m in self.mounts}
 
 
-class TooLittleError(ValueError):
-    """A drive from which no mounts can be estimated; one line says what is missing."""
+class InsufficientDriveError(LocalizationError):
+    """A drive from which no mounts can be estimated; one line names what is missing."""
 
 
 def estimate_mounts(
-    stations: Sequence[Station],
+    samples: Sequence[CalibrationSample],
     world: PreparedMap,
     mounts: Mounts,
-    config: ExtrinsicsConfig = ExtrinsicsConfig(),  # noqa: B008  (frozen)
+    config: CalibrationConfig = CalibrationConfig(),  # noqa: B008  (frozen)
     *,
     progress: Callable[[float], None] = lambda share: None,
-) -> Extrinsics:
+) -> Calibration:
     """Estimate the mounts of all scanners from a drive.
 
     Args:
-        stations: along the drive, at least two groups of them.
-        world: the prepared map.
-        mounts: as they were given to the localiser, which is where the estimate begins.
-        config: what is known beforehand.
-        progress: told the share done.
+        samples: Samples along the drive, enough for at least two segments.
+        world: The prepared map.
+        mounts: ``base_from_scanner`` as given to the localiser; the initial values.
+        config: Prior knowledge and noise.
+        progress: Called with the fraction done.
 
     Raises:
-        TooLittleError: if there are too few stations.
+        InsufficientDriveError: If there are too few samples.
     """
-    if len(stations) < 2 * config.group:
-        raise TooLittleError(
-            f"the drive gives {len(stations)} sweeps that the map explains; {2 * config.group} are"
-            " needed: some metres of way, with turns"
+    if len(samples) < 2 * config.segment_samples:
+        raise InsufficientDriveError(
+            f"the drive gives {len(samples)} sweeps that the map explains; {2 * config.segment_samples} are"
+            " needed: drive some metres, with turns"
         )
-    problem = MountProblem(stations, world, mounts, config)
+    problem = MountProblem(samples, world, mounts, config)
     for i, kernel in enumerate(config.kernels):
         problem.step(kernel)
         progress((i + 1) / (len(config.kernels) + 1))
     covariance = problem.covariance()
     sigma = np.sqrt(np.diag(covariance)).reshape(-1, 6)
-    told = sigma < config.told * np.repeat(config.prior, 3)
+    observable = sigma < config.observable_share * np.repeat(config.prior_sigma, 3)
     found = []
     for name, correction, own, axes in zip(
-        sorted(mounts), problem.corrections, sigma, told.tolist(), strict=True
+        sorted(mounts), problem.corrections, sigma, observable.tolist(), strict=True
     ):
         after = corrected(mounts, name, correction)[name]
         found.append(MountEstimate(name, mounts[name], after, correction, own, tuple(axes)))
-    return Extrinsics(tuple(found), covariance, len(stations))
+    return Calibration(tuple(found), covariance, len(samples))
 
 
 def corrected(mounts: Mounts, scanner: str, correction: FloatArray) -> dict[str, Pose]:
-    """Return mounts of which one is displaced and turned by a correction (6,), as ``MountEstimate`` has it."""
+    """Return the mounts with one of them moved by a correction (6,), as in ``MountEstimate``."""
     given = mounts[scanner]
     turned = so3_exp(correction[3:]) @ given.rotation
     return {**mounts, scanner: Pose.from_rotation(given.position + correction[:3], turned)}
@@ -149,67 +147,38 @@ def calibrate(
     mounts: Mounts,
     *,
     start: Pose | None = None,
-    config: ExtrinsicsConfig = ExtrinsicsConfig(),  # noqa: B008  (frozen)
+    config: CalibrationConfig = CalibrationConfig(),  # noqa: B008  (frozen)
     progress: Callable[[float, str], None] = lambda share, text: None,
-) -> Extrinsics:
+) -> Calibration:
     """Estimate the mounts of the scanners of a log.
 
     Args:
-        log: of a drive through a mapped place.
-        map_path: its map.
-        mounts: to begin from.
-        start: ``map_from_base`` about where the log begins; without, its own hint is used, or the whole
-            map is searched.
-        config: what is known beforehand.
-        progress: told the share done, and a line of text.
+        log: Log of a drive through a mapped place.
+        map_path: File of the map.
+        mounts: ``base_from_scanner`` of each scanner; the initial values.
+        start: Approximate ``map_from_base`` at the beginning; without it the log's own hint is used, or the
+            whole map is searched.
+        config: Prior knowledge and noise.
+        progress: Called with the fraction done and a line of text.
 
     Raises:
-        LogError: if the log cannot be read.
-        CloudError: if the map cannot serve as one.
-        TooLittleError: if the drive is too short, or lost.
+        LogError: If the log cannot be read.
+        CloudError: If the map cannot be used.
+        InsufficientDriveError: If the drive is too short, or the robot was lost.
     """
     world = prepare(load_map(map_path), cache=default_cache())
     anywhere = start is None and not log.metadata
-    stations = []
-    for station in stations_of(log, world, mounts, config_of(log), start=start, anywhere=anywhere):
-        stations.append(station)
-        progress(0.7 * log.share, f"{len(stations)} sweeps of the drive")
-    every = max(1, -(-len(stations) // config.most))
+    samples = []
+    for sample in calibration_samples(
+        log, world, mounts, config_of(log), start=start, anywhere=anywhere
+    ):
+        samples.append(sample)
+        progress(0.7 * log.share, f"{len(samples)} sweeps of the drive")
+    every = max(1, -(-len(samples) // config.max_samples))
     return estimate_mounts(
-        stations[::every],
+        samples[::every],
         world,
         mounts,
         config,
-        progress=lambda share: progress(0.7 + 0.3 * share, "settling mounts and poses"),
+        progress=lambda share: progress(0.7 + 0.3 * share, "estimating mounts and poses"),
     )
-
-
-def summary(found: Extrinsics) -> tuple[str, ...]:
-    """Return a table of the corrections, and what the drive cannot tell, for an operator."""
-    lines = [
-        f"mounts from {found.stations} sweeps; corrections with one sigma, about base_link's axes",
-        f"  {'':20s}"
-        + "".join(f"{a + ' cm':>14s}" for a in AXES[:3])
-        + "".join(f"{a + ' deg':>14s}" for a in AXES[3:]),
-    ]
-    for m in found.mounts:
-        lines.append(f"  {m.scanner:20s}" + _cells(m.correction, m.sigma))
-    for m in found.mounts[1:]:
-        apart, sigma = found.against_first(m)
-        lines.append(f"  {'  against the first':20s}" + _cells(apart, sigma))
-    for m in found.mounts:
-        untold = [axis for axis, told in zip(AXES, m.told, strict=True) if not told]
-        if untold:
-            lines.append(f"{m.scanner}: the drive does not tell {', '.join(untold)}")
-    far = [m for m in found.mounts if m.off]
-    for m in far:
-        lines.append(f"{m.scanner} is not where it was said to be: {m.words}")
-    if not far:
-        lines.append("all scanners are where they were said to be, as far as the drive tells")
-    return tuple(lines)
-
-
-def _cells(values: FloatArray, sigmas: FloatArray) -> str:
-    scale = np.repeat([100.0, 180.0 / np.pi], 3)
-    pairs = zip(values * scale, sigmas * scale, strict=True)
-    return "".join(f"{f'{v:+.2f} ± {s:.2f}':>14s}" for v, s in pairs)

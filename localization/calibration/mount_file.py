@@ -1,6 +1,6 @@
-"""Mounts in a file: what ``farsteer calibrate`` writes and ``farsteer localize --mounts`` reads.
+"""File of scanner mounts: written by ``farsteer calibrate``, read by ``farsteer localize --mounts``.
 
-TOML, a table for each scanner's frame::
+It is TOML with a table for each scanner's frame::
 
     [laser_horizontal]
     position = [0.15, 0.0, 0.35]          # x y z in base_link [m]
@@ -14,20 +14,21 @@ from pathlib import Path
 
 import numpy as np
 
+from localization.errors import LocalizationError
 from localization.types import InvalidReadingError, Mounts, Pose
 
 
-class MountFileError(ValueError):
-    """A file that holds no mounts; one line says where and why."""
+class MountFileError(LocalizationError):
+    """A file without valid mounts; one line names the place and the reason."""
 
 
 def write_mounts(path: Path, mounts: Mounts, *, comment: str = "") -> None:
-    """Write mounts to a file, with enough digits to read back the same.
+    """Write mounts to a file, with enough digits to restore the same numbers.
 
     Args:
-        path: to write.
+        path: File to write.
         mounts: ``base_from_scanner`` of each scanner.
-        comment: lines to begin with, for who reads the file.
+        comment: Lines for the head of the file.
     """
     lines = [f"# {line}" for line in comment.splitlines()]
     for name in sorted(mounts):
@@ -41,16 +42,16 @@ def read_mounts(path: Path) -> dict[str, Pose]:
     """Read mounts, ``base_from_scanner`` by the scanner's frame.
 
     Raises:
-        MountFileError: if there is no such file, or something in it is no mount.
+        MountFileError: If the file is missing, or a table in it is not a mount.
     """
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise MountFileError(f"{path}: {error.strerror}") from error
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise MountFileError(f"{path}: is no TOML: {error}") from error
+        raise MountFileError(f"{path}: is not TOML: {error}") from error
     if not tables:
-        raise MountFileError(f"{path}: holds no mounts; want a table for each scanner's frame")
+        raise MountFileError(f"{path}: holds no mounts; it needs a table for each scanner's frame")
     return {name: _mount(f"{path}: [{name}]", table) for name, table in tables.items()}
 
 

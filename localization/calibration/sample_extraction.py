@@ -1,7 +1,7 @@
-"""Sweeps of a log taken apart again: scans as measured, with what is believed of pose and motion.
+"""Extraction of calibration samples from a log: raw scans with the estimated pose and motion.
 
-From these the mounts of the scanners are estimated (see ``extrinsics``), so nothing here depends on a
-mount but the poses that the localiser had, which are a place to begin from.
+Scans stay in their scanners' frames, so that only the estimated poses, which are initial values, depend on the
+given mounts.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from localization.calibration.calibration_sample import Station
+from localization.calibration.calibration_sample import CalibrationSample
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import Matcher
 from localization.motion.deskew import OdometryTrack
@@ -31,12 +31,12 @@ from localization.types import (
 )
 
 _SPAN = SECOND // 2
-"""Motion remembered with a sweep: longer than any turn of a scanner [ns]."""
+"""Duration of the motion kept with a sample: longer than any scan [ns]."""
 _LEAST_FIT = 0.4
-"""A sweep that is explained less tells more of people than of mounts."""
+"""Least inlier ratio of a sample; a lower one is due to people or changes rather than to mounts."""
 
 
-def stations_of(
+def calibration_samples(
     readings: Iterable[Reading],
     world: PreparedMap,
     mounts: Mounts,
@@ -46,18 +46,18 @@ def stations_of(
     anywhere: bool = False,
     step: float = 0.15,
     turn: float = float(np.deg2rad(8.0)),
-) -> Iterator[Station]:
-    """Localise a log and yield a station after every so much way or turning.
+) -> Iterator[CalibrationSample]:
+    """Localise a log and yield a sample each time the robot has moved or turned far enough.
 
     Args:
-        readings: in the order of arrival.
-        world: the prepared map.
-        mounts: as they are believed to be.
-        config: of the localiser.
-        start: ``map_from_base`` about where the log begins, for logs without a hint.
-        anywhere: whether to look in the whole map for where it begins.
-        step: way between stations [m].
-        turn: or turning between them [rad].
+        readings: Readings in the order of arrival.
+        world: The prepared map.
+        mounts: ``base_from_scanner`` of each scanner, as given.
+        config: Settings of the localiser.
+        start: Approximate ``map_from_base`` at the beginning, for logs without a hint.
+        anywhere: Whether to search the whole map for the pose at the beginning.
+        step: Distance between samples [m].
+        turn: Rotation between samples [rad].
     """
     plain = replace(config, matcher=Matcher.NONE, kiss_odometry=False, second_opinion=False)
     localizer = Localizer(world, mounts, config)
@@ -80,11 +80,11 @@ def stations_of(
         for stamp, odom_from_base in knots:
             track.add(stamp, odom_from_base)
         before = pose
-        yield Station(estimate.stamp, scans, track, pose, tap.odom_from_base)
+        yield CalibrationSample(estimate.stamp, scans, track, pose, tap.odom_from_base)
 
 
 class _Tap:
-    """Hands readings on, and keeps what the localiser keeps to itself: scans, and plain odometry."""
+    """Passes readings on, and keeps the last scan of each scanner and a dead-reckoned pose."""
 
     def __init__(self, readings: Iterable[Reading], mounts: Mounts, reckoner: Localizer) -> None:
         self._readings, self._mounts, self._reckoner = readings, mounts, reckoner
@@ -100,13 +100,13 @@ class _Tap:
             yield reading
 
     def scans(self, begin: int, end: int) -> tuple[Scan | PointScan, ...]:
-        """Return the last scan of each scanner, if it was made between two stamps [ns]."""
+        """Return the last scan of each scanner that lies between two stamps [ns]."""
         last = self._recent.values()
         return tuple(s for s in last if begin <= s.stamp <= s.end_stamp <= end)
 
 
 def _believed(estimate: Estimate) -> Pose | None:
-    """Return the pose of an estimate that has just been held against the map, and was not lost."""
+    """Return the pose of an estimate that was just matched with the map and is not lost, otherwise None."""
     if estimate.match is None or estimate.match.inlier_ratio < _LEAST_FIT:
         return None
     return None if estimate.health in (Health.LOST, Health.RELOCALISING) else estimate.map_from_base

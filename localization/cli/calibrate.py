@@ -36,7 +36,8 @@ class Calibrate:
 
     def __call__(self) -> int:
         """Run it."""
-        from localization.calibration.extrinsic_calibration import calibrate, summary
+        from localization.calibration.calibration_summary import summary
+        from localization.calibration.extrinsic_calibration import calibrate
         from localization.calibration.mount_file import read_mounts, write_mounts
         from localization.logs.open_log import open_log
         from localization.types import Pose

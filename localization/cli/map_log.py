@@ -56,7 +56,7 @@ class LogMapping:
         if log.warning is not None:
             say(log.warning)
         say(
-            f"{survey.way:.0f} m driven, {len(survey.keys)} key frames, "
+            f"{survey.distance:.0f} m driven, {len(survey.keys)} key frames, "
             f"{len(survey.closures)} loops closed"
         )
         return 0
@@ -79,12 +79,13 @@ class LogMapping:
             mapping: How points become a cloud.
         """
         from localization.mapping.cloud_builder import MappingConfig
-        from localization.mapping.slam import SlamConfig, survey_of
+        from localization.mapping.slam import map_drive
+        from localization.mapping.slam_config import SlamConfig
         from localization.motion.motion_model import Motion, SensorConfiguration
 
         motion = log.sensors.motion if self.motion is None else Motion(self.motion)
         config = SlamConfig.of(SensorConfiguration(motion, log.sensors.flat), level=not self.uneven)
-        survey = survey_of(log, log.mounts, config, start=start, progress=bar)
+        survey = map_drive(log, log.mounts, config, start=start, progress=bar)
         bar(0.9, f"fusing {len(survey.steps)} sweeps")
         return survey, survey.cloud(name, mapping or MappingConfig())
 

@@ -30,7 +30,7 @@ A *sigma* is one standard deviation, where nothing else is said. A *chi-square* 
 normalised error, with its degrees of freedom and the share of honest errors that it lets pass. A *density*
 [unit/sqrt(Hz)] is the error of a rate: over t seconds its integral errs by density x sqrt(t). Where a data
 sheet or a paper gave a number it is named; all others were chosen on the shipped scenes, never on the
-generated buildings of the benchmark, and [the benchmark](localization.md) shows what they amount to.
+generated buildings of the benchmark, and [the benchmark](accuracy.md) shows what they amount to.
 """
 
 

@@ -1,1 +1,1 @@
-"""Maps made of a drive, with known poses or without."""
+"""Mapping: clouds built from a drive, with known poses or by graph SLAM without them."""

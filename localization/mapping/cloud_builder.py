@@ -1,4 +1,4 @@
-"""Build the global cloud from a drive: sweeps and where they were taken in, thinned cloud out."""
+"""Builder of the global cloud from the sweeps of a drive and their poses."""
 
 from __future__ import annotations
 
@@ -6,44 +6,43 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from localization.geometry import FloatArray
+from localization.mapping.cloud_smoothing import smoothed_points
 from localization.maps.cloud import Cloud, CloudError
 from localization.maps.cloud_from_grid import WALL_BOTTOM, WALL_TOP
 from localization.maps.open3d_import import import_open3d
-from localization.types import IntArray, Pose, Sweep
+from localization.types import Pose, Sweep
 
 
 @dataclass(frozen=True, slots=True)
 class MappingConfig:
-    """How raw points become a map."""
+    """Settings of the builder."""
 
     raw_spacing: float = 0.02
-    """Points nearer than this are averaged as they come [m]."""
+    """Edge of the voxels in which raw points are averaged [m]."""
     spacing: float = 0.08
-    """Of the finished cloud [m]."""
+    """Spacing of the finished cloud [m]."""
     plane_radius: float = 0.09
-    """Neighbourhood from which a normal is taken [m]: less than the thinnest wall, so that its two faces
-    stay apart."""
+    """Neighbourhood of a normal [m]: smaller than the thinnest wall, so that its faces stay separate."""
     plane_points: int = 40
-    """Neighbours at most."""
+    """Number of neighbours for a normal at most."""
     lonely: int = 8
-    """A point with fewer neighbours than this within the radius is dropped as noise."""
+    """A point with fewer neighbours within the radius is dropped as noise."""
     most_curved: float = 0.10
-    """Smallest over summed eigenvalues of a neighbourhood; beyond it there is no plane."""
+    """Greatest ratio of the smallest to the summed eigenvalues of a neighbourhood; beyond it there is no plane."""
     highest: float = float("inf")
-    """Points above this are dropped as they come [m]."""
+    """Height above which points are dropped [m]."""
     upright: bool = False
-    """Whether walls were seen at one height only: they are then taken to stand upright, as those of an
-    occupancy grid are."""
+    """Whether walls were seen at one height only; they are then extruded upright, like those of an occupancy
+    grid."""
 
 
 class CloudBuilder:
-    """Collects sweeps in ``map`` and turns them into a cloud with oriented normals.
+    """Collects sweeps in ``map`` and builds a cloud with oriented normals.
 
     Raises:
-        ImportError: on construction, if Open3D is missing or does not load; the message says what to
+        ImportError: On construction, if Open3D is missing or does not load; the message names the package to
             install.
     """
 
@@ -54,7 +53,7 @@ class CloudBuilder:
         self._views: list[FloatArray] = []
 
     def add(self, sweep: Sweep, map_from_base: Pose) -> None:
-        """Take a sweep seen from a known pose."""
+        """Add a sweep that was measured at a known pose."""
         points = map_from_base.apply(sweep.points)
         view = map_from_base.apply(sweep.origins) - points
         low = points[:, 2] <= self.config.highest
@@ -66,18 +65,18 @@ class CloudBuilder:
 
     @property
     def count(self) -> int:
-        """How many raw points were collected."""
+        """Number of raw points collected."""
         return sum(len(p) for p in self._points)
 
     def build(self, name: str) -> Cloud:
         """Return the finished cloud.
 
         Raises:
-            CloudError: if too little was seen to make one.
+            CloudError: If there are fewer than 1000 points.
         """
         c = self.config
         if self.count < 1000:
-            raise CloudError(f"only {self.count} points were seen; a map needs 1000 at least")
+            raise CloudError(f"only {self.count} points were collected; a map needs at least 1000")
         points, views = self._average(
             np.concatenate(self._points), np.concatenate(self._views), c.raw_spacing
         )
@@ -86,7 +85,7 @@ class CloudBuilder:
         points, normals = self._planes(points, views)
         if c.upright:
             points, normals = _levelled(points, normals)
-        points = _smooth(points, normals, c)
+        points = smoothed_points(points, normals, c.plane_radius, c.plane_points)
         points, normals = self._thin(points, normals)
         return Cloud(points, normals, name=name)
 
@@ -99,12 +98,12 @@ class CloudBuilder:
     def _average(
         self, points: FloatArray, vectors: FloatArray, spacing: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Average points and unit vectors per voxel."""
+        """Return points and unit vectors averaged per voxel."""
         thinned = self._cloud(points, vectors).voxel_down_sample(spacing)
         return np.array(thinned.points), np.array(thinned.normals)
 
     def _planes(self, points: FloatArray, views: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Drop points that lie on no plane; give the rest normals turned to where they were seen from."""
+        """Return the points that lie on a plane, with normals towards the scanner that saw them."""
         c, o3d = self.config, self._open3d
         cloud, kept = self._cloud(points, views).remove_radius_outlier(
             nb_points=c.lonely, radius=c.plane_radius
@@ -114,16 +113,16 @@ class CloudBuilder:
         spread, axes = np.linalg.eigh(np.array(cloud.covariances))
         normals: FloatArray = axes[:, :, 0]
         flat = spread[:, 0] < c.most_curved * spread.sum(axis=1)
-        # A line of points has no plane either: its normal may turn about the line.
+        # Points on a line have no normal: it could have any direction around the line.
         flat &= spread[:, 1] > 0.05 * spread[:, 2]
         toward = np.einsum("ij,ij->i", normals, views[np.array(kept)])
         normals[toward < 0.0] *= -1.0
         return np.array(cloud.points)[flat], normals[flat]
 
     def _thin(self, points: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Average per voxel, apart for each of the six ways a normal can chiefly point.
+        """Return points averaged per voxel, separately for each of the six main directions of normals.
 
-        So neither a corner's two walls nor a board's two faces are ever averaged into one.
+        Therefore neither the two walls of a corner nor the two faces of a board are averaged into one.
         """
         spacing = self.config.spacing
         axis = np.abs(normals).argmax(axis=1)
@@ -140,31 +139,8 @@ class CloudBuilder:
         return thinned[order], (mean / length)[order]
 
 
-def distances_to_mesh(points: FloatArray, vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Return how far points (N, 3) are from the nearest of triangles (N,) [m].
-
-    Args:
-        points: (N, 3) [m].
-        vertices: (V, 3) [m]; computed with in single precision, a micrometre at ten metres.
-        faces: (F, 3) vertices of each triangle.
-
-    Raises:
-        ImportError: if Open3D is missing or does not load; the message says what to install.
-    """
-    o3d = import_open3d()
-    scene = o3d.t.geometry.RaycastingScene()
-    tensor = o3d.core.Tensor
-    scene.add_triangles(
-        tensor(np.ascontiguousarray(vertices, dtype=np.float32)),
-        tensor(np.ascontiguousarray(faces, dtype=np.uint32)),
-    )
-    queries = tensor(np.ascontiguousarray(points, dtype=np.float32))
-    distances: FloatArray = scene.compute_distance(queries).numpy().astype(float)
-    return distances
-
-
 def _stood(points: FloatArray, views: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
-    """Return points and views (N, 3), each repeated from low to high every ``step`` [m]."""
+    """Return points and views (N, 3), each repeated at heights with a spacing ``step`` [m]."""
     heights = np.arange(WALL_BOTTOM, WALL_TOP + 0.5 * step, step)
     stood = np.repeat(points, len(heights), axis=0)
     stood[:, 2] = np.tile(heights, len(points))
@@ -172,38 +148,9 @@ def _stood(points: FloatArray, views: FloatArray, step: float) -> tuple[FloatArr
 
 
 def _levelled(points: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the points of upright walls, their normals made level: the rest are ends of walls."""
+    """Return the points of upright walls with their normals levelled; other points are ends of walls."""
     length = np.hypot(normals[:, 0], normals[:, 1])
     kept = length > 0.9
     level = normals[kept] / length[kept, None]
     level[:, 2] = 0.0
     return points[kept], level
-
-
-_CHUNK = 50_000
-"""Points smoothed at once: their neighbours' normals take a kilobyte each."""
-
-
-def _smooth(points: FloatArray, normals: FloatArray, c: MappingConfig) -> FloatArray:
-    """Move each point along its normal to the mean plane of its neighbours that face the same way."""
-    tree = cKDTree(points)
-    parts = [
-        _smoothed(tree, points, normals, slice(start, start + _CHUNK), c)
-        for start in range(0, len(points), _CHUNK)
-    ]
-    return np.concatenate(parts)
-
-
-def _smoothed(
-    tree: cKDTree, points: FloatArray, normals: FloatArray, part: slice, c: MappingConfig
-) -> FloatArray:
-    here, facing = points[part], normals[part]
-    distance, index = tree.query(here, k=c.plane_points, distance_upper_bound=c.plane_radius)
-    absent = ~np.isfinite(distance)
-    index[absent] = 0
-    alike = np.einsum("nki,ni->nk", normals[index], facing) > 0.8
-    alike &= ~absent
-    height = np.einsum("nki,ni->nk", points[index] - here[:, None, :], facing)
-    mean = (height * alike).sum(axis=1) / np.maximum(alike.sum(axis=1), 1)
-    smoothed: FloatArray = here + mean[:, None] * facing
-    return smoothed

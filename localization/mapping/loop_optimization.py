@@ -1,4 +1,4 @@
-"""Key frames in, loops closed out: closures are looked for, and a pose graph spreads what they tell."""
+"""Alternating search for loop closures and optimisation of the pose graph."""
 
 from __future__ import annotations
 
@@ -8,25 +8,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from localization.geometry import FloatArray
-from localization.mapping.loop_closure import Closure, ClosureConfig, LoopCloser, Refusals
-from localization.mapping.pose_graph import Edge, optimised
-from localization.mapping.submap import FlatSweep, between
+from localization.mapping.flat_sweep import FlatSweep
+from localization.mapping.loop_closure import LoopCloser
+from localization.mapping.loop_closure_types import Closure, ClosureConfig, RejectedClosures
+from localization.mapping.planar_pose import between
+from localization.mapping.pose_graph import Edge, optimized_poses
 from localization.types import Pose
 
 Progress = Callable[[float, str], None]
-"""Called now and then with the share done and a line of text."""
+"""Function that is called with the fraction done, in [0, 1], and a line of text."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Closed:
-    """Key frames after loops were closed."""
+class OptimizedLoops:
+    """Poses of the key frames after loop closure."""
 
     poses: FloatArray
-    """(K, 3) planar."""
+    """Planar poses (K, 3)."""
     heights: FloatArray
-    """(K,) [m]."""
+    """Heights (K,) [m]."""
     closures: tuple[Closure, ...]
-    refusals: Refusals
+    """The accepted closures."""
+    rejected_closures: RejectedClosures
+    """Numbers of rejected candidates in the last search."""
 
 
 def close_loops(
@@ -39,51 +43,52 @@ def close_loops(
     *,
     passes: int = 4,
     progress: Progress = lambda share, text: None,
-) -> Closed:
-    """Find loops among key frames and spread what they tell over the way between.
+) -> OptimizedLoops:
+    """Find loops among key frames and distribute their corrections over the drive.
 
     Args:
-        sweeps: of each key frame.
-        odometry: (K, 3) planar poses as odometry has them.
-        heights: (K,) the same for height [m].
-        covariances: (3, 3) of each key frame but the first, as seen from the one before, in its own axes.
-        config: where closures are looked for, and which are believed.
-        patches: what else was seen on the way from each key frame to the next, from the key frame;
-            None for no more than its sweep.
-        passes: loops closed make others easier to find: how often they are looked for at most.
-        progress: called with the share done and a line of text.
+        sweeps: Sweep of each key frame.
+        odometry: Planar poses (K, 3) by odometry.
+        heights: Heights (K,) by odometry [m].
+        covariances: Covariance (3, 3) of each key frame but the first relative to the one before, in its own
+            axes.
+        config: Settings of the loop closure.
+        patches: Points seen from each key frame until the next, in its axes; None for its sweep only.
+        passes: Number of searches at most; closed loops make others easier to find.
+        progress: Called with the fraction done and a line of text.
 
     Raises:
-        ImportError: if Open3D is missing.
+        ImportError: If Open3D is missing.
     """
     known = best = (odometry, heights)
-    closer = LoopCloser(sweeps, way_of(odometry), config, patches)
-    closures, refusals = list[Closure](), Refusals()
+    closer = LoopCloser(sweeps, distances_driven(odometry), config, patches)
+    closures, rejected_closures = list[Closure](), RejectedClosures()
     for i in range(passes):
         progress(i / passes, f"closing loops, {len(closures)} so far")
         before = len(closures)
-        closures, refusals = closer.find(best[0], closures)
+        closures, rejected_closures = closer.find(best[0], closures)
         if not closures:
             break
         best = _closed(best, known, covariances, closures)
         if i and len(closures) <= before:
             break
-    return Closed(*best, tuple(closures), refusals)
+    return OptimizedLoops(*best, tuple(closures), rejected_closures)
 
 
-def way_of(poses: FloatArray) -> FloatArray:
-    """Return the way since the start (K,) [m] of planar poses (K, 3)."""
+def distances_driven(poses: FloatArray) -> FloatArray:
+    """Return the distances driven (K,) [m] up to each of planar poses (K, 3)."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
 
 
 _TILT = 1e-3
-"""The graph is of x, y, z and yaw: roll and pitch are gravity's, and are held by this [rad]."""
+"""Sigma of roll and pitch [rad], which holds them: they are known from gravity, and the graph optimises x, y, z
+and yaw."""
 _CLIMB = 0.01
-"""Error of the height that odometry adds, one sigma, from one key frame to the next [m]."""
+"""Error of the odometry's height from one key frame to the next, one sigma [m]."""
 _SAME_GROUND = 0.03
-"""The ground where a robot comes by again has the height it had, within this [m] ..."""
+"""Difference of the ground's height between two visits to the same place, one sigma [m]."""
 _SLOPE = 0.03
-"""... and this share of how far apart the two places are."""
+"""Addition to that difference, as a fraction of the distance between the two poses."""
 
 
 def _closed(
@@ -92,16 +97,13 @@ def _closed(
     covariances: Sequence[FloatArray],
     closures: Sequence[Closure],
 ) -> tuple[FloatArray, FloatArray]:
-    """Spread what closures found over the way between.
+    """Return planar poses (K, 3) and heights (K,) that agree best with odometry and closures.
 
     Args:
-        start: planar poses (K, 3) and heights (K,) to begin from.
-        odometry: the same as odometry has them.
-        covariances: of each key frame as seen from the one before, in its own axes.
-        closures: what is believed.
-
-    Returns:
-        Planar poses (K, 3) and heights (K,).
+        start: Initial planar poses (K, 3) and heights (K,).
+        odometry: Planar poses (K, 3) and heights (K,) by odometry.
+        covariances: Covariance (3, 3) of each key frame relative to the one before, in its own axes.
+        closures: The accepted closures.
     """
     poses, heights = odometry
     edges = [
@@ -125,7 +127,7 @@ def _closed(
             )
         )
     nodes = [raised(pose, float(z)) for pose, z in zip(*start, strict=True)]
-    best = optimised(nodes, edges)
+    best = optimized_poses(nodes, edges)
     closed = np.array([[*p.position[:2], p.yaw] for p in best])
     return closed, np.array([float(p.position[2]) for p in best])
 
@@ -137,7 +139,7 @@ def raised(pose: FloatArray, height: float) -> Pose:
 
 
 def _spatial(planar: FloatArray, climb: float) -> FloatArray:
-    """Return the covariance (6, 6) that a planar one (3, 3) and a height's sigma make."""
+    """Return the covariance (6, 6) for a planar one (3, 3) and the sigma of the height [m]."""
     covariance = np.diag(np.square([1.0, 1.0, climb, _TILT, _TILT, 1.0]))
     chosen = [0, 1, 5]
     covariance[np.ix_(chosen, chosen)] = planar

@@ -1,8 +1,8 @@
-"""Odometer: readings in, sweeps and the way between them out; no map, no truth.
+"""Odometry for mapping: deskewed sweeps and the motion between them, without a map.
 
-Wheels and gyro (or whatever stands in for them) predict the motion, KISS-ICP sees it with the horizontal
-scanner, seeded by the prediction. What KISS-ICP cannot see, as along a featureless corridor, is the
-prediction's.
+Wheels and gyro, or the robot's other motion sensors, predict the motion; KISS-ICP measures it with the
+horizontal scanner, starting from the prediction. Directions that KISS-ICP cannot observe, as along a
+featureless corridor, follow the prediction.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ import numpy as np
 
 from localization.filter.ekf import EkfConfig, SkidSteerEkf
 from localization.geometry import FloatArray
-from localization.mapping.submap import compose, levelled
+from localization.mapping.flat_sweep import levelled
+from localization.mapping.planar_pose import compose
 from localization.motion.deskew import OdometryTrack, deskew
 from localization.motion.kiss_odometry import KissConfig, KissOdometry
 from localization.motion.motion_model import Increment, MotionModel, SensorConfiguration
@@ -23,35 +24,38 @@ from localization.types import SECOND, Mounts, PointScan, Pose, Reading, Scan, S
 
 @dataclass(frozen=True, slots=True)
 class OdometerConfig:
-    """Settings of the odometer."""
+    """Settings of the odometry."""
 
     sensors: SensorConfiguration = field(default_factory=SensorConfiguration)
+    """The robot's sensors."""
     kiss: KissConfig = field(default_factory=KissConfig)
+    """Settings of KISS-ICP."""
     scanner_patience: int = 60_000_000
-    """How long a scan waits for the other scanners' [ns]."""
+    """Time that a scan waits for those of the other scanners [ns]."""
     silence: int = SECOND // 2
-    """Rim speeds older than this are not used [ns]."""
+    """Age beyond which rim speeds are not used [ns]."""
     slip_memory: int = SECOND // 2
-    """How long after the last sign of slip the wheels are distrusted [ns]."""
+    """Time after the last sign of slip during which the wheels are distrusted [ns]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Step:
-    """A sweep, and the way to where it was taken."""
+class OdometrySweep:
+    """A sweep with its pose by odometry."""
 
     sweep: Sweep
+    """The deskewed sweep."""
     at: FloatArray
-    """(3,) x, y [m], yaw [rad] where the first sweep is (0, 0, 0)."""
+    """Planar pose (3,) by wheels, gyro and KISS-ICP; the first sweep is at (0, 0, 0)."""
     rolled: FloatArray
-    """(3,) the same without what KISS-ICP saw: it strays farther, but not to and fro by millimetres."""
+    """Planar pose (3,) by wheels and gyro alone: it drifts more, but has no noise of millimetres per sweep."""
     height: float
-    """[m]; changes with the ground if it is not level."""
+    """Height [m], which follows the ground if that is not level."""
     tilt: tuple[float, float]
     """Roll and pitch [rad]."""
     predicted: FloatArray
-    """(3, 3) covariance of x, y, yaw over the last bit of way, as wheels and gyro know it."""
+    """Covariance (3, 3) of x, y, yaw of the motion since the last sweep, by wheels and gyro."""
     seen: FloatArray
-    """(3, 3) information of the same that KISS-ICP saw; zero if it saw nothing."""
+    """Information (3, 3) of KISS-ICP on that motion; zero if it found none."""
 
     @property
     def pose(self) -> Pose:
@@ -62,10 +66,10 @@ class Step:
 
 
 class Odometer:
-    """Feed it every reading in the order of arrival; now and then a step comes out."""
+    """Odometry that takes every reading in the order of arrival and returns sweeps with poses."""
 
     def __init__(self, mounts: Mounts, config: OdometerConfig = OdometerConfig()) -> None:
-        """Build for scanners by frame name (``base_from_scanner``)."""
+        """Begin at the origin, for scanners with mounts ``base_from_scanner`` by frame name."""
         self.config = config
         suite, self._mounts = config.sensors, dict(mounts)
         ekf: EkfConfig = suite.ekf()
@@ -84,11 +88,11 @@ class Odometer:
 
     @property
     def refused(self) -> int:
-        """How many readings were turned away as impossible."""
+        """Number of invalid readings that were rejected."""
         return self._intake.refused
 
-    def add(self, reading: Reading) -> Step | None:
-        """Take a reading; return a step if it completes a sweep."""
+    def add(self, reading: Reading) -> OdometrySweep | None:
+        """Process a reading; return a sweep with its pose if the reading completes one, otherwise None."""
         if self._intake.refusal(reading, self._stamp) is not None:
             return None
         if isinstance(reading, Scan | PointScan):
@@ -136,7 +140,7 @@ class Odometer:
         waited = span[1] - min(ends) > self.config.scanner_patience
         return max(ends) <= span[1] and (complete or waited)
 
-    def _step(self) -> Step:
+    def _step(self) -> OdometrySweep:
         scans = [self._pending[name] for name in sorted(self._pending)]
         self._pending = {}
         sweep = deskew(scans, self._track, self._mounts, self._stamp)
@@ -164,7 +168,7 @@ class Odometer:
         self._pose_then = self._ekf.pose
         self._at = compose(self._at, np.array([*motion.position[:2], motion.yaw]))
         height = float(self._ekf.pose.position[2])
-        return Step(sweep, self._at, self._rolled, height, (roll, pitch), predicted, seen)
+        return OdometrySweep(sweep, self._at, self._rolled, height, (roll, pitch), predicted, seen)
 
 
 def _planar(covariance: FloatArray, pose: Pose) -> FloatArray:

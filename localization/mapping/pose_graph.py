@@ -1,7 +1,7 @@
-"""Pose graph: poses, how some of them were seen from others, and the poses that agree best with all.
+"""Optimisation of a pose graph with robust edges.
 
-Open3D does the work (robust line processes after Choi, Zhou and Koltun 2015); this module speaks its
-dialect: rotation before translation, errors in the axes of the edge's source.
+Open3D optimises (line processes after Choi, Zhou and Koltun 2015). This module converts to its convention:
+rotation before translation, errors in the axes of the edge's source.
 """
 
 from __future__ import annotations
@@ -16,30 +16,33 @@ from localization.maps.open3d_import import import_open3d
 from localization.types import Pose
 
 _PRUNED = 0.25
-"""An uncertain edge whose line process ends below this is left out, Open3D's own default."""
+"""Value of the line process below which an uncertain edge is removed; Open3D's own default."""
 _GATE = 16.0
-"""Squared, normalised error at which the line process of an uncertain edge begins to let go: a loop
-that is right has 3 with three degrees of freedom, and fewer than one of 900 has more than this."""
+"""Squared, normalised error at which the line process of an uncertain edge begins to reduce its weight. A
+correct loop has 3 on average with three degrees of freedom, and one of 900 has more than this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Edge:
-    """Pose ``source`` as it was seen from pose ``target``."""
+    """Measured relative pose of two nodes."""
 
     source: int
+    """Number of the source node."""
     target: int
+    """Number of the target node."""
     target_from_source: Pose
+    """Pose of the source in the target."""
     covariance: FloatArray
-    """(6, 6) of (position, rotation) in the source's axes [m, rad]."""
+    """Covariance (6, 6) of position and rotation in the source's axes [m, rad]."""
     uncertain: bool = False
-    """Whether it may be false and may be left out."""
+    """Whether the edge may be wrong, so that the optimisation may remove it."""
 
 
-def optimised(poses: Sequence[Pose], edges: Sequence[Edge]) -> list[Pose]:
-    """Return the poses that agree best with the edges; the first one stays.
+def optimized_poses(poses: Sequence[Pose], edges: Sequence[Edge]) -> list[Pose]:
+    """Return the poses that agree best with the edges; the first pose stays fixed.
 
     Raises:
-        ImportError: if Open3D is missing or does not load; the message says what to install.
+        ImportError: If Open3D is missing or does not load; the message names the package to install.
     """
     o3d = import_open3d()
     registration = o3d.pipelines.registration
@@ -85,7 +88,7 @@ def _matrix(pose: Pose) -> FloatArray:
 
 
 def _proper(rotation: FloatArray) -> FloatArray:
-    """Return the rotation nearest to a matrix that rounding has made a little less than one."""
+    """Return the rotation nearest to a matrix that rounding made slightly non-orthogonal."""
     u, _, vt = np.linalg.svd(rotation)
     proper: FloatArray = u @ vt
     return proper

@@ -1,7 +1,7 @@
-"""Floor plans of a few metres of way, and sweeps laid over them: what drift is measured by.
+"""Submaps of a few metres of a drive, and the alignment of sweeps with them, which measures drift.
 
-All of it is in the plane: the horizontal scanner's points as seen from above, in the axes of a levelled
-``base_link``. A planar pose is (x, y, yaw), a planar covariance is of those three.
+Everything is in the plane: the horizontal scanner's points projected along gravity, in the axes of a levelled
+``base_link``. A planar pose is (x, y, yaw); a planar covariance is that of these three.
 """
 
 from __future__ import annotations
@@ -13,91 +13,61 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from localization.geometry import FloatArray, rotation_from_euler, wrap_angle
+from localization.geometry import FloatArray, wrap_angle
+from localization.mapping.flat_sweep import FlatSweep
+from localization.mapping.planar_pose import moved
+from localization.mapping.wall_points import averaged_points, line_normals
 from localization.relocalization.window_search import SearchConfig, best_places, distinguishable
-from localization.types import Sweep
 
 
 @dataclass(frozen=True, slots=True)
 class SubmapConfig:
-    """How floor plans are made and sweeps laid over them."""
+    """Settings of submaps and of the alignment of sweeps."""
 
     spacing: float = 0.04
-    """Points of one side of a wall nearer than this are averaged [m]."""
+    """Edge of the cells in which points of one side of a wall are averaged [m]."""
     normal_radius: float = 0.12
-    """Neighbourhood of a normal [m]: less than the thinnest wall, so that its two faces stay apart."""
+    """Neighbourhood of a normal [m]: smaller than the thinnest wall, so that its faces stay separate."""
     beams: int = 240
-    """Points of a sweep that are laid over a plan."""
+    """Number of points of a sweep that are aligned."""
     sigma: float = 0.02
-    """Distance of a true point from its line, one sigma [m]."""
+    """Distance of an inlier from its line, one sigma [m]."""
     kernel: float = 0.04
     """Geman-McClure scale at the end of the annealing [m]."""
     kernel_wide: float = 0.20
-    """Scale at its beginning [m]."""
+    """Geman-McClure scale at the beginning of the annealing [m]."""
     inlier: float = 0.08
-    """A point this near to its line counts as explained [m]."""
+    """Distance from its line up to which a point counts as inlier [m]."""
     effective_points: float = 60.0
-    """Neighbouring beams err together: however many points, they inform like this many."""
+    """A sweep informs like this many independent points at most: neighbouring beams have common errors."""
     normal_noise: float = 0.1
-    """Angular noise of a normal, one sigma [rad]: what it fakes along a wall is not believed."""
+    """Angular noise of a normal, one sigma [rad]; the information that it seems to give along walls is removed."""
     iterations: int = 15
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FlatSweep:
-    """Points of the horizontal scanner as seen from above, in the levelled ``base_link``."""
-
-    points: FloatArray
-    """(N, 2) [m]."""
-    origins: FloatArray
-    """(N, 2), where the beam of each began [m]."""
-
-    @classmethod
-    def of(cls, sweep: Sweep, roll: float, pitch: float) -> FlatSweep:
-        """Look at a sweep from above, given how the robot stood [rad]; ground is left out."""
-        upright = levelled(sweep, roll, pitch)
-        kept = upright.horizontal
-        return cls(upright.points[kept, :2], upright.origins[kept, :2])
-
-    @classmethod
-    def joined(cls, sweeps: Sequence[FlatSweep]) -> FlatSweep:
-        """Return several as one."""
-        return cls(
-            np.concatenate([s.points for s in sweeps]), np.concatenate([s.origins for s in sweeps])
-        )
-
-    def moved(self, pose: FloatArray) -> FlatSweep:
-        """Return it as it is seen from where its robot is at a planar pose (3,)."""
-        return FlatSweep(moved(pose, self.points), moved(pose, self.origins))
-
-    def thinned(self, most: int) -> FlatSweep:
-        """Return at most so many points, evenly chosen."""
-        n = len(self.points)
-        chosen = np.linspace(0, n - 1, min(most, n)).astype(int)
-        return FlatSweep(self.points[chosen], self.origins[chosen])
+    """Number of iterations at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """Where a sweep came to lie on a submap."""
+    """Result of aligning a sweep with a submap."""
 
     pose: FloatArray
-    """(3,) planar pose of the sweep's robot in the submap."""
+    """Planar pose (3,) of the sweep in the submap."""
     information: FloatArray
-    """(3, 3) of x, y (submap's axes) and yaw, the sweep's alone; zero where nothing was seen."""
-    fit: float
-    """Share of the points that lie on the plan, in [0, 1]."""
+    """Information (3, 3) of the sweep on x, y (submap's axes) and yaw; zero in unobservable directions."""
+    inlier_ratio: float
+    """Fraction of the points that lie on the submap's walls, in [0, 1]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Submap:
-    """Points on walls with normals towards where they were seen from."""
+    """Points on walls with normals towards the scanners that saw them."""
 
     points: FloatArray
-    """(N, 2) [m]."""
+    """Points (N, 2) [m]."""
     normals: FloatArray
-    """(N, 2), unit."""
+    """Unit normals (N, 2)."""
     config: SubmapConfig
+    """Settings."""
     _tree: cKDTree = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -105,16 +75,22 @@ class Submap:
 
     @classmethod
     def of(cls, sweeps: Sequence[FlatSweep], config: SubmapConfig = SubmapConfig()) -> Submap:
-        """Average sweeps that were moved to one frame."""
+        """Return the submap of sweeps that are given in one frame."""
         every = FlatSweep.joined(sweeps)
         points, view = every.points, every.origins - every.points
         view /= np.maximum(np.linalg.norm(view, axis=1, keepdims=True), 1e-9)
-        points, view = _averaged(points, view, config.spacing)
-        normals, good = _normals(points, view, config.normal_radius)
+        points, view = averaged_points(points, view, config.spacing)
+        normals, good = line_normals(points, view, config.normal_radius)
         return cls(points[good], normals[good], config)
 
     def align(self, sweep: FlatSweep, prior: FloatArray, covariance: FloatArray) -> Alignment:
-        """Find the planar pose that reconciles a prediction (3,), its covariance (3, 3) and a sweep."""
+        """Return the planar pose that agrees best with a sweep and a prediction.
+
+        Args:
+            sweep: Sweep to align.
+            prior: Predicted planar pose (3,).
+            covariance: Covariance (3, 3) of the prediction.
+        """
         c = self.config
         sweep = sweep.thinned(c.beams)
         trust = np.linalg.inv(covariance)
@@ -139,7 +115,7 @@ class Submap:
         return Alignment(pose, information, fit)
 
     def _residuals(self, sweep: FlatSweep, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Distances (N,) from the lines, infinite where there is none that faces the beam; Jacobian."""
+        """Return distances (N,) from the lines, infinite without a line that faces the beam, and the Jacobian."""
         at = sweep.moved(pose)
         gap, index = self._tree.query(at.points, distance_upper_bound=0.5)
         known = np.isfinite(gap)
@@ -147,7 +123,7 @@ class Submap:
         normal = self.normals[index]
         distance = np.einsum("ni,ni->n", normal, at.points - self.points[index])
         facing = np.einsum("ni,ni->n", normal, at.origins - at.points) > 0.0
-        # Beyond the end of a wall its line goes on, the wall does not.
+        # A line continues beyond the end of its wall: there, points have no distance.
         near = gap < np.abs(distance) + 2.0 * self.config.spacing
         distance = np.where(known & facing & near, distance, np.inf)
         arm = at.points - pose[:2]
@@ -168,7 +144,7 @@ class Submap:
 
     @staticmethod
     def _faked(sweep: FlatSweep, weight: FloatArray, hessian: FloatArray) -> FloatArray:
-        """Information that noisy normals seem to give along their walls (see ``registration``)."""
+        """Return the spurious information of noisy normals along their walls (see ``registration``)."""
         total = np.zeros((3, 3))
         total[:2, :2] = weight.sum() * np.eye(2)
         total[2, 2] = float(weight @ np.square(sweep.points).sum(axis=1))
@@ -177,13 +153,13 @@ class Submap:
     def search(
         self, sweep: FlatSweep, centre: FloatArray, half: float, half_yaw: float
     ) -> list[Alignment]:
-        """Try every pose of a window and return the distinct places found, best first.
+        """Return the distinct poses of a window that explain a sweep, best first.
 
         Args:
-            sweep: what was seen.
-            centre: (3,) planar pose in the middle of the window.
-            half: its half width in x and y [m].
-            half_yaw: the same for yaw [rad].
+            sweep: Sweep to align.
+            centre: Planar pose (3,) at the centre of the window.
+            half: Half width of the window in x and y [m].
+            half_yaw: Half width of the window in yaw [rad].
         """
         c = SearchConfig()
         beams = sweep.thinned(c.beams).points
@@ -201,7 +177,7 @@ class Submap:
         peaks = best_places(scores.ravel(), places[place], yaws[heading], c, most=c.refine)
         loose = np.diag(np.square([c.step, c.step, c.step_yaw]))
         found = [self.align(sweep, np.array(peak), loose) for peak in peaks]
-        found.sort(key=lambda a: -a.fit)
+        found.sort(key=lambda a: -a.inlier_ratio)
         distinct: list[Alignment] = []
         for a in found:
             if not any(_same(a.pose, d.pose, c) for d in distinct):
@@ -209,7 +185,7 @@ class Submap:
         return distinct
 
     def _plan(self, c: SearchConfig) -> tuple[FloatArray, FloatArray]:
-        """Lay out how near each cell is to a wall; return its first corner (2,) and scores (nx, ny)."""
+        """Return the likelihood field: the corner (2,) of its first cell [m] and its values (nx, ny)."""
         origin = self.points.min(axis=0) - 1.0
         shape = np.ceil((self.points.max(axis=0) + 1.0 - origin) / c.cell).astype(int) + 1
         empty = np.ones(tuple(shape), dtype=bool)
@@ -218,42 +194,10 @@ class Submap:
         return origin, np.exp(-0.5 * (distance / c.field_sigma) ** 2)
 
 
-def levelled(sweep: Sweep, roll: float, pitch: float) -> Sweep:
-    """Return the horizontal scanner's points in the levelled ``base_link``, those on the ground left out.
-
-    A beam that came down to half its scanner's height has met the ground, or soon will: a tilted robot
-    would take that for a wall.
-    """
-    level = rotation_from_euler(roll, pitch, 0.0).T
-    points, origins = sweep.points @ level, sweep.origins @ level
-    kept = sweep.horizontal & (points[:, 2] >= 0.5 * np.minimum(origins[:, 2], sweep.origins[:, 2]))
-    return Sweep(sweep.stamp, points[kept], origins[kept], sweep.horizontal[kept])
-
-
 def unambiguous(places: Sequence[Alignment]) -> bool:
-    """Return whether the best of several places explains a sweep clearly better than the others."""
+    """Return whether the best of several poses explains a sweep clearly better than the others."""
     c = SearchConfig()
-    return len(places) == 1 or distinguishable(places[0].fit, places[1].fit, c)
-
-
-def moved(pose: FloatArray, points: FloatArray) -> FloatArray:
-    """Map points (N, 2) by a planar pose (3,)."""
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    turned: FloatArray = points @ np.array([[c, s], [-s, c]]) + pose[:2]
-    return turned
-
-
-def compose(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return planar pose (3,) ``a`` followed by ``b``, seen from ``a``."""
-    x, y = moved(a, b[None, :2])[0]
-    return np.array([x, y, wrap_angle(float(a[2] + b[2]))])
-
-
-def between(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return planar pose ``b`` (3,) as seen from ``a``."""
-    c, s = np.cos(a[2]), np.sin(a[2])
-    x, y = b[:2] - a[:2]
-    return np.array([c * x + s * y, c * y - s * x, wrap_angle(float(b[2] - a[2]))])
+    return len(places) == 1 or distinguishable(places[0].inlier_ratio, places[1].inlier_ratio, c)
 
 
 def _same(a: FloatArray, b: FloatArray, c: SearchConfig) -> bool:
@@ -268,36 +212,3 @@ def _scores(
     at = np.clip(at, 0, np.array(likelihood.shape) - 1)
     score: FloatArray = likelihood[at[..., 0], at[..., 1]].mean(axis=1)
     return score
-
-
-def _averaged(
-    points: FloatArray, view: FloatArray, spacing: float
-) -> tuple[FloatArray, FloatArray]:
-    """Average points and their views per cell, apart for each quarter they are seen from."""
-    cell = np.floor(points / spacing).astype(np.int64)
-    cell -= cell.min(axis=0)
-    quarter = np.floor((np.arctan2(view[:, 1], view[:, 0]) + np.pi) / (0.5 * np.pi))
-    width = int(cell[:, 1].max()) + 1
-    key = (cell[:, 0] * width + cell[:, 1]) * 5 + quarter.astype(np.int64)
-    _, inverse, count = np.unique(key, return_inverse=True, return_counts=True)
-    mean = [np.bincount(inverse, column) / count for column in (*points.T, *view.T)]
-    return np.column_stack(mean[:2]), np.column_stack(mean[2:])
-
-
-def _normals(
-    points: FloatArray, view: FloatArray, radius: float
-) -> tuple[FloatArray, np.typing.NDArray[np.bool_]]:
-    """Return normals (N, 2) of lines through neighbours, towards the viewer, and which are of lines."""
-    distance, index = cKDTree(points).query(points, k=12, distance_upper_bound=radius)
-    near = np.isfinite(distance)
-    index = np.where(near, index, 0)
-    # Neighbours that are seen from the other side belong to the other face of a wall.
-    near &= np.einsum("nki,ni->nk", view[index], view) > 0.0
-    count = near.sum(axis=1)
-    weight = near[:, :, None] / np.maximum(count, 1)[:, None, None]
-    offset = points[index] - (points[index] * weight).sum(axis=1)[:, None, :]
-    spread, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offset * weight, offset))
-    normals = axes[:, :, 0]
-    away = np.einsum("ni,ni->n", normals, view) < 0.0
-    normals = np.where(away[:, None], -normals, normals)
-    return normals, (count >= 4) & (spread[:, 0] < 0.2 * spread[:, 1])

@@ -1,84 +1,57 @@
-"""Refining a survey: all sweeps are held against the surfaces that they saw together.
+"""Refinement of a mapped trajectory by bundle adjustment with planes, as in BALM (Liu and Zhang 2021).
 
-Loops hold a drive together where it comes by again; what is left is a bend of some millimetres. Here the
-cloud of the whole drive is taken for a set of small planes. A plane may move along its normal, the drive
-may bend from knot to knot, and both are solved for at once, so that all points lie on their planes and
-the way from knot to knot is what odometry says (bundle adjustment with planes, as in BALM by Liu and
-Zhang 2021). The planes' shifts are eliminated beforehand (Schur complement), for there are a hundred
-thousand of them.
+Loop closure leaves the drive bent by some millimetres. Here the cloud of the whole drive is treated as a set
+of small planes. Each plane may move along its normal and the drive may bend from knot to knot; both are
+estimated together, so that all points lie on their planes and the motion from knot to knot agrees with
+odometry. The planes' shifts, about a hundred thousand, are eliminated beforehand (Schur complement).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import sparse
 
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray, rotation_from_euler, wrap_angle
-from localization.mapping.cloud_builder import CloudBuilder, MappingConfig
-from localization.mapping.odometry_front_end import Step
-from localization.mapping.submap import between, compose
+from localization.mapping.cloud_builder import CloudBuilder
+from localization.mapping.drive_knots import DriveKnots, RefinementConfig
+from localization.mapping.odometry_front_end import OdometrySweep
+from localization.mapping.planar_pose import between
 from localization.maps.prepared_map import PreparedMap, prepare
-from localization.types import IntArray, Pose
+from localization.types import Pose
 
 _FREE = 4
-"""Of a knot: x, y, z [m] and yaw [rad]; roll and pitch are gravity's."""
+"""Degrees of freedom of a knot: x, y, z [m] and yaw [rad]; roll and pitch are known from gravity."""
 _HELD = 1e10
-"""Information that holds what must not move."""
+"""Information that keeps an unknown fixed."""
 _BATCH = 50
-"""Sweeps taken at once: their equations take some ten megabytes."""
+"""Number of sweeps processed at once: their equations take some ten megabytes."""
 
 Progress = Callable[[float], None]
-"""Called now and then with the share done."""
+"""Function that is called with the fraction done, in [0, 1]."""
 
 
-@dataclass(frozen=True, slots=True)
-class RefinementConfig:
-    """How sweeps are held against what they saw together."""
-
-    rounds: int = 2
-    """How often the planes are made again of the sweeps as they then lie; a third round moves no knot
-    of an office by more than a millimetre. Zero refines nothing."""
-    knot_way: float = 0.25
-    """The drive may bend at knots, which are made after so much way [m] ..."""
-    knot_turn: float = np.deg2rad(10.0)
-    """... or turning [rad]."""
-    sigma: float = 0.02
-    """Distance of a true point from its plane, one sigma [m]."""
-    kernel: float = 0.04
-    """Geman-McClure scale [m]; what is three times as far is on another surface."""
-    reach: float = 0.12
-    """Farther along its plane a point belongs to another [m]."""
-    edge: tuple[float, float, float] = (0.003, 0.003, np.deg2rad(0.05))
-    """Error of wheels and gyro from knot to knot, one sigma: level, in height [m], and in heading [rad]."""
-    level: bool = True
-    """Whether the ground is: heights then stay as they are."""
-    mapping: MappingConfig = field(default_factory=lambda: MappingConfig(raw_spacing=0.04))
-    """How planes are made: with points averaged coarser than for a finished cloud, in half the time."""
-
-
-def refined(
-    steps: Sequence[Step],
+def refined_trajectory(
+    steps: Sequence[OdometrySweep],
     trajectory: Trajectory,
-    config: RefinementConfig = RefinementConfig(),
+    config: RefinementConfig = RefinementConfig(),  # noqa: B008  (frozen)
     progress: Progress = lambda share: None,
 ) -> Trajectory:
-    """Return where sweeps were taken, so that they agree best with each other; the first one stays.
+    """Return the poses for which the sweeps agree best with each other; the first pose stays fixed.
 
     Args:
-        steps: the sweeps, and the way between them as wheels and gyro have it.
-        trajectory: ``map_from_base`` of each, right within some centimetres.
-        config: all settings.
-        progress: called with the share done.
+        steps: The sweeps with their odometry.
+        trajectory: ``map_from_base`` of each, correct within some centimetres.
+        config: All settings.
+        progress: Called with the fraction done.
 
     Raises:
-        CloudError: if too little was seen to make planes of.
-        ImportError: if Open3D is missing.
+        CloudError: If there are too few points for planes.
+        ImportError: If Open3D is missing.
     """
-    bending = _Bending.of(steps, config)
+    bending = DriveKnots.of(steps, config)
     places = bending.smoothed(trajectory)
     for i in range(config.rounds):
         builder = CloudBuilder(config.mapping)
@@ -96,65 +69,7 @@ def refined(
     )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Bending:
-    """Where a drive may bend, and what odometry says of the way between."""
-
-    steps: Sequence[Step]
-    config: RefinementConfig
-    knots: IntArray
-    """(K,) numbers of the steps at knots, the first and the last step among them."""
-    segment: IntArray
-    """(N,) of each step, the number of the knot before it."""
-    share: FloatArray
-    """(N,) how far each step is on the way to the knot after it, in [0, 1]."""
-
-    @classmethod
-    def of(cls, steps: Sequence[Step], config: RefinementConfig) -> _Bending:
-        knots = [0]
-        for i, step in enumerate(steps):
-            way = between(steps[knots[-1]].rolled, step.rolled)
-            far = float(np.hypot(way[0], way[1])) > config.knot_way
-            if far or abs(float(way[2])) > config.knot_turn:
-                knots.append(i)
-        last = len(steps) - 1
-        if knots[-1] != last:
-            knots.append(last)
-        at = np.array(knots)
-        every = np.arange(len(steps))
-        segment = np.clip(np.searchsorted(at, every, side="right") - 1, 0, len(at) - 2)
-        share = (every - at[segment]) / (at[segment + 1] - at[segment])
-        return cls(steps, config, at, segment, share)
-
-    def smoothed(self, trajectory: Trajectory) -> FloatArray:
-        """Return x, y, z and yaw (N, 4): at knots as they are, between them as wheels and gyro have it.
-
-        KISS-ICP errs by some millimetres to and fro, from each sweep to the next.
-        """
-        poses = [trajectory.pose(i) for i in range(len(self.steps))]
-        places = np.array([[*p.position, p.yaw] for p in poses])
-        planar = places[:, [0, 1, 3]]
-        smooth = places.copy()
-        for i, (k, share) in enumerate(
-            zip(self.segment.tolist(), self.share.tolist(), strict=True)
-        ):
-            before, after = (
-                compose(planar[knot], between(self.steps[knot].rolled, self.steps[i].rolled))
-                for knot in self.knots[k : k + 2].tolist()
-            )
-            turn = wrap_angle(float(after[2] - before[2]))
-            smooth[i, :2] = before[:2] + share * (after - before)[:2]
-            smooth[i, 3] = before[2] + share * turn
-        return smooth
-
-    def spread(self, correction: FloatArray) -> FloatArray:
-        """Return the correction (N, 4) of each step, given those of the knots (K, 4)."""
-        share = self.share[:, None]
-        spread: FloatArray = (1.0 - share) * correction[self.segment]
-        return spread + share * correction[self.segment + 1]
-
-
-def _poses(steps: Sequence[Step], places: FloatArray) -> list[Pose]:
+def _poses(steps: Sequence[OdometrySweep], places: FloatArray) -> list[Pose]:
     return [
         Pose.from_euler(place[:3], roll=step.tilt[0], pitch=step.tilt[1], yaw=float(place[3]))
         for step, place in zip(steps, places, strict=True)
@@ -162,9 +77,9 @@ def _poses(steps: Sequence[Step], places: FloatArray) -> list[Pose]:
 
 
 def _correction(
-    bending: _Bending, planes: PreparedMap, poses: Sequence[Pose], places: FloatArray
+    bending: DriveKnots, planes: PreparedMap, poses: Sequence[Pose], places: FloatArray
 ) -> FloatArray:
-    """Return the change (K, 4) of the knots that reconciles sweeps, planes and odometry best."""
+    """Return the correction (K, 4) of the knots that best agrees with sweeps, planes and odometry."""
     size = _FREE * len(bending.knots)
     hessian, gradient = _odometry(bending, places)
     weight, pull = np.zeros(len(planes.cloud.points)), np.zeros(len(planes.cloud.points))
@@ -175,7 +90,7 @@ def _correction(
         kernel = bending.config.kernel
         trust = (kernel**2 / (kernel**2 + distance**2)) ** 2 / bending.config.sigma**2
         weighted = rows.multiply(trust[:, None]).tocsr()
-        # Sweeps that follow each other know of few knots.
+        # Successive sweeps depend on few knots.
         first, last = bending.segment[[part.start, part.stop - 1]].tolist()
         here = slice(_FREE * first, _FREE * (last + 2))
         hessian[here, here] += np.asarray((rows.T @ weighted)[here, here].toarray(), dtype=float)
@@ -186,7 +101,7 @@ def _correction(
         gathered = sparse.csr_array((np.ones(len(plane)), index), shape=(len(weight), len(plane)))
         shared.append((gathered @ weighted).tocoo())
     binding = _summed(shared, (len(weight), size))
-    # A plane's best shift is the mean of its points' distances: what remains binds the knots together.
+    # A plane's best shift is the weighted mean of its points' distances; eliminating it couples the knots.
     mean = binding.multiply(1.0 / np.maximum(weight, 1e-9)[:, None]).tocsr()
     hessian -= np.asarray((binding.T @ mean).toarray(), dtype=float)
     gradient -= mean.T @ pull
@@ -202,13 +117,13 @@ def _summed(parts: Sequence[sparse.coo_array], shape: tuple[int, int]) -> sparse
 
 
 def _rows(
-    bending: _Bending, planes: PreparedMap, poses: Sequence[Pose], part: slice
+    bending: DriveKnots, planes: PreparedMap, poses: Sequence[Pose], part: slice
 ) -> tuple[sparse.csr_array, FloatArray, np.typing.NDArray[np.int32]]:
-    """Compare some sweeps with the planes.
+    """Return the distances of some sweeps' points from the planes, linearised.
 
     Returns:
         Derivatives (M, 4 K) of the distances by the knots' corrections, the distances (M,) [m] and the
-        planes' numbers (M,).
+        numbers of the planes (M,).
     """
     c = bending.config
     cloud = planes.cloud
@@ -237,8 +152,8 @@ def _rows(
     return sparse.csr_array((values.ravel(), columns, ends), shape=shape), distances, plane
 
 
-def _odometry(bending: _Bending, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the equations of the way from knot to knot: (4 K, 4 K) and (4 K,); the first knot is held."""
+def _odometry(bending: DriveKnots, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the normal equations of the odometry, (4 K, 4 K) and (4 K,), with the first knot fixed."""
     c, steps, knots = bending.config, bending.steps, bending.knots
     size = _FREE * len(knots)
     hessian, gradient = np.zeros((size, size)), np.zeros(size)

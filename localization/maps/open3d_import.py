@@ -6,10 +6,10 @@ from types import ModuleType
 
 
 def import_open3d() -> ModuleType:
-    """Return Open3D, which takes a second or more to load and is needed for maps only.
+    """Return the module Open3D, which takes a second or more to load.
 
     Raises:
-        ImportError: if it is missing or does not load; the message says what to install.
+        ImportError: If it is missing or does not load; the message names the package to install.
     """
     try:
         import open3d

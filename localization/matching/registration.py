@@ -25,7 +25,7 @@ class RegistrationConfig:
     """How a sweep is matched.
 
     The method is that of a robust maximum a posteriori step; its scales were chosen on the shipped
-    scenes, and the ablation table in ``docs/localization.md`` shows what each part is worth.
+    scenes, and the ablation table in ``docs/accuracy.md`` shows what each part is worth.
     """
 
     sigma: float = 0.02

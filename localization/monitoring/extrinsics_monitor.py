@@ -13,14 +13,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from localization.calibration.calibration_sample import Station
-from localization.calibration.least_squares import (
-    AXES,
-    ExtrinsicsConfig,
-    MountProblem,
-    OpenStretch,
-    honest_covariance,
-    told_solution,
+from localization.calibration.calibration_config import AXES, CalibrationConfig
+from localization.calibration.calibration_sample import CalibrationSample
+from localization.calibration.mount_problem import MountProblem
+from localization.calibration.normal_equations import (
+    SegmentBuilder,
+    observable_solution,
+    robust_covariance,
 )
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
@@ -32,8 +31,8 @@ from localization.types import Mounts, PointScan, Pose, Scan
 class ExtrinsicsMonitorConfig:
     """When a mount is doubted."""
 
-    problem: ExtrinsicsConfig = field(
-        default_factory=lambda: ExtrinsicsConfig(ground=(0.01, float(np.deg2rad(0.5))))
+    problem: CalibrationConfig = field(
+        default_factory=lambda: CalibrationConfig(ground_sigma=(0.01, float(np.deg2rad(0.5))))
     )
     step: float = 0.15
     """A sweep is looked at after so much way [m] ..."""
@@ -61,15 +60,15 @@ class ExtrinsicsMonitor:
         self.config = config
         self._world, self._mounts = world, dict(mounts)
         self._names = sorted(mounts)
-        self._before: Station | None = None
+        self._before: CalibrationSample | None = None
         self._slot = 0
         self._open = self._anew()
         self._closed: deque[tuple[FloatArray, FloatArray]] = deque(maxlen=config.remembered)
         self.doubts: tuple[str, ...] = ()
         """What seems wrong with the mounts, in words; nothing while all is well."""
 
-    def _anew(self) -> OpenStretch:
-        return OpenStretch(6 * len(self._names) + 2, self.config.problem.group)
+    def _anew(self) -> SegmentBuilder:
+        return SegmentBuilder(6 * len(self._names) + 2, self.config.problem.segment_samples)
 
     def take(
         self,
@@ -93,17 +92,17 @@ class ExtrinsicsMonitor:
             before is not None and not self._far(before, odom_from_base)
         ):
             return
-        station = Station(stamp, tuple(scans), track, map_from_base, odom_from_base)
+        station = CalibrationSample(stamp, tuple(scans), track, map_from_base, odom_from_base)
         pair = MountProblem(
             (before or station, station), self._world, self._mounts, self.config.problem
         )
-        for rows in pair.seen(1, self.config.problem.kernels[0]):
-            self._open.put(self._slot, rows)
+        for rows in pair.measured(1, self.config.problem.kernels[0]):
+            self._open.add(self._slot, rows)
         if self._slot:
-            self._open.put(self._slot - 1, pair.rolled(0, 1))
+            self._open.add(self._slot - 1, pair.rolled(0, 1))
         self._before, self._slot = station, self._slot + 1
-        if self._slot == self.config.problem.group:
-            self._closed.append(self._open.closed(self._slot).reduced())
+        if self._slot == self.config.problem.segment_samples:
+            self._closed.append(self._open.segment(self._slot).reduced())
             self._open, self._slot = self._anew(), 0
             if len(self._closed) >= self.config.stretches:
                 self.doubts = self._judge()
@@ -112,17 +111,17 @@ class ExtrinsicsMonitor:
         """Begin a new stretch: the pose was lost, or put elsewhere."""
         self._before, self._slot, self._open = None, 0, self._anew()
 
-    def _far(self, before: Station, odom_from_base: Pose) -> bool:
+    def _far(self, before: CalibrationSample, odom_from_base: Pose) -> bool:
         moved = before.odom_from_base.inverse() @ odom_from_base
         way = float(np.hypot(*moved.position[:2]))
         return way >= self.config.step or abs(moved.yaw) >= self.config.turn
 
     def _judge(self) -> tuple[str, ...]:
         c = self.config.problem
-        each = np.repeat(c.prior, 3)
-        prior = np.concatenate([*[each] * len(self._names), [c.pivot] * 2]) ** -2.0
-        at = told_solution(self._closed, prior, np.zeros(len(prior)), c.told)
-        covariance = honest_covariance(self._closed, prior)
+        each = np.repeat(c.prior_sigma, 3)
+        prior = np.concatenate([*[each] * len(self._names), [c.pivot_sigma] * 2]) ** -2.0
+        at = observable_solution(self._closed, prior, np.zeros(len(prior)), c.observable_share)
+        covariance = robust_covariance(self._closed, prior)
         doubts = []
         first = self._names[0]
         yaw = np.zeros(len(prior))

@@ -1,4 +1,4 @@
-"""Where scenes lie: those that come with the project by name, others by the path of their folder."""
+"""Folders of scenes: those of the project by name, others by path."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 from robot_sim.errors import UnknownSceneError, WorldError
 
 PLAN_FILE: Final = "world.toml"
-"""Name of the plan in a scene's folder."""
+"""Name of the floor plan in a scene's folder."""
 
 
 def scene_names() -> tuple[str, ...]:
@@ -17,14 +17,14 @@ def scene_names() -> tuple[str, ...]:
 
 
 def scene_folder(scene: str) -> Path:
-    """Return the folder of a scene, which has a plan in it.
+    """Return the folder of a scene, which contains a floor plan.
 
     Args:
-        scene: the name of one that comes with the project, or the path of any other's folder.
+        scene: Name of a scene that comes with the project, or path of a scene's folder.
 
     Raises:
-        UnknownSceneError: there is neither; the message lists the names there are.
-        WorldError: it is a folder, but has no plan in it.
+        UnknownSceneError: there is no such scene; the message lists the available names.
+        WorldError: the folder contains no floor plan.
     """
     if scene in scene_names():
         return shipped_scenes() / scene
@@ -33,8 +33,8 @@ def scene_folder(scene: str) -> Path:
         return folder.resolve()
     if folder.is_dir():
         raise WorldError(
-            f"folder {scene!r} is no scene: it has no {PLAN_FILE};"
-            " `farsteer world generate` and `farsteer world from-map` make such folders"
+            f"folder {scene!r} is not a scene: it has no {PLAN_FILE};"
+            " `farsteer world generate` and `farsteer world from-map` create such folders"
         )
     raise UnknownSceneError(scene, scene_names())
 

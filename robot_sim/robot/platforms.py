@@ -1,4 +1,4 @@
-"""Real robots, each number with its source: Pioneer 3-AT, Husky A200, Jackal."""
+"""Parameters of real robots with their sources: Pioneer 3-AT, Husky A200, Jackal."""
 
 from __future__ import annotations
 

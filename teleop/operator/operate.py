@@ -22,7 +22,7 @@ from teleop.operator.operator_session import OperatorSession
 from teleop.operator.status_printer import StatusPrinter
 from teleop.operator.threaded_display import ThreadedDisplay
 from teleop.rosbridge.client.client import Client
-from teleop.rosbridge.client.client_connection import ConnectionState
+from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 
 
 def client_for(config: OperateConfig) -> Client:

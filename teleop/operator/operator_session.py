@@ -13,7 +13,7 @@ import numpy as np
 from localization.types import Pose, Twist
 from teleop.operator.keyboard import HELP, Keyboard, raw_terminal, read_keys
 from teleop.operator.operator_client import OperatorClient
-from teleop.rosbridge.client.client_connection import ConnectionState
+from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 from teleop.rosbridge.errors import ServiceCallError
 
 _PERIOD: Final = 0.05

@@ -38,7 +38,7 @@ def greeting(server: Server, world: World, cloud: Cloud, map_path: Path) -> str:
     lockstep = server.lockstep
     services = ", ".join(s.name for s in SERVICES if lockstep or s.name != "/sim/step")
     how = _EXAMPLE.format(snippet(server.port))
-    if server.protocol.gate is not None or server.encrypted:
+    if server.protocol.authenticator is not None or server.encrypted:
         how = _GUARDED
     return f"""\
 {world.name} at {server.url}{_warning(server)}
@@ -56,7 +56,7 @@ def _warning(server: Server) -> str:
     """Return a warning about an address that others reach; empty if there is nothing to warn of."""
     if server.host in LOOPBACK:
         return ""
-    gate = server.protocol.gate
+    gate = server.protocol.authenticator
     if gate is None or (gate.anonymous is not None and gate.anonymous.role is not Role.VIEW):
         return (
             "\nwarning: anybody who reaches this address can drive the robot; --tokens restricts it"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
@@ -11,12 +12,16 @@ from localization.logs.ros_stamps import stamp_to_dict
 from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.errors import ServiceError
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 
+_IDLE_DELAY: Final = 0.0005
+"""Delay of deferred work after a step has ended, so that its response is sent first [s]."""
 _RESTING: Final = 0.002
 """Largest speed of a robot at rest, of each component [m/s] or [rad/s]."""
 
 
-class LockstepService:
+class LockstepService(Observer):
     """Advances the robot on request.
 
     The first caller owns the stepping until it disconnects. No message to it is dropped, and each
@@ -28,20 +33,29 @@ class LockstepService:
     MAX_BRAKING_TICKS: Final = 150
     """Number of ticks within which the robot reaches standstill from any speed."""
 
-    def __init__(self, adapter: RosbridgeAdapter, *, last_stamp: int | None = None) -> None:
+    def __init__(
+        self,
+        adapter: RosbridgeAdapter,
+        *,
+        last_stamp: int | None = None,
+        deferred: Callable[[], None] = lambda: None,
+    ) -> None:
         """Offer the service on an adapter's server.
 
         Args:
             adapter: The robot and its server.
             last_stamp: Time after which no tick begins [ns]; None for no end.
+            deferred: Called after each step, while the client decides on the next one; for work that
+                no response waits for, such as recording.
         """
-        self._adapter, self._last_stamp = adapter, last_stamp
+        self._adapter, self._last_stamp, self._deferred = adapter, last_stamp, deferred
         self._owner: int | None = None
         self._busy = False
         self.error: Exception | None = None
         """The error that ended the simulation, if one did."""
-        adapter.server.serve("/sim/step", "farsteer_msgs/srv/Step", self._step)
-        adapter.server.on_disconnect(self._leave)
+        step = adapter.server.async_handlers.wrap(self._step)
+        adapter.server.protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", step)
+        adapter.server.protocol.observers.add(self)
 
     @property
     def _stamp(self) -> int:
@@ -55,7 +69,7 @@ class LockstepService:
         ticks = int(request["ticks"])
         self._check(client, ticks)
         self._owner = client
-        self._adapter.server.protocol.lossless(client)
+        self._adapter.server.protocol.connections.set_lossless(client)
         self._busy = True
         try:
             for _ in range(ticks):
@@ -68,11 +82,18 @@ class LockstepService:
                 await asyncio.sleep(0)
         finally:
             self._busy = False
+            asyncio.get_running_loop().call_later(_IDLE_DELAY, self._do_deferred)
         return self._response("")
+
+    def _do_deferred(self) -> None:
+        try:
+            self._deferred()
+        except Exception as error:
+            self.error = error
 
     def _check(self, client: int, ticks: int) -> None:
         if self._owner not in (None, client):
-            owner = self._adapter.server.name(self._owner or 0)
+            owner = self._adapter.server.protocol.connections.name(self._owner or 0)
             raise ServiceError(f"{owner} owns the stepping; wait until it disconnects")
         if not 1 <= ticks <= self.MAX_TICKS:
             raise ServiceError(f"ticks must be 1 to {self.MAX_TICKS}, got {ticks}")
@@ -89,12 +110,12 @@ class LockstepService:
         except Exception as error:
             self.error = error
             raise ServiceError(str(error)) from error
-        self._adapter.server.tick(tick.stamp)
+        self._adapter.server.protocol.timers.tick(tick.stamp)
         return tick
 
-    def _leave(self, client: int, name: str) -> None:
+    def disconnected(self, connection: Connection, now: int) -> None:
         """Brake the robot to rest when the owner disconnects, and free the stepping."""
-        if client != self._owner:
+        if connection.id != self._owner:
             return
         self._owner = None
         for _ in range(self.MAX_BRAKING_TICKS):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from robot_sim import SimulationConfig, World
-    from robot_sim.drive.drivetrain import WheelSlip
+    from robot_sim.drive.drivetrain import SlipFault
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class RobotOptions:
         options = WorldOptions(alive=self.alive, rearranged=self.rearranged, timing=seed)
         return load_world(scene, robot=robot, options=options)
 
-    def simulation(self, slips: Sequence[WheelSlip] = ()) -> SimulationConfig:
+    def simulation(self, slips: Sequence[SlipFault] = ()) -> SimulationConfig:
         """Return the settings of a simulation with these sensors and this drive.
 
         Args:

@@ -18,9 +18,11 @@ from teleop.robot.safety import estop_after, reset_rejection
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import INPUTS, OUTPUTS, latched_messages
 from teleop.rosbridge.auth.permissions import Role
-from teleop.rosbridge.compat.client_traffic import announce_traffic
+from teleop.rosbridge.compat.client_traffic import publish_client_traffic
 from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.errors import MessageError, ServiceError
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.server.server import Server
 
 TickObserver = Callable[[TickRecord], None]
@@ -31,7 +33,7 @@ _Reader = Callable[[str, dict[str, Any]], InboxMessage]
 _TRIGGER: Final = "std_srvs/srv/Trigger"
 
 
-class RosbridgeAdapter:
+class RosbridgeAdapter(Observer):
     """Joins robot and server; owns the inbox and nothing else."""
 
     def __init__(
@@ -60,10 +62,10 @@ class RosbridgeAdapter:
         self._inbox: list[InboxMessage] = []
         self._clients: dict[str, int] = {}
         for topic in OUTPUTS:
-            server.advertise(topic.name, topic.type, latch=topic.latch)
+            server.protocol.topics.advertise(topic.name, topic.type, latch=topic.latch)
         for latched, message in latched_messages(cloud, robot.simulation.mounts).items():
-            server.advertise(latched.name, latched.type, latch=True)
-            server.publish(latched.name, message, 0)
+            server.protocol.topics.advertise(latched.name, latched.type, latch=True)
+            server.protocol.topics.publish(latched.name, message, 0)
         readers: Mapping[str, _Reader] = {
             "/joy": self._joy,
             "/unity/joy": self._joy,
@@ -71,14 +73,16 @@ class RosbridgeAdapter:
             "/initialpose": self._hint,
         }
         for entry in INPUTS:
-            server.listen(entry.name, entry.type, partial(self._receive, readers[entry.name]))
-        server.serve("/teleop/estop", _TRIGGER, self._estop)
-        server.serve("/teleop/estop_reset", _TRIGGER, self._estop_reset)
-        server.serve("/teleop/take_over", _TRIGGER, self._take_over)
-        server.serve("/localization/undo", _TRIGGER, self._undo)
+            server.protocol.topics.subscribe(
+                entry.name, entry.type, partial(self._receive, readers[entry.name])
+            )
+        server.protocol.services.serve("/teleop/estop", _TRIGGER, self._estop)
+        server.protocol.services.serve("/teleop/estop_reset", _TRIGGER, self._estop_reset)
+        server.protocol.services.serve("/teleop/take_over", _TRIGGER, self._take_over)
+        server.protocol.services.serve("/localization/undo", _TRIGGER, self._undo)
         serve_standard(server.protocol)
-        announce_traffic(server)
-        server.on_disconnect(self._disconnected)
+        publish_client_traffic(server)
+        server.protocol.observers.add(self)
 
     def tick(self, now: int) -> TickRecord:
         """Advance the robot by one tick and publish the result.
@@ -91,7 +95,7 @@ class RosbridgeAdapter:
         for rejection in tick.rejections:
             if rejection.client in self._clients:
                 client = self._clients[rejection.client]
-                self.server.protocol.status(client, "warning", rejection.reason)
+                self.server.protocol.connections.send_status(client, "warning", rejection.reason)
         self._publish(tick)
         if self._audit is not None:
             self._audit.tick(tick)
@@ -107,9 +111,9 @@ class RosbridgeAdapter:
         ticks = tick.stamp // TICK_NS
         for topic in OUTPUTS:
             due = not topic.every or ticks % topic.every == 0
-            if due and (topic.latch or self.server.wanted(topic.name)):
+            if due and (topic.latch or self.server.protocol.topics.wanted(topic.name)):
                 for message in topic.build(tick):
-                    self.server.publish(topic.name, message, tick.stamp)
+                    self.server.protocol.topics.publish(topic.name, message, tick.stamp)
 
     def _receive(self, read: _Reader, client: int, message: dict[str, Any], now: int) -> None:
         name = self._name(client)
@@ -122,7 +126,7 @@ class RosbridgeAdapter:
             self._audit.hint(name, received)
 
     def _name(self, client: int) -> str:
-        name = self.server.name(client)
+        name = self.server.protocol.connections.name(client)
         self._clients[name] = client
         return name
 
@@ -139,7 +143,7 @@ class RosbridgeAdapter:
         return {"success": True, "message": "stopped"}
 
     def _estop_reset(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
-        name, access = self._name(client), self.server.protocol.access(client)
+        name, access = self._name(client), self.server.protocol.connections.access(client)
         admin = access is not None and access.role is Role.ADMIN
         reset = EStopReset(name, self._holder(client), admin)
         # The rule is the robot's; it is asked here for what holds once the inbox is drained.
@@ -168,13 +172,14 @@ class RosbridgeAdapter:
         return {"success": True, "message": "undone with the next tick"}
 
     def _holder(self, client: int) -> str:
-        access = self.server.protocol.access(client)
+        access = self.server.protocol.connections.access(client)
         return access.holder if access else ""
 
     def _record(self, client: str, action: str, rejection: str | None = None) -> None:
         if self._audit is not None:
             self._audit.action(client, action, rejection)
 
-    def _disconnected(self, client: int, name: str) -> None:
-        self._clients.pop(name, None)
-        self._inbox.append(Disconnected(name))
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """Have the robot release what the client controls."""
+        self._clients.pop(connection.name, None)
+        self._inbox.append(Disconnected(connection.name))

@@ -30,16 +30,16 @@ from teleop.robot.robot import Robot
 from teleop.robot.rosbridge_adapter import RosbridgeAdapter, TickObserver
 from teleop.robot.serve_config import ServeConfig
 from teleop.robot.tick_record import TickRecord
-from teleop.rosbridge.auth.authenticator import Gate
-from teleop.rosbridge.auth.credentials import Keyring
-from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, Rules
+from teleop.rosbridge.auth.authenticator import Authenticator
+from teleop.rosbridge.auth.credentials import Credentials
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, RoleRules
 from teleop.rosbridge.auth.tls import tls_context
 from teleop.rosbridge.auth.token_file import TokenFile, TokenWatch
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.server import Server
 
-ROLES: Final[Mapping[Role, Rules]] = {
+ROLES: Final[Mapping[Role, RoleRules]] = {
     **DEFAULT_RULES,
     # Everybody who can see the robot can stop it.
     Role.VIEW: replace(
@@ -123,9 +123,11 @@ def _server(
 ) -> Server:
     protocol = Protocol(
         registry(config.messages),
-        limits=Limits.unhurried() if config.lockstep else Limits(),
-        flavour="ros1" if config.ros1 else "ros2",
-        gate=None if tokens is None else Gate(tokens.keyring, clock.unix_seconds),
+        limits=ClientLimits.unhurried() if config.lockstep else ClientLimits(),
+        ros_version="ros1" if config.ros1 else "ros2",
+        authenticator=None
+        if tokens is None
+        else Authenticator(tokens.credentials, clock.unix_seconds),
     )
     return Server(
         protocol,
@@ -149,7 +151,7 @@ def _tokens(config: ServeConfig) -> TokenFile | None:
 
 
 def _offer(server: Server, map_file: Path) -> None:
-    server.offer("/map.ply", map_file.read_bytes())
+    server.pages.add_file("/map.ply", map_file.read_bytes())
 
 
 def _stop_on_signals(stop: asyncio.Event) -> None:
@@ -164,18 +166,21 @@ def _watch(tokens: TokenFile, server: Server, audit: AuditLog | None) -> TokenWa
     """Read the token file again when it changes, and on SIGHUP."""
     loop = asyncio.get_running_loop()
 
-    def renew(keyring: Keyring) -> None:
-        gone = [server.name(client) for client in server.protocol.renew(keyring)]
+    def renew(keyring: Credentials) -> None:
+        gone = [
+            server.protocol.connections.name(client)
+            for client in server.protocol.update_credentials(keyring)
+        ]
         if audit is not None:
             audit.tokens_renewed(gone)
 
-    def renewed(keyring: Keyring) -> None:
+    def renewed(keyring: Credentials) -> None:
         with contextlib.suppress(RuntimeError):  # the loop has ended
             loop.call_soon_threadsafe(renew, keyring)
 
     watch = TokenWatch(tokens, renewed)
     with contextlib.suppress(NotImplementedError, RuntimeError, ValueError, AttributeError):
-        loop.add_signal_handler(signal.SIGHUP, watch.hurry)
+        loop.add_signal_handler(signal.SIGHUP, watch.check_now)
     return watch
 
 

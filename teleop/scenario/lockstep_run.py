@@ -7,6 +7,7 @@ import contextlib
 import os
 import signal
 import sys
+from collections import deque
 from pathlib import Path
 
 from localization.maps.cloud import Cloud
@@ -17,9 +18,11 @@ from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.robot import Robot
 from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.tick_record import TickRecord
-from teleop.rosbridge.protocol.outgoing_messages import Outgoing, Output
+from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame, Output
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.server import Server
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.mission_run import Progress, build
@@ -67,18 +70,24 @@ async def _serve_and_operate(
 ) -> tuple[str, tuple[TopicTraffic, ...]]:
     simulation = robot.simulation
 
-    def report(tick: TickRecord) -> None:
-        recorder.take(tick)
-        if tick.stamp % SECOND == 0:
-            share = recorder.progress
-            seconds = tick.stamp // SECOND
-            progress(share, f"{seconds} s at {recorder.factor:.1f}x, {tick.estimate.health}")
+    # Recording waits until the operator has its response, and happens while it decides.
+    unrecorded: deque[TickRecord] = deque()
 
-    protocol = Protocol(registry(), limits=Limits.unhurried())
+    def record() -> None:
+        while unrecorded:
+            tick = unrecorded.popleft()
+            recorder.take(tick)
+            if tick.stamp % SECOND == 0:
+                share = recorder.progress
+                seconds = tick.stamp // SECOND
+                progress(share, f"{seconds} s at {recorder.factor:.1f}x, {tick.estimate.health}")
+
+    protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
-    meter = Meter(protocol)
-    host = RosbridgeAdapter(robot, server, cloud, observers=(report,))
-    stepper = LockstepService(host, last_stamp=mission.time_limit)
+    meter = Meter()
+    protocol.observers.add(meter)
+    host = RosbridgeAdapter(robot, server, cloud, observers=(unrecorded.append,))
+    stepper = LockstepService(host, last_stamp=mission.time_limit, deferred=record)
     await server.start()
     script_path = _write_script(mission, robot, server.url, map_path, recorder.folder)
     operator = await asyncio.create_subprocess_exec(
@@ -103,6 +112,7 @@ async def _serve_and_operate(
     _, said = await ended
     cut.cancel()
     await server.close()
+    record()
     traffic = meter.traffic()
     error = stepper.error
     if isinstance(error, PhysicsError):
@@ -117,26 +127,20 @@ async def _serve_and_operate(
     return "completed", traffic
 
 
-class Meter:
-    """Counts what goes over the wire, by topic, between a protocol and its server."""
+class Meter(Observer):
+    """Counts the frames and bytes of each topic that are sent and received."""
 
-    def __init__(self, protocol: Protocol) -> None:
-        """Stand between the two; the server must have been made already."""
+    def __init__(self) -> None:
         self._counts: dict[str, list[int]] = {}
-        sink, receive = protocol.sink, protocol.receive
 
-        def outward(client: int, output: Output) -> None:
-            if isinstance(output, Outgoing):
-                self._add(output.topic or "(answers)", len(output.payload))
-            if sink is not None:
-                sink(client, output)
+    def received(self, connection: Connection, frame: str | bytes) -> None:
+        """Count a received frame."""
+        self._add("(to the robot)", len(frame))
 
-        def inward(client: int, frame: str | bytes, now: int) -> None:
-            self._add("(to the robot)", len(frame))
-            receive(client, frame, now)
-
-        protocol.sink = outward
-        protocol.receive = inward  # type: ignore[method-assign]
+    def sent(self, connection: Connection, output: Output) -> None:
+        """Count a sent frame."""
+        if isinstance(output, OutgoingFrame):
+            self._add(output.topic or "(answers)", len(output.payload))
 
     def _add(self, topic: str, size: int) -> None:
         count = self._counts.setdefault(topic, [0, 0])

@@ -17,7 +17,7 @@ from teleop.robot.robot_options import RobotOptions
 
 if TYPE_CHECKING:
     from localization.types import Hint, Pose
-    from robot_sim import WheelSlip
+    from robot_sim import SlipFault
 
 _SECOND = 1_000_000_000
 """A second [ns]."""
@@ -99,11 +99,11 @@ class Mission:
         return round((self.duration or _TIME_LIMIT) * _SECOND)
 
     @property
-    def slips(self) -> tuple[WheelSlip, ...]:
+    def slips(self) -> tuple[SlipFault, ...]:
         """The slip bursts as settings of the simulated drive."""
-        from robot_sim import WheelSlip
+        from robot_sim import SlipFault
 
-        return tuple(WheelSlip(round(t * _SECOND), _SECOND, 2.0) for t in self.slip)
+        return tuple(SlipFault(round(t * _SECOND), _SECOND, 2.0) for t in self.slip)
 
     def hint(self, spawn: Pose) -> Hint:
         """Return the hint: the true first pose, displaced and turned in a direction given by the seed.

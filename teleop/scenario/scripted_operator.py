@@ -138,6 +138,8 @@ async def _step(operator: OperatorClient, ticks: int) -> None:
 
 def main() -> int:
     """Read the script named on the command line and follow it."""
+    # The robot waits for the main thread, which must not wait 5 ms for the thread of the display.
+    sys.setswitchinterval(0.0005)
     try:
         asyncio.run(_operate_until_terminated(OperatorScript.load(Path(sys.argv[1]))))
     except (KeyboardInterrupt, asyncio.CancelledError):

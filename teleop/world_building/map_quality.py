@@ -14,11 +14,11 @@ from scipy.spatial import cKDTree
 from localization.evaluation.metrics import Statistics, align, ate
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray
-from localization.mapping.cloud_builder import distances_to_mesh
+from localization.mapping.mesh_distance import distances_to_mesh
 from localization.mapping.slam import Survey
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from robot_sim.survey.static_mesh import still_mesh
+from robot_sim.survey.static_mesh import static_mesh
 from teleop.world_building.station_survey import visible_surface
 
 _NEAR: Final = 0.05
@@ -42,7 +42,7 @@ class CloudDistances:
     @classmethod
     def of(cls, points: FloatArray, world: World) -> CloudDistances:
         """Measure points (N, 3) against all static surfaces of a world."""
-        distances = distances_to_mesh(points, *still_mesh(world))
+        distances = distances_to_mesh(points, *static_mesh(world))
         return cls(Statistics.of(distances), float((distances < _NEAR).mean()))
 
 
@@ -104,7 +104,7 @@ def map_quality(survey: Survey, cloud: Cloud, truth: Trajectory, world: World) -
     motion = align(survey.trajectory, truth)
     moved = ate(survey.trajectory, truth, aligned=True)
     return MapQuality(
-        way=survey.way,
+        way=survey.distance,
         key_frames=len(survey.keys),
         closures=len(survey.closures),
         points=len(cloud.points),

@@ -14,8 +14,7 @@ from matplotlib.figure import Figure
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from robot_sim.floorplan.plan import Plan
-from robot_sim.layout.footprints import footprints
-from robot_sim.layout.route_planning import Footprint
+from robot_sim.layout.footprints import Footprint, footprints
 
 _CORNERS: Final = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
 _BELOW_CEILING: Final = 2.2

@@ -18,8 +18,8 @@ from matplotlib.figure import Figure
 
 from localization.maps.cloud import Cloud
 from robot_sim import load_world, scene_names
-from robot_sim.survey.photograph import Camera, photograph
-from robot_sim.worlds.worlds import World
+from robot_sim.survey.rendering import Camera, render_world
+from robot_sim.worlds.world import World
 from teleop.scene_clouds import load_scene_cloud
 
 _SIZE: Final = (1000, 640)
@@ -82,7 +82,7 @@ def draw(world: World, cloud: Cloud, path: Path) -> None:
     room = world.plan.height if world.plan is not None else 3.0
     highest = room - 0.1 if world.plan is not None and world.plan.ceiling else 7.0
     halves = (
-        photograph(world, camera, width=width, height=height, hidden=hidden),
+        render_world(world, camera, width=width, height=height, hidden=hidden),
         draw_cloud(cloud, camera, highest=highest),
     )
     titles = (

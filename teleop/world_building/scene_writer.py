@@ -10,7 +10,8 @@ from localization.maps.map_files import save_cloud
 from robot_sim.floorplan.plan import Plan
 from robot_sim.floorplan.scene_folders import PLAN_FILE
 from robot_sim.layout.route_planning import length
-from robot_sim.worlds.worlds import World, build_world
+from robot_sim.worlds.from_floorplan import build_world
+from robot_sim.worlds.world import World
 from teleop.world_building.station_survey import survey_from_stations
 
 Progress = Callable[[float, str], None]

@@ -15,7 +15,7 @@ from localization.cli.terminal import Progress, say
 if TYPE_CHECKING:
     from localization.types import Pose
     from robot_sim.floorplan.plan import Plan
-    from robot_sim.worlds.worlds import World
+    from robot_sim.worlds.world import World
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class List:
         """Run the command."""
         from robot_sim.floorplan.scene_folders import PLAN_FILE, scene_names
         from robot_sim.layout.route_planning import length
-        from robot_sim.worlds.worlds import load_plan
+        from robot_sim.worlds.loading import load_plan
         from teleop.scene_clouds import scene_cloud_path
 
         ours = sorted(p.parent for p in Path("worlds").glob(f"*/{PLAN_FILE}"))
@@ -132,7 +132,7 @@ class Show:
 
     def __call__(self) -> int:
         """Run the command."""
-        from robot_sim.worlds.worlds import load_world
+        from robot_sim.worlds.loading import load_world
 
         say(*_described(load_world(self.scene), self.scene))
         return 0

@@ -14,9 +14,11 @@ from localization.types import Inertial, Pose, Reading, Scan, Twist, WheelSpeeds
 from robot_sim.errors import PhysicsError, SimulationError, UnknownSceneError, WorldError
 from robot_sim.physics import Physics
 from robot_sim.robot.mujoco_body import FLOOR_BIT, OBSTACLE_BIT, add_robot, set_physics
+from robot_sim.robot_placement import place_robot
 from robot_sim.sensors.lidar import ScannerConfig
 from robot_sim.simulation import STEPS_PER_TICK, TICK_NS, Simulation, SimulationConfig
-from robot_sim.worlds.worlds import TIMESTEP_NS, World, parse_world, place_robot
+from robot_sim.worlds.loading import parse_world
+from robot_sim.worlds.world import TIMESTEP_NS, World
 
 BARE = "bounds = [-9, -9, 9, 9]\nspawn = [0, 0, 0]\nceiling = false"
 

@@ -15,7 +15,7 @@ from localization.maps.prepared_map import PreparedMap, prepare
 from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Estimate, Pose
 from robot_sim import World, WorldOptions
-from robot_sim.worlds.worlds import parse_world
+from robot_sim.worlds.loading import parse_world
 from teleop.world_building.station_survey import StationConfig, survey_from_stations
 
 pytestmark = [pytest.mark.slow]

@@ -29,7 +29,7 @@ from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Health
 from robot_sim import MOUNTS, World
 from robot_sim.building_generator import generate
-from robot_sim.worlds.worlds import build_world
+from robot_sim.worlds.from_floorplan import build_world
 from teleop.world_building.station_survey import survey_from_stations
 
 HEIGHT = float(MOUNTS["laser_horizontal"].position[2])

@@ -53,9 +53,9 @@ def test_slip_is_noticed_even_when_it_sets_in_too_gently_for_the_tyre_test(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Wheels 30 % too fast gain no impossible speed; KISS-ICP has to contradict them."""
-    from robot_sim import WheelSlip
+    from robot_sim import SlipFault
 
-    slips = (WheelSlip(20 * 10**9, 2 * 10**9, 1.3),)
+    slips = (SlipFault(20 * 10**9, 2 * 10**9, 1.3),)
     monkeypatch.setattr(Mission, "slips", property(lambda self: slips))
     summary, record = drive(Mission(seed=3, duration=30.0), office, office_cloud, cache, tmp_path)
     slipping = [s.stamp / 1e9 for s in record.ticks if s.estimate.health == "slipping"]

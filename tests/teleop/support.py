@@ -30,9 +30,11 @@ from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.serve import serve
 from teleop.robot.serve_config import ServeConfig
 from teleop.robot.topics.topic_table import OUTPUTS
-from teleop.rosbridge.messages.codec import read_cbor
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.cbor import read_cbor
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.server import Server
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -197,6 +199,16 @@ async def peer(url: str, *, source: socket.socket | None = None) -> AsyncIterato
             await client.close()
 
 
+class _Departures(Observer):
+    """Collects the names of clients that disconnect."""
+
+    def __init__(self, names: asyncio.Queue[str]) -> None:
+        self._names = names
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        self._names.put_nowait(connection.name)
+
+
 @dataclass
 class Rig:
     """A robot in lockstep behind a server on a free port."""
@@ -213,7 +225,7 @@ class Rig:
 
     def __post_init__(self) -> None:
         self._departures: asyncio.Queue[str] = asyncio.Queue()
-        self.server.on_disconnect(lambda client, name: self._departures.put_nowait(name))
+        self.server.protocol.observers.add(_Departures(self._departures))
 
     async def departure(self) -> str:
         """Wait until the next client has left, and the robot knows; return its name."""
@@ -225,7 +237,7 @@ async def lockstep(world: World, cloud: Cloud, cache: Path, *, seed: int = 0) ->
     """Serve a robot whose time passes only when a client asks."""
     simulation = Simulation(world, seed=seed)
     robot = Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
-    protocol = Protocol(registry(), limits=Limits.unhurried())
+    protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
     host = RosbridgeAdapter(robot, server, cloud)
     stepper = LockstepService(host)

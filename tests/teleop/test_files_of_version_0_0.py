@@ -9,7 +9,7 @@ import pytest
 
 from teleop.joystick import JoystickLayout, read_joy
 from teleop.robot.serve import ROLES
-from teleop.rosbridge import Role, read_keyring
+from teleop.rosbridge import Role, read_credentials
 from teleop.scenario.run_report import summary_table
 from teleop.scenario.run_summary import read_summary
 
@@ -41,7 +41,7 @@ def test_token_file_is_read(tmp_path: Path) -> None:
     tokens = tmp_path / "tokens.toml"
     tokens.touch(mode=0o600)
     tokens.write_bytes((WRITTEN / "tokens.toml").read_bytes())
-    keyring = read_keyring(tokens, ROLES)
+    keyring = read_credentials(tokens, ROLES)
     access = keyring.find("test")
     assert access is not None
     assert (access.holder, access.role) == ("unity", Role.OPERATE)

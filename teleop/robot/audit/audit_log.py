@@ -14,7 +14,9 @@ from teleop.robot.audit.audit_rate_limit import AuditRateLimiter
 from teleop.robot.inbox import DriveCommand
 from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.auth.permissions import Access
-from teleop.rosbridge.auth.refusals import Refusal
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
+from teleop.rosbridge.protocol.refusals import Refusal
 from teleop.rosbridge.server.server import Server
 
 _DIGITS: Final = 6
@@ -30,7 +32,7 @@ SUPPRESSED: Final = "suppressed"
 """Kind of the line that reports how many lines were suppressed."""
 
 
-class AuditLog:
+class AuditLog(Observer):
     """Turns events into lines; owns the last request of each client that it has logged."""
 
     def __init__(
@@ -49,16 +51,13 @@ class AuditLog:
             stamp: Returns the time of the robot's clock [ns].
             wall: Returns date and time, for people.
         """
-        self._write, self._server = write, server
+        self._write = write
         self._stamp, self._wall = stamp, wall
         self._identity: dict[str, dict[str, str]] = {}
         self._logged: dict[str, tuple[VelocityRequest, str]] = {}
         self._hints: deque[tuple[Hint, str]] = deque(maxlen=_MAX_HINTS)
         self._rates = AuditRateLimiter()
-        server.on_connect(self._connected)
-        server.on_disconnect(self._disconnected)
-        server.protocol.on_auth(self._authenticated)
-        server.protocol.on_refusal(self._refused)
+        server.protocol.observers.add(self)
 
     def hint(self, client: str, hint: Hint) -> None:
         """Log a hint, with the standard deviations that its sender gave."""
@@ -118,24 +117,29 @@ class AuditLog:
                 found, why = verdict.verdict.value, verdict.reason
                 self._line("hint answered", client, verdict=found, reason=why)
 
-    def _refused(self, client: int, refusal: Refusal) -> None:
+    def refused(self, connection: Connection, refusal: Refusal) -> None:
+        """Log a rejected operation."""
         if refusal.op not in _HARMLESS:
             asked = {"op": refusal.op, "name": refusal.name}
             given = {key: value for key, value in asked.items() if value}
-            self._line("refused", self._server.name(client), **given, refused=refusal.why)
+            self._line("refused", connection.name, **given, refused=refusal.why)
 
-    def _connected(self, client: int, name: str) -> None:
-        self._identify(name, self._server.protocol.access(client))
-        self._line("connected", name)
+    def connected(self, connection: Connection, now: int) -> None:
+        """Log a connection."""
+        self._identify(connection.name, connection.access)
+        self._line("connected", connection.name)
 
-    def _disconnected(self, client: int, name: str) -> None:
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """Log the end of a connection."""
+        name = connection.name
         self._line("disconnected", name)
         self._identity.pop(name, None)
         self._logged.pop(name, None)
         self._rates.leave(name)
 
-    def _authenticated(self, client: int, access: Access | None, now: int) -> None:
-        name = self._server.name(client)
+    def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
+        """Log an authentication, or its rejection."""
+        name = connection.name
         if access is None:
             self._line("auth refused", name)
         else:

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Final
 
-from teleop.rosbridge.protocol.rate_limits import Allowance
+from teleop.rosbridge.limits import TokenBucket
 
 _BURST: Final = 20.0
 """Size of a burst, as the number of seconds whose lines may come at once [s]."""
@@ -54,10 +54,10 @@ class AuditRateLimiter:
 
     def __init__(self) -> None:
         """Start with full allowances."""
-        self._common: dict[str, Allowance] = {}
-        self._own: dict[str, dict[str, Allowance]] = {}
+        self._common: dict[str, TokenBucket] = {}
+        self._own: dict[str, dict[str, TokenBucket]] = {}
         self._suppressed: dict[str, Counter[str]] = {}
-        self._counts: Allowance | None = None
+        self._counts: TokenBucket | None = None
 
     def take(self, kind: str, client: str, now: int) -> bool:
         """Return whether a line of a kind may be written at ``now`` [ns]; else count it as suppressed."""
@@ -66,9 +66,9 @@ class AuditRateLimiter:
             return True
         own = self._own.setdefault(client, {})
         if kind not in own:
-            own[kind] = Allowance(rate.each, _BURST, now)
+            own[kind] = TokenBucket(rate.each, _BURST, now)
         if kind not in self._common:
-            self._common[kind] = Allowance(rate.all, _BURST, now)
+            self._common[kind] = TokenBucket(rate.all, _BURST, now)
         if own[kind].take(1, now) and self._common[kind].take(1, now):
             return True
         named = client in self._suppressed or len(self._suppressed) < _MAX_NAMED
@@ -85,7 +85,7 @@ class AuditRateLimiter:
         if not self._suppressed:
             return {}
         if self._counts is None:
-            self._counts = Allowance(_COUNT_RATE, 1.0, now)
+            self._counts = TokenBucket(_COUNT_RATE, 1.0, now)
         if not last and not self._counts.take(1, now):
             return {}
         counts = {client: dict(kinds) for client, kinds in self._suppressed.items()}

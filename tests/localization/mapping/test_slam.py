@@ -9,11 +9,15 @@ import pytest
 from localization.evaluation.metrics import ate
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray
-from localization.mapping.loop_closure import Closure, ClosureConfig, LoopCloser
+from localization.mapping.flat_sweep import FlatSweep
+from localization.mapping.loop_closure import LoopCloser
+from localization.mapping.loop_closure_types import Closure, ClosureConfig
 from localization.mapping.loop_optimization import close_loops
 from localization.mapping.odometry_front_end import Odometer, OdometerConfig
-from localization.mapping.slam import SlamConfig, SlamError, Survey, survey_of
-from localization.mapping.submap import FlatSweep, Submap, between, compose
+from localization.mapping.planar_pose import between, compose
+from localization.mapping.slam import Survey, map_drive
+from localization.mapping.slam_config import MappingError, SlamConfig
+from localization.mapping.submap import Submap
 from localization.maps.prepared_map import prepare
 from localization.motion.motion_model import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
@@ -126,9 +130,9 @@ def far_and_back(gap: float) -> tuple[LoopCloser, FloatArray]:
 def test_place_that_repeats_within_the_drift_closes_no_loop() -> None:
     """60 m on, drift may be 1.9 m: which of the equal pilasters these are nobody can know."""
     closer, believed = far_and_back(1.0)
-    found, refusals = closer.find(believed)
+    found, rejected_closures = closer.find(believed)
     assert found == []
-    assert refusals.ambiguous >= 3
+    assert rejected_closures.ambiguous >= 3
 
 
 def test_lone_closure_is_not_believed() -> None:
@@ -136,10 +140,10 @@ def test_lone_closure_is_not_believed() -> None:
     sweeps = flat(RING, truth)
     odometry = strayed(truth, 0.01, np.deg2rad(0.15))
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(odometry[:, :2], axis=0).T))])
-    strict = LoopCloser(sweeps, way, ClosureConfig(supporters=1000))
-    found, refusals = strict.find(odometry)
+    strict = LoopCloser(sweeps, way, ClosureConfig(min_supporters=1000))
+    found, rejected_closures = strict.find(odometry)
     assert found == []
-    assert refusals.alone >= 3
+    assert rejected_closures.unsupported >= 3
 
 
 def test_closure_that_drift_cannot_explain_is_refused() -> None:
@@ -161,7 +165,7 @@ def test_sweep_of_another_room_is_unexplained() -> None:
     assert closer.close(2, 0, believed, 40.0) == "unexplained"
 
 
-def test_bare_corridor_tells_nothing_along_itself() -> None:
+def test_bare_corridor_leaves_its_direction_unobservable() -> None:
     bare = Place([f for f in box((-15.0, -1.0, 0.0), (15.0, 1.0, 2.5), inside=True) if f.axis != 0])
     poses = np.array([(x, 0.1, 0.02) for x in np.arange(-1.0, 1.1, 0.25)])
     sweeps = flat(bare, poses)
@@ -195,7 +199,7 @@ LEVEL = SlamConfig.of(SensorConfiguration())
 
 @pytest.fixture(scope="module")
 def survey(readings: list[Reading]) -> Survey:
-    return survey_of(readings, MOUNTS, LEVEL, start=START)
+    return map_drive(readings, MOUNTS, LEVEL, start=START)
 
 
 def truth_of(drive: Drive) -> Trajectory:
@@ -203,13 +207,13 @@ def truth_of(drive: Drive) -> Trajectory:
     return Trajectory.from_poses((stamp, drive.pose(stamp)) for stamp in stamps)
 
 
-def test_drive_is_followed_without_map_and_truth(drive: Drive, survey: Survey) -> None:
+def test_drive_is_tracked_without_a_map(drive: Drive, survey: Survey) -> None:
     error = ate(survey.trajectory, truth_of(drive))
     assert error.horizontal.rmse < 0.02
     assert error.horizontal.max < 0.05
     assert error.heading.max < np.deg2rad(0.6)
-    assert survey.way == pytest.approx(13.6, rel=0.03)
-    assert survey.refused == 0
+    assert survey.distance == pytest.approx(13.6, rel=0.03)
+    assert survey.rejected_readings == 0
 
 
 def test_map_of_a_drive_localises_the_robot_on_another(survey: Survey) -> None:
@@ -231,13 +235,13 @@ def test_map_of_a_drive_localises_the_robot_on_another(survey: Survey) -> None:
     assert abs(off.yaw) < np.deg2rad(0.5)
 
 
-def test_map_begins_at_its_origin_unless_told(readings: list[Reading], survey: Survey) -> None:
+def test_map_begins_at_its_origin_by_default(readings: list[Reading], survey: Survey) -> None:
     short = readings[: len(readings) // 2]
-    here = survey_of(short, MOUNTS, LEVEL)
+    here = map_drive(short, MOUNTS, LEVEL)
     first = here.trajectory.pose(0)
     assert np.hypot(*first.position[:2]) < 1e-6
     assert abs(first.yaw) < 1e-6
-    there = survey_of(short, MOUNTS, LEVEL, start=START)
+    there = map_drive(short, MOUNTS, LEVEL, start=START)
     step = START.inverse() @ there.trajectory.pose(len(there.steps) - 1)
     same = here.trajectory.pose(len(here.steps) - 1)
     assert step.position == pytest.approx(same.position, abs=1e-6)
@@ -246,7 +250,7 @@ def test_map_begins_at_its_origin_unless_told(readings: list[Reading], survey: S
 
 def test_same_readings_give_the_same_bits(readings: list[Reading]) -> None:
     part = readings[: len(readings) // 3]
-    one, two = (survey_of(part, MOUNTS, LEVEL) for _ in range(2))
+    one, two = (map_drive(part, MOUNTS, LEVEL) for _ in range(2))
     assert one.trajectory.positions.tobytes() == two.trajectory.positions.tobytes()
     assert one.trajectory.quaternions_wxyz.tobytes() == two.trajectory.quaternions_wxyz.tobytes()
 
@@ -256,33 +260,33 @@ def test_drive_is_followed_with_fewer_sensors(
     motion: Motion, drive: Drive, readings: list[Reading]
 ) -> None:
     part = readings[: len(readings) // 2]
-    survey = survey_of(part, MOUNTS, SlamConfig.of(SensorConfiguration(motion)), start=START)
+    survey = map_drive(part, MOUNTS, SlamConfig.of(SensorConfiguration(motion)), start=START)
     error = ate(survey.trajectory, truth_of(drive))
     assert error.horizontal.max < 0.15
 
 
-def test_readings_that_cannot_be_are_passed_over(readings: list[Reading]) -> None:
+def test_invalid_readings_are_skipped(readings: list[Reading]) -> None:
     bad = Inertial(5 * TICK, np.array([np.nan, 0.0, 0.0]), np.array([0.0, 0.0, 9.81]))
-    survey = survey_of([*readings[:900], bad, *readings[900:1500]], MOUNTS, LEVEL)
-    assert survey.refused == 1
+    survey = map_drive([*readings[:900], bad, *readings[900:1500]], MOUNTS, LEVEL)
+    assert survey.rejected_readings == 1
     assert np.isfinite(survey.trajectory.positions).all()
 
 
 def test_log_without_scans_makes_no_map(readings: list[Reading]) -> None:
     blind = [r for r in readings if not isinstance(r, Scan)]
-    with pytest.raises(SlamError, match="no sweeps of a horizontal scanner"):
-        survey_of(blind, MOUNTS, LEVEL)
+    with pytest.raises(MappingError, match="no sweeps of a horizontal scanner"):
+        map_drive(blind, MOUNTS, LEVEL)
 
 
 def test_vertical_scanner_alone_makes_no_map(readings: list[Reading]) -> None:
     only = [r for r in readings if not (isinstance(r, Scan) and r.scanner == "laser_horizontal")]
-    with pytest.raises(SlamError, match="no sweeps of a horizontal scanner"):
-        survey_of(only[:2000], MOUNTS, LEVEL)
+    with pytest.raises(MappingError, match="no sweeps of a horizontal scanner"):
+        map_drive(only[:2000], MOUNTS, LEVEL)
 
 
 def test_robot_that_hardly_moved_makes_no_map(readings: list[Reading]) -> None:
-    with pytest.raises(SlamError, match=r"moved 0\.\d m only; a map wants a drive of 2 m"):
-        survey_of(readings[:250], MOUNTS, LEVEL)
+    with pytest.raises(MappingError, match=r"moved 0\.\d m only; a map wants a drive of 2 m"):
+        map_drive(readings[:250], MOUNTS, LEVEL)
 
 
 def test_slipping_wheels_do_not_mislead_the_odometer(drive: Drive, readings: list[Reading]) -> None:

@@ -10,9 +10,10 @@ import pytest
 from localization.evaluation.metrics import ate
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray
-from localization.mapping.odometry_front_end import Step
-from localization.mapping.submap import between, compose
-from localization.mapping.trajectory_refinement import RefinementConfig, refined
+from localization.mapping.drive_knots import RefinementConfig
+from localization.mapping.odometry_front_end import OdometrySweep
+from localization.mapping.planar_pose import between, compose
+from localization.mapping.trajectory_refinement import refined_trajectory
 from localization.types import Pose
 from tests.support_rooms import HALL
 
@@ -30,14 +31,14 @@ def trajectory(places: FloatArray) -> Trajectory:
     return Trajectory.from_poses((1 + i, Pose.planar(*p)) for i, p in enumerate(places.tolist()))
 
 
-def steps() -> list[Step]:
+def steps() -> list[OdometrySweep]:
     """The sweeps of the drive, with odometry that gains 1 % and turns by 0.17 degrees per metre."""
     rolled = [np.zeros(3)]
     for a, b in itertools.pairwise(TRUE):
         rolled.append(compose(rolled[-1], between(a, b) * [1.01, 1.01, 1.0] + [0, 0, 0.0003]))
     none = np.zeros((3, 3))
     return [
-        Step(HALL.sweep(Pose.planar(*place), noise=0.01, seed=i, stamp=1 + i), at, at, 0.0, (0.0, 0.0), none, none)
+        OdometrySweep(HALL.sweep(Pose.planar(*place), noise=0.01, seed=i, stamp=1 + i), at, at, 0.0, (0.0, 0.0), none, none)
         for i, (place, at) in enumerate(zip(TRUE.tolist(), rolled, strict=True))
     ]  # fmt: skip
 
@@ -54,7 +55,7 @@ def bent() -> FloatArray:
 
 def test_bent_drive_is_straightened_to_millimetres() -> None:
     before, truth = trajectory(bent()), trajectory(TRUE)
-    after = refined(steps(), before)
+    after = refined_trajectory(steps(), before)
     assert ate(before, truth, aligned=True).horizontal.rmse > 0.015
     error = ate(after, truth, aligned=True)
     assert error.horizontal.rmse < 0.003
@@ -63,7 +64,7 @@ def test_bent_drive_is_straightened_to_millimetres() -> None:
 
 def test_first_pose_and_level_heights_stay() -> None:
     before = trajectory(bent())
-    after = refined(steps(), before, RefinementConfig(rounds=1))
+    after = refined_trajectory(steps(), before, RefinementConfig(rounds=1))
     assert after.pose(0).position == pytest.approx(before.pose(0).position, abs=1e-6)
     assert after.pose(0).yaw == pytest.approx(before.pose(0).yaw, abs=1e-6)
     assert np.abs(after.positions[:, 2]).max() < 1e-6
@@ -77,5 +78,5 @@ def test_height_that_wanders_is_brought_back_where_ground_is_not_level() -> None
         (1 + i, Pose(pose.position + [0.0, 0.0, z], pose.quaternion_wxyz))
         for i, (pose, z) in enumerate(zip(wandering, height, strict=True))
     )
-    after = refined(steps(), lifted, RefinementConfig(level=False))
+    after = refined_trajectory(steps(), lifted, RefinementConfig(level=False))
     assert np.abs(after.positions[:, 2] - after.positions[0, 2]).max() < 0.006

@@ -20,11 +20,12 @@ from robot_sim import (
     parse_world,
     scene_names,
 )
-from robot_sim.actors.movers import Mover, Walker, moving_bodies
+from robot_sim.actors.actor_bodies import moving_bodies
+from robot_sim.actors.movers import Mover, Walker
 from robot_sim.actors.walking import ACCELERATION, Walk
-from robot_sim.floorplan.actors_in_plan import FASTEST, Leaf, Person
+from robot_sim.floorplan.actors_in_plan import MAX_WALKING_SPEED, DoorLeaf, Person
 from robot_sim.simulation import TICK_NS
-from robot_sim.worlds.worlds import WorldOptions
+from robot_sim.worlds.world import WorldOptions
 
 ALIVE = WorldOptions(alive=True)
 SECOND = 1_000_000_000
@@ -60,7 +61,7 @@ corners = st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0))
 @settings(max_examples=40)
 @given(
     path=st.lists(corners, min_size=3, max_size=6),
-    speed=st.floats(0.5, FASTEST),
+    speed=st.floats(0.5, MAX_WALKING_SPEED),
     loop=st.booleans(),
     stops=st.lists(st.floats(0.5, 5.0), min_size=6, max_size=6),
 )
@@ -177,7 +178,7 @@ def test_cart_keeps_its_place_before_whoever_pushes_it() -> None:
 
 
 def test_leaf_opens_all_the_way_and_closes_again_smoothly() -> None:
-    leaf = Leaf("door", (1.0, 2.0), closed=0.5, swing=-1.4, open_time=4.0, closed_time=6.0)
+    leaf = DoorLeaf("door", (1.0, 2.0), closed=0.5, swing=-1.4, open_time=4.0, closed_time=6.0)
     (body,) = moving_bodies([leaf])
     positions, yaws = body.mover.pose_at(times(400.0, 0.02))
     np.testing.assert_array_equal(positions, np.broadcast_to((1.0, 2.0, 0.0), positions.shape))
@@ -227,7 +228,7 @@ def test_who_has_a_start_stands_until_then() -> None:
          "person 'a': speed must be at most 2.5 m/s, got 9"),
         ('[[person]]\nname = "a"\npath = [[1, 1], [2, 2]]\nhat = true', "unknown entry 'hat'"),
         ('[[person]]\nname = "a"\npath = [[1, 1], [2, 2]]\n'
-         '[[cart]]\nname = "a"\npath = [[1, 1], [2, 2]]', "there are two of that name"),
+         '[[cart]]\nname = "a"\npath = [[1, 1], [2, 2]]', "two actors have this name"),
         ('[[person]]\nname = "a"\npath = [[8, 4], [12, 4], [12, 6]]',
          "person 'a' walks through east_0 between [8, 4] and [12, 4]"),
         ('[[cart]]\nname = "c"\npath = [[1, 1], [2, 2]]\nsize = [1, 1, 0.1]',

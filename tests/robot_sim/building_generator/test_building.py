@@ -9,16 +9,17 @@ import mujoco
 import numpy as np
 import pytest
 
-from robot_sim.building_generator import AREAS, MARGIN, Building, generate
+from robot_sim.building_generator import AREAS, Building, generate
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.toml_reader import plan_from_toml
 from robot_sim.floorplan.toml_writer import plan_to_toml
-from robot_sim.layout.footprints import footprints
-from robot_sim.layout.route_planning import TOUR_LIMIT, Footprint, length
+from robot_sim.layout.footprints import Footprint, footprints
+from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, length
 from robot_sim.robot.mujoco_body import HEADROOM
 from robot_sim.robot.p3at import P3AT
+from robot_sim.robot_placement import place_robot
 from robot_sim.scene_objects.furniture import piece_blocks, size_of
-from robot_sim.worlds.worlds import build_world, place_robot
+from robot_sim.worlds.from_floorplan import build_world
 
 SEEDS = range(32)
 LEAST = P3AT().swing_radius + MARGIN

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.types import Pose, Twist, WheelSpeeds
-from robot_sim.drive.drivetrain import Drive, DriveConfig, WheelSlip, ramp
+from robot_sim.drive.drivetrain import DriveConfig, Drivetrain, SlipFault, ramp
 from robot_sim.robot.p3at import P3AT
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World, parse_world
+from robot_sim.worlds.loading import parse_world
+from robot_sim.worlds.world import World
 
 BLIND = SimulationConfig(scanners=())
 speeds = st.floats(-5.0, 5.0)
@@ -29,7 +30,7 @@ def test_ramp_never_overshoots_and_never_exceeds_its_steps(now: float, target: f
 
 def settled(forward: float, turn: float) -> tuple[float, float]:
     """Return the forward speed and yaw rate that a drive settles at."""
-    drive = Drive(DriveConfig(), P3AT())
+    drive = Drivetrain(DriveConfig(), P3AT())
     drive.command(Twist.planar(forward, turn))
     for _ in range(2000):
         left, right = drive.advance(0.01)
@@ -57,7 +58,7 @@ def test_limits_hold_and_the_curve_is_kept(forward: float, turn: float) -> None:
 def test_a_tick_at_once_gives_the_numbers_of_its_steps(
     commands: list[tuple[float, float]], ticks: int
 ) -> None:
-    at_once, stepwise = Drive(DriveConfig(), P3AT()), Drive(DriveConfig(), P3AT())
+    at_once, stepwise = Drivetrain(DriveConfig(), P3AT()), Drivetrain(DriveConfig(), P3AT())
     for forward, turn in commands:
         at_once.command(Twist.planar(forward, turn))
         stepwise.command(Twist.planar(forward, turn))
@@ -68,7 +69,7 @@ def test_a_tick_at_once_gives_the_numbers_of_its_steps(
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_drive_refuses_what_is_not_finite(bad: float) -> None:
-    drive = Drive(DriveConfig(), P3AT())
+    drive = Drivetrain(DriveConfig(), P3AT())
     with pytest.raises(ValueError, match="finite"):
         drive.command(Twist.planar(bad, 0.0))
     with pytest.raises(ValueError, match="finite"):
@@ -82,7 +83,7 @@ def test_drive_config_refuses_a_limit_that_is_not_positive() -> None:
 
 def test_wheel_slip_refuses_a_negative_duration() -> None:
     with pytest.raises(ValueError, match="slip"):
-        WheelSlip(0, -1, 2.0)
+        SlipFault(0, -1, 2.0)
 
 
 def test_robot_speeds_up_by_its_ramp_drives_straight_and_brakes_in_its_distance(
@@ -178,7 +179,7 @@ def test_encoders_are_silent_at_rest(field: World) -> None:
 
 
 def test_injected_slip_scales_both_sides_while_it_lasts(field: World) -> None:
-    slip = WheelSlip(start_ns=4_000_000_000, duration_ns=1_000_000_000, factor=2.0)
+    slip = SlipFault(start_ns=4_000_000_000, duration_ns=1_000_000_000, factor=2.0)
     config = SimulationConfig(drive=DriveConfig(slips=(slip,)), scanners=())
     simulation = Simulation(field, config=config)
     simulation.command(Twist.planar(0.4, 0.0))

@@ -19,11 +19,11 @@ from robot_sim.drive.motor_controller import (
     FirmwareConfig,
     MotionCommand,
     Override,
-    quantised,
+    quantised_command,
 )
 from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import TICK_NS, Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 P3AT_FIRMWARE = FirmwareConfig()
 LIKE_THE_VENDOR = SimulationConfig(drive=DriveConfig(firmware=P3AT_FIRMWARE), scanners=())
@@ -58,7 +58,7 @@ def told(firmware: Firmware, left: float, right: float, ticks: int) -> list[Stan
 
 @given(st.floats(-2.0, 2.0), st.floats(-5.0, 5.0))
 def test_vel_commands_are_whole_millimetres_and_degrees(forward: float, turn: float) -> None:
-    v, w = quantised(forward, turn, P3AT_FIRMWARE)
+    v, w = quantised_command(forward, turn, P3AT_FIRMWARE)
     assert abs(v - forward) <= 0.5e-3 + 1e-12
     assert abs(w - turn) <= math.radians(0.5) + 1e-12
     assert 1e3 * v == pytest.approx(round(1e3 * v), abs=1e-9)
@@ -70,7 +70,7 @@ def test_vel2_commands_are_steps_of_20_mm_per_second_on_each_side(
     forward: float, turn: float
 ) -> None:
     config = replace(P3AT_FIRMWARE, motion=MotionCommand.VEL2)
-    v, w = quantised(forward, turn, config)
+    v, w = quantised_command(forward, turn, config)
     across = 0.5 * w * config.effective_track
     wanted = 0.5 * turn * config.effective_track
     for side, asked in ((v - across, forward - wanted), (v + across, forward + wanted)):
@@ -80,7 +80,7 @@ def test_vel2_commands_are_steps_of_20_mm_per_second_on_each_side(
 
 def test_vel2_commands_end_where_a_signed_byte_does() -> None:
     config = replace(P3AT_FIRMWARE, motion=MotionCommand.VEL2)
-    assert quantised(100.0, 0.0, config)[0] == pytest.approx(2.54)
+    assert quantised_command(100.0, 0.0, config)[0] == pytest.approx(2.54)
 
 
 def test_effective_track_is_that_of_the_vendors_constant() -> None:

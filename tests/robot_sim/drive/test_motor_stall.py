@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robot_sim.drive.motor_stall import StallConfig, StallWatch
+from robot_sim.drive.motor_stall import StallConfig, StallDetector
 from robot_sim.robot.p3at import P3AT
 
 TICK = 20_000_000
@@ -13,7 +13,7 @@ STILL, FULL = np.zeros(4), np.full(4, 12.0)
 
 
 def ticks_until_stall(torque: float, rate: float, *, limit: int = 100) -> int | None:
-    watch = StallWatch(P3AT(), StallConfig(), TICK)
+    watch = StallDetector(P3AT(), StallConfig(), TICK)
     for tick in range(1, limit + 1):
         left, right = watch.update(np.full(4, torque), np.full(4, rate))
         assert left == right
@@ -41,14 +41,14 @@ def test_wheels_that_turn_do_not_stall_whatever_they_pull() -> None:
 
 
 def test_sides_stall_apart() -> None:
-    watch = StallWatch(P3AT(), StallConfig(), TICK)
+    watch = StallDetector(P3AT(), StallConfig(), TICK)
     for _ in range(25):
         found = watch.update(np.array([0.0, 12.0, 0.0, 12.0]), STILL)
     assert found == (False, True)
 
 
 def test_a_stall_ends_when_the_load_has_gone_or_is_forgotten() -> None:
-    watch = StallWatch(P3AT(), StallConfig(), TICK)
+    watch = StallDetector(P3AT(), StallConfig(), TICK)
     for _ in range(25):
         assert watch.update(FULL, STILL) is not None
     assert watch.update(STILL, STILL) == (True, True)

@@ -15,7 +15,8 @@ from robot_sim.drive.robot_condition import Condition, attitude
 from robot_sim.robot.mujoco_body import FLOOR_BIT
 from robot_sim.robot.platforms import PLATFORMS
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World, parse_world
+from robot_sim.worlds.loading import parse_world
+from robot_sim.worlds.world import World
 
 BLIND = SimulationConfig(scanners=())
 FIRM = SimulationConfig(drive=DriveConfig(firmware=FirmwareConfig()), scanners=())

@@ -15,7 +15,7 @@ from robot_sim.robot.imperfections import MANDOW_2007
 from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 speeds = st.floats(-2.0, 2.0)
 turns = st.floats(0.01, 3.0) | st.floats(-3.0, -0.01)

@@ -11,8 +11,8 @@ from robot_sim.floorplan.plan import CloudSpec, Door, Placement, Plan, Wall, Win
 from robot_sim.floorplan.toml_reader import plan_from_toml
 from robot_sim.scene_objects.floor_surfaces import SURFACES, Patch
 from robot_sim.scene_objects.glazing import Glazing, Roof
-from robot_sim.scene_objects.slabs import Slab
-from robot_sim.scene_objects.terrain import Hill, Level, Rut
+from robot_sim.scene_objects.ramps_and_steps import Slab
+from robot_sim.scene_objects.terrain import Hill, LevelDisc, Rut
 
 HEAD = "bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\n"
 
@@ -107,7 +107,7 @@ ridge = 4
     assert (terrain.cell, terrain.seed, terrain.shape) == (0.5, 7, (9, 9))
     assert terrain.hills == (Hill(2.0, 2.0, 0.5, 1.0),)
     assert terrain.ruts == (Rut(((0.0, 0.0), (4.0, 4.0))),)
-    assert terrain.levels == (Level(1.0, 1.0, 0.5, 0.2),)
+    assert terrain.levels == (LevelDisc(1.0, 1.0, 0.5, 0.2),)
     assert plan.patches == (Patch(SURFACES["gravel"], 2.0, 1.0, (1.0, 0.5), math.pi / 2),)
     assert plan.glazings == (Glazing("glazing_0", (0.0, 0.0), (4.0, 0.0), plinth=0.5),)
     assert plan.roofs == (Roof("roof_0", (0.0, 0.0, 4.0, 4.0), 3.0, 4.0),)

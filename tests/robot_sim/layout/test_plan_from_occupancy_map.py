@@ -23,7 +23,7 @@ from robot_sim.floorplan.toml_writer import plan_to_toml
 from robot_sim.layout.plan_from_occupancy_map import plan_from_map, rectangles
 from robot_sim.layout.route_planning import length
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
-from robot_sim.worlds.worlds import build_world
+from robot_sim.worlds.from_floorplan import build_world
 
 ENTRIES = {
     "image": "map.pgm",

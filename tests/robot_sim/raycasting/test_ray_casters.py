@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.types import Pose
+from robot_sim.actors.movers import Mover
 from robot_sim.raycasting import (
     MujocoRayCaster,
     RayCaster,
@@ -20,13 +21,14 @@ from robot_sim.raycasting import (
     caster_for,
     caster_selection as choice,
 )
-from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
-from robot_sim.raycasting.moving_geoms import Moved
-from robot_sim.raycasting.pose_timetable import Timetable
+from robot_sim.raycasting.embree_caster import EmbreeRayCaster
+from robot_sim.raycasting.embree_scene import StaticGeometry
+from robot_sim.raycasting.pose_interpolation import PoseInterpolator
 from robot_sim.raycasting.shape_intersection import CONVEX, shape_cosines, shape_distances
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
 from robot_sim.robot.p3at import MOUNTS
-from robot_sim.worlds.worlds import World, WorldOptions, load_world
+from robot_sim.worlds.loading import load_world
+from robot_sim.worlds.world import World, WorldOptions
 
 TOLERANCE = 1e-4
 """What the casters may differ by [m]."""
@@ -139,7 +141,7 @@ def assert_native(
 
 
 def both(
-    model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Moved] = ()
+    model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Mover] = ()
 ) -> tuple[EmbreeRayCaster, MujocoRayCaster]:
     return (
         EmbreeRayCaster(StaticGeometry(model), model, data, movers),
@@ -392,7 +394,7 @@ def test_without_embree_mujoco_casts_after_one_notice(
 
 def test_a_timetable_tells_where_movers_are_at_any_time() -> None:
     world = load_world("office", options=WorldOptions(alive=True))
-    table = Timetable(world.movers)
+    table = PoseInterpolator(world.movers)
     rng = np.random.default_rng(7)
     for second in (0, 1, 17, 18, 600):
         # A sweep may reach over from one chunk into the next.

@@ -8,9 +8,9 @@ import pytest
 
 from localization.types import Inertial, Twist
 from robot_sim.robot.p3at import MOUNTS, P3AT
-from robot_sim.sensors.inertial_unit import InertialConfig
+from robot_sim.sensors.imu import InertialConfig
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 QUIET = SimulationConfig(
     inertial=InertialConfig(

@@ -16,11 +16,17 @@ from robot_sim.array_types import FloatArray
 from robot_sim.errors import SensorError, SimulationError
 from robot_sim.robot.p3at import MOUNTS
 from robot_sim.scene_objects.materials import MATERIALS
-from robot_sim.sensors.beam_effects import (
-    SUB_BEAMS,
+from robot_sim.sensors.echoes import (
+    Echoes,
+    detection_chances,
+    dilution,
+    footprint_depth,
+    received_power,
+)
+from robot_sim.sensors.lidar import Scanner
+from robot_sim.sensors.lidar_effects import (
     Beam,
     Bias,
-    Echoes,
     Effects,
     Mixing,
     Panes,
@@ -28,21 +34,21 @@ from robot_sim.sensors.beam_effects import (
     Sensitivity,
     Spreading,
     Sunlight,
-    detection_chances,
-    dilution,
-    footprint_depth,
-    mixed,
-    received_power,
-    sub_beam_places,
 )
-from robot_sim.sensors.lidar import Scanner
 from robot_sim.sensors.lidar_models import LIDARS, lidar_model
+from robot_sim.sensors.mixed_pixels import SUB_BEAMS, mixed, sub_beam_places
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.sensors.surface_optics import pane_reflectance
-from robot_sim.validation.optical_bench import OpticalBench, bench_scanner, box, pane, wall
+from robot_sim.validation.optical_bench import (
+    OpticalBench,
+    bench_scanner,
+    box_xml,
+    pane_xml,
+    wall_xml,
+)
 
 
-class Bench(OpticalBench):
+class DriveBench(OpticalBench):
     """The bench, with the scanner's parameters spelled out where it is used."""
 
     def sweeps(self, count: int, *, seed: int = 0, **parameters: Any) -> list[Scan]:  # type: ignore[override]
@@ -77,7 +83,7 @@ def test_sub_beams_cover_the_spot_evenly() -> None:
 
 
 def test_wide_beam_on_a_plain_wall_tells_what_a_thin_one_does() -> None:
-    bench = Bench(wall(5.0))
+    bench = DriveBench(wall_xml(5.0))
     (thin,), (wide,) = bench.sweeps(1), bench.sweeps(1, effects=Effects(mixing=Mixing()))
     steep = np.abs(thin.angles) < math.radians(45.0)
     np.testing.assert_allclose(wide.ranges[steep], thin.ranges[steep], atol=1e-3)
@@ -90,7 +96,7 @@ def test_share_of_the_light_on_the_near_surface_is_that_of_the_disc(offset: floa
     """A beam whose middle misses a post's edge by ``offset`` radii is lit by a segment of the disc."""
     beam = Beam(divergence=0.0, aperture=0.1, pulse_length=10.0)
     edge = 0.05 * offset
-    bench = Bench(box(2.1, 1.0 + edge, (0.1, 1.0, 1.0), "wall") + wall(3.0))
+    bench = DriveBench(box_xml(2.1, 1.0 + edge, (0.1, 1.0, 1.0), "wall") + wall_xml(3.0))
     effects = Effects(mixing=Mixing(blend=1.0))
     scans = bench.sweeps(90, effects=effects, beam=beam, field_of_view=1e-5, resolution=5e-8)
     ranges = np.array([scan.ranges for scan in scans]).ravel()
@@ -117,7 +123,7 @@ def _ring_share(offset: float) -> float:
 
 def edge_ranges(gap: float, mixing: Mixing, count: int = 400) -> np.ndarray:
     """Return ranges of the beams that sit on the edge of a post, ``gap`` before a wall at 5 m."""
-    bench = Bench(box(5.0 - gap + 0.01, 0.0, (0.01, 0.25, 2.0), "wall") + wall(5.0))
+    bench = DriveBench(box_xml(5.0 - gap + 0.01, 0.0, (0.01, 0.25, 2.0), "wall") + wall_xml(5.0))
     scans = bench.sweeps(count, effects=Effects(mixing=mixing), field_of_view=math.radians(20.0))
     # At 4.6 m a spot is 77 mm wide and beams are 40 mm apart: the edge cuts these.
     edge = np.abs(np.abs(scans[0].angles) - math.atan2(0.25, 5.0 - gap)) < 0.006
@@ -180,7 +186,7 @@ def test_beam_that_meets_nothing_tells_nothing() -> None:
 
 
 def test_sigma_grows_with_the_depth_of_the_footprint() -> None:
-    bench = Bench(box(0.0, -1.0, (40.0, 0.001, 2.0), "wall"))
+    bench = DriveBench(box_xml(0.0, -1.0, (40.0, 0.001, 2.0), "wall"))
     spreading = Spreading(gain=0.05)
     (exact,) = bench.sweeps(1)
     scans = bench.sweeps(600, effects=Effects(spreading=spreading), sigma=0.012)
@@ -200,7 +206,7 @@ def test_grazed_surface_drops_out_where_the_stretched_echo_is_too_weak() -> None
     shares = []
     for incidence in (0.0, 50.0, 60.0, 65.0, 80.0):
         slope = math.radians(incidence)
-        bench = Bench(box(10.0, 0.0, (0.001, 6.0, 2.0), "asphalt", yaw=slope))
+        bench = DriveBench(box_xml(10.0, 0.0, (0.001, 6.0, 2.0), "asphalt", yaw=slope))
         scans = bench.sweeps(16, effects=effects, **NARROW)
         share = float(np.isfinite([scan.ranges for scan in scans]).mean())
         cosine = np.array([math.cos(slope)])
@@ -236,7 +242,7 @@ def test_range_of_a_data_sheet_holds_at_ten_percent() -> None:
 )
 def test_dark_surfaces_are_lost_as_the_lidar_equation_says(material: str, distance: float) -> None:
     sensitivity = Sensitivity(range_at_10_percent=18.0)
-    bench = Bench(wall(distance, material))
+    bench = DriveBench(wall_xml(distance, material))
     scans = bench.sweeps(30, effects=Effects(sensitivity=sensitivity), range_max=30.0, **NARROW)
     share = float(np.isfinite([scan.ranges for scan in scans]).mean())
     rho = MATERIALS[material].reflectivity
@@ -249,7 +255,9 @@ def test_black_foam_rubber_is_seen_half_as_far_as_ten_percent() -> None:
     """At 2.4 % the equal power comes from 18 m x sqrt(0.24) = 8.8 m."""
     effects = Effects(sensitivity=Sensitivity())
     near, far = (
-        np.isfinite([s.ranges for s in Bench(wall(x, "rubber")).sweeps(30, effects=effects)])
+        np.isfinite(
+            [s.ranges for s in DriveBench(wall_xml(x, "rubber")).sweeps(30, effects=effects)]
+        )
         for x in (8.0, 17.0)
     )
     assert near[:, AHEAD].all()
@@ -257,7 +265,7 @@ def test_black_foam_rubber_is_seen_half_as_far_as_ten_percent() -> None:
 
 
 def test_retroreflectors_are_bright_from_afar_and_aslant() -> None:
-    bench = Bench(box(15.0, 0.0, (0.001, 1.0, 1.0), "retroreflector", yaw=1.0))
+    bench = DriveBench(box_xml(15.0, 0.0, (0.001, 1.0, 1.0), "retroreflector", yaw=1.0))
     (scan,) = bench.sweeps(1, effects=Effects(sensitivity=Sensitivity()))
     assert scan.intensities[AHEAD] == pytest.approx(20.0)
 
@@ -284,7 +292,7 @@ def test_panes_mirror_as_fresnel_says() -> None:
 
 
 def test_glass_is_looked_through_but_for_its_own_glint() -> None:
-    bench = Bench(pane(2.0) + wall(5.0))
+    bench = DriveBench(pane_xml(2.0) + wall_xml(5.0))
     echoes = bench.echoes(along(0.0, 3.0, 10.0, 30.0, 60.0))
     x = echoes.distances * np.cos(np.radians([0.0, 3.0, 10.0, 30.0, 60.0]))
     np.testing.assert_allclose(x, [1.997, 5.0, 5.0, 5.0, 5.0], atol=1e-4)
@@ -296,10 +304,14 @@ def test_glass_is_looked_through_but_for_its_own_glint() -> None:
 
 def test_both_casters_look_through_the_same_glass() -> None:
     pytest.importorskip("embreex")
-    from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
+    from robot_sim.raycasting.embree_caster import EmbreeRayCaster
+    from robot_sim.raycasting.embree_scene import StaticGeometry
 
-    bench = Bench(
-        pane(2.0) + pane(3.0, yaw=0.4) + wall(5.0) + box(0.0, 3.0, (4.0, 0.1, 2.0), "mirror")
+    bench = DriveBench(
+        pane_xml(2.0)
+        + pane_xml(3.0, yaw=0.4)
+        + wall_xml(5.0)
+        + box_xml(0.0, 3.0, (4.0, 0.1, 2.0), "mirror")
     )
     rays = along(*np.linspace(-40.0, 80.0, 121))
     slow = bench.echoes(rays)
@@ -311,7 +323,7 @@ def test_both_casters_look_through_the_same_glass() -> None:
 
 
 def test_glint_fades_with_the_angle_of_incidence_as_configured() -> None:
-    bench = Bench(pane(2.0))
+    bench = DriveBench(pane_xml(2.0))
     degrees = np.array([0.0, 0.5, 1.0, 1.5])
     glass, panes = MATERIALS["glass"], Panes()
     expected = glass.reflectivity + panes.glint * glass.specular * np.exp(
@@ -321,7 +333,7 @@ def test_glint_fades_with_the_angle_of_incidence_as_configured() -> None:
 
 
 def test_pane_before_nothing_is_told_only_near_normal_incidence() -> None:
-    bench = Bench(pane(4.0))
+    bench = DriveBench(pane_xml(4.0))
     effects = lidar_model("sick_lms111").effects()
     told = np.isfinite([scan.ranges for scan in bench.sweeps(40, effects=effects)]).mean(axis=0)
     degrees = np.abs(np.linspace(-135.0, 135.0, 541))
@@ -330,17 +342,19 @@ def test_pane_before_nothing_is_told_only_near_normal_incidence() -> None:
 
 
 def test_two_panes_take_the_light_of_both() -> None:
-    one = Bench(pane(2.0) + wall(5.0)).echoes(along(10.0))
-    two = Bench(pane(2.0) + pane(3.0) + wall(5.0)).echoes(along(10.0))
+    one = DriveBench(pane_xml(2.0) + wall_xml(5.0)).echoes(along(10.0))
+    two = DriveBench(pane_xml(2.0) + pane_xml(3.0) + wall_xml(5.0)).echoes(along(10.0))
     np.testing.assert_allclose(two.distances, one.distances, atol=1e-4)
     glass = MATERIALS["glass"]
     assert two.remissions[0] / one.remissions[0] == pytest.approx(glass.transmittance**2, rel=0.01)
 
 
 def test_mirror_shows_what_is_before_it_as_if_behind() -> None:
-    slant = box(2.0, 0.0, (0.003, 1.0, 1.0), "mirror", yaw=math.radians(-45.0))
-    bench = Bench(
-        slant + box(0.0, 3.1, (9.0, 0.1, 2.0), "wall") + box(0.0, -3.1, (9.0, 0.1, 2.0), "wall")
+    slant = box_xml(2.0, 0.0, (0.003, 1.0, 1.0), "mirror", yaw=math.radians(-45.0))
+    bench = DriveBench(
+        slant
+        + box_xml(0.0, 3.1, (9.0, 0.1, 2.0), "wall")
+        + box_xml(0.0, -3.1, (9.0, 0.1, 2.0), "wall")
     )
     echoes = bench.echoes(along(0.0))
     # Its front is 3 mm off, along a normal at 45 deg: 2 - 0.0042 m to it, then as far as the wall.
@@ -349,8 +363,9 @@ def test_mirror_shows_what_is_before_it_as_if_behind() -> None:
 
 
 def test_two_mirrors_face_to_face_end() -> None:
-    bench = Bench(
-        box(2.0, 0.0, (0.003, 5.0, 5.0), "mirror") + box(-2.0, 0.0, (0.003, 5.0, 5.0), "mirror")
+    bench = DriveBench(
+        box_xml(2.0, 0.0, (0.003, 5.0, 5.0), "mirror")
+        + box_xml(-2.0, 0.0, (0.003, 5.0, 5.0), "mirror")
     )
     echoes = bench.echoes(along(0.0, 20.0, 45.0))
     assert echoes.distances[0] == pytest.approx(1.997)
@@ -358,7 +373,7 @@ def test_two_mirrors_face_to_face_end() -> None:
 
 
 def test_glass_is_a_wall_while_the_effect_is_off() -> None:
-    bench = Bench(pane(2.0) + wall(5.0))
+    bench = DriveBench(pane_xml(2.0) + wall_xml(5.0))
     (scan,) = bench.sweeps(1, effects=Effects(sensitivity=Sensitivity()))
     assert scan.ranges[AHEAD + 40] * math.cos(math.radians(20.0)) == pytest.approx(1.997, abs=1e-4)
     assert scan.intensities[AHEAD] == pytest.approx(0.8)
@@ -371,7 +386,7 @@ def test_sun_shortens_the_range_by_the_power_it_costs() -> None:
     share = {}
     for level in (0.0, 1.0):
         effects = Effects(sensitivity=Sensitivity(), sunlight=Sunlight(level, false_echoes=0.0))
-        bench = Bench(wall(14.0, "dark_fabric"))
+        bench = DriveBench(wall_xml(14.0, "dark_fabric"))
         scans = bench.sweeps(30, effects=effects, **NARROW)
         share[level] = float(np.isfinite([scan.ranges for scan in scans]).mean())
     odds = 19.0 * (18.0 / 14.0) ** (2.0 / 0.10)
@@ -383,7 +398,7 @@ def test_sun_shortens_the_range_by_the_power_it_costs() -> None:
 
 def test_sun_makes_up_echoes_only_where_there_are_none() -> None:
     effects = Effects(sensitivity=Sensitivity(), sunlight=Sunlight(level=0.5, false_echoes=0.04))
-    bench = Bench(box(5.1, 0.0, (0.1, 2.0, 2.0), "wall"))
+    bench = DriveBench(box_xml(5.1, 0.0, (0.1, 2.0, 2.0), "wall"))
     ranges = np.array([scan.ranges for scan in bench.sweeps(200, effects=effects)])
     degrees = np.abs(np.linspace(-135.0, 135.0, 541))
     np.testing.assert_allclose(
@@ -396,10 +411,10 @@ def test_sun_makes_up_echoes_only_where_there_are_none() -> None:
 
 
 def test_sun_blurs_weak_echoes_and_leaves_strong_ones() -> None:
-    sunlight = Sunlight(level=1.0, deafness=0.0, false_echoes=0.0)
+    sunlight = Sunlight(level=1.0, threshold_rise=0.0, false_echoes=0.0)
     sigma = {}
     for material, distance in (("wall", 3.0), ("dark_fabric", 17.0)):
-        bench = Bench(wall(distance, material))
+        bench = DriveBench(wall_xml(distance, material))
         effects = Effects(sensitivity=Sensitivity(), sunlight=sunlight)
         scans = bench.sweeps(60, effects=effects, sigma=0.012, **NARROW)
         ranges = np.array([scan.ranges for scan in scans])
@@ -430,7 +445,7 @@ PLATE = """<body name="walker" mocap="true" pos="2 0 0">
 
 def test_walker_who_comes_nearer_is_slanted_by_the_time_of_the_sweep() -> None:
     walker = Walker((-1.4, 0.0))
-    (scan,) = Bench(PLATE, [walker]).sweeps(1)
+    (scan,) = DriveBench(PLATE, [walker]).sweeps(1)
     seen = np.isfinite(scan.ranges)
     x = scan.ranges[seen] * np.cos(scan.angles[seen])
     np.testing.assert_allclose(x, 2.0 - 1.4 * 1e-9 * scan.offsets[seen], atol=1e-5)
@@ -442,7 +457,7 @@ def test_walker_who_comes_nearer_is_slanted_by_the_time_of_the_sweep() -> None:
 
 @pytest.mark.parametrize("speed", [-1.4, 0.0, 1.4])
 def test_walker_who_goes_along_with_the_sweep_looks_wider(speed: float) -> None:
-    (scan,) = Bench(PLATE, [Walker((0.0, speed))]).sweeps(
+    (scan,) = DriveBench(PLATE, [Walker((0.0, speed))]).sweeps(
         1, resolution=math.radians(0.01), field_of_view=math.radians(90.0)
     )
     seen = scan.angles[np.isfinite(scan.ranges)]
@@ -465,7 +480,7 @@ def test_walker_who_goes_along_with_the_sweep_looks_wider(speed: float) -> None:
 
 
 def test_bias_is_one_number_per_unit_within_the_sheets_bound() -> None:
-    bench = Bench(wall(5.0))
+    bench = DriveBench(wall_xml(5.0))
     biases = []
     for seed in range(200):
         first, second = bench.sweeps(
@@ -479,7 +494,7 @@ def test_bias_is_one_number_per_unit_within_the_sheets_bound() -> None:
 
 
 def test_ranges_come_in_whole_steps() -> None:
-    (scan,) = Bench(wall(5.0)).sweeps(
+    (scan,) = DriveBench(wall_xml(5.0)).sweeps(
         1, effects=Effects(quantisation=Quantisation(0.01)), sigma=0.02
     )
     steps = scan.ranges[np.isfinite(scan.ranges)] / 0.01
@@ -491,7 +506,7 @@ def test_ranges_come_in_whole_steps() -> None:
 
 
 def test_one_effect_more_leaves_the_draws_of_the_others() -> None:
-    bench = Bench(wall(5.0))
+    bench = DriveBench(wall_xml(5.0))
     plain, stepped, biased = (
         bench.sweeps(2, effects=effects, sigma=0.012)[1].ranges
         for effects in (
@@ -524,7 +539,7 @@ def test_realistic_scanner_switches_everything_on_with_its_models_figures(model:
 
 
 def test_optical_effects_without_the_worlds_optics_are_refused() -> None:
-    bench = Bench(wall(5.0))
+    bench = DriveBench(wall_xml(5.0))
     config = ScannerConfig("laser_vertical", effects=Effects(panes=Panes()))
     with pytest.raises(SimulationError, match="'laser_vertical' need the world's optics"):
         Scanner(config, MOUNTS["laser_vertical"], bench.caster, np.random.SeedSequence(0))

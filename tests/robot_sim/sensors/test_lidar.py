@@ -13,12 +13,13 @@ from localization.geometry import interpolate_many, rotation_from_quaternion
 from localization.types import Pose, Scan, Twist
 from robot_sim.array_types import FloatArray
 from robot_sim.robot.p3at import MOUNTS
-from robot_sim.sensors.beam_effects import Echoes
-from robot_sim.sensors.lidar import ScannerConfig, Track
-from robot_sim.sensors.light_paths import Sight
+from robot_sim.sensors.echoes import Echoes
+from robot_sim.sensors.lidar import PoseHistory, ScannerConfig
+from robot_sim.sensors.light_paths import LightTracer
 from robot_sim.sensors.sensor_suite import sensor_suite
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World, load_world
+from robot_sim.worlds.loading import load_world
+from robot_sim.worlds.world import World
 
 EXACT = (
     ScannerConfig("laser_horizontal", sigma=0.0),
@@ -131,7 +132,7 @@ def test_scanner_without_a_mount_is_refused() -> None:
 
 def test_track_blends_neighbouring_poses() -> None:
     poses = [Pose.planar(0.0, 0.0, 0.1), Pose.planar(0.002, 0.0, 0.104)]
-    track = Track(
+    track = PoseHistory(
         np.array([0, 2_000_000]),
         np.array([p.position for p in poses]),
         np.array([p.quaternion_wxyz for p in poses]),
@@ -184,11 +185,11 @@ def test_scanners_cast_together_tell_what_each_tells_alone(
 ) -> None:
     world = load_world(scene)
     sizes: list[int] = []
-    see = Sight.see
+    trace_beams = LightTracer.trace_beams
 
-    def counted(sight: Sight, starts: FloatArray, *rest: Any) -> Echoes:
+    def counted(tracer: LightTracer, starts: FloatArray, *rest: Any) -> Echoes:
         sizes.append(starts.shape[2])
-        return see(sight, starts, *rest)
+        return trace_beams(tracer, starts, *rest)
 
     def drive() -> list[Scan]:
         sizes.clear()
@@ -197,10 +198,10 @@ def test_scanners_cast_together_tell_what_each_tells_alone(
         simulation.command(Twist.planar(0.4, 0.6))
         return scans_of(simulation, 9)
 
-    monkeypatch.setattr(Sight, "see", counted)
+    monkeypatch.setattr(LightTracer, "trace_beams", counted)
     together = drive()
     assert set(sizes) == {2 * 541}
-    monkeypatch.setattr(Sight, "sees_as", lambda sight, other: False)
+    monkeypatch.setattr(LightTracer, "traces_like", lambda tracer, other: False)
     alone = drive()
     assert set(sizes) == {541}
     assert len(together) == len(alone) >= 8

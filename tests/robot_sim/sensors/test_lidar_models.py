@@ -14,7 +14,7 @@ from robot_sim.errors import SensorError, SimulationError
 from robot_sim.sensors.lidar_models import LIDARS, lidar_model
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 
 def scans_of(world: World, scanner: ScannerConfig, ticks: int) -> list[Scan]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from robot_sim.errors import SensorError
-from robot_sim.sensors.beam_effects import Effects
-from robot_sim.sensors.inertial_unit import InertialConfig
+from robot_sim.sensors.imu import InertialConfig
+from robot_sim.sensors.lidar_effects import Effects
 from robot_sim.sensors.lidar_models import LIDARS
 from robot_sim.sensors.sensor_suite import sensor_suite
 from robot_sim.simulation import SimulationConfig

@@ -9,9 +9,10 @@ import pytest
 
 from robot_sim.floorplan.actors_in_plan import Cart
 from robot_sim.floorplan.plan import Placement, Plan, Wall, Window
-from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.survey.total_station import TotalStation
-from robot_sim.worlds.worlds import WorldOptions, build_world
+from robot_sim.worlds.from_floorplan import build_world
+from robot_sim.worlds.world import WorldOptions
 
 EAST = np.array([[1.0, 0.0, 0.0]])
 
@@ -48,7 +49,7 @@ def test_reach_counts_from_the_eye_also_behind_a_pane() -> None:
 
 def test_what_moves_is_not_there() -> None:
     cart = Cart(name="cart", path=((5.0, 4.0), (5.0, 4.2)), pushed=False)
-    plan = hall(inhabitants=(cart,))
+    plan = hall(actors=(cart,))
     eye = np.array([[2.0, 4.1, 0.4]])
     alive = TotalStation(build_world(plan, options=WorldOptions(alive=True)))
     assert alive.look(eye, EAST, 30.0).distances[0] == pytest.approx(16.0, abs=1e-4)

@@ -16,10 +16,11 @@ from localization.types import Health
 from robot_sim import Simulation, SimulationConfig, World, load_world, scene_names
 from robot_sim.array_types import FloatArray
 from robot_sim.floorplan.plan import Plan, Waypoint
-from robot_sim.floorplan.plan_ground import Ground
+from robot_sim.floorplan.plan_ground import PlanGround
 from robot_sim.robot.mujoco_body import HEADROOM
 from robot_sim.scene_objects.blocks import Block, Shape
-from robot_sim.worlds.worlds import load_plan, plan_blocks
+from robot_sim.worlds.from_floorplan import plan_blocks
+from robot_sim.worlds.loading import load_plan
 from teleop.scenario.tour_driver import TourDriver
 from teleop.scene_clouds import scene_cloud_path
 
@@ -109,7 +110,7 @@ def test_warehouse_repeats_itself() -> None:
 
 def test_courtyard_rolls_and_pitches_the_robot_where_it_is_said_to_stand() -> None:
     world = world_of("courtyard")
-    ground = Ground(plan_of(world))
+    ground = PlanGround(plan_of(world))
     tour = np.array(world.tour)
     line = np.concatenate([np.linspace(a, b, 200) for a, b in pairwise(tour)])
     assert ground.heights(line).max() > 0.5
@@ -132,7 +133,7 @@ def test_glasshouse_is_walled_and_roofed_with_glass() -> None:
 @pytest.mark.parametrize("scene", SCENES)
 def test_route_keeps_clear_of_everything(scene: str, route: str) -> None:
     plan = plan_of(world_of(scene))
-    ground = Ground(plan)
+    ground = PlanGround(plan)
     corners = np.array(getattr(plan, route))
     points = np.concatenate([
         np.linspace(a, b, 2 + int(np.linalg.norm(b - a) / 0.05)) for a, b in pairwise(corners)

@@ -96,9 +96,9 @@ async def test_second_client_cannot_step_while_the_first_is_there(
         async with peer(rig.server.url) as other:
             assert await other.ask("/sim/step", ticks=1) == (
                 False,
-                f"{rig.server.name(1)} owns the stepping; wait until it disconnects",
+                f"{rig.server.protocol.connections.name(1)} owns the stepping; wait until it disconnects",
             )
-            assert "127.0.0.1:" in rig.server.name(1)
+            assert "127.0.0.1:" in rig.server.protocol.connections.name(1)
         assert await owner.step() == 2 * TICK_NS
 
 
@@ -311,7 +311,7 @@ async def test_bystander_may_stop_the_driver_and_the_stop_stays(
         assert np.linalg.norm(driver.position - before) <= 0.35
         state = driver.last("/teleop/state")
         assert (state["state"], state["estop"], state["armed"]) == ("estop", True, False)
-        assert state["reason"] == f"e-stop by {rig.server.name(2)}"
+        assert state["reason"] == f"e-stop by {rig.server.protocol.connections.name(2)}"
 
         assert (await bystander.ask("/teleop/estop_reset"))[0]
         await drive(driver, 1.0, steps=10)
@@ -333,7 +333,7 @@ async def test_taking_over_moves_the_lease_and_asks_for_a_neutral_stick(
         await driver.subscribe("/ground_truth/odom", "/teleop/state")
         await arm(driver)
         await drive(driver, 1.0, steps=10)
-        assert driver.last("/teleop/state")["controller"] == rig.server.name(1)
+        assert driver.last("/teleop/state")["controller"] == rig.server.protocol.connections.name(1)
         assert (await heir.ask("/teleop/take_over"))[0]
         for _ in range(15):
             await driver.joy(1.0)
@@ -341,7 +341,10 @@ async def test_taking_over_moves_the_lease_and_asks_for_a_neutral_stick(
             await heir.settle()
             await driver.step(5)
         state = driver.last("/teleop/state")
-        assert (state["controller"], state["state"]) == (rig.server.name(2), "disarmed")
+        assert (state["controller"], state["state"]) == (
+            rig.server.protocol.connections.name(2),
+            "disarmed",
+        )
         assert abs(driver.speed) < 0.005
         for forward in [0.0] + [-1.0] * 10:
             await heir.joy(forward)
@@ -368,7 +371,9 @@ async def test_second_driver_is_warned_if_it_wants_to_hear_warnings(
         await second.joy(1.0)
         await second.settle()
         await driver.step()
-        expected = f"warning: {rig.server.name(1)} drives; call /teleop/take_over"
+        expected = (
+            f"warning: {rig.server.protocol.connections.name(1)} drives; call /teleop/take_over"
+        )
         assert texts(await second.settle()) == [expected]
         assert await driver.settle() == []
 

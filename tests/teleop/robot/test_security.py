@@ -150,7 +150,7 @@ ATTEMPTS: tuple[tuple[str, dict[str, Any], str], ...] = (
     (DRIVER, {**PUBLISH, "topic": "/odom", "msg": {}}, "published by the server only"),
     (DRIVER, {"op": "call_service", "service": "/sim/step", "args": {"tick": 1}}, "field tick"),
     (DRIVER, {"op": "fly", "topic": "/joy"}, "Unknown operation: fly"),
-    (VIEWER, {**PUBLISH, "topic": "/cmd_vel", "msg": {}}, "the role view may not publish"),
+    (VIEWER, {**PUBLISH, "topic": "/cmd_vel", "msg": {}}, "role view may not publish"),
     (VIEWER, {"op": "call_service", "service": "/teleop/take_over"}, "view may not call"),
     (VIEWER, {"op": "send_action_goal", "action": "/dock"}, "view may not call"),
 )
@@ -210,7 +210,7 @@ async def test_the_e_stop_of_another_is_reset_by_an_admin_only(
         assert (await other.call("/teleop/estop_reset"))["success"]
         await other.call("/teleop/estop")
         async with Client(server.url, token=VIEWER) as viewer:
-            with pytest.raises(ServiceCallError, match="the role view may not call"):
+            with pytest.raises(ServiceCallError, match="role view may not call"):
                 await viewer.call("/teleop/estop_reset")
     resets = [line for line in path.read_text().splitlines() if '"e-stop reset"' in line]
     assert ["refused" in line for line in resets] == [True, False, False, False]
@@ -299,11 +299,13 @@ def test_who_listens_to_others_is_warned_of_what_they_can_do(
     tmp_path: Path,
 ) -> None:
     from teleop.interfaces import registry
-    from teleop.rosbridge import Gate, Protocol, read_keyring
+    from teleop.rosbridge import Authenticator, Protocol, read_credentials
 
-    gate = Gate(read_keyring(tokens(tmp_path), ROLES), lambda: 0.0) if guarded else None
+    gate = (
+        Authenticator(read_credentials(tokens(tmp_path), ROLES), lambda: 0.0) if guarded else None
+    )
     tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER) if encrypted else None
-    server = Server(Protocol(registry(), gate=gate), host, tls=tls)
+    server = Server(Protocol(registry(), authenticator=gate), host, tls=tls)
     said = greeting(server, office, office_cloud, scene_cloud_path("office"))
     assert ("warning" in said) == bool(warning)
     assert warning in said
@@ -344,5 +346,5 @@ async def test_the_command_tells_in_a_line_why_it_does_not_serve(tmp_path: Path)
     path.chmod(0o644)
     status, _, said = await command("serve", "--port", "0", "--tokens", str(path))
     assert status == 2
-    assert "is open to others: chmod 600 tokens.toml" in said
+    assert "is accessible to others: chmod 600 tokens.toml" in said
     assert "Traceback" not in said

@@ -54,7 +54,7 @@ async def test_whoever_has_it_listen_to_others_is_warned(host: str, warned: bool
     await process.stdout.readline()
     process.send_signal(signal.SIGINT)
     said, _ = await process.communicate()
-    assert (b"warning: anybody who reaches this address can join" in said) == warned
+    assert (b"warning: any program that can reach this address can connect" in said) == warned
 
 
 def run(*arguments: str) -> tuple[int, str]:

@@ -10,11 +10,11 @@ import pytest
 
 from localization.evaluation.trajectory import read_tum
 from localization.logs.mcap_writer import ReadingsWriter
-from localization.mapping.cloud_builder import distances_to_mesh
+from localization.mapping.mesh_distance import distances_to_mesh
 from localization.maps.map_files import load_cloud
 from localization.types import Pose
 from robot_sim import load_world
-from robot_sim.survey.static_mesh import still_mesh
+from robot_sim.survey.static_mesh import static_mesh
 from robot_sim.survey.total_station import TotalStation
 from teleop.__main__ import main
 from teleop.world_building.map_quality import completeness
@@ -96,7 +96,7 @@ def test_quality_describes_the_written_files(mapped: Path, plan: Path) -> None:
     quality = json.loads(mapped.with_suffix(".json").read_text(encoding="utf-8"))
     cloud = load_cloud(mapped)
     assert quality["points"] == len(cloud.points)
-    distances = distances_to_mesh(cloud.points, *still_mesh(load_world(str(plan))))
+    distances = distances_to_mesh(cloud.points, *static_mesh(load_world(str(plan))))
     rmse = float(np.sqrt(np.mean(distances**2)))
     assert rmse == pytest.approx(quality["cloud"]["distance"]["rmse"], rel=1e-3)
     truth = read_tum(mapped.with_suffix(".truth.tum"))
@@ -126,9 +126,9 @@ def test_mesh_is_where_rays_end(plan: Path) -> None:
     met = np.isfinite(hits.distances)
     assert met.sum() > 300
     ends = eyes[met] + hits.distances[met, None] * directions[met]
-    assert distances_to_mesh(ends, *still_mesh(world)).max() < 1e-4
+    assert distances_to_mesh(ends, *static_mesh(world)).max() < 1e-4
     # A point in the middle of the room is as far from the mesh as from the floor or the walls.
-    (middle,) = distances_to_mesh(np.array([[2.5, 2.2, 0.4]]), *still_mesh(world))
+    (middle,) = distances_to_mesh(np.array([[2.5, 2.2, 0.4]]), *static_mesh(world))
     assert middle == pytest.approx(0.4, abs=1e-5)
 
 

@@ -11,7 +11,7 @@ from localization.maps.cloud import Cloud
 from robot_sim import World
 from robot_sim.floorplan.plan import Door, Piece, Placement, Plan, Wall, Window
 from robot_sim.survey.total_station import TotalStation
-from robot_sim.worlds.worlds import build_world
+from robot_sim.worlds.from_floorplan import build_world
 from teleop.errors import SettingError
 from teleop.world_building.station_survey import StationConfig, survey_from_stations
 

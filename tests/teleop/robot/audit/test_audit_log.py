@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 
 from teleop.robot.audit.audit_log import SUPPRESSED, AuditLog
 from teleop.robot.audit.audit_rate_limit import LINE_RATES, AuditRateLimiter
-from teleop.rosbridge import Limits, Protocol, Server
+from teleop.rosbridge import ClientLimits, Protocol, Server
 from tests.teleop.rosbridge.support import REGISTRY, SECOND
 
 KINDS = (*LINE_RATES, "drive")
@@ -19,11 +19,11 @@ KINDS = (*LINE_RATES, "drive")
 class Rig:
     """An audit of clients without sockets."""
 
-    def __init__(self, limits: Limits | None = None) -> None:
+    def __init__(self, limits: ClientLimits | None = None) -> None:
         self.lines: list[dict[str, Any]] = []
         self.now = 0
         self.protocol = Protocol(REGISTRY, limits=limits)
-        self.protocol.advertise("/odom", "nav_msgs/Odometry")
+        self.protocol.topics.advertise("/odom", "nav_msgs/Odometry")
         self.audit = AuditLog(
             self.lines.append, Server(self.protocol), stamp=lambda: self.now, wall=lambda: "noon"
         )
@@ -37,7 +37,7 @@ class Rig:
 
 
 def test_repeated_attempts_are_logged_once_a_second_and_counted() -> None:
-    rig = Rig(Limits.unhurried())
+    rig = Rig(ClientLimits.unhurried())
     flood, other = rig.protocol.connect(0, "10.0.0.6:1"), rig.protocol.connect(0, "10.0.0.7:1")
     attempt = json.dumps({"op": "publish", "topic": "/odom", "msg": {}})
     for second in range(60):
@@ -56,11 +56,9 @@ def test_repeated_attempts_are_logged_once_a_second_and_counted() -> None:
 
 def test_constant_reconnection_fills_no_disk() -> None:
     rig = Rig()
-    server = rig.audit._server
     for number in range(6000):
         rig.now = number * SECOND // 100
-        for callback in (*server._came, *server._left):
-            callback(number, f"client {number}")
+        rig.protocol.disconnect(rig.protocol.connect(rig.now), rig.now)
     rig.audit.end()
     for kind in ("connected", "disconnected"):
         assert 350 < len(rig.logged(kind)) < 450  # a burst of 100, and then five a second
@@ -70,7 +68,7 @@ def test_constant_reconnection_fills_no_disk() -> None:
 
 
 def test_excessive_rate_is_logged_once_and_when_it_ends_the_connection() -> None:
-    rig = Rig(Limits(messages=10, burst=1))
+    rig = Rig(ClientLimits(messages=10, burst=1))
     client = rig.protocol.connect(0, "10.0.0.6:1")
     for _ in range(100):
         rig.protocol.receive(client, '{"op":"set_level","level":"error"}', 0)
@@ -84,7 +82,7 @@ def test_excessive_rate_is_logged_once_and_when_it_ends_the_connection() -> None
 
 
 def test_line_about_a_rejected_operation_is_short_for_any_operation() -> None:
-    rig = Rig(Limits.unhurried())
+    rig = Rig(ClientLimits.unhurried())
     client = rig.protocol.connect(0, "10.0.0.6:1")
     for key in ("op", "topic", "service", "action", "type", "msg", "id"):
         base = {"op": "publish", "topic": "/odom", "msg": {}}

@@ -24,7 +24,7 @@ from teleop.robot.inbox import DriveCommand, InboxMessage
 from teleop.robot.robot import Robot
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import OUTPUTS
-from teleop.rosbridge.messages.codec import Codec
+from teleop.rosbridge.messages.json_cbor_codec import Codec
 
 REGISTRY = registry()
 CODEC = Codec(REGISTRY)

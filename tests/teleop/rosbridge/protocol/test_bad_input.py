@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from teleop.rosbridge.compat.rosapi import serve_rosapi
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.support import Wire, error, messages
 
 CALL = '{"op":"call_service","service":"/nope","id":1}'
@@ -104,7 +104,10 @@ def test_binary_frames_may_hold_json_with_any_characters() -> None:
     ("operation", "text"),
     [
         ({"op": "advertise", "topic": "/x"}, "advertise: it needs a type"),
-        ({"op": "advertise", "topic": "/x", "type": "a/B"}, "advertise: no message type 'a/B'"),
+        (
+            {"op": "advertise", "topic": "/x", "type": "a/B"},
+            "advertise: unknown message type 'a/B'",
+        ),
         ({"op": "advertise", "topic": 1, "type": TEXT}, "advertise: it needs a topic"),
         ({"op": "advertise", "topic": "", "type": TEXT}, "advertise: '' is no name"),
         ({"op": "advertise", "topic": "/", "type": TEXT}, "advertise: '/' is no name"),
@@ -147,11 +150,11 @@ def test_binary_frames_may_hold_json_with_any_characters() -> None:
         ({"op": "call_service", "service": 5}, "call_service: it needs a service"),
         ({"op": "set_level"}, "set_level: a level is one of none, error, warning, info"),
         ({"op": "set_level", "level": "loud"}, "set_level: a level is"),
-        ({"op": "advertise_service", "service": "/x", "type": "a/B"}, "no service type 'a/B'"),
+        ({"op": "advertise_service", "service": "/x", "type": "a/B"}, "unknown service type 'a/B'"),
         ({"op": "advertise_service", "service": "/x"}, "advertise_service: it needs a type"),
         ({"op": "advertise_service", "type": "std_srvs/Empty"}, "it needs a service"),
         ({"op": "unadvertise_service"}, "unadvertise_service: it needs a service"),
-        ({"op": "advertise_action", "action": "/x", "type": "a/B"}, "no action type 'a/B'"),
+        ({"op": "advertise_action", "action": "/x", "type": "a/B"}, "unknown action type 'a/B'"),
         ({"op": "advertise_action", "action": 1, "type": "actionlib/Test"}, "it needs an action"),
         ({"op": "unadvertise_action"}, "unadvertise_action: it needs an action"),
         ({"op": "send_action_goal"}, "send_action_goal: it needs an action"),
@@ -263,7 +266,7 @@ class Crowd(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.wire = Wire(clients=3, limits=Limits.unhurried())
+        self.wire = Wire(clients=3, limits=ClientLimits.unhurried())
         self.subscribed: set[tuple[int, str]] = set()
         self.advertised: set[tuple[int, str]] = set()
         self.count = 0
@@ -324,7 +327,7 @@ class Crowd(RuleBasedStateMachine):
     @invariant()
     def topics_are_those_somebody_has_to_do_with(self) -> None:
         known = {topic for _, topic in self.subscribed | self.advertised}
-        assert {topic.name for topic in self.wire.protocol.topics} == known
+        assert {topic.name for topic in self.wire.protocol.topics.all} == known
 
 
 TestCrowd = Crowd.TestCase
