@@ -1,4 +1,8 @@
-"""A simulated mission: scene, error of the first pose, injected faults, and the limits of its results."""
+"""A simulated mission: scene, error of the first pose, injected faults, and the limits of its results.
+
+numpy and the physics engine are imported when they are used, so that the command line can offer these settings
+without loading them.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +10,19 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import tyro
 
-from localization.types import SECOND, Hint, Pose
 from teleop.errors import SettingError
 from teleop.robot.robot_options import RobotOptions
 
 if TYPE_CHECKING:
+    from localization.types import Hint, Pose
     from robot_sim import SlipFault
 
-HINT_STAMP = SECOND
+_SECOND = 1_000_000_000
+"""A second [ns]."""
+
+HINT_STAMP = _SECOND
 """Time at which the hint is given [ns]."""
 _TIME_LIMIT = 600.0
 """Largest robot time of a mission without a given duration [s]."""
@@ -90,15 +96,14 @@ class Mission:
     @property
     def time_limit(self) -> int:
         """Time at which the run ends at the latest [ns]."""
-        return round((self.duration or _TIME_LIMIT) * SECOND)
+        return round((self.duration or _TIME_LIMIT) * _SECOND)
 
     @property
     def slips(self) -> tuple[SlipFault, ...]:
         """The slip bursts as settings of the simulated drive."""
-        # Imported here, so that the command line is offered without loading the physics engine.
         from robot_sim import SlipFault
 
-        return tuple(SlipFault(round(t * SECOND), SECOND, 2.0) for t in self.slip)
+        return tuple(SlipFault(round(t * _SECOND), _SECOND, 2.0) for t in self.slip)
 
     def hint(self, spawn: Pose) -> Hint:
         """Return the hint: the true first pose, displaced and turned in a direction given by the seed.
@@ -106,6 +111,10 @@ class Mission:
         Args:
             spawn: The true first pose, ``map_from_base``.
         """
+        import numpy as np
+
+        from localization.types import Hint, Pose
+
         rng = np.random.default_rng(np.random.SeedSequence([self.seed, 1]))
         bearing = rng.uniform(-np.pi, np.pi)
         turn = np.deg2rad(self.heading_error) * rng.choice([-1.0, 1.0])

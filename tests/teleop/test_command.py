@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -173,3 +175,50 @@ def test_localize_says_what_was_wrong_with_a_log(
     said = capsys.readouterr().out
     assert "1 readings refused" in said
     assert "must have a stamp of its own" in said
+
+
+def test_help_needs_neither_numpy_nor_the_simulation(tmp_path: Path) -> None:
+    """What ``--help`` imports decides how long it takes."""
+    code = "import sys, teleop.__main__; print(*sorted({'numpy', 'robot_sim'} & set(sys.modules)))"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.split() == []
+
+
+def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert re.fullmatch(r"farsteer \d+\.\d+\.\d+\n", capsys.readouterr().out)
+
+
+def test_defect_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(self: object) -> int:
+        raise ValueError("not the user's mistake")
+
+    monkeypatch.setattr("teleop.scenario.commands.Evaluate.__call__", broken)
+    with pytest.raises(ValueError, match="not the user's mistake"):
+        main(["evaluate", "runs/x"])
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (ModuleNotFoundError("x", name="mujoco"), "pip install 'farsteer[sim]'"),
+        (ImportError("building a map needs Open3D"), "needs Open3D"),
+        (FileNotFoundError(2, "No such file or directory", "map.ply"), "map.ply"),
+        (OSError(errno.ENOSPC, "No space left on device"), "No space left"),
+    ],
+)
+def test_errors_of_the_environment_are_reported_in_one_line(
+    error: Exception, text: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def failing(self: object) -> int:
+        raise error
+
+    monkeypatch.setattr("teleop.scenario.commands.Evaluate.__call__", failing)
+    assert text in error_line(["evaluate", "runs/x"], capsys)
