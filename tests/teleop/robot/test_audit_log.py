@@ -73,12 +73,12 @@ def test_too_much_is_told_once_and_when_it_ends_the_connection() -> None:
     for _ in range(100):
         rig.protocol.receive(client, '{"op":"set_level","level":"error"}', 0)
     assert [line["refused"] for line in rig.told("refused")] == [
-        "more than 10 operations a second",
-        "more than 10 operations a second: disconnected",
+        "rate limit of 10 operations/s exceeded",
+        "rate limit of 10 operations/s exceeded: disconnected",
     ]
     large = rig.protocol.connect(0, "10.0.0.7:1")
     rig.protocol.receive(large, " " * 1_000_001, 0)
-    assert rig.told("refused")[-1]["refused"] == "a frame has at most 1000000 bytes"
+    assert rig.told("refused")[-1]["refused"] == "a frame may have at most 1000000 bytes"
 
 
 def test_a_record_of_what_was_refused_is_short_whatever_was_sent() -> None:
