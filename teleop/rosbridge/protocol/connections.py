@@ -104,8 +104,12 @@ class Connections:
             ValueError: If there is a transport already.
         """
         if self._transport is not None:
-            raise ValueError("a protocol can be served by one transport only")
+            raise ValueError("the protocol has a transport already")
         self._transport = transport
+
+    def detach(self) -> None:
+        """Remove the transport."""
+        self._transport = None
 
     def wake(self) -> None:
         """Notify the transport that a timer is due earlier."""

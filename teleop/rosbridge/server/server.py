@@ -47,7 +47,7 @@ class Server:
         """Create a server that does not listen yet.
 
         Args:
-            protocol: The protocol, which must not have a transport yet.
+            protocol: The protocol; a running server is its transport.
             host: The only address to listen on.
             port: Port to listen on; 0 selects a free one, see ``port``.
             clock: Returns the protocol's time [ns]; the event loop's time by default.
@@ -78,7 +78,6 @@ class Server:
         self._writers: dict[int, SocketWriter] = {}
         self._handshake = Handshake(protocol, Origins.of(host, origins), self.pages)
         self._timer: asyncio.TimerHandle | None = None
-        protocol.connections.attach(self)
 
     # Life cycle
 
@@ -91,6 +90,7 @@ class Server:
         await self._listener.start(
             self._handle, self._handshake.process, self._keepalive, self.protocol.limits.frame
         )
+        self.protocol.connections.attach(self)
         self.wake()
 
     async def close(self) -> None:
@@ -99,6 +99,7 @@ class Server:
             self._timer.cancel()
             self._timer = None
         await self._listener.close(self._abort_clients)
+        self.protocol.connections.detach()
         self.async_handlers.cancel()
 
     async def __aenter__(self) -> Self:
@@ -157,10 +158,7 @@ class Server:
         due = None if self.lockstep else self.protocol.timers.due
         if due is None:
             return
-        try:
-            loop = asyncio.get_running_loop()
-        except RuntimeError:  # not started yet
-            return
+        loop = asyncio.get_running_loop()
         when = loop.time() + max(due - self.now, 0) / SECOND
         if self._timer is not None:
             if self._timer.when() <= when:

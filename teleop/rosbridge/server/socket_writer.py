@@ -20,6 +20,9 @@ _LOG: Final = logging.getLogger(__name__)
 _TRY_AGAIN_LATER: Final = 1013
 """Code of the close frame for a client that reads too slowly."""
 
+_FRAGMENT: Final = 131_072
+"""Size of the WebSocket fragments (RFC 6455, section 5.4) of a large frame [bytes]."""
+
 CLOSE_TIMEOUT: Final = 3.0
 """Time for the closing handshake [s]; then the connection is aborted."""
 
@@ -123,7 +126,14 @@ class SocketWriter:
 
     async def _send(self, frame: OutgoingFrame) -> None:
         for piece in frame.frames:
-            await self.socket.send(piece, text=not frame.binary)
+            text = not frame.binary
+            if len(piece) < 2 * _FRAGMENT:
+                await self.socket.send(piece, text=text)
+            else:
+                # websockets copies what it sends; pieces that fit the cache cost half the time.
+                view = memoryview(piece)
+                fragments = (view[i : i + _FRAGMENT] for i in range(0, len(piece), _FRAGMENT))
+                await self.socket.send(fragments, text=text)
 
     async def _hang_up(self, close: CloseFrame) -> None:
         try:

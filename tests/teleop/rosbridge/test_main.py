@@ -75,4 +75,4 @@ async def test_what_is_wrong_is_told_in_a_line() -> None:
         status, said = await asyncio.to_thread(run, "--port", str(server.port))
         assert (status, "is in use" in said, said.count("\n")) == (2, True, 1)
     status, said = await asyncio.to_thread(run, "--messages", "/nowhere")
-    assert (status, said) == (2, "no folder /nowhere\n")
+    assert (status, said) == (2, "/nowhere is not a folder\n")

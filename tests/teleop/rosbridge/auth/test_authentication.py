@@ -71,7 +71,7 @@ async def test_a_token_lets_in_by_url_by_header_and_by_operation() -> None:
         async with connect(server.url, additional_headers=header, proxy=None) as by_header:
             assert await role(by_header) == "may publish"
         async with connect(server.url, proxy=None) as by_operation:
-            assert "not before auth" in await role(by_operation)
+            assert "authentication with a token is required" in await role(by_operation)
             await by_operation.recv()  # that the call was refused as well
             await by_operation.send(json.dumps({"op": "auth", "token": OPERATE}))
             assert await role(by_operation) == "may publish"
@@ -285,8 +285,8 @@ def test_what_is_wrong_with_a_certificate_is_told_in_a_line(tmp_path: Path) -> N
         ((crt, tmp_path / "none"), "cannot read the TLS key .*none: No such file"),
         ((tmp_path / "none", key), "cannot read the TLS certificate .*none: No such file"),
         ((crt, other), "do not match"),
-        ((crt, text), "are no PEM files"),
-        ((text, key), "are no PEM files"),
+        ((crt, text), "are not PEM files"),
+        ((text, key), "are not PEM files"),
         ((crt, locked), "has a passphrase"),
     ):
         with pytest.raises(ServerError, match=why) as raised:

@@ -105,7 +105,7 @@ def test_before_auth_nothing_is_done(operation: dict[str, Any]) -> None:
 def test_a_stranger_sends_small_frames_only() -> None:
     wire = Guarded()
     wire.raw("[" * 4097)
-    assert wire.heard() == [CloseFrame(1009, "a frame has at most 4096 bytes")]
+    assert wire.heard() == [CloseFrame(1009, "a frame may have at most 4096 bytes")]
 
 
 def test_a_token_lets_in_and_nothing_is_said_unless_asked_for() -> None:

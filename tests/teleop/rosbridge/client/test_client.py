@@ -227,7 +227,7 @@ async def test_a_server_that_falls_silent_is_noticed() -> None:
     ("url", "text"),
     [
         ("nonsense", "'nonsense' is not a valid URL such as ws://127.0.0.1:9090"),
-        ("http://127.0.0.1:9090", "is no address"),
+        ("http://127.0.0.1:9090", "is not a valid URL"),
         ("ws://127.0.0.1:1", "no server listens at ws://127.0.0.1:1: Connection refused"),
     ],
 )

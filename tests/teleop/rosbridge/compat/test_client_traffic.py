@@ -46,7 +46,7 @@ async def test_it_is_told_who_keeps_up_and_who_reads_too_slowly() -> None:
                 await asyncio.sleep(0.01)
             await until(lambda: len(told) >= 1)
             good, bad = by_name(told[0]).values()
-            assert good[:2] == (0, "keeps up")
+            assert good[:2] == (0, "ok")
             assert good[2]["waiting [bytes]"] == good[2]["dropped [messages]"] == "0"
             assert float(good[2]["round trip [ms]"]) > 0
             lost = int(bad[2]["dropped [messages]"])
@@ -54,7 +54,7 @@ async def test_it_is_told_who_keeps_up_and_who_reads_too_slowly() -> None:
             assert lost > 10
             assert int(bad[2]["waiting [bytes]"]) > 400_000
             await until(lambda: len(told) >= 2)
-            assert [status[:2] for status in by_name(told[1]).values()] == [(0, "keeps up")] * 2
+            assert [status[:2] for status in by_name(told[1]).values()] == [(0, "ok")] * 2
         await until(lambda: len(server.protocol.connections) == 0)
         server.protocol.timers.tick(server.now + 10**10)
         assert server.protocol.timers.due is None  # with nobody there, nothing is looked at

@@ -52,11 +52,11 @@ def test_who_comes_goes_and_says_who_it_is_is_logged_as_each_ros_does(
     said = [message["msg"] for message in wire.heard()]
     assert [(each["level"], each["msg"]) for each in said] == [
         (levels[0], "client 2 (10.0.0.7:5) has connected"),
-        (levels[0], "client 2 (10.0.0.7:5) is operateer, role operate"),
-        (levels[0], "client 2 (10.0.0.7:5) has left"),
+        (levels[0], "client 2 (10.0.0.7:5) authenticated as operateer, role operate"),
+        (levels[0], "client 2 (10.0.0.7:5) has disconnected"),
         (levels[0], "client 3 (10.0.0.7:5) has connected"),
-        (levels[1], "client 3 (10.0.0.7:5): its auth is not accepted"),
-        (levels[0], "client 3 (10.0.0.7:5) has left"),
+        (levels[1], "client 3 (10.0.0.7:5): authentication rejected"),
+        (levels[0], "client 3 (10.0.0.7:5) has disconnected"),
     ]
     stamps = [(each["header"] if flavour == "ros1" else each)["stamp"]["sec"] for each in said]
     assert stamps == [1] * 6

@@ -173,9 +173,9 @@ def test_actions_and_goals_are_counted() -> None:
     assert "at most 1 actions" in status["msg"]
     wire.send(goal(), ASKER)
     (heard,) = wire.ask(goal(), ASKER)
-    assert heard["values"] == "a goal g is under way"
+    assert heard["values"] == "goal g is active already"
     (heard,) = wire.ask(goal(id="h"), ASKER)
-    assert heard["values"] == "at most 1 goals can be under way"
+    assert heard["values"] == "at most 1 goals may be active"
 
 
 # Of the host

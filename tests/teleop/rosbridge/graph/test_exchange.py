@@ -108,8 +108,9 @@ class Exchange(RuleBasedStateMachine):
     @precondition(lambda self: any(self.received))
     @rule(client=clients, other=clients)
     def answer_for_another(self, client: int, other: int) -> None:
+        own = {request["id"] for request in self.received[client]}
         for request in self.received[other]:
-            if client != other:
+            if client != other and request["id"] not in own:
                 answer = {"service": "/a", "id": request["id"], "values": {"message": "forged"}}
                 self.wire.send({"op": "service_response", **answer}, client)
                 self.wire.send({"op": "action_result", **answer, "action": "/act"}, client)
@@ -150,7 +151,7 @@ class Exchange(RuleBasedStateMachine):
         assert len(self.wire.protocol.actions.all) == (self.action is not None)
 
     def teardown(self) -> None:
-        """Let all providers leave: then nobody waits any more, and nothing is left behind."""
+        """Let all providers leave: then no pending request any more, and nothing is left behind."""
         for client in range(CLIENTS):
             for name in NAMES:
                 self.withdraw(client, name)

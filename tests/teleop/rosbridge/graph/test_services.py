@@ -127,7 +127,7 @@ def test_values_of_another_type_are_the_callers_no_and_the_providers_error(
     assert status["msg"].startswith("service_response: ")
     (heard,) = wire.heard(ASKER)
     assert heard["result"] is False
-    assert heard["values"].startswith("Service /add gave no good response: ")
+    assert heard["values"].startswith("Service /add returned an invalid response: ")
 
 
 @pytest.mark.parametrize("args", [{"c": 1}, {"a": 1.5}, [1, 2, 3], "x", {"a": None}, {"a": 2**70}])
@@ -184,7 +184,7 @@ def test_the_last_to_provide_answers_and_who_was_there_before_takes_over_again(w
 
 def test_one_name_has_one_type_and_the_hosts_are_the_hosts(wire: Wire) -> None:
     (status,) = wire.ask(provide("std_srvs/Empty"), OTHER)
-    assert "already there with type rospy_tutorials/srv/AddTwoInts" in status["msg"]
+    assert "already exists with type rospy_tutorials/srv/AddTwoInts" in status["msg"]
     wire.protocol.services.serve("/mine", "std_srvs/Empty", lambda *_: {})
     heard = wire.ask(provide("std_srvs/Empty", "/mine"), OTHER)
     assert heard == [error("advertise_service: service /mine is provided by the server only")]
@@ -194,7 +194,7 @@ def test_only_the_provider_can_answer(wire: Wire) -> None:
     wire.send(call(), ASKER)
     wire.send({"op": "set_level", "level": "warning"}, OTHER)
     (status,) = wire.ask(response(values={"sum": 13}, result=True), OTHER)
-    assert (status["level"], "nobody waits" in status["msg"]) == ("warning", True)
+    assert (status["level"], "no pending request" in status["msg"]) == ("warning", True)
     assert wire.heard(ASKER) == []
 
 
@@ -252,12 +252,12 @@ def test_services_and_calls_are_counted() -> None:
     for name in "abc":
         wire.send(provide(service=name), PROVIDER)
     assert [h["msg"] for h in wire.heard(PROVIDER)] == [
-        "advertise_service: at most 2 services can be provided"
+        "advertise_service: at most 2 services may be provided"
     ]
     for _ in range(3):
         wire.send(call("a"), ASKER)
     (heard,) = wire.heard(ASKER)
-    assert heard["values"] == "at most 2 calls can wait for their answers"
+    assert heard["values"] == "at most 2 calls may be pending"
 
 
 def test_an_old_clients_id_may_stand_behind_the_name(wire: Wire) -> None:

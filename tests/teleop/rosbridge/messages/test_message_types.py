@@ -89,12 +89,12 @@ def test_users_add_packages_of_messages_services_and_actions(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("text", ["float32 goal\n---\nbool x", "---\n---\n---\n", ""])
 def test_an_action_needs_two_lines_between_its_parts(text: str) -> None:
-    with pytest.raises(TypeNameError, match="an action's definition needs 2 lines '---'"):
+    with pytest.raises(TypeNameError, match="an action's definition must contain 2 lines '---'"):
         TypeRegistry().add_action("odd_msgs/Odd", text)
 
 
 def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(TypeNameError, match="no folder"):
+    with pytest.raises(TypeNameError, match="is not a folder"):
         TypeRegistry([tmp_path / "nope"])
 
 

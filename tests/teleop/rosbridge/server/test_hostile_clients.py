@@ -62,10 +62,10 @@ def published(topic: str, msg: object) -> str:
     ("frame", "answer"),
     [
         ('{"op":"publish","topic":"/t","msg":{"data":"cut o', "not JSON"),
-        ("[1,2,3]", "an operation is a JSON object, not an array"),
+        ("[1,2,3]", "an operation must be a JSON object, got an array"),
         ('{"topic":"/t"}', "without an op"),
         ('{"op":"dance"}', "Unknown operation: dance"),
-        ('{"op":"set_level"}', "a level is one of none, error, warning, info"),
+        ('{"op":"set_level"}', "level must be one of none, error, warning, info"),
         ('{"op":"publish","topic":"/nobody","msg":{}}', "Cannot infer topic type"),
         ('{"op":"advertise","topic":"/t","type":"std_msgs/Int8"}', "already established"),
         ('{"op":"advertise","topic":"/x","type":"no/Such"}', "unknown message type 'no/Such'"),

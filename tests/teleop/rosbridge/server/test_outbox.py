@@ -65,7 +65,7 @@ def test_when_the_queue_is_full_the_oldest_message_gives_way_and_the_newest_stay
 def test_answers_that_nobody_reads_end_the_connection() -> None:
     outbox = Outbox(QueueLimits(control=10))
     assert outbox.push(control("0123456789")) is None
-    assert "more than 10 bytes" in str(outbox.push(control("x")))
+    assert "exceeds 10 bytes" in str(outbox.push(control("x")))
 
 
 def test_to_who_must_not_miss_anything_all_leaves_in_one_order() -> None:

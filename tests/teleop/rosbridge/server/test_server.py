@@ -152,7 +152,7 @@ async def test_who_floods_is_told_and_closed_with_1008_and_the_others_go_on() ->
     async with serving(limits) as server, client(server) as a, client(server) as b:
         for _ in range(200):
             await a.send(json.dumps(CHATTER))
-        assert "more than 50 operations" in (await hear(a))["msg"]
+        assert "rate limit of 50 operations" in (await hear(a))["msg"]
         with pytest.raises(ConnectionClosed):
             await a.recv()
         assert a.close_code == 1008
