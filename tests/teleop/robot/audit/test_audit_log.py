@@ -72,13 +72,13 @@ def test_excessive_rate_is_logged_once_and_when_it_ends_the_connection() -> None
     client = rig.protocol.connect(0, "10.0.0.6:1")
     for _ in range(100):
         rig.protocol.receive(client, '{"op":"set_level","level":"error"}', 0)
-    assert [line["refused"] for line in rig.told("refused")] == [
+    assert [line["refused"] for line in rig.logged("refused")] == [
         "rate limit of 10 operations/s exceeded",
         "rate limit of 10 operations/s exceeded: disconnected",
     ]
     large = rig.protocol.connect(0, "10.0.0.7:1")
     rig.protocol.receive(large, " " * 1_000_001, 0)
-    assert rig.told("refused")[-1]["refused"] == "a frame may have at most 1000000 bytes"
+    assert rig.logged("refused")[-1]["refused"] == "a frame may have at most 1000000 bytes"
 
 
 def test_line_about_a_rejected_operation_is_short_for_any_operation() -> None:
