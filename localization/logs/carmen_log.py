@@ -28,7 +28,7 @@ import numpy as np
 from localization.geometry import wrap_angle
 from localization.logs.carmen_timestamps import ZeroMender, lacks_zeros
 from localization.logs.mcap_log import LogError, Skipped
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import SECOND, InvalidReadingError, Odometry, Pose, Reading, Scan
 
 SCANNER: Final = "laser"

@@ -22,7 +22,7 @@ from rosbags.serde import SerdeError
 
 from localization.logs import ros_messages as messages
 from localization.logs.ros_messages import MessageError
-from localization.motion.motion_model import SensorConfiguration
+from localization.motion.sensor_configuration import SensorConfiguration
 from localization.types import (
     Hint,
     Inertial,

@@ -10,7 +10,7 @@ from localization.logs.carmen_log import CarmenLog
 from localization.logs.mcap_log import Log, LogError, Skipped, is_ours
 from localization.logs.ros_bag import Bag
 from localization.logs.ros_import import Layout
-from localization.motion.motion_model import SensorConfiguration
+from localization.motion.sensor_configuration import SensorConfiguration
 from localization.types import Pose, Reading
 
 _BAGS: Final = {b"\x89MCAP0\r\n": "MCAP", b"#ROSBAG V2.0": "ROS 1", b"SQLite format 3": "ROS 2"}

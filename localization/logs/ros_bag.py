@@ -15,7 +15,7 @@ from localization.logs import ros_import as ros_readings, ros_messages as messag
 from localization.logs.mcap_log import INITIALPOSE, LogError, Skipped
 from localization.logs.ros_import import FrameTree, Layout
 from localization.logs.ros_messages import MessageError
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Pose, Reading
 
 _STATIC_SPAN = 10_000_000_000

@@ -22,7 +22,7 @@ from localization.mapping.odometry_front_end import Odometer, OdometerConfig, St
 from localization.mapping.submap import FlatSweep, between, compose
 from localization.mapping.trajectory_refinement import RefinementConfig, refined
 from localization.maps.cloud import Cloud
-from localization.motion.motion_model import SensorConfiguration
+from localization.motion.sensor_configuration import SensorConfiguration
 from localization.types import SECOND, Mounts, Pose, Reading
 
 

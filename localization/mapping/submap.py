@@ -14,7 +14,9 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from localization.geometry import FloatArray, rotation_from_euler, wrap_angle
-from localization.relocalization.window_search import SearchConfig, best_places, distinguishable
+from localization.relocalization.refinement import best_places
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.verification import distinguishable
 from localization.types import Sweep
 
 

@@ -23,7 +23,7 @@ from localization.logs.open_log import ReadingsLog, open_log
 from localization.logs.ros_import import Layout
 from localization.maps.cloud import Cloud, load_map
 from localization.maps.prepared_map import prepare
-from localization.motion.motion_model import SensorConfiguration
+from localization.motion.sensor_configuration import SensorConfiguration
 from localization.pipeline.localizer import Localizer
 from localization.types import (
     SECOND,

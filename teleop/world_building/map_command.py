@@ -149,7 +149,7 @@ class Map:
 
     def _survey(self, log: ReadingsLog, start: Pose | None, bar: Progress) -> Survey:
         from localization.mapping.slam import SlamConfig, survey_of
-        from localization.motion.motion_model import Motion, SensorConfiguration
+        from localization.motion.sensor_configuration import Motion, SensorConfiguration
 
         motion = log.sensors.motion if self.motion is None else Motion(self.motion)
         config = SlamConfig.of(SensorConfiguration(motion, log.sensors.flat), level=not self.uneven)

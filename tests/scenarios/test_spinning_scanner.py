@@ -13,7 +13,7 @@ from localization.evaluation.metrics import ate, consistency, errors, nees
 from localization.evaluation.trajectory import Trajectory
 from localization.logs import ros_messages as messages
 from localization.logs.ros_import import Layout
-from localization.motion.deskew import OdometryTrack
+from localization.motion.odometry_track import OdometryTrack
 from localization.pipeline.log_replay import LogRun
 from localization.types import SECOND, Health, Inertial, PointScan, Pose, Twist, WheelSpeeds
 from robot_sim import Simulation, SimulationConfig, load_world
@@ -44,7 +44,7 @@ def drive(path: Path, seconds: float) -> Trajectory:
     rng = np.random.default_rng(1)
     truth = simulation.truth()
     poses = [(truth.stamp, truth.map_from_base)]
-    track.add(*poses[0])
+    track = track.extended(*poses[0])
     begun = 0
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         topics = {
@@ -63,7 +63,7 @@ def drive(path: Path, seconds: float) -> Trajectory:
             readings = list(simulation.step())
             truth = simulation.truth()
             poses.append((truth.stamp, truth.map_from_base))
-            track.add(*poses[-1])
+            track = track.extended(*poses[-1])
             if simulation.stamp >= begun + TURN:
                 position, rotation = track.at(begun + offsets)
                 eyes = position + rotation @ MOUNT.position

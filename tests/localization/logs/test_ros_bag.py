@@ -16,7 +16,7 @@ from localization.logs.open_log import open_log
 from localization.logs.ros_bag import Bag
 from localization.logs.ros_import import Layout
 from localization.maps.cloud import save_cloud
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.log_replay import localize
 from localization.types import (
     SECOND,

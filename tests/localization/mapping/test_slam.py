@@ -15,7 +15,7 @@ from localization.mapping.odometry_front_end import Odometer, OdometerConfig
 from localization.mapping.slam import SlamConfig, SlamError, Survey, survey_of
 from localization.mapping.submap import FlatSweep, Submap, between, compose
 from localization.maps.prepared_map import prepare
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import Health, Hint, Inertial, Pose, Reading, Scan, WheelSpeeds
 from tests.support_rooms import HALL, MOUNTS, SQUARE, TICK, Drive, Place, box

@@ -10,7 +10,7 @@ from PIL import Image
 from localization.maps.cloud import CloudError, load_map
 from localization.maps.cloud_from_grid import cloud_from_grid
 from localization.maps.prepared_map import prepare
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import Hint, Odometry, Pose, Reading, Scan, WheelSpeeds
 from tests.support import floats

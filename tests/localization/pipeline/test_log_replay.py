@@ -14,7 +14,7 @@ from localization.logs.mcap_log import LogError, ReadingsWriter, read_log
 from localization.maps.cloud import CloudError, load_cloud, save_cloud
 from localization.maps.prepared_map import prepare
 from localization.matching.registration import RegistrationConfig
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.pipeline.log_replay import (
     CONFIG_KEY,
