@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from localization.filter.pose_error import difference
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
-from localization.matching.registration import difference
 from localization.types import SECOND, Estimate, Health
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.run_recorder import RunRecord

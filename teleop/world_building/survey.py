@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from localization.mapping.cloud_builder import CloudBuilder, MappingConfig
 from localization.maps.cloud import Cloud
-from localization.motion.deskew import OdometryTrack, deskew
+from localization.motion.deskew import deskew
+from localization.motion.odometry_track import OdometryTrack
 from localization.types import Scan
 from robot_sim import Simulation, SimulationConfig, World
 from robot_sim.floorplan.plan import CloudSpec
@@ -36,12 +37,11 @@ def survey(
     """
     simulation = Simulation(world, seed=seed, config=sensors)
     builder = CloudBuilder(config or mapping_config(world))
-    track = OdometryTrack()
-    track.add(simulation.stamp, simulation.truth().map_from_base)
+    track = OdometryTrack().extended(simulation.stamp, simulation.truth().map_from_base)
     waiting: list[Scan] = []
     for readings, pose in survey_drive(simulation, progress=progress):
         waiting += [r for r in readings if isinstance(r, Scan)]
-        track.add(simulation.stamp, pose)
+        track = track.extended(simulation.stamp, pose)
         if waiting:
             builder.add(deskew(waiting, track, simulation.mounts, simulation.stamp), pose)
             waiting = []

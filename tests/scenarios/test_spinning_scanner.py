@@ -15,7 +15,7 @@ from localization.logs.frame_tree import SensorLayout
 from localization.logs.motion_messages import WHEEL_RADIUS
 from localization.logs.ros_messages import reading_message
 from localization.logs.ros_types import IMU, JOINT_STATE, POINT_CLOUD, TYPES, to_cdr
-from localization.motion.deskew import OdometryTrack
+from localization.motion.odometry_track import OdometryTrack
 from localization.pipeline.log_replay import LogRun
 from localization.types import SECOND, Health, Inertial, PointScan, Pose, Twist, WheelSpeeds
 from robot_sim import Simulation, SimulationConfig, load_world
@@ -46,7 +46,7 @@ def drive(path: Path, seconds: float) -> Trajectory:
     rng = np.random.default_rng(1)
     truth = simulation.truth()
     poses = [(truth.stamp, truth.map_from_base)]
-    track.add(*poses[0])
+    track = track.extended(*poses[0])
     begun = 0
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         topics = {
@@ -65,7 +65,7 @@ def drive(path: Path, seconds: float) -> Trajectory:
             readings = list(simulation.step())
             truth = simulation.truth()
             poses.append((truth.stamp, truth.map_from_base))
-            track.add(*poses[-1])
+            track = track.extended(*poses[-1])
             if simulation.stamp >= begun + TURN:
                 position, rotation = track.at(begun + offsets)
                 eyes = position + rotation @ MOUNT.position

@@ -7,17 +7,12 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.maps.prepared_map import PreparedMap
-from localization.relocalization.window_search import (
-    FloorPlan,
-    SearchConfig,
-    Window,
-    distinguishable,
-    explain,
-    same_place,
-    search,
-    window_of,
-)
+from localization.relocalization.floor_plan import FloorPlan
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_window import Window
+from localization.relocalization.verification import distinguishable, same_place
 from localization.types import Candidate, Pose, Sweep
+from tests.localization.relocalization.exhaustive_search import exhaustive_search
 from tests.support import bits, floats
 from tests.support_rooms import HALL, SQUARE, Place, apart, box
 
@@ -70,7 +65,9 @@ def test_robot_is_found_a_metre_and_twenty_degrees_from_where_it_was_said_to_be(
     window = Window(
         x + np.cos(aside), y + np.sin(aside), yaw + np.deg2rad(turn), 1.5, np.deg2rad(45.0)
     )
-    _, found = finish(search(HALL.sweep(true, noise=0.012, seed=seed), hall, plan, window, LEVEL))
+    _, found = finish(
+        exhaustive_search(HALL.sweep(true, noise=0.012, seed=seed), hall, plan, window, LEVEL)
+    )
     distance, angle = apart(true, found[0].map_from_base)
     assert distance < 0.10
     assert angle < np.deg2rad(2.0)
@@ -82,14 +79,14 @@ def test_robot_is_found_with_its_tilt_and_height(hall: PreparedMap, plan: FloorP
     true = Pose.from_euler([4.0, 2.5, 0.03], roll=0.03, pitch=-0.02, yaw=0.4)
     level = Pose.from_euler([0.0, 0.0, 0.03], roll=0.03, pitch=-0.02, yaw=2.0)
     window = Window(4.5, 2.2, 0.7, 1.0, 0.6)
-    _, found = finish(search(HALL.sweep(true), hall, plan, window, level))
+    _, found = finish(exhaustive_search(HALL.sweep(true), hall, plan, window, level))
     assert apart(true, found[0].map_from_base)[0] < 0.05
 
 
 def test_candidates_are_distinct_and_best_first(square: PreparedMap) -> None:
     sweep = SQUARE.sweep(Pose.planar(0.6, 0.4, 0.3), noise=0.01)
     window = Window(0.0, 0.0, 0.0, 1.5, np.pi)
-    _, found = finish(search(sweep, square, plan_of(square), window, LEVEL))
+    _, found = finish(exhaustive_search(sweep, square, plan_of(square), window, LEVEL))
     scores = [c.score for c in found]
     assert scores == sorted(scores, reverse=True)
     for i, one in enumerate(found):
@@ -109,7 +106,9 @@ def test_wall_is_not_laid_on_the_floor_by_pitching_the_robot() -> None:
     room = Place(box((0.0, 0.0, 0.0), (8.0, 6.0, 2.5), inside=True))
     world, true = room.prepared(), Pose.planar(3.0, 2.0, 0.005)
     window = Window(3.3, 1.8, 0.15, 1.5, np.deg2rad(45.0))
-    _, found = finish(search(room.sweep(true, noise=0.01), world, plan_of(world), window, LEVEL))
+    _, found = finish(
+        exhaustive_search(room.sweep(true, noise=0.01), world, plan_of(world), window, LEVEL)
+    )
     assert apart(true, found[0].map_from_base)[0] < 0.03
     assert found[1].score < 0.9
     for candidate in found:
@@ -120,7 +119,7 @@ def test_wall_is_not_laid_on_the_floor_by_pitching_the_robot() -> None:
 def test_too_few_points_find_nothing(hall: PreparedMap, plan: FloorPlan, points: int) -> None:
     flat = np.ones((points, 3))
     sweep = Sweep(0, flat, 0.0 * flat, np.ones(points, dtype=bool))
-    assert finish(search(sweep, hall, plan, Window(4, 3, 0, 1, 1), LEVEL)) == (0, ())
+    assert finish(exhaustive_search(sweep, hall, plan, Window(4, 3, 0, 1, 1), LEVEL)) == (0, ())
 
 
 def test_sweep_of_the_vertical_scanner_alone_finds_nothing(
@@ -128,28 +127,14 @@ def test_sweep_of_the_vertical_scanner_alone_finds_nothing(
 ) -> None:
     full = HALL.sweep(Pose.planar(4, 3, 0))
     sweep = Sweep(0, full.points, full.origins, np.zeros(len(full.points), dtype=bool))
-    assert finish(search(sweep, hall, plan, Window(4, 3, 0, 1, 1), LEVEL))[1] == ()
+    assert finish(exhaustive_search(sweep, hall, plan, Window(4, 3, 0, 1, 1), LEVEL))[1] == ()
 
 
 def test_search_of_another_part_of_the_world_finds_nothing(
     hall: PreparedMap, plan: FloorPlan
 ) -> None:
     sweep = HALL.sweep(Pose.planar(4, 3, 0))
-    assert finish(search(sweep, hall, plan, Window(400, 300, 0, 1, 1), LEVEL))[1] == ()
-
-
-def test_places_inside_walls_are_not_taken(hall: PreparedMap, plan: FloorPlan) -> None:
-    on_a_wall = np.array([[0.0, 3.0], [4.0, 0.05]])
-    free = np.array([[4.0, 2.5]])
-    points = np.array([[4.0, 0.0], [0.0, -2.5]])
-    assert plan.score(points, on_a_wall).tolist() == [0.0, 0.0]
-    assert plan.score(points, free)[0] == pytest.approx(1.0, abs=0.1)
-    assert plan.score(points + 1.0, free)[0] < 0.1
-
-
-def test_map_with_nothing_at_the_scanners_height_has_no_good_place(hall: PreparedMap) -> None:
-    empty = FloorPlan(hall, 9.0, cell=0.05, sigma=0.12)
-    assert empty.score(np.array([[1.0, 1.0]]), np.array([[4.0, 2.5]])).tolist() == [0.0]
+    assert finish(exhaustive_search(sweep, hall, plan, Window(400, 300, 0, 1, 1), LEVEL))[1] == ()
 
 
 # Budget
@@ -172,7 +157,7 @@ def test_no_step_lays_more_than_the_budget_and_one_heading(hall: PreparedMap, bu
     plan = Counting(hall)
     config = SearchConfig(budget=budget)
     window = Window(4.2, 2.6, 0.2, 1.5, 0.8)
-    work = search(HALL.sweep(Pose.planar(4, 2.5, 0)), hall, plan, window, LEVEL, config)
+    work = exhaustive_search(HALL.sweep(Pose.planar(4, 2.5, 0)), hall, plan, window, LEVEL, config)
     per_heading = 31 * 31
     steps, most = 0, 0
     while True:
@@ -198,66 +183,6 @@ def test_search_takes_the_same_steps_to_the_same_bits(
     window = Window(4.3, 2.2, yaw + 0.2, 1.0, 0.5)
     runs = []
     for _ in range(2):
-        steps, found = finish(search(sweep, hall, plan, window, LEVEL))
+        steps, found = finish(exhaustive_search(sweep, hall, plan, window, LEVEL))
         runs.append((steps, [(bits(c.map_from_base), c.score) for c in found]))
     assert runs[0] == runs[1]
-
-
-# Windows
-
-
-def test_hint_without_covariance_opens_the_default_window() -> None:
-    c = SearchConfig()
-    window = window_of(Pose.planar(1.0, 2.0, 0.5), np.zeros((6, 6)))
-    assert (window.x, window.y) == (1.0, 2.0)
-    assert window.yaw == pytest.approx(0.5)
-    assert window.half_width == pytest.approx(3.0 * c.default_sigma)
-    assert window.half_yaw == pytest.approx(3.0 * c.default_sigma_yaw)
-
-
-@given(sigma_x=floats(0.0, 5.0), sigma_y=floats(0.0, 5.0), sigma_yaw=floats(0.0, 7.0))
-def test_window_is_three_sigma_within_its_limits(
-    sigma_x: float, sigma_y: float, sigma_yaw: float
-) -> None:
-    c = SearchConfig()
-    # Something in z keeps the covariance from meaning "default".
-    covariance = np.diag(np.square([sigma_x, sigma_y, 1.0, 0.0, 0.0, sigma_yaw]))
-    window = window_of(Pose.identity(), covariance)
-    wide = 3.0 * max(sigma_x, sigma_y)
-    assert window.half_width == pytest.approx(min(max(wide, c.smallest_window), c.largest_window))
-    assert window.half_yaw == pytest.approx(min(max(3.0 * sigma_yaw, c.smallest_window_yaw), np.pi))
-
-
-# Telling places apart
-
-
-@given(a=floats(0.0, 1.0), b=floats(0.0, 1.0))
-def test_alike_places_are_not_told_apart_and_far_better_ones_are(a: float, b: float) -> None:
-    best, second = max(a, b), min(a, b)
-    c = SearchConfig()
-    if best - second < 0.01:
-        assert not distinguishable(best, second, c)
-    if best - second >= c.least_margin:
-        assert distinguishable(best, second, c)
-
-
-def test_place_that_leaves_almost_nothing_unexplained_beats_one_that_leaves_some() -> None:
-    c = SearchConfig()
-    assert distinguishable(0.99, 0.93, c)
-    assert not distinguishable(0.90, 0.84, c)
-
-
-def test_places_are_the_same_across_half_a_turn_of_the_angle() -> None:
-    assert same_place(Pose.planar(1, 1, np.pi - 0.01), Pose.planar(1.1, 1, -np.pi + 0.01))
-    assert not same_place(Pose.planar(1, 1, 0), Pose.planar(1, 1.4, 0))
-    assert not same_place(Pose.planar(1, 1, 0), Pose.planar(1, 1, 0.3))
-
-
-def test_explaining_settles_a_pose_within_centimetres_only(hall: PreparedMap) -> None:
-    true = Pose.planar(4.0, 2.5, 0.4)
-    sweep = HALL.sweep(true, noise=0.01)
-    near = explain(sweep, hall, true @ Pose.planar(0.05, 0.03, 0.01))
-    far = explain(sweep, hall, true @ Pose.planar(0.8, 0.5, 0.6))
-    assert near.score > 0.95
-    assert apart(near.map_from_base, true)[0] < 0.03
-    assert far.score < 0.7

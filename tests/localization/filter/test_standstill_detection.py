@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from localization.config import LocalizerConfig
-from localization.filter.ekf import EkfConfig, SkidSteerEkf
-from localization.motion.slip_detection import WheelWatch
-from localization.motion.standstill_detection import MOVING, Rest, quiet, rest_after, wheels_stand
+from localization.filter.ekf import EkfConfig
+from localization.filter.standstill_detection import MOVING, Rest, quiet, rest_after, wheels_stand
+from localization.motion.slip_detection import SlipDetector
 from localization.types import Pose
+from tests.localization.filter.driven_filter import DrivenFilter
 
 C = EkfConfig()
 DOWN = (0.0, 0.0, 9.81)
@@ -15,8 +16,8 @@ SEEN = np.diag(np.square([0.003, 0.003, 0.002]))
 """Covariance of what KISS-ICP sees in a room with walls all round."""
 
 
-def ekf_that(*, stands: bool) -> SkidSteerEkf:
-    ekf = SkidSteerEkf()
+def ekf_that(*, stands: bool) -> DrivenFilter:
+    ekf = DrivenFilter()
     speed = 0.0 if stands else 0.3
     for _ in range(50):
         ekf.predict(0.02, np.zeros(3), np.array(DOWN), speed, speed, slipping=False)
@@ -38,10 +39,10 @@ def ekf_that(*, stands: bool) -> SkidSteerEkf:
 def test_kiss_sees_robot_that_is_shifted_over_its_standing_wheels(
     way: tuple[float, float, float], stands: bool, contradicted: bool
 ) -> None:
-    watch = WheelWatch(LocalizerConfig())
-    watch.roll(0.0 if stands else 0.03)
-    assert watch.look(Pose.planar(*way), 0.1)
-    assert watch.contradicted(SEEN, ekf_that(stands=stands)) == contradicted
+    detector = SlipDetector(LocalizerConfig()).rolled_on(0.0 if stands else 0.03)
+    detector = detector.observed(Pose.planar(*way), 0.1)
+    assert detector.complete
+    assert detector.contradicted(SEEN, ekf_that(stands=stands).state) == contradicted
 
 
 def test_wheels_stand_if_both_do() -> None:
