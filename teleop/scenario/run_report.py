@@ -11,25 +11,12 @@ from typing import Any
 import numpy as np
 
 from localization.config import from_json
+from localization.evaluation.consistency import Consistency, consistency, health_shares, nees
 from localization.evaluation.estimate_trace import TraceError, read_trace
-from localization.evaluation.metrics import (
-    Ate,
-    Consistency,
-    EvaluationError,
-    Rpe,
-    ate,
-    consistency,
-    errors,
-    health_shares,
-    nees,
-    rpe,
-)
-from localization.evaluation.trajectory import (
-    EmptyTrajectoryError,
-    Trajectory,
-    TrajectoryError,
-    read_tum,
-)
+from localization.evaluation.statistics import EvaluationError
+from localization.evaluation.trajectory import EmptyTrajectoryError, Trajectory, TrajectoryError
+from localization.evaluation.trajectory_errors import Ate, Rpe, ate, errors, rpe
+from localization.evaluation.tum_file import read_tum
 from teleop.scenario.mission import Limits
 
 
@@ -153,7 +140,9 @@ def summarise(folder: Path, facts: RunFacts) -> Summary:
             off = errors(estimate, truth)
             values = nees(off.vectors, np.array([covariance[int(s)] for s in off.stamps]))
             matched = [
-                (row.nis, row.directions) for row in trace if row.nis is not None and row.directions
+                (row.nis, row.observable_directions)
+                for row in trace
+                if row.nis is not None and row.observable_directions
             ]
             nis = consistency(*zip(*matched, strict=True)) if matched else None
             if distance > 1.5:
