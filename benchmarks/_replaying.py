@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks._monte_carlo import MonteCarlo
 from benchmarks._recordings import Recording
-from localization.evaluation.metrics import nees
+from localization.evaluation.consistency import nees
 from localization.geometry import FloatArray, so3_log, wrap_angle
 from localization.maps.prepared_map import PreparedMap
 from localization.pipeline.localizer import Localizer

@@ -8,8 +8,9 @@ import argparse
 from pathlib import Path
 
 from localization import localize
-from localization.evaluation.metrics import ate
-from localization.evaluation.trajectory import Trajectory, read_tum, write_tum
+from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.trajectory_errors import ate
+from localization.evaluation.tum_file import read_tum, write_tum
 
 
 def main() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from localization.evaluation.estimate_trace import read_trace
-from localization.evaluation.metrics import associate, errors
-from localization.evaluation.trajectory import read_tum
+from localization.evaluation.trajectory_errors import associate, errors
+from localization.evaluation.tum_file import read_tum
 
 
 def main() -> None:

@@ -1,1 +1,1 @@
-"""The commands `farsteer localize` and `farsteer calibrate`, and the table of settings."""
+"""Command lines of the localiser: localise, calibrate and map logs; and the table of settings."""

@@ -1,4 +1,4 @@
-"""``farsteer calibrate``: where the scanners really sit, from a log of a drive through a mapped place."""
+"""``farsteer calibrate``: scanner mounts from a log of a drive through a mapped place."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from localization.cli.terminal import Progress, say
 
 @dataclass(frozen=True)
 class Calibrate:
-    """Estimate where the scanners are mounted, from a log of a drive in a known map.
+    """Estimate the scanners' mounts from a log of a drive in a known map.
 
-    Mounts and the robot's poses are settled together, so that all scanners' points lie on the map, the
-    robot rolls straight ahead while its wheels do, and stands on its ground. Says which axes the drive
-    cannot tell; those stay where they were, on average over the scanners. Drive half a minute or more,
-    with turns, past walls of several directions.
+    Mounts and the robot's poses are estimated together, so that all scanners' points lie on the map, the
+    robot moves straight ahead while its wheels roll, and stands on its ground. Unobservable axes are
+    reported; they keep their values, on average over the scanners. Drive half a minute or more, with turns,
+    past walls of several directions.
     """
 
     log: Annotated[Path, tyro.conf.Positional]
@@ -27,12 +27,12 @@ class Calibrate:
     map: Path
     """Map of the place: a cloud or a ROS occupancy grid (map.yaml)."""
     out: Path | None = None
-    """File to write the mounts to, for `farsteer localize --mounts`; mounts.toml beside the log unless
-    given."""
+    """File to write the mounts to, for `farsteer localize --mounts`; by default mounts.toml beside the
+    log."""
     mounts: Path | None = None
-    """Mounts to begin from (a file like the one written), before what the log says."""
+    """Initial mounts (a file like the one written), which take precedence over those in the log."""
     start: tuple[float, float, float] | None = None
-    """About where the log begins: x, y [m], heading [degrees]."""
+    """Approximate pose at the beginning of the log: x, y [m], heading [degrees]."""
 
     def __call__(self) -> int:
         """Run it."""

@@ -1,4 +1,4 @@
-"""``farsteer localize``: a log of readings and a map in; where the robot was, how surely, and a report out."""
+"""``farsteer localize``: trajectory, covariances and a report from a log of readings and a map."""
 
 from __future__ import annotations
 
@@ -19,70 +19,70 @@ if TYPE_CHECKING:
     from localization.logs.frame_tree import SensorLayout
     from localization.motion.sensor_configuration import SensorConfiguration
     from localization.pipeline.log_replay import LogRun
-    from localization.report.html_page import Review
-    from localization.report.reference_comparison import Judgement
+    from localization.report.reference_comparison import ReferenceComparison
+    from localization.report.report_summary import Report
     from localization.report.rerun_recording import LogRecording
     from localization.types import Pose
 
-_TOLD = 2.0
-"""Between two lines of progress, of the log's time [s]."""
+_PROGRESS_PERIOD = 2.0
+"""Time in the log between two lines of progress [s]."""
 
 
 @dataclass(frozen=True)
 class Localize:
-    """Localise a log of readings in a map; of a run's own log it reproduces the estimate bit for bit.
+    """Localise a log of readings in a map; for a run's own log the estimate is reproduced bit for bit.
 
-    The log: ours (.mcap), a ROS 1 or ROS 2 bag (LaserScan, PointCloud2, Imu, JointState, Odometry,
-    /initialpose, /tf_static) or a CARMEN text, compressed or not; what is in the file decides. What moves
-    the robot is taken from wheels and gyro if the log has both, else from its odometry, else from what
-    there is. Where a foreign log begins is looked for in the whole map and believed once the robot has
-    moved; --start says it at once.
+    The log is one of ours (.mcap), a ROS 1 or ROS 2 bag (LaserScan, PointCloud2, Imu, JointState, Odometry,
+    /initialpose, /tf_static) or a CARMEN text, compressed or not; the content decides, not the name. The
+    motion comes from wheels and gyro if the log has both, otherwise from its odometry, otherwise from the
+    sensors there are. The initial pose in a foreign log is searched for in the whole map and accepted once
+    the robot has moved; --start gives it at once.
 
     Writes into one folder:
-      estimate.tum     where the robot was: t x y z qx qy qz qw, for evo and other tools
-      covariance.csv   of each of these poses, the upper triangle of the 6x6 covariance
-      health.csv       of each sweep: state, fit, unexplained share, NIS, held directions, reasons
-      report.html      all of it as figures and pictures, on one page
-      recording.rrd    to look at with `rerun recording.rrd`: map, sweeps, path, health, hypotheses
+      estimate.tum     trajectory: t x y z qx qy qz qw, for evo and other tools
+      covariance.csv   upper triangle of the 6x6 covariance of each of these poses
+      health.csv       for each sweep: state, inlier ratio, unexplained share, NIS, observable axes, reasons
+      report.html      figures and statistics on one page
+      recording.rrd    map, sweeps, path, health and hypotheses, for `rerun recording.rrd`
 
-    The pictures want `pip install 'farsteer[report]'`, the recording 'farsteer[operator]'; without
-    them the rest is written all the same.
+    The figures need `pip install 'farsteer[report]'`, the recording 'farsteer[operator]'; without these the
+    other files are still written.
 
     For example:
       farsteer localize runs/first/readings.mcap --map scenes/office/cloud.ply --truth runs/first/truth.tum
-                                          our own log; errors against the truth
+                                          our own log; errors with respect to the truth
       farsteer localize office.bag --map office.ply --start 3 2 90
-                                          a ROS bag, begun near x 3 m, y 2 m, facing 90 degrees
+                                          a ROS bag that begins near x 3 m, y 2 m, heading 90 degrees
       farsteer localize bag/ --map hall.pcd --mount laser 0.2 0 0.3 0 --topics /scan /odom
                                           a bag without /tf_static, a map without normals
       farsteer localize intel.log.gz --map map.yaml
-                                          a CARMEN text in an occupancy grid; where it begins is found
+                                          a CARMEN text in an occupancy grid; the initial pose is found
     """
 
     log: Annotated[Path, tyro.conf.Positional]
     """Log of readings: a file, or a ROS 2 bag's folder."""
     map: Path
-    """Map to localise in: a cloud (PLY, PCD, lines x y z; normals are made if it has none) or map.yaml."""
+    """Map to localise in: a cloud (PLY, PCD, lines x y z; missing normals are computed) or map.yaml."""
     out: Path | None = None
-    """Folder for the files; runs/<time> unless given."""
+    """Folder for the files; by default runs/<time>."""
     start: tuple[float, float, float] | None = None
-    """About where the log begins: x, y [m], heading [degrees]."""
+    """Approximate pose at the beginning of the log: x, y [m], heading [degrees]."""
     truth: Path | None = None
-    """A reference trajectory (TUM) to hold the estimate against: ATE, RPE, heading, NEES."""
+    """Reference trajectory (TUM) to compare the estimate with: ATE, RPE, heading, NEES."""
     inside: tuple[float, float, float] | None = None
     """A place in the open [m], for a cloud that has neither normals nor a floor."""
     motion: Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "scanner"] | None = None
-    """What to take the motion from, if not from what the log has."""
+    """Source of the motion; by default the best that the log has."""
     flat: bool | None = None
-    """Whether the ground is level; taken to be if all scanners are, unless given."""
+    """Whether the ground is level; by default it is if all scanners are level."""
     mount: dict[str, tuple[float, float, float, float]] = field(default_factory=dict)
-    """Where a frame sits on base_link, if a bag does not say: NAME x y z [m] yaw [degrees]."""
+    """Pose of a frame on base_link, where a bag lacks it: NAME x y z [m] yaw [degrees]."""
     mounts: Path | None = None
-    """Where the scanners sit, before what the log says: a file that `farsteer calibrate` wrote."""
+    """File of mounts by `farsteer calibrate`, which take precedence over those in the log."""
     topics: tuple[str, ...] = ()
-    """Topics of a bag to read; all that are understood unless given."""
+    """Topics of a bag to read; by default all of a known type."""
     recording: bool = True
-    """Whether to write recording.rrd: some 100 MB for each kilometre."""
+    """Whether to write recording.rrd: some 100 MB per kilometre."""
     report: bool = True
     """Whether to write report.html."""
 
@@ -93,19 +93,21 @@ class Localize:
             write_covariances,
             write_health,
         )
-        from localization.evaluation.trajectory import read_tum, write_tum
+        from localization.evaluation.tum_file import read_tum, write_tum
 
         truth = None if self.truth is None else read_tum(self.truth)
         run = self._run()
         folder = run_folder(self.out)
         folder.mkdir(parents=True, exist_ok=True)
-        recording = _recording(folder / "recording.rrd", run, truth) if self.recording else None
+        recording = (
+            _open_recording(folder / "recording.rrd", run, truth) if self.recording else None
+        )
         history, bar, ended = History(), Progress(), False
         try:
             _localise(run, history, bar, recording)
             ended = True
         except KeyboardInterrupt:
-            say("interrupted: what was localised so far is written")
+            say("interrupted: writing the estimates so far")
         finally:
             if recording is not None:
                 recording.close()
@@ -113,12 +115,12 @@ class Localize:
         write_tum(folder / "estimate.tum", history.trajectory())
         write_covariances(folder / "covariance.csv", history)
         write_health(folder / "health.csv", history.sweeps)
-        judgement = _judgement(history, truth, flat=run.localizer.config.sensors.flat)
-        review = self._review(run, history, judgement)
+        comparison = _compare(history, truth, flat=run.localizer.config.sensors.flat)
+        report = self._report(run, history, comparison)
         if self.report:
-            _write_report(folder / "report.html", review)
+            _write_report(folder / "report.html", report)
         bar.end()
-        self._tell(review, folder)
+        self._print(report, folder)
         if not ended:
             return 130
         return int(not len(history.trajectory()))
@@ -133,7 +135,7 @@ class Localize:
         return LogRun(
             self.log,
             self.map,
-            sensors=self._suite(layout),
+            sensors=self._sensors(layout),
             start=_pose(self.start[0], self.start[1], 0.0, self.start[2]) if self.start else None,
             layout=layout,
             inside=self.inside,
@@ -141,8 +143,8 @@ class Localize:
             cache=default_cache(),
         )
 
-    def _suite(self, layout: SensorLayout) -> SensorConfiguration | None:
-        """The suite that was asked for; None if it is the log's own."""
+    def _sensors(self, layout: SensorLayout) -> SensorConfiguration | None:
+        """Return the sensors that the options ask for; None for the log's own."""
         from localization.logs.open_log import open_log
         from localization.motion.sensor_configuration import Motion, SensorConfiguration
 
@@ -152,20 +154,22 @@ class Localize:
         motion = own.motion if self.motion is None else Motion(self.motion)
         return SensorConfiguration(motion, own.flat if self.flat is None else self.flat)
 
-    def _review(self, run: LogRun, history: History, judgement: Judgement | None) -> Review:
-        from localization.report.html_page import Review
+    def _report(
+        self, run: LogRun, history: History, comparison: ReferenceComparison | None
+    ) -> Report:
+        from localization.report.report_summary import Report
 
-        suite = run.localizer.config.sensors
-        ground = "level ground" if suite.flat else "uneven ground"
+        sensors = run.localizer.config.sensors
+        ground = "level ground" if sensors.flat else "uneven ground"
         low, high = run.cloud.bounds
         size = " x ".join(f"{s:.1f}" for s in high - low)
         facts = {
             "log": f"{self.log}",
             "map": f"{self.map}: {len(run.cloud.points)} points, {size} m",
-            "motion from": f"{suite.motion}, on {ground}",
+            "motion from": f"{sensors.motion}, on {ground}",
             "scanners": "; ".join(f"{n} at {_where(m)}" for n, m in run.mounts.items()),
         }
-        return Review(
+        return Report(
             self.log.name,
             self.map.name,
             run.cloud,
@@ -173,24 +177,26 @@ class Localize:
             facts,
             run.verdicts,
             run.notes,
-            judgement,
+            comparison,
         )
 
-    def _tell(self, review: Review, folder: Path) -> None:
-        from localization.report.html_page import lines
+    def _print(self, report: Report, folder: Path) -> None:
+        from localization.report.report_summary import lines
 
-        say(*(f"hint {v.verdict.value}: {v.reason}" for v in review.verdicts), *review.notes)
-        say(*lines(review), "")
+        say(*(f"hint {v.verdict.value}: {v.reason}" for v in report.verdicts), *report.notes)
+        say(*lines(report), "")
         files = sorted(path.name for path in folder.iterdir() if path.name in FILES)
         say(f"in {folder}/: {' '.join(files)}")
         if self.recording and not _has("rerun"):
-            say(f"no recording.rrd, for want of rerun: {_INSTALL.format('operator')}")
+            say(f"no recording.rrd, because rerun is missing: {_INSTALL.format('operator')}")
         if self.report and not _has("matplotlib"):
-            say(f"no pictures in report.html, for want of matplotlib: {_INSTALL.format('report')}")
+            say(
+                f"no figures in report.html, because matplotlib is missing: {_INSTALL.format('report')}"
+            )
 
 
 FILES = ("covariance.csv", "estimate.tum", "health.csv", "recording.rrd", "report.html")
-"""What it may write."""
+"""Names of the files that the command may write."""
 _INSTALL = "pip install 'farsteer[{}]'"
 
 
@@ -202,19 +208,19 @@ def _localise(
 ) -> None:
     from localization.types import SECOND
 
-    told = 0.0
+    shown = 0.0
     for estimate in run:
         history.add(estimate)
         if recording is not None:
             recording.show(estimate)
         since = (estimate.stamp - int(history.begin)) / SECOND
-        if since >= told + _TOLD:
-            told = since
+        if since >= shown + _PROGRESS_PERIOD:
+            shown = since
             bar(run.log.share, f"{since:.0f} s of the log, {estimate.health}")
 
 
-def _recording(path: Path, run: LogRun, truth: Trajectory | None) -> LogRecording | None:
-    """A recording, or None where rerun is not installed."""
+def _open_recording(path: Path, run: LogRun, truth: Trajectory | None) -> LogRecording | None:
+    """Return a recording, or None if rerun is not installed."""
     if not _has("rerun"):
         return None
     from localization.report.rerun_recording import LogRecording
@@ -222,34 +228,39 @@ def _recording(path: Path, run: LogRun, truth: Trajectory | None) -> LogRecordin
     return LogRecording(path, run.cloud, run.mounts, truth)
 
 
-def _judgement(history: History, truth: Trajectory | None, *, flat: bool) -> Judgement | None:
-    """The estimate held against the truth; None, and why, if they do not meet."""
-    from localization.evaluation.metrics import EvaluationError
-    from localization.report.reference_comparison import Judgement
+def _compare(
+    history: History, truth: Trajectory | None, *, flat: bool
+) -> ReferenceComparison | None:
+    """Return the comparison with the truth; None, after printing the reason, if they cannot be compared."""
+    from localization.evaluation.statistics import EvaluationError
+    from localization.report.reference_comparison import ReferenceComparison
 
     if truth is None:
         return None
     try:
-        return Judgement.of(history, truth, flat=flat)
+        return ReferenceComparison.of(history, truth, flat=flat)
     except EvaluationError as error:
-        say(f"not held against the reference: {error}")
+        say(f"not compared with the reference: {error}")
         return None
 
 
-def _write_report(path: Path, review: Review) -> None:
+def _write_report(path: Path, report: Report) -> None:
     from localization.report.html_page import page
 
     if _has("matplotlib"):
-        from localization.report.plots import plan, timeline
+        from localization.report.path_figure import path_figure
+        from localization.report.timeline_figure import timeline_figure
 
         pictures = {
-            "plan": plan(review.history, review.cloud, review.verdicts, review.judgement),
-            "timeline": timeline(review.history, review.judgement),
+            "plan": path_figure(report.history, report.cloud, report.verdicts, report.comparison),
+            "timeline": timeline_figure(report.history, report.comparison),
         }
-        path.write_text(page(review, pictures), encoding="utf-8")
+        path.write_text(page(report, pictures), encoding="utf-8")
     else:
-        missing = f"There are no pictures, for want of matplotlib: {_INSTALL.format('report')}"
-        path.write_text(page(review, {}, missing), encoding="utf-8")
+        missing = (
+            f"There are no figures, because matplotlib is missing: {_INSTALL.format('report')}"
+        )
+        path.write_text(page(report, {}, missing), encoding="utf-8")
 
 
 def _has(library: str) -> bool:

@@ -107,6 +107,6 @@ def save_map(cloud: Cloud, path: Path) -> None:
 
 def save_drive(survey: Survey, path: Path) -> None:
     """Write the trajectory of a survey beside its map, as a TUM file of the same name."""
-    from localization.evaluation.trajectory import write_tum
+    from localization.evaluation.tum_file import write_tum
 
     write_tum(path.with_suffix(".tum"), survey.trajectory)

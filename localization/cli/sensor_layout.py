@@ -1,4 +1,4 @@
-"""What a user says of how the robot of a log is built, where the log does not say."""
+"""Facts about the robot of a log, from options of the command line."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 def layout_of(
     mount: Mapping[str, tuple[float, float, float, float]], topics: tuple[str, ...]
 ) -> SensorLayout:
-    """Return the layout of a log.
+    """Return the facts about a log's robot.
 
     Args:
-        mount: where frames sit on ``base_link``: x, y, z [m] and yaw [degrees].
-        topics: to read; all that are understood if there are none.
+        mount: Pose of frames on ``base_link``: x, y, z [m] and yaw [degrees].
+        topics: Topics to read; if there are none, all of a known type.
     """
     from localization.logs.frame_tree import SensorLayout
     from localization.types import Pose

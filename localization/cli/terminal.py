@@ -1,4 +1,7 @@
-"""What commands write to a terminal: lines, and how far they are."""
+"""Output of commands: lines, and a progress bar.
+
+The bar is not one of tqdm or rich because a log file needs whole lines, which neither prints without a terminal.
+"""
 
 from __future__ import annotations
 
@@ -7,19 +10,19 @@ from dataclasses import dataclass, field
 
 
 def say(*lines: str) -> None:
-    """Write lines to standard output at once."""
+    """Write lines to standard output and flush it."""
     sys.stdout.write("".join(f"{line}\n" for line in lines))
     sys.stdout.flush()
 
 
 @dataclass
 class Progress:
-    """One line that is overwritten on a terminal, and a line for each tenth elsewhere."""
+    """Progress on standard error: one overwritten line on a terminal, a line for each tenth elsewhere."""
 
     _tenth: int = field(default=-1)
 
     def __call__(self, share: float, text: str) -> None:
-        """Show the share done, in [0, 1], and a line of text."""
+        """Show the fraction done, in [0, 1], and a text."""
         line = f"{share:4.0%}  {text}"
         if sys.stderr.isatty():
             sys.stderr.write(f"\r{line:<70}")
@@ -29,6 +32,6 @@ class Progress:
         sys.stderr.flush()
 
     def end(self) -> None:
-        """Clear the line."""
+        """Clear the line on a terminal."""
         if sys.stderr.isatty():
             sys.stderr.write(f"\r{'':<70}\r")

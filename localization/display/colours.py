@@ -1,8 +1,8 @@
-"""Colours of the display, chosen to be told apart by colour-blind eyes and on a dark ground.
+"""Colours of the display, distinguishable for colour-blind people and on a dark background.
 
-States and things take the palette of Okabe and Ito ("Color Universal Design", 2008). Distances take the
-upper part of Matplotlib's viridis (Smith and van der Walt), whose lightness rises all the way: its dark
-end would be lost over the grey map.
+States and objects use the palette of Okabe and Ito ("Color Universal Design", 2008). Distances use the upper
+part of Matplotlib's viridis (Smith and van der Walt), whose lightness increases monotonically; its dark end would
+be invisible over the grey map.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from localization.geometry import FloatArray
 
 Colour: TypeAlias = tuple[int, int, int]
-"""Red, green, blue in 0..255."""
+"""Red, green and blue, each 0 to 255."""
 Colours: TypeAlias = npt.NDArray[np.uint8]
 
 ORANGE: Final[Colour] = (230, 159, 0)
@@ -28,10 +28,10 @@ WHITE: Final[Colour] = (235, 235, 235)
 RED: Final[Colour] = (226, 50, 40)
 
 DISTANCE_FULL: Final = 0.2
-"""Distance from the map at which the scale ends [m]: what is farther looks the same."""
+"""Distance from the map at which the colour scale ends [m]."""
 
 UNMAPPED: Final[Colour] = (255, 90, 200)
-"""Of points near which the map has nothing."""
+"""Colour of points without a mapped surface near."""
 
 HEALTH: Final[dict[str, Colour]] = {
     "waiting": GREY,
@@ -42,7 +42,7 @@ HEALTH: Final[dict[str, Colour]] = {
     "lost": RED,
     "relocalising": SKY,
 }
-"""By ``health`` of ``LocalizationStatus``."""
+"""Colours of the field ``health`` of ``LocalizationStatus``."""
 
 CONTROL: Final[dict[str, Colour]] = {
     "idle": GREY,
@@ -50,7 +50,7 @@ CONTROL: Final[dict[str, Colour]] = {
     "disarmed": ORANGE,
     "estop": RED,
 }
-"""By ``state`` of ``TeleopState``."""
+"""Colours of the field ``state`` of ``TeleopState``."""
 
 VERDICT: Final[dict[str, Colour]] = {
     "accepted": GREEN,
@@ -58,7 +58,7 @@ VERDICT: Final[dict[str, Colour]] = {
     "ambiguous": ORANGE,
     "rejected": RED,
 }
-"""By ``verdict`` of ``HintVerdict``."""
+"""Colours of the field ``verdict`` of ``HintVerdict``."""
 
 LINK: Final[dict[str, Colour]] = {"connected": GREEN, "lost": RED}
 MAP: Final[dict[str, Colour]] = {"verified": GREEN, "unverified": ORANGE, "other map": RED}
@@ -79,9 +79,9 @@ _VIRIDIS_UPPER: Final = np.array(
 
 
 def distance_colours(distances: npt.ArrayLike) -> Colours:
-    """Return (N, 3) colours of signed distances (N,) to the map [m]: teal at 0, yellow at 0.2 m.
+    """Return colours (N, 3) of signed distances (N,) to the map [m]: teal at 0, yellow at 0.2 m.
 
-    NaN, where the map has nothing near, is ``UNMAPPED``.
+    NaN, for points without a mapped surface near, gives ``UNMAPPED``.
     """
     distance = np.abs(np.asarray(distances, dtype=float))
     known = np.isfinite(distance)
@@ -95,7 +95,7 @@ def distance_colours(distances: npt.ArrayLike) -> Colours:
 
 
 def height_greys(heights: FloatArray) -> Colours:
-    """Return (N, 3) greys of heights (N,): the floor recedes, what stands on it is lighter."""
+    """Return greys (N, 3) of heights (N,) [m]: the higher, the lighter."""
     low, high = float(heights.min()), float(heights.max())
     share = (heights - low) / max(high - low, 1e-9)
     grey = np.rint(78.0 + 92.0 * share).astype(np.uint8)

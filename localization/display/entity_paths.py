@@ -1,4 +1,4 @@
-"""Entity paths in a recording: what is drawn under which name."""
+"""Names of the entities and of the timeline in a rerun recording."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ TIMELINE: Final = "robot time"
 MAP: Final = "map"
 CLOUD: Final = "map/cloud"
 OVERHEAD: Final = "map/overhead"
-"""What of the map hangs over the robot's head, ceilings above all; it would hide everything."""
+"""Points of the map above the robot, mainly ceilings, which would hide everything below."""
 LIVE: Final = "map/live"
 LIVE_OVERHEAD: Final = "map/live_overhead"
 BASE: Final = "map/odom/base_link"

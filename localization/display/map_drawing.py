@@ -1,4 +1,4 @@
-"""The scene in ``map``: the prebuilt cloud, the live one over it, the robot, its paths, its doubt, hints."""
+"""Drawing in the frame ``map``: cloud, live sweep, robot, paths, uncertainty and hints."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from localization.display.colours import (
     distance_colours,
     height_greys,
 )
-from localization.display.path_drawing import Trail
+from localization.display.path_drawing import PathDrawing
 from localization.display.rerun_sink import Canvas
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
@@ -29,27 +29,27 @@ from localization.types import Pose
 Floats: TypeAlias = npt.NDArray[np.float32]
 
 HEADROOM: Final = 1.9
-"""What is higher above the map's floor goes to the ``overhead`` entities [m]."""
+"""Height over the map's floor above which points go to the ``overhead`` entities [m]."""
 MAP_POINTS: Final = 120_000
-"""A larger map is thinned to about so many points; a software renderer draws more too slowly."""
+"""Approximate number of map points drawn at most; a software renderer is too slow for more."""
 ELLIPSE: Final = float(np.sqrt(5.991))
-"""Sigmas of the 95 % ellipse: the chi-square quantile for 2 degrees of freedom is 5.991."""
+"""Half axes of the 95 % ellipse in sigmas: the chi-square quantile for 2 degrees of freedom is 5.991."""
 HEADING: Final = 1.960
-"""Sigmas of the 95 % heading wedge."""
+"""Half angle of the 95 % heading wedge in sigmas."""
 
 _MAP_RADIUS: Final = 0.022
-"""Of a point of the map [m]: near the spacing of its points."""
+"""Radius of a map point [m]: near the spacing of the points."""
 _LIVE_RADIUS: Final = rr.Radius.ui_points(2.0)
-"""Of a live point, in pixels: seen from afar, and exact from near."""
+"""Radius of a live point in pixels: visible from afar, and precise from near."""
 _LIFT: Final = 0.02
-"""Lines on the floor are drawn this high, or the floor's points would cover them [m]."""
+"""Height at which lines on the floor are drawn [m]; lower, the floor's points would cover them."""
 _CIRCLE: Final = np.stack(
     [np.cos(np.linspace(0, 2 * np.pi, 49)), np.sin(np.linspace(0, 2 * np.pi, 49))], axis=1
 )
 
 
-class Scene:
-    """Draws; knows frames and poses, but nothing of messages."""
+class MapDrawing:
+    """Draws the map, the robot and the sweeps from poses and arrays, independently of messages."""
 
     def __init__(self, canvas: Canvas, cloud: Cloud) -> None:
         self._canvas = canvas
@@ -57,16 +57,16 @@ class Scene:
         self._scanners: list[str] = []
         self._hint_shapes: set[str] = set()
         self._placed, self._health = False, GREY
-        # Not the lowest point: a few stray ones lie below any floor.
+        # A percentile instead of the minimum: a few stray points lie below any floor.
         self._ceiling = float(np.percentile(cloud.points[:, 2], 1.0)) + HEADROOM
         self._draw_map(cloud)
-        # Where they agree the estimate lies on top, with the truth as its pale rim.
-        self.estimate = Trail(canvas, at.ESTIMATE_PATH, SKY, width=1.2, lift=0.06)
-        self.truth = Trail(canvas, at.TRUTH_PATH, WHITE, width=2.0, lift=_LIFT)
+        # The estimate is drawn over the truth, which shows as a pale rim where the two agree.
+        self.estimate = PathDrawing(canvas, at.ESTIMATE_PATH, SKY, width=1.2, lift=0.06)
+        self.truth = PathDrawing(canvas, at.TRUTH_PATH, WHITE, width=2.0, lift=_LIFT)
 
     def _draw_map(self, cloud: Cloud) -> None:
         stride = -(-len(cloud.points) // MAP_POINTS)
-        # Every n-th of the points in a fixed random order: any order of the file gives an even map.
+        # Every n-th point in a fixed random order gives an even map for any order of the file.
         order = np.random.default_rng(0).permutation(len(cloud.points))[::stride]
         points = cloud.points[order]
         high = points[:, 2] > self._ceiling
@@ -79,7 +79,7 @@ class Scene:
                 )
 
     def live(self, points: Floats, distances: Floats) -> None:
-        """Draw a sweep (N, 3) in ``map`` [m], coloured by its distance (N,) to the map [m]."""
+        """Draw a sweep (N, 3) in ``map`` [m], coloured by its distances (N,) to the map [m]."""
         colours = distance_colours(distances)
         high = points[:, 2] > self._ceiling
         for entity, part in ((at.LIVE, ~high), (at.LIVE_OVERHEAD, high)):
@@ -88,7 +88,7 @@ class Scene:
             )
 
     def transform(self, parent: str, child: str, pose: Pose, *, static: bool = False) -> None:
-        """Move a frame, ``parent_from_child``; frames that do not hang on ``map`` are left out."""
+        """Set the pose of a frame, ``parent_from_child``; frames not connected with ``map`` are ignored."""
         if parent not in self._entities:
             return
         entity = self._entities.setdefault(child, f"{self._entities[parent]}/{child}")
@@ -96,7 +96,7 @@ class Scene:
         if static and child.startswith("laser"):
             self._scanners.append(entity)
         if parent == "map" and not self._placed:
-            # Only now is it known where: before, a body would stand at the origin, and be believed.
+            # Before the pose is known, a body would be drawn at the origin and be mistaken for the estimate.
             self._placed = True
             for name, part in body.parts().items():
                 self._canvas.draw(f"{at.BODY}/{name}", part)
@@ -107,7 +107,7 @@ class Scene:
             self._scanners.clear()
 
     def health(self, colour: Colour) -> None:
-        """Give the circle in which the robot turns, and its uncertainty, the colour of its health."""
+        """Set the colour of the robot's turning circle and of its uncertainty."""
         self._health = colour
         if self._placed:
             self._canvas.draw(f"{at.BASE}/swing", body.swing(colour))
@@ -116,8 +116,8 @@ class Scene:
         """Draw the 95 % ellipse of the position and the 95 % wedge of the heading.
 
         Args:
-            pose: ``map_from_base``.
-            covariance: (6, 6) in ROS's order [m, rad].
+            pose: Pose ``map_from_base``.
+            covariance: Covariance (6, 6) in ROS's order [m, rad].
         """
         spread = ELLIPSE * _root(covariance[:2, :2])
         ellipse = np.column_stack([_CIRCLE @ spread.T, np.zeros(len(_CIRCLE))])
@@ -136,7 +136,7 @@ class Scene:
         )
 
     def hint(self, pose: Pose, label: str, covariance: FloatArray | None = None) -> None:
-        """Draw the ghost of a hint, with the 95 % ellipse of what its giver was unsure about."""
+        """Draw the ghost of a hint, with the 95 % ellipse of its covariance (6, 6) if that is given."""
         self.clear_hint()
         self._ghost(pose, label, ORANGE)
         if covariance is not None:
@@ -155,7 +155,7 @@ class Scene:
     def verdict(
         self, verdict: str, hint: Pose, candidates: Sequence[Pose], scores: Sequence[float]
     ) -> None:
-        """Draw what became of a hint: candidates with scores, and an arrow to the pose that was taken."""
+        """Draw the answer to a hint: candidates with scores, and an arrow to an accepted pose."""
         self._ghost(hint, f"hint {verdict}", VERDICT.get(verdict, ORANGE))
         if not candidates:
             return
@@ -166,7 +166,7 @@ class Scene:
                 colors=[VERDICT.get(verdict, ORANGE)],
                 radii=rr.Radius.ui_points(5.0),
                 labels=[f"{score:.0%}" for score in scores],
-                # A single one would only hide the robot, and the event says its score.
+                # A single label would only hide the robot; the event holds the score as well.
                 show_labels=len(candidates) > 1,
             ),
         )
@@ -183,9 +183,9 @@ class Scene:
             )
 
     def clear_hint(self) -> None:
-        """Take ghost, candidates and arrow away."""
-        # Not the ghost's transform: one that is cleared and set at the same stamp stays cleared, and the
-        # ghost would stand at the origin.
+        """Remove ghost, candidates and arrow."""
+        # The ghost's transform stays: if it were cleared and set at the same stamp it would remain cleared,
+        # and the ghost would be drawn at the origin.
         for shape in self._hint_shapes:
             self._canvas.draw(shape, rr.Clear(recursive=False))
         self._hint_shapes.clear()

@@ -1,4 +1,4 @@
-"""A path that grows with the drive."""
+"""Drawing of a path that grows with the drive."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from localization.display.rerun_sink import Canvas
 from localization.geometry import FloatArray
 
 STEP: Final = 0.05
-"""A path gets a new piece when the robot has moved this far [m]."""
+"""Length of a path segment [m]."""
 JUMP: Final = 0.5
-"""Farther than this between two poses the estimate jumped, and no line is drawn [m]."""
+"""Distance between two poses beyond which the estimate jumped and no line is drawn [m]."""
 
 
-class Trail:
-    """Draws each piece of a path once, so that a message costs the same after an hour.
+class PathDrawing:
+    """Draws each segment of a path once, so that the cost of a pose does not grow with time.
 
-    The blueprint's views look back to the beginning, which joins the pieces.
+    The views cover the whole time, which joins the segments.
     """
 
     def __init__(
@@ -29,21 +29,21 @@ class Trail:
         """Begin a path.
 
         Args:
-            canvas: where to.
-            entity: its path.
-            colour: of the line.
-            width: half of it, in pixels.
-            lift: how high above the floor it is drawn [m].
+            canvas: Canvas to draw on.
+            entity: Entity path.
+            colour: Colour of the line.
+            width: Half width of the line in pixels.
+            lift: Height above the poses at which it is drawn [m].
         """
         self._canvas, self._entity = canvas, entity
         self._lift = np.array([0.0, 0.0, lift])
         self._last: FloatArray | None = None
-        # Colour and width are said once; the pieces are points only.
+        # Colour and width are logged once; segments hold points only.
         style = rr.LineStrips3D.from_fields(colors=[colour], radii=rr.Radius.ui_points(width))
         canvas.draw(entity, style, static=True)
 
     def add(self, position: FloatArray) -> None:
-        """Go on to a position (3,) in ``map`` [m]."""
+        """Extend the path to a position (3,) in ``map`` [m]."""
         if self._last is None:
             self._last = position
             return

@@ -1,4 +1,4 @@
-"""Where the display goes: into a file, to a viewer on this or another machine, or both."""
+"""Output of a rerun display: into a file, to a viewer on this or another machine, or both."""
 
 from __future__ import annotations
 
@@ -17,53 +17,59 @@ import rerun_bindings
 from localization.display.entity_paths import TIMELINE
 
 APPLICATION = "farsteer"
-"""The viewer keeps its layouts by this name."""
+"""Application name, under which the viewer stores its layouts."""
 
 _LIVE_TICK = 0.04
-"""How long data may wait to be sent to a viewer [s]."""
+"""Time that data may wait before it is sent to a viewer [s]."""
 _FILE_TICK = 0.5
-"""How long it may wait to be written, if nobody looks [s]; longer makes smaller files."""
+"""Time that data may wait before it is written to a file [s]; longer times give smaller files."""
 
 
 _PATIENCE = 4.0
-"""How long a viewer may take to answer at the beginning [s]."""
+"""Time within which a viewer must answer at the beginning [s]."""
 
 
 class SinkError(RuntimeError):
-    """The display cannot go where it should; the message says what would work."""
+    """A sink that cannot be opened; the message names what would work."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sink:
-    """At least one of file, viewer and spawn."""
+    """Destination of a display; at least one of file, viewer and spawn must be given."""
 
     file: Path | None = None
-    """An ``.rrd`` to write; an existing one is replaced. Readable at any time, also after a kill."""
+    """File ``.rrd`` to write; an existing one is replaced. It is readable at any time, also after a kill."""
     viewer: str | None = None
-    """A running viewer, such as ``rerun+http://127.0.0.1:9876/proxy``."""
+    """Address of a running viewer, such as ``rerun+http://127.0.0.1:9876/proxy``."""
     spawn: bool = False
-    """Start a viewer here, which nobody else can reach, and which outlives the display."""
+    """Whether to start a viewer on this machine, which listens only locally and outlives the display."""
     port: int = 9876
-    """Of the spawned viewer; one that already listens there is used."""
+    """Port of the spawned viewer; a viewer that already listens there is used."""
 
     def __post_init__(self) -> None:
         if self.file is None and self.viewer is None and not self.spawn:
             raise ValueError("the display needs a sink: a file, a viewer's address, or spawn=True")
         if self.viewer is not None and self.spawn:
-            raise ValueError("viewer and spawn exclude each other: is there a viewer or not?")
+            raise ValueError(
+                "viewer and spawn exclude each other: give a running viewer, or spawn one"
+            )
 
 
 class Canvas:
-    """Draws the same into every part of a sink.
+    """Draws the same into every destination of a sink.
 
-    Each part has a stream of its own: with both on one, a viewer that hangs would hold up the file.
+    Each destination has a stream of its own, so that a viewer that hangs does not delay the file.
     """
 
     def __init__(self, sink: Sink, blueprint: rrb.Blueprint) -> None:
-        """Open the sink, with the blueprint for the layout of its views.
+        """Open the sink.
+
+        Args:
+            sink: Destination of the display.
+            blueprint: Layout of the views.
 
         Raises:
-            SinkError: if the viewer does not answer.
+            SinkError: If the viewer does not answer.
         """
         recording = uuid4()
         viewer = sink.viewer
@@ -73,17 +79,17 @@ class Canvas:
         self._streams: list[rr.RecordingStream] = []
         if sink.file is not None:
             sink.file.parent.mkdir(parents=True, exist_ok=True)
-            # The index that goes to the file's end takes some 50 MB of memory an hour. A kill loses the
-            # index and nothing else: `rerun rrd optimize` makes a new one.
+            # The index at the file's end takes some 50 MB of memory an hour. A kill loses only the index:
+            # `rerun rrd optimize` rebuilds it.
             self._open(recording, rr.FileSink(sink.file, write_footer=True), _FILE_TICK, blueprint)
         if viewer is not None:
-            # rerun's own patience with a viewer that accepts and says nothing has no end.
+            # rerun itself would wait forever for a viewer that accepts the connection and never answers.
             given = rr.GrpcSink(viewer), _LIVE_TICK, blueprint
             if not _in_time(lambda: self._open(recording, *given), _PATIENCE):
                 rr.unregister_shutdown()
                 raise SinkError(
                     f"no viewer answers at {viewer}: start one with `rerun --bind 127.0.0.1`, or let the "
-                    "display spawn its own"
+                    "display spawn one"
                 )
 
     def _open(
@@ -98,30 +104,30 @@ class Canvas:
             recording_id=recording,
             batcher_config=rr.ChunkBatcherConfig(flush_tick=tick),
         )
-        # All times are the robot's; when this machine got to log them says nothing.
+        # All times are the robot's; the time of logging on this machine is irrelevant.
         stream.set_log_time_enabled(False)
         stream.set_sinks(sink, default_blueprint=blueprint)
         self._streams.append(stream)
 
     def set_time(self, stamp: int) -> None:
-        """Set the time of what is drawn next: the robot's [ns]."""
+        """Set the robot's time [ns] of the following drawings."""
         time = np.timedelta64(stamp, "ns")
         for stream in self._streams:
             stream.set_time(TIMELINE, duration=time)
 
     def draw(self, entity: str, what: rr.AsComponents, *, static: bool = False) -> None:
-        """Draw something: from now on, or ``static`` for all times."""
+        """Draw components under an entity path: from the present time on, or ``static`` for all times."""
         for stream in self._streams:
             stream.log(entity, what, static=static)
 
     def flush(self, timeout: float) -> None:
-        """Send and write what waits.
+        """Send and write buffered data.
 
         Args:
-            timeout: how long to try, for each part [s].
+            timeout: Time limit for each destination [s].
 
         Raises:
-            RuntimeError: if a viewer is gone or too slow.
+            RuntimeError: If a viewer is gone or too slow.
         """
         for stream in self._streams:
             stream.flush(timeout_sec=timeout)
@@ -130,12 +136,12 @@ class Canvas:
         """End the recording.
 
         Args:
-            timeout: how long to try, for each part [s].
+            timeout: Time limit for each destination [s].
 
         Raises:
-            RuntimeError: if a viewer is gone or too slow. The file is whole nevertheless.
+            RuntimeError: If a viewer is gone or too slow. The file is complete nevertheless.
         """
-        # rerun waits for ever for a viewer that hangs: when a stream ends, and when the interpreter does.
+        # rerun waits forever for a viewer that hangs, when a stream ends and when the interpreter exits.
         rr.unregister_shutdown()
         try:
             self.flush(timeout)
@@ -145,7 +151,7 @@ class Canvas:
 
 
 def _in_time(call: Callable[[], None], timeout: float) -> bool:
-    """Call, but wait for its end no longer than so [s]; return whether it came."""
+    """Run a call in a thread; return whether it ended within ``timeout`` [s]."""
     thread = Thread(target=call, daemon=True)
     thread.start()
     thread.join(timeout)
@@ -153,15 +159,17 @@ def _in_time(call: Callable[[], None], timeout: float) -> bool:
 
 
 def viewer_program() -> Path:
-    """Return the viewer that came with the SDK: it need not be on the search path."""
+    """Return the viewer that is installed with the SDK; it need not be on the search path."""
     spec = find_spec("rerun_cli")
     if spec is None or spec.origin is None:
-        raise FileNotFoundError("rerun-sdk came without its viewer: install the wheel from PyPI")
+        raise FileNotFoundError(
+            "rerun-sdk is installed without its viewer: install the wheel from PyPI"
+        )
     return Path(spec.origin).with_name("rerun")
 
 
 def _spawn(port: int) -> None:
-    # rerun.spawn() would let the viewer listen on every network.
+    # rerun.spawn() would make the viewer listen on all networks.
     rerun_bindings.spawn(
         port=port,
         hide_welcome_screen=True,

@@ -1,4 +1,4 @@
-"""Views of a recording that the operator's display and the recording of a log share."""
+"""Views of rerun's viewer that the operator's display and the recording of a log share."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from localization.display.entity_paths import (
 from localization.geometry import FloatArray
 
 PLOT_WINDOW: Final = 60.0
-"""How far plots look back [s]."""
+"""Time span of live plots [s]."""
 
 
 def world_view(low: FloatArray, high: FloatArray) -> rrb.Spatial3DView:
@@ -33,7 +33,7 @@ def world_view(low: FloatArray, high: FloatArray) -> rrb.Spatial3DView:
         MAP,
         rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
-            # From the south, high enough to look into rooms over their walls.
+            # From the south, high enough to see into rooms over their walls.
             position=middle + (0.0, -0.46 * span, 0.56 * span),
             look_target=(middle[0], middle[1] - 0.04 * span, low[2]),
             eye_up=(0.0, 0.0, 1.0),
@@ -68,7 +68,7 @@ def events_view() -> rrb.TextLogView:
 
 
 def _space(name: str, origin: str, eye: rrb.EyeControls3D) -> rrb.Spatial3DView:
-    # A path is logged as single steps; a view that looks back to the beginning joins them.
+    # A path is logged as single segments; a view over the whole time joins them.
     whole = rrb.VisibleTimeRanges(
         timeline=TIMELINE,
         start=rrb.TimeRangeBoundary.infinite(),

@@ -1,4 +1,4 @@
-"""The robot as the display draws it: boxes and cylinders of a Pioneer 3-AT's size, and its ghost."""
+"""Shapes of the robot in the display: boxes and cylinders of a Pioneer 3-AT's size, and its ghost."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ WHEELBASE: Final = 0.269
 TRACK: Final = 0.394
 
 SWING_RADIUS: Final = 0.34
-"""Of the circle it turns in [m]; data sheet."""
+"""Radius of the circle that the robot needs to turn on the spot [m]; data sheet."""
 
 _RED: Final[Colour] = (222, 62, 38)
 _BLACK: Final[Colour] = (38, 38, 42)
 _DECK: Final[Colour] = (70, 72, 78)
 _CLEARANCE: Final = 0.08
-"""Under the chassis [m]."""
+"""Ground clearance of the chassis [m]."""
 
 
 def parts() -> dict[str, rr.AsComponents]:
@@ -42,7 +42,7 @@ def parts() -> dict[str, rr.AsComponents]:
             colors=[_RED],
             fill_mode="solid",
         ),
-        # The bright bar tells front from rear from any distance.
+        # The bright bar marks the front, visible from any distance.
         "deck": rr.Boxes3D(
             half_sizes=[(0.40 * LENGTH, 0.5 * WIDTH, 0.5 * deck), (0.05, 0.5 * WIDTH, 0.5 * deck)],
             centers=[
@@ -64,7 +64,7 @@ def parts() -> dict[str, rr.AsComponents]:
 
 
 def swing(colour: Colour) -> rr.AsComponents:
-    """Return the circle in which the robot turns on the spot, in ``base_link``."""
+    """Return the circle that the robot needs to turn on the spot, in ``base_link``."""
     turn = np.linspace(0.0, 2.0 * np.pi, 49)
     circle = np.stack([np.cos(turn), np.sin(turn), np.full(49, 0.1)], axis=1)
     circle[:, :2] *= SWING_RADIUS
@@ -79,7 +79,7 @@ def scanner() -> rr.AsComponents:
 
 
 def ghost(label: str, colour: Colour = ORANGE) -> dict[str, rr.AsComponents]:
-    """Return the outline of a robot that is only believed to be there, by name, in its own frame."""
+    """Return the parts of a hinted robot's outline by name, in its own frame."""
     return {
         "outline": rr.Boxes3D(
             half_sizes=[(0.5 * LENGTH, 0.5 * WIDTH, 0.5 * HEIGHT)],
@@ -94,7 +94,7 @@ def ghost(label: str, colour: Colour = ORANGE) -> dict[str, rr.AsComponents]:
             colors=[colour],
             radii=rr.Radius.ui_points(1.5),
         ),
-        # Behind it, where it hides neither the ghost nor what lies ahead.
+        # The label is behind the ghost, where it hides neither the ghost nor the view ahead.
         "label": rr.Points3D(
             [(-0.9, 0.0, HEIGHT)], colors=[colour], radii=rr.Radius.ui_points(0.5), labels=[label]
         ),

@@ -1,4 +1,4 @@
-"""Lanes of states, plots of numbers, and the log of events."""
+"""Time plots of the display: lanes of states, curves of numbers, and the list of events."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from localization.display.rerun_sink import Canvas
 
 
 class Level(StrEnum):
-    """How much an event matters."""
+    """Severity of an event."""
 
     INFO = "INFO"
     WARNING = "WARN"
     ALARM = "ERROR"
 
 
-class Instruments:
-    """Writes lanes, plots and log at whatever time the stream stands."""
+class TimePlots:
+    """Writes lanes, curves and events at the present time of the canvas."""
 
     def __init__(
         self,
@@ -30,7 +30,14 @@ class Instruments:
         series: Mapping[str, tuple[str, Colour]],
         legend: str,
     ) -> None:
-        """Declare lanes with the colours of their states, curves with name and colour, and the legend."""
+        """Declare lanes and curves.
+
+        Args:
+            canvas: Canvas to draw on.
+            lanes: Colours of the states of each lane, by lane and state.
+            series: Name and colour of each curve, by its path.
+            legend: Markdown text of the legend.
+        """
         self._canvas = canvas
         self._states: dict[str, str] = {}
         document = rr.TextDocument(legend, media_type=rr.MediaType.MARKDOWN)
@@ -45,11 +52,11 @@ class Instruments:
             canvas.draw(f"{PLOTS}/{path}", line, static=True)
 
     def is_new(self, lane: str, state: str) -> bool:
-        """Return whether a state is not the one that a lane is in."""
+        """Return whether a state differs from the present one of a lane."""
         return self._states.get(lane) != state
 
     def state(self, lane: str, state: str) -> bool:
-        """Note the state of a lane; return whether it is a new one."""
+        """Set the state of a lane; return whether it changed."""
         if not self.is_new(lane, state):
             return False
         self._states[lane] = state
@@ -61,5 +68,5 @@ class Instruments:
         self._canvas.draw(f"{PLOTS}/{path}", rr.Scalars(value))
 
     def event(self, text: str, level: Level = Level.INFO) -> None:
-        """Add a line to the log."""
+        """Add an event."""
         self._canvas.draw(LOG, rr.TextLog(text, level=level.value))

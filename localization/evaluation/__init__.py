@@ -1,1 +1,1 @@
-"""Estimates against ground truth, trajectories and traces in files, injected faults."""
+"""Evaluation: trajectories and their errors, consistency, traces, and injected faults."""

@@ -1,6 +1,6 @@
-"""Traces: what the localiser believed of itself, estimate by estimate, as a CSV table.
+"""Trace of a run: covariance, health and match quality of each estimate, as a CSV table.
 
-Where it thought to be is in a trajectory file; the trace holds how surely, in what state and why.
+The poses are in a trajectory file beside it.
 """
 
 from __future__ import annotations
@@ -14,50 +14,55 @@ from typing import Final, Self
 
 import numpy as np
 
+from localization.errors import LocalizationError
 from localization.geometry import FloatArray
 from localization.types import Estimate, Health
 
 AXES: Final = ("x", "y", "z", "rx", "ry", "rz")
-"""Of a covariance: position in ``map``, rotation in ``base_link``."""
+"""Axes of a covariance: position in ``map``, rotation in ``base_link``."""
 _ROWS, _COLUMNS = np.triu_indices(6)
 COVARIANCE_COLUMNS: Final = tuple(
     f"cov_{AXES[i]}_{AXES[j]}" for i, j in zip(_ROWS, _COLUMNS, strict=True)
 )
-"""Names of the upper triangle of a covariance, row by row."""
+"""Names of the columns for the upper triangle of a covariance, row by row."""
 _HEADER: Final = (
     "stamp_ns",
     "health",
     *COVARIANCE_COLUMNS,
     "nis",
-    "directions",
-    "fit",
+    "observable_directions",
+    "inlier_ratio",
     "unexplained",
     "reasons",
 )
+_OLD_NAMES: Final = {"directions": "observable_directions", "fit": "inlier_ratio"}
+"""Names of columns in files of version 0.0, with their present names."""
 
 
-class TraceError(ValueError):
-    """A file that is no trace; one line says where and why."""
+class TraceError(LocalizationError):
+    """A file that is not a valid trace; one line names the place and the reason."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TraceRow:
-    """One estimate's opinion of itself."""
+    """Quality of one estimate as the localiser itself reports it."""
 
     stamp: int
-    """[ns]."""
+    """Stamp of the estimate [ns]."""
     health: Health
+    """Health state."""
     covariance: FloatArray
-    """(6, 6), as in ``Estimate``; only its upper triangle is kept."""
+    """Covariance (6, 6) as in ``Estimate``; only its upper triangle is kept."""
     nis: float | None = None
-    """As in ``Estimate``."""
-    directions: int | None = None
-    """How many directions the registration kept: the degrees of freedom of ``nis``."""
-    fit: float | None = None
-    """As in ``Match``."""
+    """Normalised innovation squared as in ``Estimate``."""
+    observable_directions: int | None = None
+    """Number of observable directions of the registration: the degrees of freedom of ``nis``."""
+    inlier_ratio: float | None = None
+    """Inlier ratio as in ``Match``."""
     unexplained: float | None = None
-    """As in ``Estimate``."""
+    """Unexplained share of the sweep as in ``Estimate``."""
     reasons: tuple[str, ...] = ()
+    """Reasons for the health state."""
 
     def __post_init__(self) -> None:
         covariance = np.array(self.covariance, dtype=float)
@@ -69,7 +74,7 @@ class TraceRow:
 
     @classmethod
     def of(cls, estimate: Estimate) -> Self:
-        """Return an estimate's row."""
+        """Return the row of an estimate."""
         match = estimate.match
         return cls(
             estimate.stamp,
@@ -90,7 +95,7 @@ def upper_triangle(covariance: FloatArray) -> FloatArray:
 
 
 def write_trace(path: Path | str, rows: Iterable[TraceRow]) -> None:
-    """Write a trace; numbers have as many digits as it takes to read back the same."""
+    """Write a trace; numbers have as many digits as it takes to restore them exactly."""
     with Path(path).open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(_HEADER)
@@ -101,8 +106,8 @@ def write_trace(path: Path | str, rows: Iterable[TraceRow]) -> None:
                     row.health.value,
                     *map(repr, upper_triangle(row.covariance).tolist()),
                     "" if row.nis is None else repr(float(row.nis)),
-                    "" if row.directions is None else row.directions,
-                    "" if row.fit is None else repr(float(row.fit)),
+                    "" if row.observable_directions is None else row.observable_directions,
+                    "" if row.inlier_ratio is None else repr(float(row.inlier_ratio)),
                     "" if row.unexplained is None else repr(float(row.unexplained)),
                     json.dumps(row.reasons),
                 )
@@ -110,15 +115,15 @@ def write_trace(path: Path | str, rows: Iterable[TraceRow]) -> None:
 
 
 def read_trace(path: Path | str) -> tuple[TraceRow, ...]:
-    """Read a trace.
+    """Read a trace, also one with the column names of version 0.0.
 
     Raises:
-        TraceError: If there is no such file, or a line of it does not belong in a trace.
+        TraceError: If the file is missing, or a line is not a valid row.
     """
     try:
         with Path(path).open(encoding="utf-8", newline="") as file:
             table = csv.reader(file)
-            if tuple(next(table, ())) != _HEADER:
+            if tuple(_OLD_NAMES.get(name, name) for name in next(table, ())) != _HEADER:
                 raise TraceError(
                     f"{path}: is not a trace; its first line is not {','.join(_HEADER)}"
                 )
@@ -136,7 +141,7 @@ def read_trace(path: Path | str) -> tuple[TraceRow, ...]:
 
 def _read_row(cells: Sequence[str]) -> TraceRow:
     if len(cells) != len(_HEADER):
-        raise TraceError(f"want {len(_HEADER)} cells, got {len(cells)}")
+        raise TraceError(f"a row needs {len(_HEADER)} cells, got {len(cells)}")
     stamp, health, *entries, nis, directions, fit, unexplained, reasons = cells
     covariance = np.zeros((6, 6))
     covariance[_ROWS, _COLUMNS] = [float(entry) for entry in entries]

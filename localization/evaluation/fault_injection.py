@@ -1,8 +1,8 @@
-"""Faults put into streams of readings: a drive recorded once can be replayed with everything going wrong.
+"""Faults injected into streams of readings: slip, occlusion, silence, delay and kidnapping.
 
-Each function takes readings in the order of arrival and yields what would have arrived, had that gone
-wrong; they can be put one into another. What is drawn by chance is drawn from a seed and the readings'
-stamps, so that every method replays the same fault, bit by bit.
+Each function takes readings in the order of arrival and yields those that would have arrived with the fault;
+functions can be nested. Random numbers derive from a seed and the readings' stamps, so that a fault is the same,
+bit by bit, for every method under test.
 """
 
 from __future__ import annotations
@@ -27,51 +27,51 @@ from localization.types import (
 )
 
 WHEELS, INERTIAL, ODOMETRY, HINT = "wheels", "inertial", "odometry", "hint"
-"""Names of the sources that are no scanners; a scanner's is its frame."""
+"""Names of the sources other than scanners; the name of a scanner is its frame."""
 
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A time during which something is wrong, its end not included."""
+    """Time interval of a fault; its end is not included."""
 
     begin: int
-    """[ns]."""
+    """First stamp of the interval [ns]."""
     end: int
-    """[ns]."""
+    """First stamp after the interval [ns]."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.begin < self.end:
-            raise ValueError(f"a span must end after it begins, got {self.begin} to {self.end} ns")
+            raise ValueError(f"a span must end after its begin, got {self.begin} to {self.end} ns")
 
     def holds(self, stamp: int) -> bool:
-        """Return whether a stamp [ns] lies in it."""
+        """Return whether a stamp [ns] lies in the interval."""
         return self.begin <= stamp < self.end
 
 
 @dataclass(frozen=True, slots=True)
 class Clutter:
-    """People and things that stand about the robot and are in no map."""
+    """People and objects around the robot that are not in the map."""
 
     share: float
-    """Of the beams that point at them, in [0, 1]."""
+    """Fraction of the beams that they block, in [0, 1]."""
     width: float = np.deg2rad(15.0)
-    """What one of them hides [rad]: a person of half a metre at two metres."""
+    """Angle that one of them blocks [rad]: a person half a metre wide at two metres."""
     near: float = 0.4
-    """The nearest stands this far from the scanner [m] ..."""
+    """Distance of the nearest from the scanner [m]."""
     far: float = 2.0
-    """... and the farthest this far [m]."""
+    """Distance of the farthest from the scanner [m]."""
     stay: int = 2 * SECOND
-    """They change places after this time [ns]."""
+    """Time after which they change places [ns]."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.share <= 1.0:
             raise ValueError(f"share must be in [0, 1], got {self.share}")
         if not (self.width > 0.0 and 0.0 < self.near < self.far and self.stay > 0):
-            raise ValueError("clutter must have a width, stand farther than nothing, and stay")
+            raise ValueError("clutter needs width > 0, 0 < near < far, and stay > 0")
 
 
 def source_of(reading: Reading) -> str:
-    """Return what a reading comes from: a scanner's frame, or one of the names above."""
+    """Return the name of a reading's source: a scanner's frame, or one of the names above."""
     match reading:
         case Scan() | PointScan():
             return reading.scanner
@@ -88,7 +88,7 @@ def source_of(reading: Reading) -> str:
 def slipping(
     readings: Iterable[Reading], spans: Iterable[Span], factor: float = 2.0
 ) -> Iterator[Reading]:
-    """Let all wheels turn ``factor`` times as fast as the ground passes, during some spans."""
+    """Yield readings in which all wheels turn ``factor`` times too fast during some spans."""
     when = tuple(spans)
     for reading in readings:
         if isinstance(reading, WheelSpeeds) and any(s.holds(reading.stamp) for s in when):
@@ -99,10 +99,10 @@ def slipping(
 
 
 def occluded(readings: Iterable[Reading], clutter: Clutter, *, seed: int = 0) -> Iterator[Reading]:
-    """Let something near hide a share of each planar scanner's beams.
+    """Yield readings in which near objects block a fraction of each planar scanner's beams.
 
-    A beam is hidden only if what it saw is farther away. Sectors are drawn anew after ``clutter.stay``;
-    scanners draw their own.
+    A beam is blocked only if its range is longer. Sectors are drawn again after ``clutter.stay``, independently
+    for each scanner.
     """
     for reading in readings:
         yield _hidden(reading, clutter, seed) if isinstance(reading, Scan) else reading
@@ -116,7 +116,7 @@ def _hidden(scan: Scan, clutter: Clutter, seed: int) -> Scan:
     sector = np.floor((scan.angles - scan.angles.min()) / clutter.width).astype(np.int64)
     count = int(sector.max()) + 1
     rank, distance = rng.permutation(count), rng.uniform(clutter.near, clutter.far, count)
-    # Whole sectors in the order drawn, the last in part, so that the share is kept to a beam.
+    # Whole sectors in random order, the last in part, so that the fraction is exact to one beam.
     order = np.argsort(rank[sector], kind="stable")
     hidden = order[: round(clutter.share * len(order))]
     ranges = scan.ranges.copy()
@@ -125,7 +125,7 @@ def _hidden(scan: Scan, clutter: Clutter, seed: int) -> Scan:
 
 
 def silent(readings: Iterable[Reading], source: str, span: Span) -> Iterator[Reading]:
-    """Leave out what one source says during a span."""
+    """Yield the readings without those of one source during a span."""
     for reading in readings:
         if source_of(reading) != source or not span.holds(end_of(reading)):
             yield reading
@@ -134,19 +134,19 @@ def silent(readings: Iterable[Reading], source: str, span: Span) -> Iterator[Rea
 def late(
     readings: Iterable[Reading], source: str, delay: int, *, jitter: int = 0, seed: int = 0
 ) -> Iterator[Reading]:
-    """Let the readings of one source arrive later than those that they came with; stamps stay.
+    """Yield readings in which those of one source arrive later; stamps stay.
 
-    With more jitter than lies between two of them they overtake each other.
+    If the jitter is longer than the time between two readings, they arrive out of order.
 
     Args:
-        readings: in the order of arrival.
-        source: whose readings are late.
-        delay: of each [ns].
-        jitter: a reading's own share of it is added [ns], drawn from the seed and its stamp.
-        seed: of the jitter.
+        readings: Readings in the order of arrival.
+        source: Name of the source of the late readings.
+        delay: Delay of each [ns].
+        jitter: Greatest random addition to the delay [ns], drawn for each reading from the seed and its stamp.
+        seed: Seed of the jitter.
 
     Raises:
-        ValueError: if the delay or the jitter is negative.
+        ValueError: If the delay or the jitter is negative.
     """
     if delay < 0 or jitter < 0:
         raise ValueError(f"delay must be >= 0 ns, got {delay} and a jitter of {jitter}")
@@ -168,15 +168,15 @@ def late(
 def kidnapped(
     before: Iterable[Reading], after: Iterable[Reading], *, gap: int = SECOND // 50
 ) -> Iterator[Reading]:
-    """Carry the robot from the end of one recording to the beginning of another, unseen.
+    """Yield two recordings as one, as if the robot were carried from the end of one to the begin of the other.
 
-    The second one's stamps follow on the first one's; its odometry goes on from where the first one's
-    stood, for wheels in the air do not turn; and its hints are left out, for nobody knows.
+    The second recording's stamps follow on the first's; its odometry continues at the first's last pose, because
+    wheels in the air do not turn; and its hints are left out.
 
     Args:
-        before: readings until the robot is lifted.
-        after: readings from where it is set down; made by the same kind of robot.
-        gap: between the last reading before and the first after [ns].
+        before: Readings until the robot is lifted.
+        after: Readings from the place where it is put down, of the same kind of robot.
+        gap: Time between the last reading before and the first after [ns].
     """
     last, lifted = 0, None
     for reading in before:

@@ -1,7 +1,7 @@
-"""What localising a log came to, without its sweeps: small enough to keep, and to write down.
+"""History of the estimates of a log without their sweeps, and its tables in CSV files.
 
-Two tables belong to a trajectory in a TUM file: how surely each of its poses is known, and what became
-of each sweep.
+Two tables complement a trajectory in a TUM file: the covariance of each pose, and the match quality of each
+sweep.
 """
 
 from __future__ import annotations
@@ -23,41 +23,43 @@ from localization.types import Estimate, Health, Pose, ScanConsistency
 SWEEP_COLUMNS: Final = (
     "stamp_ns",
     "health",
-    "fit",
+    "inlier_ratio",
     "unexplained",
-    "before",
-    "through",
-    "beyond",
+    "occluded",
+    "free_space_violation",
+    "unmapped",
     "nis",
-    "directions",
-    *(f"kept_{axis}" for axis in AXES),
+    "observable_directions",
+    *(f"observable_{axis}" for axis in AXES),
     "reasons",
 )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepRow:
-    """What became of a sweep, or of the estimate's health between two sweeps."""
+    """Match quality of a sweep, or a change of health between two sweeps."""
 
     stamp: int
-    """[ns]."""
+    """Stamp of the estimate [ns]."""
     health: Health
+    """Health state."""
     reasons: tuple[str, ...]
-    fit: float | None = None
-    """As in ``Match``; None where no sweep was registered, as are the next."""
-    mismatch: ScanConsistency | None = None
-    """As in ``Estimate``."""
+    """Reasons for the health state."""
+    inlier_ratio: float | None = None
+    """Inlier ratio as in ``Match``; None, like the next ones, where no sweep was registered."""
+    consistency: ScanConsistency | None = None
+    """Consistency of the scan with the map as in ``Estimate``."""
     nis: float | None = None
-    """As in ``Estimate``."""
-    directions: int | None = None
-    """How many directions the registration kept: the degrees of freedom of ``nis``."""
-    kept: FloatArray = field(default_factory=lambda: np.full(6, np.nan))
-    """(6,) how much of each axis is in the kept directions, 0 to 1: x, y, z in ``map``, then the rotations
+    """Normalised innovation squared as in ``Estimate``."""
+    observable_directions: int | None = None
+    """Number of observable directions of the registration: the degrees of freedom of ``nis``."""
+    observability: FloatArray = field(default_factory=lambda: np.full(6, np.nan))
+    """Fraction of each axis (6,) in the observable directions, in [0, 1]: x, y, z in ``map``, then the rotations
     about x, y and z of ``base_link``."""
 
     @classmethod
     def of(cls, estimate: Estimate) -> Self:
-        """Return an estimate's row."""
+        """Return the row of an estimate."""
         match = estimate.match
         if match is None:
             return cls(estimate.stamp, estimate.health, estimate.reasons)
@@ -74,19 +76,19 @@ class SweepRow:
 
 
 class History:
-    """Collects estimates as they come; keeps no sweeps."""
+    """Collects estimates in order of time, without their sweeps."""
 
     def __init__(self) -> None:
         self.sweeps: list[SweepRow] = []
         self._known: dict[int, tuple[Pose, FloatArray]] = {}
         self._stamps: list[int] = []
         self._healths: list[Health] = []
-        # Of hours they take seconds to put together, and several ask for them.
+        # Cached: for a log of hours they take seconds to build, and several figures use them.
         self._trajectory: Trajectory | None = None
         self._covariances: FloatArray | None = None
 
     def add(self, estimate: Estimate) -> None:
-        """Take the next estimate."""
+        """Add the next estimate."""
         changed = not self._healths or estimate.health is not self._healths[-1]
         if changed or estimate.match is not None:
             self.sweeps.append(SweepRow.of(estimate))
@@ -103,16 +105,16 @@ class History:
 
     @property
     def stamps(self) -> np.typing.NDArray[np.int64]:
-        """(N,) of all estimates [ns]."""
+        """Stamps of all estimates (N,) [ns]."""
         return np.array(self._stamps, dtype=np.int64)
 
     @property
     def healths(self) -> tuple[Health, ...]:
-        """(N,) of all estimates."""
+        """Health states of all estimates (N,)."""
         return tuple(self._healths)
 
     def trajectory(self) -> Trajectory:
-        """Return the poses of the estimates that know where the robot is."""
+        """Return the poses of the estimates that have one."""
         if self._trajectory is None:
             poses = ((stamp, pose) for stamp, (pose, _) in self._known.items())
             self._trajectory = Trajectory.from_poses(poses)
@@ -130,8 +132,8 @@ class History:
 def write_covariances(path: Path | str, history: History) -> None:
     """Write a CSV table with one row for each pose of the trajectory, in its order.
 
-    A row is the stamp [ns] and the upper triangle of the covariance, row by row: of the position in
-    ``map`` [m] and the rotation vector in ``base_link`` [rad].
+    A row holds the stamp [ns] and the upper triangle of the covariance, row by row, of the position in ``map``
+    [m] and the rotation vector in ``base_link`` [rad].
     """
     rows = zip(history.trajectory().stamps.tolist(), history.covariances(), strict=True)
     _write(
@@ -150,11 +152,14 @@ def write_health(path: Path | str, sweeps: Iterable[SweepRow]) -> None:
             (
                 row.stamp,
                 row.health.value,
-                _cell(row.fit),
-                *(("",) * 4 if row.mismatch is None else map(_cell, astuple(row.mismatch))),
+                _cell(row.inlier_ratio),
+                *(("",) * 4 if row.consistency is None else map(_cell, astuple(row.consistency))),
                 _cell(row.nis),
-                "" if row.directions is None else row.directions,
-                *("" if row.directions is None else f"{share:.3f}" for share in row.kept),
+                "" if row.observable_directions is None else row.observable_directions,
+                *(
+                    "" if row.observable_directions is None else f"{share:.3f}"
+                    for share in row.observability
+                ),
                 json.dumps(row.reasons),
             )
             for row in sweeps

@@ -1,29 +1,24 @@
-"""Trajectories: stamped poses, and the TUM text file that every evaluation tool reads.
-
-A line of such a file is ``t x y z qx qy qz qw``; here ``t`` has nine decimals and the others as many
-as it takes, so that a trajectory survives the file to the last bit.
-"""
+"""Trajectories: poses with increasing stamps."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from decimal import Decimal, InvalidOperation
-from pathlib import Path
 from typing import Self
 
 import numpy as np
 
+from localization.errors import LocalizationError
 from localization.geometry import FloatArray, interpolate_many, rotation_from_quaternion
-from localization.types import SECOND, Estimate, IntArray, Pose
+from localization.types import Estimate, IntArray, Pose
 
 
-class TrajectoryError(ValueError):
-    """A trajectory that cannot be, or cannot be read; one line says where and why."""
+class TrajectoryError(LocalizationError):
+    """An invalid trajectory, or a file that cannot be read; one line names the place and the reason."""
 
 
 class EmptyTrajectoryError(TrajectoryError):
-    """A file that could hold poses but has none, as of a run that never knew where it was."""
+    """A valid file without poses, as written by a run that never found its pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,13 +26,13 @@ class Trajectory:
     """Poses at increasing times."""
 
     stamps: IntArray
-    """(N,) [ns], strictly increasing."""
+    """Strictly increasing stamps (N,) [ns]."""
     positions: FloatArray
-    """(N, 3) [m]."""
+    """Positions (N, 3) [m]."""
     quaternions_wxyz: FloatArray
-    """(N, 4), of unit norm; brought to it unless they are within rounding."""
+    """Unit quaternions (N, 4); normalised unless their norm is one within rounding."""
     rotations: FloatArray = field(init=False, repr=False)
-    """(N, 3, 3), derived from the quaternions."""
+    """Rotation matrices (N, 3, 3), derived from the quaternions."""
 
     def __post_init__(self) -> None:
         stamps = np.array(self.stamps, dtype=np.int64).reshape(-1)
@@ -46,7 +41,7 @@ class Trajectory:
         q = np.array(self.quaternions_wxyz, dtype=float)
         if positions.shape != (n, 3) or q.shape != (n, 4):
             raise TrajectoryError(
-                f"{n} stamps want positions ({n}, 3) and quaternions ({n}, 4), "
+                f"{n} stamps need positions ({n}, 3) and quaternions ({n}, 4), "
                 f"got {positions.shape} and {q.shape}"
             )
         if (late := np.flatnonzero(np.diff(stamps) <= 0)).size:
@@ -78,7 +73,7 @@ class Trajectory:
 
     @classmethod
     def from_poses(cls, stamped: Iterable[tuple[int, Pose]]) -> Self:
-        """Build from stamps [ns] and poses, in order of time."""
+        """Return the trajectory of stamps [ns] and poses, in order of time."""
         pairs = list(stamped)
         return cls(
             np.array([stamp for stamp, _ in pairs], dtype=np.int64),
@@ -88,22 +83,22 @@ class Trajectory:
 
     @classmethod
     def from_estimates(cls, estimates: Iterable[Estimate]) -> Self:
-        """Build from the estimates that know where the robot is, the last one of each stamp."""
+        """Return the trajectory of the estimates that have a pose; the last one of each stamp counts."""
         known = {e.stamp: e.map_from_base for e in estimates if e.map_from_base is not None}
         return cls.from_poses(known.items())
 
     def pose(self, index: int) -> Pose:
-        """Return one pose."""
+        """Return the pose with a number."""
         return Pose(self.positions[index], self.quaternions_wxyz[index])
 
     def take(self, index: IntArray | slice) -> Trajectory:
-        """Return some of the poses."""
+        """Return the trajectory of some of the poses."""
         return Trajectory(self.stamps[index], self.positions[index], self.quaternions_wxyz[index])
 
     def at(self, stamps: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return positions (M, 3) [m] and rotations (M, 3, 3) at times (M,) within the trajectory.
 
-        Where a pose has that very stamp, it is returned as it is; elsewhere it is interpolated.
+        Poses with equal stamps are returned as they are; between stamps the poses are interpolated.
         """
         if len(self) < 2:
             index = np.zeros(len(stamps), dtype=np.int64)
@@ -116,66 +111,3 @@ class Trajectory:
             self.rotations[index[exact]],
         )
         return positions, rotations
-
-
-def write_tum(path: Path | str, trajectory: Trajectory) -> None:
-    """Write a TUM file."""
-    lines = ["# t x y z qx qy qz qw\n"]
-    for stamp, position, (w, x, y, z) in zip(
-        trajectory.stamps.tolist(),
-        trajectory.positions.tolist(),
-        trajectory.quaternions_wxyz.tolist(),
-        strict=True,
-    ):
-        seconds, rest = divmod(abs(stamp), SECOND)
-        numbers = " ".join(map(repr, (*position, x, y, z, w)))
-        lines.append(f"{'-' if stamp < 0 else ''}{seconds}.{rest:09d} {numbers}\n")
-    Path(path).write_text("".join(lines), encoding="ascii")
-
-
-def read_tum(path: Path | str) -> Trajectory:
-    """Read a TUM file; lines that are empty or begin with ``#`` are passed over.
-
-    Raises:
-        TrajectoryError: If there is no such file, or a line of it is no pose.
-        EmptyTrajectoryError: If it holds none.
-    """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "is not a text file"
-        raise TrajectoryError(f"{path}: {reason}") from error
-    stamps: list[int] = []
-    rows: list[list[float]] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        try:
-            stamp, row = _read_line(line)
-            if stamps and stamp <= stamps[-1]:
-                raise TrajectoryError("time must increase from line to line")
-        except TrajectoryError as error:
-            raise TrajectoryError(f"{path}, line {number}: {error}") from None
-        stamps.append(stamp)
-        rows.append(row)
-    if not rows:
-        raise EmptyTrajectoryError(f"{path}: holds no poses")
-    table = np.array(rows)
-    return Trajectory(np.array(stamps, dtype=np.int64), table[:, :3], table[:, [6, 3, 4, 5]])
-
-
-def _read_line(line: str) -> tuple[int, list[float]]:
-    words = line.split()
-    if len(words) != 8:
-        raise TrajectoryError(f"want 8 numbers, t x y z qx qy qz qw, got {len(words)}")
-    try:
-        seconds, row = Decimal(words[0]), [float(word) for word in words[1:]]
-    except (InvalidOperation, ValueError):
-        raise TrajectoryError(
-            f"want 8 numbers, t x y z qx qy qz qw, got {line.strip()!r}"
-        ) from None
-    if not seconds.is_finite() or abs(seconds) >= 2**63 // SECOND:
-        raise TrajectoryError(f"time must be seconds that fit 64-bit nanoseconds, got {words[0]}")
-    if not np.isfinite(row).all() or not any(row[3:]):
-        raise TrajectoryError("a pose must be finite, with a quaternion not zero")
-    return round(seconds * SECOND), row

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from localization.evaluation.metrics import transformed
 from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.trajectory_errors import transformed
 from localization.geometry import FloatArray
 from localization.mapping.cloud_builder import CloudBuilder, MappingConfig
 from localization.mapping.flat_sweep import FlatSweep

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from localization.evaluation.trajectory import TrajectoryError, read_tum
+from localization.evaluation.trajectory import TrajectoryError
+from localization.evaluation.tum_file import read_tum
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud, CloudError
 from localization.maps.ground_height import CELL, drivable_surfaces

@@ -1,1 +1,1 @@
-"""The report of a localised log: figures, plots, an HTML page, a rerun recording."""
+"""Report of a localised log: statistics, figures, an HTML page and a rerun recording."""

@@ -10,7 +10,7 @@ from localization.geometry import FloatArray
 
 
 def log_blueprint(low: FloatArray, high: FloatArray) -> rrb.Blueprint:
-    """Lay out the recording of a localised log, for a map with the given bounds (3,) [m]."""
+    """Return the layout of a recording for a map with the given bounds (3,) [m]."""
     plots = rrb.Horizontal(
         plot_view("Position [mm]", "position", window=None),
         plot_view("Heading [deg]", "heading", window=None),

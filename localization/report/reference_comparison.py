@@ -1,69 +1,69 @@
-"""An estimate held against a reference trajectory, in the figures that evaluation tools report."""
+"""Comparison of an estimate with a reference trajectory: ATE, RPE and NEES."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Self
 
+from localization.evaluation.consistency import Consistency, consistency, nees
 from localization.evaluation.localization_history import History
-from localization.evaluation.metrics import (
+from localization.evaluation.statistics import EvaluationError
+from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.trajectory_errors import (
     Ate,
-    Consistency,
     Errors,
-    EvaluationError,
     Rpe,
     align,
     associate,
     ate,
-    consistency,
     errors,
-    nees,
     rpe,
     transformed,
 )
-from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray
 from localization.types import Pose
 
 STRETCH = 1.0
-"""Length of the stretches of the relative error [m]."""
+"""Length of the path segments of the relative error [m]."""
 _PLANE = (0, 1, 5)
 _SPACE = (0, 1, 2, 3, 4, 5)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Judgement:
-    """How far off the estimate was, and whether it knew."""
+class ReferenceComparison:
+    """Accuracy and consistency of an estimate."""
 
     truth: Trajectory
+    """The reference trajectory."""
     errors: Errors
-    """Truth minus estimate, as it is."""
+    """Truth minus estimate, without alignment."""
     ate: Ate
-    """As it is, without any alignment."""
-    moved: Ate
-    """With the whole estimate moved to where it fits the truth best: what is left if the truth's frame is
+    """Absolute trajectory error without alignment."""
+    aligned_ate: Ate
+    """Absolute trajectory error after aligning the whole estimate with the truth, in case the truth's frame is
     not the map's."""
     offset: Pose
-    """That motion, ``truth_from_map``."""
+    """The alignment ``truth_from_map``."""
     rpe: Rpe | None
-    """Over stretches of ``STRETCH``; None if the way is shorter."""
+    """Relative pose error over ``STRETCH``; None if the path is shorter."""
     nees: FloatArray
-    """(N,) of each compared pose."""
+    """NEES of each compared pose (N,)."""
     axes: tuple[int, ...]
-    """Of which axes: of x, y and heading on a flat floor, else of all six."""
+    """Axes of the NEES: x, y and heading on a flat floor, otherwise all six."""
     consistency: Consistency
+    """Summary of the NEES."""
 
     @classmethod
     def of(cls, history: History, truth: Trajectory, *, flat: bool) -> Self:
-        """Judge.
+        """Compare an estimate with the truth.
 
         Args:
-            history: what was estimated.
-            truth: where the robot was, by the same clock.
-            flat: whether height, roll and pitch were never estimated.
+            history: The estimates.
+            truth: Reference trajectory, by the same clock.
+            flat: Whether height, roll and pitch were not estimated.
 
         Raises:
-            EvaluationError: if the two cannot be compared.
+            EvaluationError: If the two cannot be compared.
         """
         estimate = history.trajectory()
         off = errors(estimate, truth)

@@ -16,9 +16,9 @@ import numpy as np
 import rerun as rr
 
 from localization.display import colours as palette
-from localization.display.map_drawing import Scene
+from localization.display.map_drawing import MapDrawing
 from localization.display.rerun_sink import Canvas, Sink
-from localization.display.time_plots import Instruments, Level
+from localization.display.time_plots import Level, TimePlots
 from localization.geometry import FloatArray
 from localization.logs.ros_geometry import pose_from_message, pose_from_transform
 from localization.logs.ros_stamps import stamp_from_message
@@ -55,8 +55,8 @@ class Display:
         rr.set_strict_mode(True)
         self._cloud, self._strict = cloud, strict
         self._canvas = Canvas(sink, blueprint(*cloud.bounds))
-        self._scene = Scene(self._canvas, cloud)
-        self._instruments = Instruments(self._canvas, LANE_COLOURS, SERIES, LEGEND_TEXT)
+        self._scene = MapDrawing(self._canvas, cloud)
+        self._instruments = TimePlots(self._canvas, LANE_COLOURS, SERIES, LEGEND_TEXT)
         self._now = 0
         self._frames: dict[str, Pose] = {}
         self._estimates: dict[int, FloatArray] = {}

@@ -11,7 +11,8 @@ import numpy as np
 
 from localization.config import to_json
 from localization.evaluation.estimate_trace import TraceRow, write_trace
-from localization.evaluation.trajectory import Trajectory, write_tum
+from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.tum_file import write_tum
 from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import Cloud
 from localization.pipeline.localizer import LocalizerConfig

@@ -11,25 +11,12 @@ from typing import Any
 import numpy as np
 
 from localization.config import from_json
+from localization.evaluation.consistency import Consistency, consistency, health_shares, nees
 from localization.evaluation.estimate_trace import TraceError, TraceRow, read_trace
-from localization.evaluation.metrics import (
-    Ate,
-    Consistency,
-    EvaluationError,
-    Rpe,
-    ate,
-    consistency,
-    errors,
-    health_shares,
-    nees,
-    rpe,
-)
-from localization.evaluation.trajectory import (
-    EmptyTrajectoryError,
-    Trajectory,
-    TrajectoryError,
-    read_tum,
-)
+from localization.evaluation.statistics import EvaluationError
+from localization.evaluation.trajectory import EmptyTrajectoryError, Trajectory, TrajectoryError
+from localization.evaluation.trajectory_errors import Ate, Rpe, ate, errors, rpe
+from localization.evaluation.tum_file import read_tum
 from teleop.errors import TeleopError
 from teleop.scenario.mission import MissionLimits
 
@@ -187,7 +174,9 @@ def _summary(
         off = errors(estimate, truth)
         values = nees(off.vectors, np.array([covariance[int(s)] for s in off.stamps]))
         matched = [
-            (row.nis, row.directions) for row in trace if row.nis is not None and row.directions
+            (row.nis, row.observable_directions)
+            for row in trace
+            if row.nis is not None and row.observable_directions
         ]
         nis = consistency(*zip(*matched, strict=True)) if matched else None
         if distance > 1.5:

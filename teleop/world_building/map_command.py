@@ -81,7 +81,7 @@ class Map(LogMapping):
         return 0
 
     def _map_without_truth(self, scene: str) -> int:
-        from localization.evaluation.trajectory import write_tum
+        from localization.evaluation.tum_file import write_tum
         from localization.logs.mcap_log import read_log
         from robot_sim import load_world
         from teleop.world_building.map_quality import map_quality

@@ -11,8 +11,9 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from localization.evaluation.metrics import Statistics, align, ate
+from localization.evaluation.statistics import Statistics
 from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.trajectory_errors import align, ate
 from localization.geometry import FloatArray
 from localization.mapping.mesh_distance import distances_to_mesh
 from localization.mapping.slam import Survey

@@ -10,8 +10,9 @@ import pytest
 
 from localization.calibration.mount_file import read_mounts
 from localization.evaluation.estimate_trace import read_trace
-from localization.evaluation.metrics import ate
-from localization.evaluation.trajectory import Trajectory, read_tum
+from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.trajectory_errors import ate
+from localization.evaluation.tum_file import read_tum
 from localization.logs.mcap_log import McapLog, read_log
 from localization.pipeline.localizer import LocalizerConfig
 from localization.pipeline.log_replay import config_of, localize, settings_left_out
@@ -66,9 +67,9 @@ def test_trace_is_read() -> None:
     assert len(rows) == 150
     assert healths[Health.WAITING] > 0
     assert healths[Health.TRACKING] > 0
-    matched = [row for row in rows if row.fit is not None]
+    matched = [row for row in rows if row.inlier_ratio is not None]
     assert len(matched) > 10
-    assert all(row.directions == 6 and row.nis is not None for row in matched)
+    assert all(row.observable_directions == 6 and row.nis is not None for row in matched)
     assert rows[0].reasons
 
 

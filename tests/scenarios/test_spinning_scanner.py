@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
+from localization.evaluation.consistency import consistency, nees
 from localization.evaluation.localization_history import History
-from localization.evaluation.metrics import ate, consistency, errors, nees
 from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.trajectory_errors import ate, errors
 from localization.logs.frame_tree import SensorLayout
 from localization.logs.motion_messages import WHEEL_RADIUS
 from localization.logs.ros_messages import reading_message

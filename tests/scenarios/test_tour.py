@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.evaluation.trajectory import EmptyTrajectoryError, read_tum
+from localization.evaluation.trajectory import EmptyTrajectoryError
+from localization.evaluation.tum_file import read_tum
 from localization.maps.cloud import Cloud
 from localization.types import Verdict
 from robot_sim import World

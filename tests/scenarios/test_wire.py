@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from localization.evaluation.estimate_trace import read_trace
-from localization.evaluation.trajectory import read_tum
+from localization.evaluation.tum_file import read_tum
 from localization.logs.mcap_log import read_log
 from localization.maps.cloud import Cloud
 from localization.types import Verdict

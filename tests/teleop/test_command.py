@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from localization.evaluation.trajectory import read_tum
+from localization.evaluation.tum_file import read_tum
 from localization.logs.mcap_log import read_log
 from teleop.__main__ import main
 

@@ -17,7 +17,7 @@ from localization.calibration.extrinsic_calibration import (
 )
 from localization.calibration.mount_file import read_mounts
 from localization.calibration.sample_extraction import calibration_samples
-from localization.evaluation.metrics import nees
+from localization.evaluation.consistency import nees
 from localization.geometry import FloatArray, so3_log
 from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.map_files import save_cloud

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.evaluation.trajectory import Trajectory, read_tum, write_tum
+from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.tum_file import read_tum, write_tum
 from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.map_files import save_cloud
 from localization.types import SECOND, Pose
@@ -47,20 +48,20 @@ def words(folder: Path, out: Path, *more: str) -> list[str]:
     return ["localize", str(folder / "drive.mcap"), *where, *more]
 
 
-def test_everything_is_written_and_told(
+def test_all_files_are_written_and_the_summary_is_printed(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
     assert main(words(folder, out, "--truth", str(folder / "truth.tum"))) == 0
-    told = capsys.readouterr()
+    printed = capsys.readouterr()
     assert {path.name for path in out.iterdir()} == {
         "covariance.csv", "estimate.tum", "health.csv", "recording.rrd", "report.html",
     }  # fmt: skip
-    assert "100%" in told.err
+    assert "100%" in printed.err
     known = read_tum(out / "estimate.tum")
     truth = read_tum(folder / "truth.tum")
     off = np.linalg.norm(truth.at(known.stamps)[0] - known.positions, axis=1)
-    (line,) = (x for x in told.out.splitlines() if x.startswith("  ATE, position [mm]"))
+    (line,) = (x for x in printed.out.splitlines() if x.startswith("  ATE, position [mm]"))
     rmse = float(line.split()[3])
     assert rmse == pytest.approx(1e3 * np.sqrt((off**2).mean()), abs=0.01)
     assert rmse < 10.0
@@ -73,7 +74,7 @@ def test_everything_is_written_and_told(
     assert (out / "recording.rrd").read_bytes()[:3] == b"RRF"
 
 
-def test_reference_of_another_time_is_said_and_does_no_harm(
+def test_reference_of_another_time_is_reported_and_skipped(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     late = tmp_path / "late.tum"
@@ -87,7 +88,7 @@ def test_reference_of_another_time_is_said_and_does_no_harm(
     }  # fmt: skip
 
 
-def test_reference_that_is_missing_ends_before_the_work(
+def test_missing_reference_is_an_error_before_the_work(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(words(folder, tmp_path / "out", "--truth", "nowhere.tum")) == 2
@@ -95,7 +96,7 @@ def test_reference_that_is_missing_ends_before_the_work(
     assert not (tmp_path / "out").exists()
 
 
-def test_base_install_localises_and_says_what_would_draw(folder: Path, tmp_path: Path) -> None:
+def test_base_install_localises_and_names_the_missing_extras(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     code = (
         "import sys\n"

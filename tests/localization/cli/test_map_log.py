@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin
 
-from localization.evaluation.metrics import ate
-from localization.evaluation.trajectory import Trajectory, read_tum
+from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.trajectory_errors import ate
+from localization.evaluation.tum_file import read_tum
 from localization.maps.map_files import load_cloud
 from localization.pipeline.log_replay import localize
 from localization.types import Pose

@@ -58,7 +58,12 @@ def test_row_of_an_estimate_holds_its_opinion() -> None:
     )
     row = TraceRow.of(estimate)
     assert (row.stamp, row.health, row.reasons) == (9, Health.SUSPECT, ("a, b", "c"))
-    assert (row.nis, row.directions, row.fit, row.unexplained) == (2.5, 3, 0.75, 0.2)
+    assert (row.nis, row.observable_directions, row.inlier_ratio, row.unexplained) == (
+        2.5,
+        3,
+        0.75,
+        0.2,
+    )
     assert row.covariance.tolist() == covariance.tolist()
 
 

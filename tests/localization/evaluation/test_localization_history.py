@@ -76,13 +76,17 @@ def test_sweeps_and_changes_of_health_have_rows(history: History, tmp_path: Path
     assert [(r["stamp_ns"], r["health"]) for r in rows] == [
         ("1", "waiting"), ("3", "tracking"), ("5", "lost"),
     ]  # fmt: skip
-    assert [r["fit"] for r in rows] == ["", "0.75", ""]
+    assert [r["inlier_ratio"] for r in rows] == ["", "0.75", ""]
     swept = rows[1]
-    assert (swept["unexplained"], swept["through"], swept["nis"]) == ("0.3", "0.15", "2.5")
-    assert swept["directions"] == "2"
+    assert (swept["unexplained"], swept["free_space_violation"], swept["nis"]) == (
+        "0.3",
+        "0.15",
+        "2.5",
+    )
+    assert swept["observable_directions"] == "2"
     assert json.loads(swept["reasons"]) == ["at 3"]
 
 
-def test_kept_shares_say_how_much_of_each_axis_was_held(history: History) -> None:
-    (row,) = (r for r in history.sweeps if r.directions is not None)
-    np.testing.assert_allclose(row.kept, [1.0, 0.36, 0.0, 0.0, 0.0, 0.64])
+def test_observability_is_the_share_of_each_axis(history: History) -> None:
+    (row,) = (r for r in history.sweeps if r.observable_directions is not None)
+    np.testing.assert_allclose(row.observability, [1.0, 0.36, 0.0, 0.0, 0.0, 0.64])

@@ -4,20 +4,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from localization.evaluation.metrics import (
-    EvaluationError,
-    Statistics,
+from localization.evaluation.consistency import consistency, health_shares, nees
+from localization.evaluation.statistics import EvaluationError, Statistics
+from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.trajectory_errors import (
     align,
     associate,
     ate,
-    consistency,
     errors,
-    health_shares,
-    nees,
     rpe,
     transformed,
 )
-from localization.evaluation.trajectory import Trajectory
 from localization.geometry import so3_exp
 from localization.types import SECOND, Health, Pose
 from tests.support import floats, poses

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from localization.evaluation.trajectory import Trajectory, TrajectoryError, read_tum, write_tum
+from localization.evaluation.trajectory import Trajectory, TrajectoryError
+from localization.evaluation.tum_file import read_tum, write_tum
 from localization.types import Estimate, Health, Pose, Twist
 from tests.support import bits, poses
 

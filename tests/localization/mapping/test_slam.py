@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from localization.evaluation.metrics import ate
 from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.trajectory_errors import ate
 from localization.geometry import FloatArray
 from localization.mapping.flat_sweep import FlatSweep
 from localization.mapping.loop_closure import LoopCloser

@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
-from localization.evaluation.metrics import ate
 from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.trajectory_errors import ate
 from localization.geometry import FloatArray
 from localization.mapping.drive_knots import RefinementConfig
 from localization.mapping.odometry_front_end import OdometrySweep

@@ -8,7 +8,8 @@ import pytest
 from plyfile import PlyData, PlyElement
 from scipy.spatial import cKDTree
 
-from localization.evaluation.trajectory import Trajectory, write_tum
+from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.tum_file import write_tum
 from localization.geometry import FloatArray
 from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import Cloud, CloudError

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from localization.evaluation.estimate_trace import TraceRow, write_trace
-from localization.evaluation.trajectory import Trajectory, read_tum, write_tum
+from localization.evaluation.trajectory import Trajectory
+from localization.evaluation.tum_file import read_tum, write_tum
 from localization.logs.mcap_log import read_log
 from localization.maps.cloud import Cloud, CloudError
 from localization.pipeline.log_replay import localize

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.evaluation.trajectory import read_tum
+from localization.evaluation.tum_file import read_tum
 from localization.logs.mcap_writer import ReadingsWriter
 from localization.mapping.mesh_distance import distances_to_mesh
 from localization.maps.map_files import load_cloud

@@ -1,0 +1,123 @@
+"""Figures of a localised log as text: for the terminal, and for the tables of the HTML page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from localization.evaluation.consistency import health_shares
+from localization.evaluation.localization_history import History
+from localization.evaluation.statistics import Statistics
+from localization.maps.cloud import Cloud
+from localization.report.reference_comparison import STRETCH, ReferenceComparison
+from localization.types import SECOND, HintVerdict
+
+STATISTICS = ("rmse", "mean", "median", "std", "min", "max")
+_WIDEST = 26
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Report:
+    """Content of the report of a localised log."""
+
+    log: str
+    """Name of the log."""
+    map: str
+    """Name of the map."""
+    cloud: Cloud
+    """The map."""
+    history: History
+    """The estimates."""
+    facts: Mapping[str, str]
+    """Facts about the input by name: sensors, mounts, size of the map."""
+    verdicts: Sequence[HintVerdict]
+    """The answers to the hints in the log."""
+    notes: Sequence[str]
+    """Remarks about the log, such as rejected readings."""
+    comparison: ReferenceComparison | None = None
+    """Comparison with the reference trajectory; None without one."""
+
+
+def lines(report: Report) -> list[str]:
+    """Return a summary as lines for a terminal."""
+    facts = summary(report)
+    width = max(map(len, facts))
+    text_lines = [f"{report.log} in {report.map}"]
+    text_lines += [f"  {name:{width}s}  {text}" for name, text in facts.items()]
+    if report.comparison is not None:
+        text_lines.append("")
+        text_lines += [
+            f"  {row[0]:{_WIDEST}s} " + " ".join(f"{c:>10s}" for c in row[1:])
+            for row in [("", *STATISTICS), *error_rows(report.comparison)]
+        ]
+        text_lines.append(f"  {'NEES':{_WIDEST}s} {nees_text(report.comparison)}")
+    return text_lines
+
+
+def summary(report: Report) -> dict[str, str]:
+    """Return the figures that need no reference trajectory, by name."""
+    history = report.history
+    known = history.trajectory()
+    stamps = history.stamps
+    if not len(stamps):
+        return {"duration": "0 s: the log holds no reading with a later stamp"}
+    duration = (int(stamps[-1]) - int(stamps[0])) / SECOND
+    facts = {"duration": f"{duration:.1f} s, {len(stamps)} estimates"}
+    if len(known):
+        steps = np.linalg.norm(np.diff(known.positions[:, :2], axis=0), axis=1)
+        facts["distance"] = f"{steps[steps < 0.5].sum():.1f} m"
+        facts["placed"] = (
+            f"{(int(known.stamps[0]) - int(stamps[0])) / SECOND:.1f} s after the first reading"
+        )
+        covariances = history.covariances()
+        spread = np.sqrt(np.trace(covariances[:, :2, :2], axis1=1, axis2=2))
+        turn = np.rad2deg(np.sqrt(covariances[:, 5, 5]))
+        facts["sigma"] = (
+            f"median {np.median(spread) * 1e3:.1f} mm, {np.median(turn):.3f}°;"
+            f" p99 {np.percentile(spread, 99) * 1e3:.1f} mm, {np.percentile(turn, 99):.3f}°"
+        )
+    else:
+        facts["placed"] = "never; no pose was found"
+    shares = health_shares(stamps, history.healths)
+    facts["health"] = ", ".join(f"{h.value} {s:.1%}" for h, s in shares.items() if s > 0.0)
+    ratios = [row.inlier_ratio for row in history.sweeps if row.inlier_ratio is not None]
+    if ratios:
+        missing = [
+            row.consistency.unexplained for row in history.sweeps if row.consistency is not None
+        ]
+        tail = f", median unexplained share {np.median(missing):.0%}" if missing else ""
+        facts["sweeps"] = f"{len(ratios)}, median inlier ratio {np.median(ratios):.0%}{tail}"
+    return facts
+
+
+def error_rows(comparison: ReferenceComparison) -> list[tuple[str, ...]]:
+    """Return the rows of the error table: a name, and the values of ``STATISTICS``."""
+    as_is, moved, stretch = comparison.ate, comparison.aligned_ate, comparison.rpe
+    rows = [
+        ("ATE, position [mm]", as_is.position, 1e3),
+        ("ATE, horizontal [mm]", as_is.horizontal, 1e3),
+        ("ATE, heading [deg]", as_is.heading, float(np.rad2deg(1.0))),
+        ("ATE, position, aligned [mm]", moved.position, 1e3),
+    ]
+    if stretch is not None:
+        rows += [
+            (f"RPE per {STRETCH:g} m [mm]", stretch.translation, 1e3),
+            (f"RPE per {STRETCH:g} m [deg]", stretch.rotation, float(np.rad2deg(1.0))),
+        ]
+    return [(name, *_numbers(statistics, factor)) for name, statistics, factor in rows]
+
+
+def _numbers(statistics: Statistics, factor: float) -> Iterable[str]:
+    digits = 2 if factor > 100.0 else 3
+    return (f"{getattr(statistics, name) * factor:.{digits}f}" for name in STATISTICS)
+
+
+def nees_text(comparison: ReferenceComparison) -> str:
+    """Return the mean NEES and the share inside the 95 % bound as text."""
+    freedom, found = len(comparison.axes), comparison.consistency
+    return (
+        f"mean {found.mean_ratio * freedom:.2f} ({freedom} is consistent, more is overconfident),"
+        f" {found.inside:.0%} inside the 95 % bound"
+    )
