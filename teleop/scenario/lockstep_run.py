@@ -109,7 +109,7 @@ async def _serve_and_operate(
     await asyncio.wait({ended, cut}, return_when=asyncio.FIRST_COMPLETED)
     if interrupted.is_set() and operator.returncode is None:
         operator.terminate()
-    _, said = await ended
+    _, errors = await ended
     cut.cancel()
     await server.close()
     record()
@@ -122,7 +122,7 @@ async def _serve_and_operate(
     if interrupted.is_set():
         return "interrupted", traffic
     if operator.returncode != 0:
-        last = said.decode(errors="replace").strip().splitlines()[-1:]
+        last = errors.decode(errors="replace").strip().splitlines()[-1:]
         return "; ".join(last) or f"the operator ended with {operator.returncode}", traffic
     return "completed", traffic
 

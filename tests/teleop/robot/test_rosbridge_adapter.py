@@ -62,7 +62,7 @@ async def test_step_answers_after_all_messages_of_its_ticks(
             reached = await client.step(ticks)
             clocks = [stamp_of(m["clock"]) for m in client.messages("/clock")[before:]]
             assert clocks == [reached - n * TICK_NS for n in reversed(range(ticks))]
-            assert client.heard[-1]["op"] == "service_response"
+            assert client.received[-1]["op"] == "service_response"
 
 
 @in_a_loop
@@ -76,7 +76,7 @@ async def test_step_answers_after_all_messages_of_its_ticks(
         (2.5, "for field ticks, but got a <class 'float'>"),
     ],
 )
-async def test_step_of_no_sensible_length_is_refused_and_changes_nothing(
+async def test_step_of_invalid_length_is_rejected(
     ticks: object, complaint: str, office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as client:
@@ -88,7 +88,7 @@ async def test_step_of_no_sensible_length_is_refused_and_changes_nothing(
 
 
 @in_a_loop
-async def test_second_client_cannot_step_while_the_first_is_there(
+async def test_only_the_owner_steps_while_it_is_connected(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as owner:
@@ -103,7 +103,7 @@ async def test_second_client_cannot_step_while_the_first_is_there(
 
 
 @in_a_loop
-async def test_robot_has_come_to_rest_before_the_next_client_steps(
+async def test_robot_is_at_rest_before_the_next_client_steps(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as heir:
@@ -144,7 +144,7 @@ async def test_step_ends_when_its_caller_leaves_in_the_middle(
 
 
 @in_a_loop
-async def test_calls_that_overlap_are_refused_not_mixed(
+async def test_overlapping_step_calls_are_rejected(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as client:
@@ -237,7 +237,7 @@ BAD_JOYS = {
 
 @in_a_loop
 @pytest.mark.parametrize("what", BAD_JOYS)
-async def test_bad_joy_is_answered_with_the_name_of_the_field_and_moves_nothing(
+async def test_invalid_joy_is_rejected_by_field_name_and_moves_nothing(
     what: str, office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     message, complaint = BAD_JOYS[what]
@@ -261,7 +261,7 @@ async def test_bad_joy_is_answered_with_the_name_of_the_field_and_moves_nothing(
 
 
 @in_a_loop
-async def test_full_deflection_is_the_most_that_a_stick_can_ask_for(
+async def test_axes_saturate_at_full_deflection(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as client:
@@ -272,7 +272,7 @@ async def test_full_deflection_is_the_most_that_a_stick_can_ask_for(
 
 
 @in_a_loop
-async def test_of_a_burst_of_stale_joys_only_the_newest_counts(
+async def test_only_the_newest_joy_of_a_burst_counts(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as client:
@@ -290,7 +290,7 @@ async def test_of_a_burst_of_stale_joys_only_the_newest_counts(
 
 
 @in_a_loop
-async def test_bystander_may_stop_the_driver_and_the_stop_stays(
+async def test_any_client_can_latch_the_estop(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with (
@@ -322,7 +322,7 @@ async def test_bystander_may_stop_the_driver_and_the_stop_stays(
 
 
 @in_a_loop
-async def test_taking_over_moves_the_lease_and_asks_for_a_neutral_stick(
+async def test_take_over_moves_the_lease_and_requires_a_neutral_stick(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with (
@@ -354,7 +354,7 @@ async def test_taking_over_moves_the_lease_and_asks_for_a_neutral_stick(
 
 
 @in_a_loop
-async def test_second_driver_is_warned_if_it_wants_to_hear_warnings(
+async def test_second_driver_gets_a_warning_at_level_warning(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with (
@@ -366,7 +366,7 @@ async def test_second_driver_is_warned_if_it_wants_to_hear_warnings(
         await second.joy(1.0)
         assert await second.settle() == []
         await driver.step()
-        assert await second.settle() == [], "rosbridge tells errors only, unless it is asked"
+        assert await second.settle() == [], "by default only errors are sent"
         await second.send(op="set_level", level="warning")
         await second.joy(1.0)
         await second.settle()
@@ -415,7 +415,7 @@ def bad_hint(what: str) -> dict[str, Any]:
         ("too large a number", "pose.pose.position.x"),
     ],
 )
-async def test_bad_hint_is_answered_with_what_is_wrong_and_never_reaches_the_localiser(
+async def test_invalid_hint_is_rejected_with_a_reason(
     what: str, complaint: str, office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as client:
@@ -439,7 +439,7 @@ async def test_bad_hint_is_answered_with_what_is_wrong_and_never_reaches_the_loc
         {"covariance": [0.25 if i % 7 == 0 else -7.0 for i in range(36)]},
     ],
 )
-async def test_hint_beyond_all_reason_does_no_harm(
+async def test_absurd_hint_does_no_harm(
     change: dict[str, Any], office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as client:
@@ -472,7 +472,7 @@ async def test_hint_outside_the_map_is_rejected_with_a_reason(
 
 
 @in_a_loop
-async def test_hint_is_taken_back_on_request_and_but_once(
+async def test_hint_is_undone_once_on_request(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as client:
@@ -494,7 +494,7 @@ async def test_hint_is_taken_back_on_request_and_but_once(
 
 
 @in_a_loop
-async def test_late_subscriber_gets_what_is_latched(
+async def test_late_subscriber_gets_latched_messages(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as client:
@@ -515,7 +515,7 @@ async def test_late_subscriber_gets_what_is_latched(
 
 
 @in_a_loop
-async def test_topics_of_the_robot_are_not_for_clients_to_publish(
+async def test_clients_cannot_publish_on_the_robots_topics(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with (
@@ -525,7 +525,7 @@ async def test_topics_of_the_robot_are_not_for_clients_to_publish(
     ):
         owned = [*((t.name, t.type) for t in OUTPUTS), (TF_STATIC.name, TF_STATIC.type), (MAP_INFO.name, MAP_INFO.type)]  # fmt: skip
         await other.subscribe(*(name for name, _ in owned))
-        before = len(await other.settle()), len(other.heard)
+        before = len(await other.settle()), len(other.received)
         for name, kind in owned:
             await client.send(op="advertise", topic=name, type=kind)
             await client.publish(name, {})
@@ -536,11 +536,11 @@ async def test_topics_of_the_robot_are_not_for_clients_to_publish(
             for op in ("advertise", "publish")
         ]
         assert await other.settle() == []
-        assert len(other.heard) == before[1] + 1
+        assert len(other.received) == before[1] + 1
 
 
 @in_a_loop
-async def test_unknown_topics_and_types_are_told(
+async def test_unknown_topics_and_types_are_rejected_by_name(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as client:
@@ -548,9 +548,9 @@ async def test_unknown_topics_and_types_are_told(
         await client.send(op="subscribe", topic="/scan", type="sensor_msgs/Nonsense")
         await client.send(op="subscribe", topic="/scan", type="sensor_msgs/Imu")
         await client.send(op="advertise", topic="/joy", type="geometry_msgs/Twist")
-        told = texts(await client.settle())
+        answers = texts(await client.settle())
         for text, words in zip(
-            told, ["/no/such/topic", "sensor_msgs/Nonsense", "sensor_msgs/LaserScan", "/joy"],
+            answers, ["/no/such/topic", "sensor_msgs/Nonsense", "sensor_msgs/LaserScan", "/joy"],
             strict=True,
         ):  # fmt: skip
             assert text.startswith("error: ")
@@ -582,7 +582,7 @@ def headers(message: object) -> list[dict[str, Any]]:
 
 @in_a_loop
 @pytest.mark.parametrize("compression", ["none", "cbor"])
-async def test_every_topic_comes_as_the_table_says(
+async def test_every_topic_has_the_rate_and_type_of_the_table(
     compression: str, office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     seconds = 2.0
@@ -617,7 +617,7 @@ def points_of(message: dict[str, Any]) -> np.ndarray[Any, np.dtype[np.float32]]:
 
 
 @in_a_loop
-async def test_local_cloud_lies_on_the_map_also_while_driving(
+async def test_local_cloud_lies_on_the_map_while_driving(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     tree = cKDTree(office_cloud.points)
@@ -702,7 +702,7 @@ async def a_short_run(
 
 
 @in_a_loop
-async def test_same_operations_bring_back_the_same_bytes(
+async def test_same_operations_give_the_same_bytes(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     port, first = await a_short_run(office, office_cloud, cache, 0)
@@ -711,7 +711,7 @@ async def test_same_operations_bring_back_the_same_bytes(
     assert first == again
 
 
-def test_bytes_that_are_compared_hold_what_the_robot_did() -> None:
+def test_stamps_with_both_spellings_are_accepted() -> None:
     """A guard for the test above: JSON with both spellings is what ``complete`` takes."""
     stamp = json.loads('{"sec":1,"nanosec":2,"secs":1,"nsecs":2}')
     assert complete(REGISTRY, TIME, stamp) == {"sec": 1, "nanosec": 2}
