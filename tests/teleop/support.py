@@ -7,8 +7,9 @@ import json
 import socket
 import struct
 import sys
+import typing
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
-from contextlib import asynccontextmanager
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
@@ -211,6 +212,23 @@ class _Departures(Observer):
         self._names.put_nowait(connection.name)
 
 
+SPAWN = (24.2, 3.0, np.pi)
+"""First pose of the robot in the office: x, y [m], heading [rad]."""
+
+
+async def drive(client: Peer, forward: float, *, steps: int, ticks: int = 5) -> None:
+    """Hold the stick while the world advances."""
+    for _ in range(steps):
+        await client.joy(forward)
+        await client.step(ticks)
+
+
+async def arm(client: Peer) -> None:
+    """Send a neutral stick for a tick, without which nothing moves."""
+    await client.joy(0.0)
+    await client.step()
+
+
 @dataclass
 class Rig:
     """A robot in lockstep behind a server on a free port."""
@@ -245,6 +263,13 @@ async def lockstep(world: World, cloud: Cloud, cache: Path, *, seed: int = 0) ->
     stepper = LockstepService(host)
     async with server:
         yield Rig(robot, server, host, stepper)
+
+
+class Robots(typing.Protocol):
+    """Serves robots in lockstep, each in a world of its own."""
+
+    def __call__(self, *, seed: int = 0) -> AbstractAsyncContextManager[Rig]:
+        """Serve a robot with a seed of its sensor noise."""
 
 
 @asynccontextmanager

@@ -26,9 +26,10 @@ from teleop.scenario.mission import Mission
 from tests.teleop.support import (
     ROOT,
     Peer,
+    Robots,
     command,
+    drive,
     in_a_loop,
-    lockstep,
     peer,
     position_of,
     real_time,
@@ -72,17 +73,14 @@ def other_map(office_cloud: Cloud, tmp_path_factory: pytest.TempPathFactory) -> 
 
 async def at_full_speed(driver: Peer) -> None:
     await driver.subscribe("/ground_truth/odom", "/teleop/state")
-    for forward in [0.0] + [1.0] * 17:
-        await driver.joy(forward)
-        await driver.step(5)
+    await drive(driver, 0.0, steps=1)
+    await drive(driver, 1.0, steps=17)
     assert driver.speed > FULL_SPEED
 
 
 @in_a_loop
-async def test_robot_brakes_at_once_when_its_drivers_connection_breaks(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as watcher:
+async def test_robot_brakes_at_once_when_its_drivers_connection_breaks(robots: Robots) -> None:
+    async with robots() as rig, peer(rig.server.url) as watcher:
         await watcher.subscribe("/ground_truth/odom", "/teleop/state")
         await watcher.settle()
         async with peer(rig.server.url) as driver:
@@ -107,11 +105,9 @@ async def test_robot_brakes_at_once_when_its_drivers_connection_breaks(
 
 
 @in_a_loop
-async def test_garbage_from_another_client_does_not_disturb_the_driver(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
+async def test_garbage_from_another_client_does_not_disturb_the_driver(robots: Robots) -> None:
     async with (
-        lockstep(office, office_cloud, cache) as rig,
+        robots() as rig,
         peer(rig.server.url) as driver,
         peer(rig.server.url) as rude,
     ):
@@ -128,11 +124,9 @@ async def test_garbage_from_another_client_does_not_disturb_the_driver(
 
 
 @in_a_loop
-async def test_garbage_from_the_driver_counts_as_silence(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
+async def test_garbage_from_the_driver_counts_as_silence(robots: Robots) -> None:
     """It counts as silence: after the watchdog's time the robot brakes."""
-    async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as driver:
+    async with robots() as rig, peer(rig.server.url) as driver:
         await at_full_speed(driver)
         last = rig.robot.simulation.stamp - 5 * TICK_NS  # of the tick that took the last Joy
         for n in range(75):
