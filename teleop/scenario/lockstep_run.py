@@ -86,45 +86,51 @@ async def _serve_and_operate(
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
     meter = Meter()
     protocol.observers.add(meter)
-    host = RosbridgeAdapter(robot, server, cloud, observers=(unrecorded.append,))
-    stepper = LockstepService(host, last_stamp=mission.time_limit, deferred=record)
+    adapter = RosbridgeAdapter(robot, server, cloud, observers=(unrecorded.append,))
+    service = LockstepService(adapter, last_stamp=mission.time_limit, deferred=record)
     await server.start()
     script_path = _write_script(mission, robot, server.url, map_path, recorder.folder)
+    interrupted = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
+        loop.add_signal_handler(signal.SIGINT, interrupted.set)
+    operator_error = await _run_operator(script_path, interrupted)
+    await server.close()
+    record()
+    if service.error is not None and not isinstance(service.error, PhysicsError):
+        raise service.error
+    if service.error is not None:
+        ending = str(service.error)
+    elif interrupted.is_set():
+        ending = "interrupted"
+    else:
+        ending = operator_error or "completed"
+    return ending, meter.traffic()
+
+
+async def _run_operator(script: Path, interrupted: asyncio.Event) -> str:
+    """Run the operator's process until it ends or is interrupted; return its error, or nothing."""
     operator = await asyncio.create_subprocess_exec(
         sys.executable,
         "-m",
         "teleop.scenario.scripted_operator",
-        str(script_path),
+        str(script),
         stderr=asyncio.subprocess.PIPE,
         # Ctrl-C interrupts this process only, which then ends the operator.
         start_new_session=True,
         env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "RUST_LOG": "error"},
     )
-    interrupted = asyncio.Event()
-    loop = asyncio.get_running_loop()
-    with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
-        loop.add_signal_handler(signal.SIGINT, interrupted.set)
     ended = asyncio.create_task(operator.communicate())
     cut = asyncio.create_task(interrupted.wait())
     await asyncio.wait({ended, cut}, return_when=asyncio.FIRST_COMPLETED)
     if interrupted.is_set() and operator.returncode is None:
         operator.terminate()
-    _, said = await ended
+    _, errors = await ended
     cut.cancel()
-    await server.close()
-    record()
-    traffic = meter.traffic()
-    error = stepper.error
-    if isinstance(error, PhysicsError):
-        return str(error), traffic
-    if error is not None:
-        raise error
-    if interrupted.is_set():
-        return "interrupted", traffic
-    if operator.returncode != 0:
-        last = said.decode(errors="replace").strip().splitlines()[-1:]
-        return "; ".join(last) or f"the operator ended with {operator.returncode}", traffic
-    return "completed", traffic
+    if operator.returncode == 0:
+        return ""
+    last = errors.decode(errors="replace").strip().splitlines()[-1:]
+    return "; ".join(last) or f"the operator ended with {operator.returncode}"
 
 
 class Meter(Observer):

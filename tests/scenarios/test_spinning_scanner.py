@@ -98,7 +98,7 @@ def test_scanner_of_sixteen_planes_is_localised_to_a_centimetre(tmp_path: Path) 
     settled = known.take(slice(int(np.searchsorted(known.stamps, 2 * SECOND)), None))
     assert ate(settled, truth).position.rmse < 0.01
     covariances = history.covariances()[-len(settled) :][: len(errors(settled, truth).vectors)]
-    told = consistency(nees(errors(settled, truth).vectors, covariances), 6)
-    assert told.mean_ratio < 2.0
+    found = consistency(nees(errors(settled, truth).vectors, covariances), 6)
+    assert found.mean_ratio < 2.0
     assert len(sizes) > 50
     assert max(sizes) <= 2000

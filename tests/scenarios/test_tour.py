@@ -27,7 +27,7 @@ def drive(
 
 
 @pytest.mark.parametrize("seed", [0, 7])
-def test_robot_knows_where_it_is_all_the_way_round_the_office(
+def test_robot_stays_localised_all_the_way_round_the_office(
     seed: int, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
     summary, record = drive(Mission(seed=seed), office, office_cloud, cache, tmp_path)

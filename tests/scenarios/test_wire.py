@@ -58,7 +58,7 @@ def operators(folder: Path) -> list[int]:
 def test_robot_and_operator_drive_together_over_the_wire(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
-    told: list[tuple[float, str]] = []
+    progress: list[tuple[float, str]] = []
     summary, record = run_over_wire(
         Mission(seed=2, duration=12.0),
         office,
@@ -66,7 +66,7 @@ def test_robot_and_operator_drive_together_over_the_wire(
         scene_cloud_path("office"),
         tmp_path,
         cache=cache,
-        progress=lambda share, text: told.append((share, text)),
+        progress=lambda share, text: progress.append((share, text)),
     )
     assert record.ending == "completed"
     assert summary.passed, summary.checks
@@ -75,9 +75,9 @@ def test_robot_and_operator_drive_together_over_the_wire(
     assert summary.facts.robot_seconds == 12.0
     assert (tmp_path / "operator.rrd").stat().st_size > 1_000_000
     assert operators(tmp_path) == []
-    assert [share for share, _ in told[1:]] == [second / 12 for second in range(1, 13)]
+    assert [share for share, _ in progress[1:]] == [second / 12 for second in range(1, 13)]
 
-    # Joy to motion: a tick to hear it, and the ramp up to what counts as motion.
+    # Joy to motion: a tick to take it, and the ramp up to what counts as motion.
     assert summary.facts.joy_to_motion
     assert all(0.02 <= seconds <= 0.2 for seconds in summary.facts.joy_to_motion)
 

@@ -93,7 +93,7 @@ def test_impossible_settings_are_refused_by_name(capsys: pytest.CaptureFixture[s
     assert "pose_error" in error_line(["sim", "--pose-error", "nan"], capsys)
 
 
-def test_hint_outside_the_map_is_answered_and_the_run_goes_on(
+def test_hint_outside_the_map_is_rejected_and_the_run_continues(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = [
@@ -107,9 +107,9 @@ def test_hint_outside_the_map_is_answered_and_the_run_goes_on(
         str(tmp_path),
     ]
     assert main(words) == 1
-    said = capsys.readouterr().out
-    assert "rejected" in said
-    assert "outside the map" in said
+    output = capsys.readouterr().out
+    assert "rejected" in output
+    assert "outside the map" in output
 
 
 def test_ctrl_c_in_the_middle_leaves_files_that_can_be_read(tmp_path: Path) -> None:
@@ -137,10 +137,10 @@ def test_ctrl_c_in_the_middle_leaves_files_that_can_be_read(tmp_path: Path) -> N
     assert done.returncode == 1
 
 
-def test_localize_says_what_was_wrong_with_a_log(
+def test_localize_reports_rejected_readings(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Readings that come twice are refused, counted and told; the rest is used."""
+    """Repeated readings are rejected, counted and reported; the rest is used."""
     from localization.logs.mcap_writer import ReadingsWriter
     from robot_sim import Simulation
     from teleop.scenario.mission import Mission
@@ -172,9 +172,9 @@ def test_localize_says_what_was_wrong_with_a_log(
         )
         == 0
     )
-    said = capsys.readouterr().out
-    assert "1 readings refused" in said
-    assert "must have a stamp of its own" in said
+    output = capsys.readouterr().out
+    assert "1 readings refused" in output
+    assert "must have a stamp of its own" in output
 
 
 def test_help_needs_neither_numpy_nor_the_simulation(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def drive(robot: Robot, message: InboxMessage | None, ticks: int) -> TickRecord:
     return tick
 
 
-def test_tick_advances_time_by_one_tick_and_ends_with_an_inertial_reading(robot: Robot) -> None:
+def test_tick_ends_with_an_inertial_reading_20_ms_later(robot: Robot) -> None:
     tick = robot.tick(0, ())
     assert tick.stamp == tick.truth.stamp == tick.estimate.stamp == TICK_NS
     assert isinstance(tick.readings[-1], Inertial)
@@ -74,7 +74,7 @@ def test_robot_brakes_within_the_promised_distance_from_full_speed(robot: Robot,
     assert np.linalg.norm(stopped.truth.map_from_base.position - braking) <= 0.35
 
 
-def test_robot_does_not_move_again_before_it_saw_a_neutral_stick(robot: Robot) -> None:
+def test_robot_does_not_move_again_before_a_neutral_stick(robot: Robot) -> None:
     drive(robot, NEUTRAL, 1)
     drive(robot, FULL, 50)
     drive(robot, None, 100)
@@ -95,14 +95,14 @@ def test_estop_stays_until_it_is_reset(robot: Robot) -> None:
     assert drive(robot, FULL, 20).control.control is ControlMode.ARMED
 
 
-def test_only_the_newest_wish_of_a_burst_counts(robot: Robot) -> None:
+def test_only_the_newest_command_of_a_burst_counts(robot: Robot) -> None:
     drive(robot, NEUTRAL, 1)
     stale = [DriveCommand("operator", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True))] * 200
     tick = robot.tick(robot.simulation.stamp, (*stale, NEUTRAL))
     assert not tick.control.twist.linear.any()
 
 
-def test_second_driver_is_told_who_drives(robot: Robot) -> None:
+def test_second_driver_is_rejected_with_the_drivers_name(robot: Robot) -> None:
     drive(robot, NEUTRAL, 1)
     other = DriveCommand("other", VelocityRequest(Twist.planar(0.3, 0.0), enabled=True))
     tick = robot.tick(robot.simulation.stamp, (FULL, other))

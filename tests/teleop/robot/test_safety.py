@@ -78,7 +78,7 @@ def test_disconnect_of_a_bystander_changes_nothing() -> None:
     assert moving(safety, 2)
 
 
-def test_take_over_stops_the_robot_and_asks_the_new_driver_to_rearm() -> None:
+def test_take_over_stops_the_robot_until_the_new_driver_rearms() -> None:
     safety = armed("a")
     safety.request("a", FORWARD, 1)
     safety.take_over("b", 2)

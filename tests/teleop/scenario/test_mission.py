@@ -23,7 +23,7 @@ def test_hint_is_as_wrong_as_the_mission_says(seed: int, metres: float, degrees:
     assert np.rad2deg(turn) == pytest.approx(degrees, abs=1e-6)
 
 
-def test_hint_is_the_same_for_the_same_seed_and_another_for_another() -> None:
+def test_seed_decides_the_hint() -> None:
     spawn = Pose.planar(0.0, 0.0, 0.0)
     first, again, other = (
         Mission(seed=s).hint(spawn).map_from_base.position.tolist() for s in (1, 1, 2)
@@ -52,7 +52,7 @@ def test_slips_last_a_second_at_twice_the_speed() -> None:
     assert (slip.start_ns, slip.duration_ns, slip.factor) == (12_500_000_000, SECOND, 2.0)
 
 
-def test_short_tour_need_not_be_as_long_as_a_long_one() -> None:
+def test_short_tour_has_a_shorter_least_distance() -> None:
     limits = MissionLimits(distance=80.0)
     assert limits.for_tour(300.0) == limits
     assert limits.for_tour(87.9) == limits

@@ -82,7 +82,7 @@ def test_evaluation_reprints_the_table_from_the_files(
     assert summary_table(read_summary(folder)) == summary_table(summary)
 
 
-def test_table_says_what_matters(short: tuple[Path, RunSummary, RunRecord]) -> None:
+def test_table_contains_all_results(short: tuple[Path, RunSummary, RunRecord]) -> None:
     text = summary_table(short[1])
     for word in ("distance", "hint", "position", "heading", "NEES", "health", "real time", "p99"):
         assert word in text
@@ -139,7 +139,7 @@ def test_interrupted_run_keeps_what_it_had(
     assert "interrupted" in summary_table(read_summary(tmp_path))
 
 
-def test_physics_that_fail_end_the_run_with_a_line_and_keep_the_files(
+def test_unstable_physics_end_the_run_and_keep_its_files(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     step = Simulation.step

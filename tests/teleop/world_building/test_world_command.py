@@ -38,8 +38,8 @@ def test_generated_building_is_a_scene_that_loads_with_its_cloud(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["world", "generate", "--seed", "4", "--area", "60"]) == 0
-    said = capsys.readouterr().out
-    assert "farsteer serve --scene worlds/building-4" in said
+    output = capsys.readouterr().out
+    assert "farsteer serve --scene worlds/building-4" in output
     folder = tmp_path / "worlds" / "building-4"
     assert {p.name for p in folder.iterdir()} == {
         "world.toml",

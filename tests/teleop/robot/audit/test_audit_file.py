@@ -21,7 +21,7 @@ def lines(path: Path) -> list[object]:
     return [json.loads(line) for line in path.read_text().splitlines()]
 
 
-def test_lines_are_added_to_what_is_there_in_order_and_only_the_owner_reads_them(
+def test_lines_are_appended_in_order_to_a_private_file(
     tmp_path: Path,
 ) -> None:
     path = tmp_path / "audit.jsonl"
@@ -44,12 +44,12 @@ def test_lines_are_added_to_what_is_there_in_order_and_only_the_owner_reads_them
         ("/", "Is a directory"),
     ],
 )
-def test_a_file_that_cannot_be_written_is_told_at_the_start(path: str, why: str) -> None:
+def test_unwritable_file_is_reported_at_the_start(path: str, why: str) -> None:
     with pytest.raises(AuditError, match=f"cannot write the audit log {path}: {why}"):
         AuditFile(Path(path), BEGIN)
 
 
-def test_a_disk_that_hangs_holds_nobody_up_and_what_is_lost_is_counted(
+def test_hung_disk_blocks_nothing_and_lost_lines_are_counted(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     path = tmp_path / "pipe"
@@ -72,12 +72,12 @@ def test_a_disk_that_hangs_holds_nobody_up_and_what_is_lost_is_counted(
     file.close()
     thread.join()
     os.close(reader)
-    told = [json.loads(line) for line in b"".join(read).splitlines()]
-    assert sum(line["lines"] for line in told if line.get("what") == "lost") == file.lost
-    assert sum("n" in line for line in told) == 2000 - file.lost
+    written = [json.loads(line) for line in b"".join(read).splitlines()]
+    assert sum(line["lines"] for line in written if line.get("what") == "lost") == file.lost
+    assert sum("n" in line for line in written) == 2000 - file.lost
 
 
-def test_a_disk_that_is_gone_is_told_once_and_the_robot_goes_on(
+def test_lost_disk_is_reported_once_and_the_robot_continues(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     path = tmp_path / "pipe"
@@ -110,7 +110,7 @@ file.close()
 """
 
 
-def test_after_a_full_disk_has_room_again_lines_are_whole_and_say_what_is_missing(
+def test_lines_after_a_full_disk_are_whole_and_count_the_lost_ones(
     tmp_path: Path,
 ) -> None:
     path = tmp_path / "audit.jsonl"

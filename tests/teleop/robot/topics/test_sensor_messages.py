@@ -88,7 +88,7 @@ def test_contact_with_a_wall_is_published_as_bumpers_and_names(ticks: list[TickR
     assert condition["fallen"] is False
 
 
-def test_slip_is_told_with_its_centres_of_rotation_while_the_robot_turns(
+def test_slip_message_has_the_centres_of_rotation_of_a_turn(
     ticks: list[TickRecord],
 ) -> None:
     still, turning = (
@@ -107,7 +107,7 @@ def test_slip_is_told_with_its_centres_of_rotation_while_the_robot_turns(
     np.testing.assert_allclose(turning["lateral"], slip.lateral, rtol=1e-6, atol=1e-9)
 
 
-def test_packets_come_at_10_hz_and_can_be_read_by_a_client(ticks: list[TickRecord]) -> None:
+def test_controller_packets_are_published_at_10_hz(ticks: list[TickRecord]) -> None:
     packets = [(s, s.packet) for s in ticks if s.packet is not None]
     assert len(packets) == len(ticks) // 5
     last, packet = packets[-1]
