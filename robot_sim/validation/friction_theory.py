@@ -20,7 +20,7 @@ Martinez et al., IROS 2007."""
 HUSKY_TRACK: Final = 0.555 * 1.875
 """Effective track in Clearpath's controller of the Husky A200 [m]."""
 JACKAL_TRACK: Final = 0.37559 * 1.5
-"""The same of the Jackal [m]."""
+"""Effective track in Clearpath's controller of the Jackal [m]."""
 
 
 def published_chi(curve: float) -> float:
