@@ -270,8 +270,11 @@ def test_invalid_height_is_rejected(two_rooms: Path) -> None:
         plan_from_map(read_occupancy_map(two_rooms), height=-1.0)
 
 
-def test_map_with_too_many_boxes_is_rejected(tmp_path: Path) -> None:
-    pixels = np.random.default_rng(1).choice([WALL, FREE], size=(400, 400))
-    pixels[100:140, 100:140] = FREE
-    with pytest.raises(WorldError, match="would take more than 30000 boxes"):
+def test_map_with_too_many_boxes_is_rejected(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("robot_sim.layout.plan_from_occupancy_map.MOST_BOXES", 2000)
+    pixels = np.random.default_rng(1).choice([WALL, FREE], size=(120, 120))
+    pixels[40:80, 40:80] = FREE
+    with pytest.raises(WorldError, match="would take more than 2000 boxes"):
         plan_from_map(read_occupancy_map(write_map(tmp_path, pixels)))
