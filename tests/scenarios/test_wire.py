@@ -55,6 +55,7 @@ def operators(folder: Path) -> list[int]:
     return found
 
 
+@pytest.mark.process
 def test_robot_and_operator_drive_together_over_the_wire(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
@@ -96,6 +97,7 @@ def test_robot_and_operator_drive_together_over_the_wire(
     assert again.checks == summary.checks
 
 
+@pytest.mark.process
 def test_same_seed_gives_the_same_bits_over_the_wire(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
@@ -107,6 +109,7 @@ def test_same_seed_gives_the_same_bits_over_the_wire(
     assert hashes[0] == hashes[1]
 
 
+@pytest.mark.process
 def test_operator_that_dies_ends_the_run_and_leaves_its_files(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
@@ -135,6 +138,7 @@ def test_operator_that_dies_ends_the_run_and_leaves_its_files(
     assert abs(last.truth.twist.linear[0]) < 0.005, "the robot has braked to rest"
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("tenth", [1, 4])
 def test_interrupted_run_leaves_readable_files_and_no_operator(tenth: int, tmp_path: Path) -> None:
     folder = tmp_path / "run"

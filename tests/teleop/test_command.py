@@ -38,6 +38,7 @@ def error_line(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return line
 
 
+@pytest.mark.process
 def test_help_teaches_with_examples(tmp_path: Path) -> None:
     done = farsteer("--help", cwd=tmp_path)
     assert done.returncode == 0
@@ -112,6 +113,7 @@ def test_hint_outside_the_map_is_rejected_and_the_run_continues(
     assert "outside the map" in output
 
 
+@pytest.mark.process
 def test_ctrl_c_in_the_middle_leaves_files_that_can_be_read(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     process = subprocess.Popen(
@@ -177,6 +179,7 @@ def test_localize_reports_rejected_readings(
     assert "must have a stamp of its own" in output
 
 
+@pytest.mark.process
 def test_help_needs_neither_numpy_nor_the_simulation(tmp_path: Path) -> None:
     """What ``--help`` imports decides how long it takes."""
     code = "import sys, teleop.__main__; print(*sorted({'numpy', 'robot_sim'} & set(sys.modules)))"

@@ -65,6 +65,7 @@ def test_a_closed_recording_is_whole(recording: Path) -> None:
     assert _rrd("verify", recording)
 
 
+@pytest.mark.process
 def test_a_killed_process_leaves_a_readable_recording(tmp_path: Path) -> None:
     path = tmp_path / "killed.rrd"
     process = subprocess.Popen([sys.executable, "-c", _RECORD, path], cwd=Path(__file__).parents[3])
@@ -87,6 +88,7 @@ def test_a_killed_process_leaves_a_readable_recording(tmp_path: Path) -> None:
     assert speeds == [[pytest.approx(0.001 * i)] for i in range(len(speeds))]
 
 
+@pytest.mark.process
 def test_file_and_viewer_get_the_same(
     moments: list[Moment], office_cloud: Cloud, tmp_path: Path
 ) -> None:
@@ -100,6 +102,7 @@ def test_file_and_viewer_get_the_same(
     assert "map/odom/base_link/body/chassis" in rows(tmp_path / "both.rrd")
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("end", [signal.SIGSTOP, signal.SIGKILL])
 def test_hung_or_dead_viewer_stops_neither_client_nor_file(
     moments: list[Moment], office_cloud: Cloud, tmp_path: Path, end: signal.Signals
@@ -119,6 +122,7 @@ def test_hung_or_dead_viewer_stops_neither_client_nor_file(
     assert not {source for source in display.failures if source != "close"}
 
 
+@pytest.mark.process
 def test_a_process_ends_although_its_viewer_hangs() -> None:
     with headless_viewer() as viewer:
         os.kill(viewer.pid, signal.SIGSTOP)

@@ -208,6 +208,7 @@ SLACK = 0.15
 """Of the watcher's view: messages come every 40 ms, and slowing by 5 % takes two ticks [s]."""
 
 
+@pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
 async def test_robot_stops_when_its_operator_is_killed(
@@ -229,6 +230,7 @@ async def test_robot_stops_when_its_operator_is_killed(
         assert watcher.last("/teleop/state")["reason"].endswith("disconnected")
 
 
+@pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
 async def test_robot_stops_when_its_operator_freezes_and_keeps_the_socket_open(
@@ -257,6 +259,7 @@ async def test_robot_stops_when_its_operator_freezes_and_keeps_the_socket_open(
         assert abs(watcher.speed) < 0.005
 
 
+@pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
 @pytest.mark.parametrize(
@@ -313,6 +316,7 @@ def one_line(text: str) -> str:
     return line
 
 
+@pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
 async def test_serve_on_a_taken_port_ends_with_one_line() -> None:
@@ -358,6 +362,7 @@ async def nobody() -> AsyncIterator[int]:
     yield port
 
 
+@pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
 @pytest.mark.parametrize(
@@ -375,6 +380,7 @@ async def test_operate_names_another_kind_of_server_in_one_line(there: Any, comp
     assert complaint in one_line(err)
 
 
+@pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
 @pytest.mark.parametrize(
@@ -387,6 +393,7 @@ async def test_operate_rejects_an_invalid_address(url: str) -> None:
     assert "ws://127.0.0.1:9090" in one_line(err)
 
 
+@pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
 async def test_operate_with_another_map_warns_once_and_continues(
@@ -405,6 +412,7 @@ async def test_operate_with_another_map_warns_once_and_continues(
     assert any(line.strip().startswith("health: ") for line in out.splitlines()), out
 
 
+@pytest.mark.process
 @pytest.mark.slow
 def test_scripted_operator_with_another_map_does_not_drive(
     other_map: Path, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path

@@ -340,6 +340,7 @@ async def test_unusable_settings_are_reported_before_listening(
             await serve(office, office_cloud, replace(config, port=0), cache=cache)
 
 
+@pytest.mark.process
 @in_a_loop
 async def test_command_prints_one_line_about_an_open_token_file(tmp_path: Path) -> None:
     path = tokens(tmp_path)

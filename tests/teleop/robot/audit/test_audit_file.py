@@ -110,6 +110,7 @@ file.close()
 """
 
 
+@pytest.mark.process
 def test_lines_after_a_full_disk_are_whole_and_count_the_lost_ones(
     tmp_path: Path,
 ) -> None:
