@@ -1,4 +1,4 @@
-"""Colours: a scale that reads in grey too, and states that can be told apart."""
+"""Colours: a scale that reads in grey too, and states in distinguishable colours."""
 
 from __future__ import annotations
 
