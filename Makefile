@@ -9,7 +9,14 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help env sim serve operate map test check format bench clean
+.PHONY: help env sim serve operate map quick test test-all-pythons check format docs release bench clean
+
+# `make quick AREA=localization` runs the tests of one package, or of one folder of it.
+AREA ?=
+AREAS := $(if $(AREA),$(firstword $(wildcard tests/$(AREA) tests/teleop/$(AREA)) tests/$(AREA)),)
+# One process for each core; a test's threads would only compete with the other processes. Measuring coverage
+# takes processor time of its own, so the limit for tests without a mark is wider there.
+PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --numprocesses auto --dist worksteal
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -28,19 +35,34 @@ operate: .venv/.env ## Operate it: display and keyboard (ARGS="ws://host:port --
 map: .venv/.map ## Build the office's map from a simulated drive (ARGS="...")
 	@$(BIN)/farsteer map office $(ARGS)
 
-test: .venv/.dev ## Run all tests (ARGS="-m 'not slow'" for the quick ones)
-	@tools/test-setup
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/pytest $(ARGS)
+quick: .venv/.dev ## Run the tests to run after each change (AREA=localization for one package)
+	@$(PYTEST) -q -m "not slow and not process and not sweep" $(AREAS) $(ARGS)
 
-check: .venv/.dev ## Check format, lint, types and layers; changes nothing
+test: .venv/.dev ## Run all tests and measure branch coverage (ARGS="--hypothesis-profile=random" for new examples)
+	@tools/test-setup
+	@FARSTEER_TEST_CPU_FACTOR=3 $(PYTEST) --cov $(ARGS)
+
+test-all-pythons: ## Run all tests on Python 3.11, 3.12 and 3.13, each in an environment of its own
+	@tools/test-setup
+	@tools/test-all-pythons $(ARGS)
+
+check: .venv/.dev ## Check format, lint, types, layers and spelling; changes nothing
 	@$(BIN)/ruff format --check
 	@$(BIN)/ruff check
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
+	@$(BIN)/codespell
+	@tools/check-words
 
 format: .venv/.dev ## Format the code and mend what can be mended
 	@$(BIN)/ruff format
 	@$(BIN)/ruff check --fix
+
+docs: .venv/.dev ## Build the API reference in build/api, offline; a warning is an error
+	@$(BIN)/python tools/build-api-reference build/api
+
+release: .venv/.dev ## Build sdist and wheel in dist/, check them, and install the sdist elsewhere
+	@tools/build-release
 
 bench: .venv/.dev ## Run the benchmarks (ARGS="...")
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks $(ARGS)

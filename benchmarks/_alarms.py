@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,6 +25,8 @@ CHUNKS = 8
 SECONDS = 600.0
 """Length of a drive [s]: there and back on the tour, again and again."""
 _COUNTS = ("false alarms of being lost", "false doubts", "wrong for 2 s and not flagged")
+_GOALS = (1.0, 10.0, None)
+"""Rates of them [1/h] that are wanted at most; a doubt slows an operator down, and stops nobody."""
 _DRIVEN = "driven"
 
 
@@ -126,12 +128,25 @@ def alarms(chunk: int) -> Iterator[Figure]:
             yield Figure(case, OURS, name, float(events))
 
 
-def by_the_hour(figures: Sequence[Figure]) -> Iterator[Figure]:
-    """Yield what drives add up to, with Poisson's bounds."""
+def by_world(figures: Iterable[Figure]) -> dict[str, list[Figure]]:
+    """Return the drives' counts by world, with and without people, and all of them together."""
+    worlds: dict[str, list[Figure]] = {}
+    people: dict[str, list[Figure]] = {"all with people": [], "all without people": []}
+    for figure in figures:
+        scene, _, _ = figure.case.partition(",")
+        place = f"buildings of {scene.split('-')[2]} m²" if scene.startswith("building-") else scene
+        alive = figure.case.endswith("alive")
+        worlds.setdefault(f"{place}, with people" if alive else place, []).append(figure)
+        people["all with people" if alive else "all without people"].append(figure)
+    together = {"all": [f for some in people.values() for f in some]}
+    return {name: some for name, some in {**worlds, **people, **together}.items() if some}
+
+
+def by_the_hour(case: str, figures: Sequence[Figure]) -> Iterator[Figure]:
+    """Yield the rates of some drives' events, with Poisson's bounds and their goals."""
     hours = sum(f.value for f in figures if f.quantity == _DRIVEN)
-    case = f"{hours:.1f} h of driving, {len({f.case for f in figures})} drives"
-    for name in _COUNTS:
+    yield Figure(case, OURS, _DRIVEN, hours, "h", len({f.case for f in figures}))
+    for name, most in zip(_COUNTS, _GOALS, strict=True):
         events = round(sum(f.value for f in figures if f.quantity == name))
         low, high = (bound / hours for bound in poisson(events))
-        most = 1.0 if name == _COUNTS[0] else None
         yield Figure(case, OURS, name, events / hours, "per h", events, low, high, most=most)

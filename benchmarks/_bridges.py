@@ -21,9 +21,10 @@ import numpy as np
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
-from teleop.rosbridge import Limits, Protocol, Registry, Server, serve_rosapi
-from teleop.rosbridge.graph.topic_routing import Publication
-from teleop.rosbridge.messages.codec import Codec, write_cbor
+from teleop.rosbridge import ClientLimits, Protocol, Server, TypeRegistry, serve_rosapi
+from teleop.rosbridge.graph.publication import Publication
+from teleop.rosbridge.messages.cbor import write_cbor
+from teleop.rosbridge.messages.json_cbor_codec import Codec
 
 RNG = np.random.default_rng(0)
 POINTS = RNG.integers(0, 256, 1_000_000, np.uint8)
@@ -63,34 +64,34 @@ def message(topic: str) -> dict[str, Any]:
 
 async def ours(said: Callable[[str], None]) -> None:
     """Serve by our server, as it is but for its limits."""
-    limits = Limits(messages=1e6, bytes=1e9, clients=200, frame=4_000_000)
-    server = Server(Protocol(Registry(), limits=limits), port=0)
+    limits = ClientLimits(messages=1e6, bytes=1e9, clients=200, frame=4_000_000)
+    server = Server(Protocol(TypeRegistry(), limits=limits), port=0)
     serve_rosapi(server.protocol)
     for topic, kind in TOPICS.items():
-        server.advertise(topic, kind)
+        server.protocol.topics.advertise(topic, kind)
     encoding, judging = _encoding_time(), _judging_time(server.protocol)
 
     def costs(client: int, request: object, now: int) -> dict[str, Any]:
-        links = server._links.values()
+        links = server._writers.values()
         held = max(x.waiting for x in links)
         unsent = max(x.socket.transport.get_write_buffer_size() for x in links)
         told = {"success": True, "message": json.dumps([*encoding, held, unsent, *judging])}
         judging[0] = 0.0
         return told
 
-    server.serve("/costs", "std_srvs/Trigger", costs)
+    server.protocol.services.serve("/costs", "std_srvs/Trigger", costs)
 
     async def every(topic: str, period: float) -> None:
         while True:
-            server.publish(topic, lambda: message(topic))
+            server.protocol.topics.publish(topic, lambda: message(topic), server.now)
             await asyncio.sleep(period)
 
     async def flood() -> None:
         while True:
-            await asyncio.sleep(0 if server.wanted("/scan") else 0.05)
-            server.publish("/scan", lambda: message("/scan"))
-            for client in list(server.protocol.clients):
-                await server.flush(client)
+            await asyncio.sleep(0 if server.protocol.topics.wanted("/scan") else 0.05)
+            server.protocol.topics.publish("/scan", lambda: message("/scan"), server.now)
+            for connection in server.protocol.connections:
+                await server.flush(connection.id)
 
     async with server:
         said(server.url)
@@ -195,7 +196,7 @@ async def plain(said: Callable[[str], None]) -> None:
 
 def _around_stamp(topic: str, coding: str) -> tuple[bytes, bytes]:
     """Return a message's bytes before and after what is in its stamp."""
-    registry = Registry()
+    registry = TypeRegistry()
     codec = Codec(registry, stamps="ros2")
     kind, built = registry[TOPICS[topic]], message(topic)
     built["header"]["stamp"] = {"sec": 77, "nanosec": 77}

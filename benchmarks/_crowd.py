@@ -15,7 +15,7 @@ import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 
-from teleop.rosbridge import Client, Limits, Protocol, Pulse, Registry, Server
+from teleop.rosbridge import Client, ClientLimits, Keepalive, Protocol, Server, TypeRegistry
 from teleop.rosbridge.compat.standard_services import serve_standard
 
 CLOUD = 300_000
@@ -28,16 +28,18 @@ _TEXT = "std_msgs/String"
 _TRIGGER = "std_srvs/Trigger"
 
 
-def crowded_server(registry: Registry | None = None) -> Server:
+def crowded_server(registry: TypeRegistry | None = None) -> Server:
     """Return a server that notices quickly who is gone, with room for all of them."""
-    limits = Limits(clients=100, messages=2000.0, bytes=2e7)
-    protocol = Protocol(registry or Registry(), limits=limits)
+    limits = ClientLimits(clients=100, messages=2000.0, bytes=2e7)
+    protocol = Protocol(registry or TypeRegistry(), limits=limits)
     serve_standard(protocol)
-    server = Server(protocol, port=0, pulse=Pulse(0.5, 1.0, 0.5))
-    server.advertise("/cloud", "sensor_msgs/PointCloud2")
-    server.advertise("/latched", _TEXT, latch=True)
-    server.serve("/done", _TRIGGER, lambda client, request, now: {"success": True})
-    server.offer("/map.ply", bytes(2_000_000))
+    server = Server(protocol, port=0, keepalive=Keepalive(0.5, 1.0, 0.5))
+    server.protocol.topics.advertise("/cloud", "sensor_msgs/PointCloud2")
+    server.protocol.topics.advertise("/latched", _TEXT, latch=True)
+    server.protocol.services.serve(
+        "/done", _TRIGGER, lambda client, request, now: {"success": True}
+    )
+    server.pages.add_file("/map.ply", bytes(2_000_000))
     return server
 
 
@@ -47,8 +49,10 @@ async def publish(server: Server) -> None:
     number = 0
     while True:
         number += 1
-        server.publish("/cloud", {"header": {"frame_id": str(number)}, "data": data})
-        server.publish("/latched", {"data": str(number)})
+        server.protocol.topics.publish(
+            "/cloud", {"header": {"frame_id": str(number)}, "data": data}, server.now
+        )
+        server.protocol.topics.publish("/latched", {"data": str(number)}, server.now)
         await asyncio.sleep(0.01)
 
 
@@ -59,7 +63,7 @@ async def come_and_go(server: Server, number: int) -> None:
     async with asyncio.TaskGroup() as group:
         for kind in (*kinds, *further):
             group.create_task(kind(server, f"{kind.__name__}_{number}"))
-    while server.client_count:  # noqa: ASYNC110 - the server tells, but not whom it tells last
+    while len(server.protocol.connections):  # noqa: ASYNC110 - the server tells, but not whom it tells last
         await asyncio.sleep(0.01)
 
 

@@ -131,7 +131,7 @@ def _near(here: Pose, there: Pose) -> bool:
 
 def _put(localizer: Localizer, pose: Pose) -> None:
     """Let the localiser believe a pose as if it had found it."""
-    localizer._course._place(Placement(pose, "put there", unsure=False))
+    localizer._take(Placement(pose, "put there"))
 
 
 def _watched(kind: str, told: Iterable[tuple[Estimate, Pose]]) -> Trial:

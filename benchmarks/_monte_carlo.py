@@ -15,7 +15,7 @@ import numpy as np
 
 from localization.geometry import FloatArray, wrap_angle
 from localization.maps.prepared_map import PreparedMap
-from localization.relocalization.window_search import FloorPlan, level_points
+from localization.relocalization.floor_plan import FloorPlan, level_points
 from localization.types import Pose, Sweep
 
 

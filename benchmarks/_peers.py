@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import small_gicp
 
+from localization.filter.pose_error import LEVER
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import Matcher, match_at
-from localization.matching.registration import LEVER, RegistrationConfig
-from localization.motion.kiss_odometry import KissConfig
+from localization.matching.registration import RegistrationConfig
+from localization.motion.kiss_icp import KissConfig
 from localization.pipeline.localizer import LocalizerConfig
 from localization.types import Match, Pose, Sweep
 

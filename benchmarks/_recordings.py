@@ -14,11 +14,12 @@ from localization.types import SECOND, Health, Pose, Reading
 from robot_sim import Simulation, World, WorldOptions, load_world
 from robot_sim.building_generator import generate
 from robot_sim.floorplan.plan import Plan
-from robot_sim.worlds.worlds import build_world, load_plan
+from robot_sim.worlds.from_floorplan import build_world
+from robot_sim.worlds.loading import load_plan
 from teleop.scenario.mission import HINT_STAMP, Mission
-from teleop.scenario.run import cloud_of
 from teleop.scenario.tour_driver import TourDriver
-from teleop.world_building.survey import survey_from_stations
+from teleop.scene_clouds import load_scene_cloud
+from teleop.world_building.station_survey import survey_from_stations
 
 STANDS = 8 * SECOND // 5
 """The robot sets off after this time [ns]: the hint is given and answered before."""
@@ -126,7 +127,7 @@ def map_of(scene: str) -> PreparedMap:
 
 def _cloud(scene: str) -> Cloud:
     if not scene.startswith("building-"):
-        return cloud_of(scene)
+        return load_scene_cloud(scene)
     file: Path = default_cache() / "benchmarks" / f"{scene}.ply"
     if file.is_file():
         return load_cloud(file)

@@ -12,9 +12,10 @@ from benchmarks._replaying import Moment
 from localization.geometry import wrap_angle
 from localization.maps.prepared_map import PreparedMap
 from localization.relocalization.branch_and_bound import Pyramid, search_map
-from localization.relocalization.hint_search import HintSearch
+from localization.relocalization.floor_plan import FloorPlan
+from localization.relocalization.hint_search import HintSearch, SearchState
 from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig
-from localization.relocalization.window_search import FloorPlan, SearchConfig
+from localization.relocalization.search_config import SearchConfig
 from localization.types import SECOND, Candidate, Hint, Pose, Verdict
 
 WITHIN, WITHIN_YAW = 0.10, np.deg2rad(2.0)
@@ -30,7 +31,7 @@ class Searcher:
     world: PreparedMap
     pyramid: Pyramid
     config: SearchConfig
-    desk: HintSearch
+    hints: HintSearch
     """The localiser's own, for hints."""
 
 
@@ -87,15 +88,13 @@ def hint_trial(
     variances = [sigma**2, sigma**2, 0.0, 0.0, 0.0, sigma_yaw**2]
     hinted = Pose.planar(x, y, moment.truth.yaw + sign * turn)
     hint = Hint(moment.stamp, hinted, np.diag(variances))
-    desk, odom = searcher.desk, moment.odom_from_base
-    desk.receive(hint, moment.stamp, odom)
+    search, odom = searcher.hints, moment.odom_from_base
+    state, _ = search.receive(SearchState(), hint, moment.stamp, odom)
     begun, found = time.thread_time(), None
-    desk.begin(moment.sweep, odom, level_of(moment))
-    while found is None and desk.busy:
-        found = desk.advance(odom, None)
+    state = search.begin(state, moment.sweep, odom, level_of(moment))
+    while found is None and state.busy:
+        state, found = search.advance(state, odom, None)
     seconds = time.thread_time() - begun
-    while desk.next_answer() is not None:
-        pass
     if found is None or not found.candidates:
         return HintTrial(Verdict.REJECTED, False, seconds, "nothing was found")
     best = found.candidates[0].map_from_base
@@ -133,26 +132,26 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
     search begins anew.
     """
     settings = HypothesesConfig()
-    hypotheses = Hypotheses(searcher.world, searcher.config, settings)
     begin = moments[0]
     places, first_cost = _everywhere(searcher, begin)
     first_right = bool(places) and right(places[0].map_from_base, begin.truth)
     listed = any(right(p.map_from_base, begin.truth) for p in places)
-    hypotheses.begin(places, begin.odom_from_base)
+    hypotheses = Hypotheses.of(places, begin.odom_from_base, settings)
     way, total, before = 0.0, first_cost, begin
     for moment in moments[1:]:
         step = moment.odom_from_base.position - before.odom_from_base.position
         way, before = way + float(np.hypot(*step[:2])), moment
         if way > MOST_WAY:
             break
-        if not hypotheses.open or hypotheses.exhausted:
+        if not hypotheses.places or hypotheses.exhausted(settings):
             again, cost = _everywhere(searcher, moment)
             total += cost
-            hypotheses.drop()
-            hypotheses.begin(again, moment.odom_from_base)
+            hypotheses = Hypotheses.of(again, moment.odom_from_base, settings)
             continue
         begun = time.thread_time()
-        settled = hypotheses.look(moment.sweep, moment.odom_from_base)
+        hypotheses, settled = hypotheses.compared(
+            moment.sweep, moment.odom_from_base, searcher.world, searcher.config, settings
+        )
         total += time.thread_time() - begun
         if settled is not None:
             good = right(settled.map_from_base, moment.truth)

@@ -5,19 +5,26 @@ They stand between markers, so that no figure is typed by hand.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from benchmarks._alarms import by_the_hour
+import benchmarks.ablation
+from benchmarks import localization
+from benchmarks._alarms import by_the_hour, by_world
 from benchmarks._figures import OURS, Figure, Sheet, digits, say, share
 
 ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "accuracy.md"
+"""The page that holds the tables."""
 
 DRIVES = ("nominal", "occluded", "furniture", "courtyard", "slips", "corridor", "latency")
 """Parts whose cases are drives that every method was replayed."""
 MORE = ("max", "yaw", "tilt", "NEES")
-"""Told of our own besides the ATE."""
+"""Quantities that are shown of our own method besides the ATE."""
 PEERS = ("KISS to map", "small_gicp", "Monte Carlo")
+GOALS = {"NEES": (3.0, 8.0), "times ours, p50": (3.0, None)}
+"""Least and most of quantities whose goal stands on every row, whether it is met or not."""
 
 
 def drives(sheet: Sheet) -> str:
@@ -28,7 +35,7 @@ def drives(sheet: Sheet) -> str:
     ]
     for part in DRIVES:
         for case, figures in _cases(sheet.parts.get(part, ())).items():
-            own = {f.quantity: f for f in figures if f.method == OURS}
+            own = {f.quantity: _with_goal(f) for f in figures if f.method == OURS}
             ate, goals = own["ATE"], [own[q] for q in ("ATE", *MORE) if own[q].verdict]
             told = ", ".join(digits(own[q].value) for q in MORE)
             goal = ", ".join(f"{f.quantity} {_signs(f.goal)}: {_short(f)}" for f in goals)
@@ -37,6 +44,11 @@ def drives(sheet: Sheet) -> str:
             mine = f"**{digits(ate.value)}** ({bounds}), {told}"
             lines.append(f"| {case} ({ate.n}) | {mine} | {goal} | {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def _with_goal(figure: Figure) -> Figure:
+    least, most = GOALS.get(figure.quantity, (None, None))
+    return figure if figure.verdict else replace(figure, least=least, most=most)
 
 
 def _peer(figures: Sequence[Figure], peer: str) -> str:
@@ -52,11 +64,9 @@ def others(sheet: Sheet) -> str:
         if part.startswith("alarms") or (part in DRIVES and part != "corridor"):
             continue
         shown = [f for f in figures if part != "corridor" or "direction" in f.quantity]
-        rows += shown
+        rows += map(_with_goal, shown)
     for quantity in ("accepted wrongly", "settled wrongly"):
         rows += pooled(quantity, [f for f in rows if f.quantity == quantity])
-    driven = [f for name, part in sheet.parts.items() if name.startswith("alarms") for f in part]
-    rows += by_the_hour(driven) if driven else ()
     last = ""
     for f in rows:
         goal = f"{_signs(f.goal)}: {_short(f)}" if f.verdict else ""
@@ -66,10 +76,42 @@ def others(sheet: Sheet) -> str:
 
 
 def pooled(quantity: str, figures: Sequence[Figure]) -> list[Figure]:
-    """Return what several rows of shares come to together: more trials prove smaller shares."""
+    """Return the total of several rows of shares: more trials prove smaller shares."""
     events = sum(round(f.value * f.n / 100.0) for f in figures)
     n = sum(f.n for f in figures)
     return [share("all of these", OURS, quantity, events, n, most=0.5)] if len(figures) > 1 else []
+
+
+def alarms(sheet: Sheet) -> str:
+    """Return the table of false alarms: a row for each world, and for those with and without people."""
+    driven = [f for name, part in sheet.parts.items() if name.startswith("alarms") for f in part]
+    lines: list[str] = []
+    for case, figures in by_world(driven).items():
+        hours, *rates = by_the_hour(case, figures)
+        if not lines:
+            heads = [f"{f.quantity} {f.unit}{_wanted(f)}" for f in rates]
+            lines = [
+                f"| world | hours (drives) | {' | '.join(heads)} |",
+                "|---|---|" + "---|" * len(rates),
+            ]
+        cells = [_rate(f) for f in rates]
+        lines.append(f"| {case} | {digits(hours.value)} ({hours.n}) | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _wanted(figure: Figure) -> str:
+    return f", goal ≤ {figure.most:g}" if figure.most is not None else ""
+
+
+def _rate(figure: Figure) -> str:
+    text = replace(figure, unit="").text
+    return f"{text}, {figure.n} events" + (f": {_short(figure)}" if figure.verdict else "")
+
+
+def missing(sheet: Sheet, parts: Iterable[str]) -> str:
+    """Return which of the parts of a benchmark the sheet does not hold."""
+    names = ", ".join(f"`{part}`" for part in parts if part not in sheet.parts)
+    return f"**Not measured in this sheet:** {names}." if names else "All parts are measured."
 
 
 def facts(sheet: Sheet) -> str:
@@ -105,8 +147,11 @@ def ablation(sheet: Sheet) -> str:
 TABLES: dict[str, Callable[[Sheet], str]] = {
     "localization-drives": drives,
     "localization-others": others,
+    "localization-alarms": alarms,
+    "localization-missing": lambda sheet: missing(sheet, localization.PARTS),
     "localization-facts": facts,
     "ablation": ablation,
+    "ablation-missing": lambda sheet: missing(sheet, benchmarks.ablation.PARTS),
 }
 """By the name of the marker that they stand behind."""
 
@@ -140,16 +185,20 @@ def _signs(goal: str) -> str:
     return goal.replace(">=", "≥").replace("<=", "≤").replace(" to ", "-")
 
 
-def main() -> None:
-    """Fill the docs with what there are figures of."""
-    path = ROOT / "docs" / "localization.md"
-    text = path.read_text(encoding="utf-8")
+def page(text: str) -> str:
+    """Return the page of figures with all tables renewed that there are sheets for."""
     for marker, table in TABLES.items():
         sheet = Sheet(ROOT / "benchmarks" / "results" / f"{marker.partition('-')[0]}.json")
         if sheet.parts:
             text = filled(text, marker, table(sheet))
-            say(f"{path.name}: {marker} filled")
-    path.write_text(text, encoding="utf-8")
+    return text
+
+
+def main() -> None:
+    """Fill the docs with what there are figures of."""
+    text = PAGE.read_text(encoding="utf-8")
+    PAGE.write_text(page(text), encoding="utf-8")
+    say(f"{PAGE.name}: tables renewed")
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from localization.evaluation.fault_injection import Clutter, Span, occluded, sil
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import Matcher
 from localization.matching.registration import RegistrationConfig
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import SECOND, Reading
 

@@ -11,15 +11,16 @@ import numpy as np
 from localization.maps.prepared_map import default_cache
 from robot_sim import load_world
 from teleop.scenario.mission import Mission
-from teleop.scenario.run import cloud_of, run_here
-from teleop.scenario.run_report import Summary
+from teleop.scenario.mission_run import run_in_process
+from teleop.scenario.run_summary import RunSummary
+from teleop.scene_clouds import load_scene_cloud
 
 SEEDS = range(1, 6)
 SLIPS = (20.0, 31.03, 47.05, 62.5, 90.0, 120.02)
 """Times at which all wheels report twice their speed for a second [s]."""
 
 
-def row(name: str, summary: Summary) -> str:
+def row(name: str, summary: RunSummary) -> str:
     """Return one line of the table."""
     assert summary.ate is not None
     position, heading = summary.ate.position, np.rad2deg(summary.ate.heading.rmse)
@@ -33,7 +34,7 @@ def row(name: str, summary: Summary) -> str:
 
 def main() -> None:
     """Print the table."""
-    world, cloud = load_world("office"), cloud_of("office")
+    world, cloud = load_world("office"), load_scene_cloud("office")
     lines = [
         "  seed             driven    position rmse, max  heading rmse    NEES  in 95 %"
         "   robot    wall  factor"
@@ -43,7 +44,9 @@ def main() -> None:
     nees = []
     with tempfile.TemporaryDirectory() as folder:
         for name, mission in missions:
-            summary, _ = run_here(mission, world, cloud, Path(folder) / name, cache=default_cache())
+            summary, _ = run_in_process(
+                mission, world, cloud, Path(folder) / name, cache=default_cache()
+            )
             sys.stdout.write("\n".join([*lines, row(name, summary)]) + "\n")
             sys.stdout.flush()
             lines = []

@@ -19,7 +19,7 @@ from localization.maps.cloud import Cloud
 from localization.maps.map_cache import default_cache
 from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.prepared_map import PreparedMap, prepare
-from teleop.world_building.survey import survey_from_stations
+from teleop.world_building.station_survey import survey_from_stations
 
 BUILDINGS = ("building-901-2000", "building-902-2000")
 """Generated, and put side by side; [m^2] is the last number. They have a point every 5 cm of surface."""

@@ -1,4 +1,4 @@
-"""How fast the simulation is: worlds against real time, casting against MuJoCo's own, start-up."""
+"""Benchmarks of the simulation: worlds against real time, ray casting against MuJoCo's, start-up."""
 
 from __future__ import annotations
 
@@ -16,18 +16,19 @@ from localization.types import IntArray, Twist
 from robot_sim import MOUNTS, Simulation, SimulationConfig, World, load_world, scene_names
 from robot_sim.array_types import FloatArray
 from robot_sim.raycasting import MujocoRayCaster, caster_for
-from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
+from robot_sim.raycasting.embree_caster import EmbreeRayCaster
+from robot_sim.raycasting.embree_scene import StaticGeometry
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.simulation import TICK_NS
-from robot_sim.worlds.worlds import WorldOptions
+from robot_sim.worlds.world import WorldOptions
 
 ROUNDS = 7
-"""Contenders take turns; the least CPU time of a turn counts, for others use this machine as well."""
+"""Contenders take turns; the least CPU time of a turn counts, because the machine is shared."""
 TICKS = 50
 BEAMS = 541
 RANGE = 30.0
 CONTENDERS = ("physics", "scanners", "effects", "alive")
-"""Without scanners; with plain ones; with all that befalls light; plain, among people and doors."""
+"""Without scanners; with plain ones; with all optical effects; plain, among people and doors."""
 STARTUP = """
 import time
 from pathlib import Path
@@ -60,7 +61,7 @@ def race(contenders: Mapping[str, Callable[[], object]], rounds: int = ROUNDS) -
 
 
 def scanners(*, realistic: bool) -> SimulationConfig:
-    """Both scanners with 541 beams at 25 Hz."""
+    """Return both scanners with 541 beams at 25 Hz."""
     return SimulationConfig(
         scanners=tuple(
             ScannerConfig.of(
@@ -106,7 +107,7 @@ def real_time_factors() -> None:
 
 
 def boxes(count: int) -> mujoco.MjSpec:
-    """A hall of 40 m with ``count`` boxes in it."""
+    """Return a hall of 40 m with ``count`` boxes in it."""
     rng = np.random.default_rng(count)
     spec, box = mujoco.MjSpec(), mujoco.mjtGeom.mjGEOM_BOX
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=(20, 20, 1))
@@ -122,7 +123,7 @@ def boxes(count: int) -> mujoco.MjSpec:
 
 
 def hills(cells: int) -> mujoco.MjSpec:
-    """Rolling ground of 40 m with 50 boxes on it."""
+    """Return rolling ground of 40 m with 50 boxes on it."""
     rng = np.random.default_rng(cells)
     spec = boxes(50)
     line = np.linspace(0.0, 4.0 * np.pi, cells)
@@ -203,7 +204,7 @@ def casting() -> None:
 
 
 def moving() -> None:
-    """Print what one sweep of a moving scanner costs among movers."""
+    """Print the cost of one sweep of a moving scanner among movers."""
     world = load_world("office", options=WorldOptions(alive=True))
     model, data = world.model, mujoco.MjData(world.model)
     mujoco.mj_forward(model, data)
@@ -237,7 +238,7 @@ def moving() -> None:
 
 
 def startup() -> None:
-    """Print how long a fresh process takes to the first tick of the office, and its memory."""
+    """Print the time of a fresh process to the first tick of the office, and its memory."""
     runs = []
     for _ in range(5):
         began = time.perf_counter()

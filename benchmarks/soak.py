@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 from benchmarks._crowd import come_and_go, crowded_server, open_files, publish
+from teleop.rosbridge import Connection, Observer
 
 PARTS = ("short",)
 
@@ -25,16 +26,20 @@ def main(parts: list[str] | None = None) -> None:
     asyncio.run(_soak(60.0 if parts else 600.0))
 
 
+class Served(Observer):
+    """Counts connections."""
+
+    clients = 0
+
+    def connected(self, connection: Connection, now: int) -> None:
+        self.clients += 1
+
+
 async def _soak(seconds: float) -> None:
     print("     time   rounds   clients   RSS MB   tasks   files")
     async with crowded_server() as server:
-        served = 0
-
-        def count(client: int, name: str) -> None:
-            nonlocal served
-            served += 1
-
-        server.on_connect(count)
+        served = Served()
+        server.protocol.observers.add(served)
         publisher = asyncio.create_task(publish(server))
         begun, rounds, told = time.monotonic(), 0, 0
         first = last = 0.0
@@ -49,7 +54,7 @@ async def _soak(seconds: float) -> None:
                 if passed >= _WARM_UP * seconds and not first:
                     first = last
                 figures = f"{last:8.1f} {len(asyncio.all_tasks()):7d} {open_files():7d}"
-                print(f"{passed:8.0f} s {rounds:8d} {served:9d} {figures}", flush=True)
+                print(f"{passed:8.0f} s {rounds:8d} {served.clients:9d} {figures}", flush=True)
         publisher.cancel()
         print(f"growth of RSS since {_WARM_UP:.0%} of the time: {last / first - 1:+.1%}")
 

@@ -18,7 +18,7 @@ import numpy as np
 from localization.types import Twist, WheelSpeeds
 from robot_sim import P3AT, Simulation, load_world
 from teleop.interfaces import registry
-from teleop.joystick import Layout, write_joy
+from teleop.joystick import JoystickLayout, write_joy
 from teleop.rosbridge.client.client import Client
 
 STARTS = 60
@@ -87,7 +87,7 @@ async def _starts(client: Client) -> Starts:
             seen["turning"] = seen["turning"] or time.monotonic_ns()
 
     async def joy(speed: float) -> None:
-        axes, buttons = write_joy(Twist.planar(speed, 0.0), Layout())
+        axes, buttons = write_joy(Twist.planar(speed, 0.0), JoystickLayout())
         await client.publish("/joy", {"axes": axes, "buttons": buttons})
 
     await client.advertise("/joy", "sensor_msgs/msg/Joy")

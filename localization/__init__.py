@@ -7,23 +7,6 @@ prepared map to the filter, can be used alone from its own module.
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from localization.types import (
-    Estimate as Estimate,
-    Health as Health,
-    Hint as Hint,
-    HintVerdict as HintVerdict,
-    Inertial as Inertial,
-    InvalidReadingError as InvalidReadingError,
-    Match as Match,
-    Pose as Pose,
-    Reading as Reading,
-    Scan as Scan,
-    Sweep as Sweep,
-    Twist as Twist,
-    Verdict as Verdict,
-    WheelSpeeds as WheelSpeeds,
-)
-
 if TYPE_CHECKING:
     from localization.logs.log_interface import LogError as LogError
     from localization.logs.mcap_log import read_log as read_log
@@ -39,6 +22,22 @@ if TYPE_CHECKING:
         LocalizerConfig as LocalizerConfig,
     )
     from localization.pipeline.log_replay import Localized as Localized, localize as localize
+    from localization.types import (
+        Estimate as Estimate,
+        Health as Health,
+        Hint as Hint,
+        HintVerdict as HintVerdict,
+        Inertial as Inertial,
+        InvalidReadingError as InvalidReadingError,
+        Match as Match,
+        Pose as Pose,
+        Reading as Reading,
+        Scan as Scan,
+        Sweep as Sweep,
+        Twist as Twist,
+        Verdict as Verdict,
+        WheelSpeeds as WheelSpeeds,
+    )
 
 _HOMES = {
     "pipeline.localizer": ("Localizer", "LocalizerConfig"),
@@ -49,9 +48,25 @@ _HOMES = {
     "maps.map_files": ("load_cloud", "save_cloud"),
     "maps.prepared_map": ("PreparedMap", "prepare"),
     "pipeline.log_replay": ("Localized", "localize"),
+    "types": (
+        "Estimate",
+        "Health",
+        "Hint",
+        "HintVerdict",
+        "Inertial",
+        "InvalidReadingError",
+        "Match",
+        "Pose",
+        "Reading",
+        "Scan",
+        "Sweep",
+        "Twist",
+        "Verdict",
+        "WheelSpeeds",
+    ),
 }
-"""Which module each of the heavier names is in. They are imported when first asked for: whoever wants
-the vocabulary alone, as the simulation does, need not wait a second for statistics and logs."""
+"""Modules of the names above. Each is imported when a name of it is first used: the command line offers its
+commands without numpy, and the simulation uses the types without statistics and logs."""
 
 
 def __getattr__(name: str) -> Any:

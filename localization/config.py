@@ -16,12 +16,12 @@ from localization.matching.registration import RegistrationConfig
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.monitoring.health import HealthConfig
 from localization.monitoring.jump_detection import JumpDetectionConfig
-from localization.motion.kiss_odometry import KissConfig
-from localization.motion.motion_model import SensorConfiguration
-from localization.pipeline.replay_buffer import LateReadingsConfig
+from localization.motion.kiss_icp import KissConfig
+from localization.motion.sensor_configuration import SensorConfiguration
+from localization.pipeline.late_readings import LateReadingsConfig
 from localization.relocalization.branch_and_bound import MapSearchConfig
 from localization.relocalization.hypotheses import HypothesesConfig
-from localization.relocalization.window_search import SearchConfig
+from localization.relocalization.search_config import SearchConfig
 from localization.types import SECOND
 
 _PLACEMENT_FLAT = (0.05, 0.05, 0.002, 0.001, 0.001, 0.02)
@@ -137,8 +137,36 @@ OLD_NAMES: dict[str, dict[str, str]] = {
         "told": "observable_share",
         "grazing": "min_incidence",
     },
-    "HealthConfig": {"poor_fit": "low_inlier_ratio"},
-    "SearchConfig": {"least_fit": "min_inlier_ratio"},
+    "HealthConfig": {
+        "poor_fit": "low_inlier_ratio",
+        "strange": "notable_unexplained",
+        "through": "max_free_space_violation",
+        "odd": "jump_inconsistency",
+        "settling": "settling_sweeps",
+        "check_again": "recheck_period",
+        "blind_after": "occluded_lost_after",
+    },
+    "JumpDetectionConfig": {
+        "near": "match_distance",
+        "least": "min_overlap",
+        "blind": "max_gap",
+        "way": "gap_distance",
+    },
+    "SearchConfig": {
+        "least_fit": "min_inlier_ratio",
+        "least_margin": "min_margin",
+        "decisive": "decisive_ratio",
+        "most_tilt": "max_tilt",
+        "most_tilt_uneven": "max_tilt_uneven",
+    },
+    "HypothesesConfig": {
+        "sweeps": "min_sweeps",
+        "least_way": "min_distance",
+        "hopeless": "drop_margin",
+        "longest_way": "max_distance",
+        "nowhere": "no_place_below",
+        "most": "max_places",
+    },
     "LateReadingsConfig": {"moved": "reuse_distance", "turned": "reuse_angle"},
 }
 """Names that settings had in files of version 0.0, by the class that holds them: old name, then present name."""
@@ -155,8 +183,10 @@ def from_json(kind: type[_T], values: dict[str, Any]) -> _T:
     """Build a configuration dataclass from plain values, under present or old names of its settings.
 
     Raises:
-        LocalizationError: if there is no setting of a name.
+        LocalizationError: if there is no setting of a name, or the values are not a mapping.
     """
+    if not isinstance(values, dict):
+        raise LocalizationError(f"settings of {kind.__name__} must be a mapping, got {values!r}")
     values = _renamed(kind, values)
     hints = get_type_hints(kind)
     unknown = sorted(set(values) - set(hints))

@@ -1,8 +1,8 @@
-"""A Pioneer 3-AT with two planar scanners, encoders and an inertial unit, somewhere in MuJoCo."""
+"""Simulation in MuJoCo of a skid-steered robot with planar lidars, encoders and an inertial unit."""
 
 from robot_sim.drive.aria_packets import StandardPacket as StandardPacket
 from robot_sim.drive.bumpers import Bumpers as Bumpers
-from robot_sim.drive.drivetrain import DriveConfig as DriveConfig, WheelSlip as WheelSlip
+from robot_sim.drive.drivetrain import DriveConfig as DriveConfig, SlipFault as SlipFault
 from robot_sim.drive.motor_controller import (
     FirmwareConfig as FirmwareConfig,
     MotionCommand as MotionCommand,
@@ -16,6 +16,7 @@ from robot_sim.errors import (
     UnknownSceneError as UnknownSceneError,
     WorldError as WorldError,
 )
+from robot_sim.floorplan.scene_folders import scene_names as scene_names
 from robot_sim.raycasting import (
     Hits as Hits,
     MujocoRayCaster as MujocoRayCaster,
@@ -31,12 +32,10 @@ from robot_sim.scene_objects.floor_surfaces import (
     Patch as Patch,
     Surface as Surface,
 )
-from robot_sim.sensors.beam_effects import Effects as Effects
-from robot_sim.sensors.inertial_unit import (
-    INERTIAL_UNITS as INERTIAL_UNITS,
-    InertialConfig as InertialConfig,
-)
+from robot_sim.sensors.imu import InertialConfig as InertialConfig
+from robot_sim.sensors.imu_models import INERTIAL_UNITS as INERTIAL_UNITS
 from robot_sim.sensors.lidar import ScannerConfig as ScannerConfig
+from robot_sim.sensors.lidar_effects import Effects as Effects
 from robot_sim.sensors.lidar_models import LIDARS as LIDARS
 from robot_sim.sensors.sensor_suite import SensorSuite as SensorSuite, sensor_suite as sensor_suite
 from robot_sim.simulation import (
@@ -45,11 +44,6 @@ from robot_sim.simulation import (
     SimulationConfig as SimulationConfig,
     Truth as Truth,
 )
-from robot_sim.worlds.mjcf_world import load_mjcf as load_mjcf
-from robot_sim.worlds.worlds import (
-    World as World,
-    WorldOptions as WorldOptions,
-    load_world as load_world,
-    parse_world as parse_world,
-    scene_names as scene_names,
-)
+from robot_sim.worlds.from_mjcf import load_mjcf as load_mjcf
+from robot_sim.worlds.loading import load_world as load_world, parse_world as parse_world
+from robot_sim.worlds.world import World as World, WorldOptions as WorldOptions

@@ -1,4 +1,4 @@
-"""The arrays that flow inside the simulator."""
+"""NumPy array types that are used inside the simulation."""
 
 from __future__ import annotations
 

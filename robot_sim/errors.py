@@ -1,4 +1,4 @@
-"""What can go wrong in the simulation, each told in one line."""
+"""Errors of the simulation, all derived from SimulationError."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Iterable
 
 
 class SimulationError(Exception):
-    """Base of everything this package raises on purpose."""
+    """Base class of all errors that this package raises on purpose."""
 
 
 class UnknownSceneError(SimulationError):
-    """There is no scene of that name."""
+    """No scene has this name; the message lists the available ones."""
 
     def __init__(self, name: str, available: Iterable[str]) -> None:
         self.name = name
@@ -19,7 +19,7 @@ class UnknownSceneError(SimulationError):
 
 
 class UnknownSurfaceError(SimulationError):
-    """There is no surface of that name."""
+    """No surface has this name; the message lists the available ones."""
 
     def __init__(self, name: str, available: Iterable[str]) -> None:
         self.name = name
@@ -28,20 +28,20 @@ class UnknownSurfaceError(SimulationError):
 
 
 class WorldError(SimulationError):
-    """A floor plan that cannot be built, or a start pose inside an obstacle."""
+    """The floor plan or MJCF file cannot be built, or a start pose lies inside an obstacle."""
 
 
 class PhysicsError(SimulationError):
-    """The physics became unstable; the simulation cannot go on from here."""
+    """The physics became unstable; the simulation cannot continue from here."""
 
 
 class SensorError(SimulationError, ValueError):
-    """A sensor that cannot be: the message names the parameter and what would work."""
+    """Invalid sensor parameters; the message names the parameter and the valid values."""
 
 
 class PacketError(SimulationError, ValueError):
-    """Bytes that are not a sound packet of the robot's controller, or numbers that fit in none."""
+    """Bytes that are not a valid packet of the robot's controller, or values that do not fit one."""
 
 
-class ReportError(SimulationError):
-    """A page has no place for what shall be written into it."""
+class PageError(SimulationError):
+    """A Markdown page lacks the markers between which a generated table is written."""

@@ -1,4 +1,4 @@
-"""Checks of the numbers in a plan, told in one line."""
+"""Checks that numbers of a floor plan are finite or positive, with errors that name the entry."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from robot_sim.errors import WorldError
 
 
 def check_finite(what: str, **values: float) -> None:
-    """Raise a WorldError that names the first value which is not finite."""
+    """Raise a WorldError that names the first value that is not finite."""
     for key, value in values.items():
         if not math.isfinite(value):
             raise WorldError(f"{what}: {key} must be finite, got {value}")
 
 
 def check_positive(what: str, **values: float) -> None:
-    """Raise a WorldError that names the first length which is not finite and positive."""
+    """Raise a WorldError that names the first length that is not finite and positive."""
     for key, value in values.items():
         if not (math.isfinite(value) and value > 0.0):
             raise WorldError(f"{what}: {key} must be > 0 m, got {value:g}")

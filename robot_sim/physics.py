@@ -1,7 +1,7 @@
-"""The physics of one tick: many steps in one native call, and the truth about how it went wrong.
+"""MuJoCo physics of one tick, rolled out in one native call, with errors where it became unstable.
 
-A tick is rolled out by MuJoCo itself, bit for bit what ``mj_step`` in a loop gives, and leaves the
-state of every step behind. ``World.model`` is never written to: the physics owns a copy.
+A tick is rolled out by MuJoCo, bit for bit equal to ``mj_step`` in a loop, and the state of every
+step is kept. ``World.model`` is never written to: the physics owns a copy.
 """
 
 from __future__ import annotations
@@ -18,15 +18,16 @@ from mujoco.rollout import Rollout
 from localization.types import IntArray, Pose
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import PhysicsError
-from robot_sim.placement import place_robot
 from robot_sim.robot.mujoco_body import WHEELS
-from robot_sim.worlds.worlds import TIMESTEP_NS
+from robot_sim.robot_placement import place_robot
+from robot_sim.worlds.world import TIMESTEP_NS
 
 _STATE: Final = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
 _INPUTS: Final = int(mujoco.mjtState.mjSTATE_USER)
-"""What the world does to the physics: motors, applied forces, poses of moved bodies."""
+"""Inputs of the physics: motor commands, applied forces, poses of mocap bodies."""
 _RUNAWAY: Final = 1e3
-"""No wheel or body of a real robot gets near this speed [m/s, rad/s]."""
+"""Speed that no wheel or body of a real robot reaches [m/s, rad/s]; beyond it the physics is
+unstable."""
 
 _WARNING: Final = mujoco.mjtWarning
 _BAD_NUMBERS: Final = {
@@ -37,29 +38,29 @@ _BAD_NUMBERS: Final = {
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
-    """How the robot moved through one tick, step by step: views that hold until the next tick."""
+class TickMotion:
+    """The robot's motion through one tick, step by step: views that are valid until the next tick."""
 
     stamps: IntArray
-    """(S,) end of each step [ns]."""
+    """End of each step [ns], (S,)."""
     poses: FloatArray
-    """(S, 7) ``map_from_base`` there: position [m], quaternion wxyz."""
+    """``map_from_base`` at the end of each step, (S, 7): position [m] and quaternion wxyz."""
     positions: FloatArray
-    """(S, nq) all joints' positions there, as ``MjData.qpos``."""
+    """Positions of all joints at the end of each step, (S, nq), as ``MjData.qpos``."""
     angular_velocities: FloatArray
-    """(S, 3) in ``base_link`` [rad/s]: those that moved the robot in the step."""
+    """Angular velocity in ``base_link`` that acted in each step, (S, 3) [rad/s]."""
     sensors: FloatArray
-    """(S, K) sensor data of the model; forces are those of the step's start."""
+    """Sensor data of the model, (S, K); forces are those at the start of the step."""
 
 
 class Physics:
-    """Owns the model, its state and the number of steps done."""
+    """Owns the model, its state and the number of completed steps."""
 
     def __init__(self, model: mujoco.MjModel, start: Pose, *, steps_per_tick: int) -> None:
-        """Put the robot at rest where ``start`` (``map_from_base``) says.
+        """Place the robot at rest at ``start`` (``map_from_base``).
 
         Raises:
-            PhysicsError: the model was compiled for another time step.
+            PhysicsError: the model was compiled with another time step.
             WorldError: the robot would stand inside an obstacle.
         """
         if abs(model.opt.timestep * 1e9 - TIMESTEP_NS) > 1.0:
@@ -67,14 +68,14 @@ class Physics:
                 f"the model's time step is {model.opt.timestep} s; the simulation needs"
                 f" {TIMESTEP_NS * 1e-9} s"
             )
-        # Friction under the wheels, for one, is rewritten as the robot drives.
+        # A copy, because friction under the wheels is rewritten as the robot drives.
         self.model = copy.copy(model)
-        # Bodies at rest then cost nothing, and neither do walls, which MuJoCo would place anew in each
-        # step. What has motors, the robot, never sleeps.
+        # With sleeping enabled, bodies at rest and walls cost nothing. A body with motors, the robot,
+        # never sleeps.
         self.model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
         self.data = mujoco.MjData(self.model)
         place_robot(self.model, self.data, start)
-        # A view of the counters; to iterate over the warnings themselves takes half a tick's time.
+        # A view of the counters; iterating over the warnings themselves takes half a tick's time.
         self._warnings = self.data.warning.number
         self._ticks = 0
         self._steps_per_tick = steps_per_tick
@@ -88,7 +89,10 @@ class Physics:
         self._inputs = np.empty((1, steps_per_tick, len(self._input)))
         self._states = np.empty((1, steps_per_tick, self._before.shape[1]))
         self._sensors = np.empty((1, steps_per_tick, self.model.nsensordata))
-        self._motors = [self.model.actuator(wheel).id for wheel in WHEELS]
+        # The motors' commands come first in the inputs; those of the wheels follow each other.
+        motors = [int(self.model.actuator(wheel).id) for wheel in WHEELS]
+        self._motors = slice(motors[0], motors[-1] + 1)
+        self._last_warmstart = self.data.qacc_warmstart
         # The state is time, positions, velocities, activations; the robot's joint is found by name.
         base = self.model.joint("base_link")
         q, v = 1 + int(base.qposadr[0]), 1 + self.model.nq + int(base.dofadr[0])
@@ -101,26 +105,26 @@ class Physics:
             self._sensors[0],
         )
         self._velocity_columns = slice(1 + self.model.nq, 1 + self.model.nq + self.model.nv)
+        self._velocities, self._last_state = states[:, self._velocity_columns], states[-1]
 
     @property
     def stamp(self) -> int:
-        """Time since the start [ns]: whole steps, for a sum of floating steps drifts."""
+        """Time since the start [ns]: an integer number of steps, so that it does not drift."""
         return self._ticks * self._steps_per_tick * TIMESTEP_NS
 
     @property
     def step_stamps(self) -> IntArray:
-        """(S,) end of each step of the coming tick [ns]."""
+        """End of each step of the coming tick [ns], (S,)."""
         return self.stamp + self._ends
 
-    def advance(self, controls: FloatArray) -> Motion:
+    def advance(self, controls: FloatArray) -> TickMotion:
         """Run one tick.
 
-        Whatever else ``data`` holds as input (``mocap_pos``, ``xfrc_applied`` ...) stays as it is
-        through the tick.
+        Other inputs in ``data`` (``mocap_pos``, ``xfrc_applied`` ...) are held constant through the tick.
 
         Args:
-            controls: (S, 4) commands of the wheels' motors in each step; any other motor keeps
-                the command that ``data`` has.
+            controls: (S, 4) commands of the wheels' motors in each step [rad/s]; other motors keep
+                the command in ``data``.
 
         Raises:
             PhysicsError: the physics became unstable; the message names what, when and where.
@@ -130,9 +134,8 @@ class Physics:
         mujoco.mj_getState(model, data, self._input, _INPUTS)
         inputs = self._inputs[0]
         inputs[:] = self._input
-        # The commands come first in this part of the state.
         inputs[:, self._motors] = controls
-        self._warmstart[0] = data.qacc_warmstart
+        self._warmstart[0] = self._last_warmstart
         self._rollout.rollout(
             self._models,
             self._datas,
@@ -148,20 +151,23 @@ class Physics:
         self._check()
         stamps = self.step_stamps
         self._ticks += 1
-        return Motion(stamps, *self._views)
+        return TickMotion(stamps, *self._views)
 
     def _check(self) -> None:
-        """Raise if MuJoCo warned, or if anything is not finite or absurdly fast.
+        """Raise if MuJoCo issued a warning, or if a value is not finite or a speed is beyond ``_RUNAWAY``.
 
-        After a warning a rollout repeats the state it has; that must never pass for a motion.
+        After a warning a rollout repeats the last state, which must not be taken for a motion.
         """
         warned = bool(np.count_nonzero(self._warnings))
-        velocities = self._states[0, :, self._velocity_columns]
-        fastest = max(float(velocities.max()), -float(velocities.min()))
-        # Written so that NaN fails as well; a sum is finite only if all its terms are.
-        if fastest < _RUNAWAY and not warned and math.isfinite(self._states[0, -1].sum()):
+        velocities = self._velocities
+        # A bound of the greatest speed. Written so that NaN fails as well; a sum is finite only if all
+        # its terms are.
+        square = float(np.vdot(velocities, velocities))
+        if square < _RUNAWAY**2 and not warned and math.isfinite(np.add.reduce(self._last_state)):
             return
         tame = np.abs(velocities) < _RUNAWAY
+        if not warned and tame.all() and np.isfinite(self._last_state).all():
+            return
         if warned:
             kind = int(np.flatnonzero(self._warnings)[0])
             reason = self._warning(kind, int(self.data.warning[kind].lastinfo))
@@ -174,12 +180,12 @@ class Physics:
         raise PhysicsError(f"physics became unstable at {self._failed_at()}: {reason}")
 
     def _failed_at(self) -> str:
-        """Return when it happened, and the last place where the robot was before that."""
+        """Return the time of the failure, and the last valid position of the robot before it."""
         times = np.concatenate([self._before[:, 0], self._states[0, :, 0]])
         rows = np.concatenate([self._before, self._states[0]])
         speeds = np.abs(rows[:, self._velocity_columns]).max(axis=1, initial=0.0)
         sound = np.isfinite(rows).all(axis=1) & (speeds < _RUNAWAY)
-        # Once a step has failed its state repeats, and so does its time.
+        # After a failed step its state and its time repeat.
         sound[1:] &= np.diff(times) > 0.0
         good = int(np.argmin(sound)) if not sound.all() else len(sound) - 1
         stamp = self.stamp + good * TIMESTEP_NS
@@ -217,8 +223,8 @@ class Physics:
 
 
 def _keep_quiet(message: str) -> None:
-    """Take MuJoCo's warnings: ``data.warning`` counts them, and ``Physics`` raises what matters."""
+    """Ignore MuJoCo's warning text: ``data.warning`` counts warnings, and ``Physics`` raises errors."""
 
 
-# MuJoCo would otherwise write MUJOCO_LOG.TXT into whatever directory the process runs in.
+# MuJoCo would otherwise write MUJOCO_LOG.TXT into the current working directory.
 mujoco.set_mju_user_warning(_keep_quiet)

@@ -1,4 +1,4 @@
-"""The simulation: owns the model, its state and the time; takes commands, gives readings and truth."""
+"""The simulation of one robot in a world: takes commands, returns sensor readings and ground truth."""
 
 from __future__ import annotations
 
@@ -9,22 +9,24 @@ from typing import Final
 import numpy as np
 
 from localization.types import Pose, Reading, Twist, WheelSpeeds
-from robot_sim.actors.mocap_driver import Puppeteer
+from robot_sim.actors.mocap_driver import MocapDriver
 from robot_sim.drive.aria_packets import StandardPacket
-from robot_sim.drive.drivetrain import Drive, DriveConfig
+from robot_sim.drive.drivetrain import DriveConfig, Drivetrain
 from robot_sim.drive.encoders import Encoders
 from robot_sim.drive.motor_controller import Firmware, Override
 from robot_sim.drive.robot_condition import Condition, ConditionMonitor
 from robot_sim.drive.tyres import Tyres
 from robot_sim.drive.wheel_slip import Slip, slip_of
-from robot_sim.physics import Motion, Physics
+from robot_sim.physics import Physics, TickMotion
 from robot_sim.raycasting import caster_for
 from robot_sim.robot.mujoco_body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
-from robot_sim.sensors.inertial_unit import InertialConfig, InertialUnit
-from robot_sim.sensors.lidar import Scanner, ScannerConfig, sweeps_until
-from robot_sim.sensors.pose_history import Trail
+from robot_sim.robot_placement import obstacles_touched
+from robot_sim.sensors.imu import InertialConfig, InertialUnit
+from robot_sim.sensors.lidar import Scanner, ScannerConfig, scans_until
+from robot_sim.sensors.pose_history import PoseRecorder
 from robot_sim.sensors.surface_optics import optics_of
-from robot_sim.worlds.worlds import TIMESTEP_NS, World, load_world, obstacles_touched
+from robot_sim.worlds.loading import load_world
+from robot_sim.worlds.world import TIMESTEP_NS, World
 
 TICK_NS: Final = 20_000_000
 """One tick [ns]: the period of wheel and inertial readings, and of commands."""
@@ -35,29 +37,35 @@ _DT: Final = TIMESTEP_NS * 1e-9
 
 @dataclass(frozen=True, slots=True)
 class SimulationConfig:
-    """Limits of the drive, and the sensors with their errors."""
+    """Limits of the drivetrain, and the sensors with their errors."""
 
     drive: DriveConfig = field(default_factory=DriveConfig)
+    """Limits of the motion, errors of the encoders and the motor controller."""
     inertial: InertialConfig = field(default_factory=InertialConfig)
+    """Errors of the inertial unit."""
     scanners: tuple[ScannerConfig, ...] = (
         ScannerConfig("laser_horizontal"),
         ScannerConfig("laser_vertical"),
     )
+    """The scanners, each mounted at the robot's mount of its name."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Truth:
-    """Where the robot really is: for referees and tests, never for a localiser."""
+    """Ground truth of the robot's motion: for evaluation and tests, never for a localiser."""
 
     stamp: int
+    """Time since the start of the simulation [ns]."""
     map_from_base: Pose
+    """True pose of ``base_link`` in ``map``."""
     twist: Twist
+    """True velocity of ``base_link`` in its own axes [m/s, rad/s]."""
     slip: Slip
-    """How the wheels slip on the ground, and what the robot turns about."""
+    """Slip of the wheels on the ground, and the robot's centres of rotation."""
 
 
 class Simulation:
-    """A Pioneer 3-AT somewhere. One call of ``step`` is one tick of 20 ms; there is no other clock."""
+    """A robot in a world. One call of ``step`` advances one tick of 20 ms; there is no other clock."""
 
     def __init__(
         self,
@@ -67,13 +75,13 @@ class Simulation:
         config: SimulationConfig | None = None,
         start: Pose | None = None,
     ) -> None:
-        """Put the robot into a scene.
+        """Place the robot in a scene.
 
         Args:
             scene: Name of a scene, or a world.
-            seed: Of all noise and biases; same seed and commands, same readings, bit by bit.
-            config: Limits and sensors.
-            start: ``map_from_base`` to start from at rest, instead of the world's spawn.
+            seed: Seed of all noise and biases; the same seed and commands give the same bits.
+            config: Limits of the drivetrain and sensors; the defaults if not given.
+            start: ``map_from_base`` where the robot starts at rest; the world's spawn if not given.
         """
         self.world = load_world(scene) if isinstance(scene, str) else scene
         self.config = config if config is not None else SimulationConfig()
@@ -84,13 +92,13 @@ class Simulation:
         self._physics = Physics(self.world.model, start, steps_per_tick=STEPS_PER_TICK)
         self._model, self._data = self._physics.model, self._physics.data
         self._tyres = Tyres(self._model, self._robot, self.world.patches)
-        self._puppeteer = Puppeteer(self._model, self.world.movers, TICK_NS)
+        self._mocap_driver = MocapDriver(self._model, self.world.movers, TICK_NS)
         self._index_joints()
 
         # Children are numbered: wheels 0, inertial unit 1, then the scanners as they are mounted.
-        # A sensor more or less leaves the noise of the others as it is.
+        # Adding or removing a sensor does not change the noise of the others.
         seeds = np.random.SeedSequence(seed).spawn(2 + len(mounts))
-        self._drive = Drive(self.config.drive, self._robot)
+        self._drive = Drivetrain(self.config.drive, self._robot)
         self._encoders = Encoders(self.config.drive, self._robot, seeds[0])
         firmware = self.config.drive.firmware
         self._firmware = None if firmware is None else Firmware(firmware)
@@ -107,10 +115,10 @@ class Simulation:
             Scanner(s, mounts[s.name], self._caster, by_name[s.name], optics)
             for s in self.config.scanners
         ]
-        self._trail = Trail(0, self._data.qpos[self._base])
+        self._pose_recorder = PoseRecorder(0, self._data.qpos[self._base])
 
     def _index_joints(self) -> None:
-        """Keep views of the wheels' numbers; MuJoCo lays out joints and motors in our order."""
+        """Keep views of the wheels' states; MuJoCo orders joints and motors as we do."""
         model, data = self._model, self._data
         first, last = WHEELS[0], WHEELS[-1]
         q = slice(model.joint(first).qposadr[0], model.joint(last).qposadr[0] + 1)
@@ -126,7 +134,7 @@ class Simulation:
 
     @property
     def stamp(self) -> int:
-        """Time since the start [ns]: whole steps, for a sum of floating steps drifts."""
+        """Time since the start [ns]: an integer number of steps, so that it does not drift."""
         return self._physics.stamp
 
     @property
@@ -136,26 +144,26 @@ class Simulation:
 
     @property
     def condition(self) -> Condition:
-        """How the robot fared in the last tick: bumpers, tilt, stalls."""
+        """The robot's condition after the last tick: bumpers, tilt, stalls."""
         return self._condition
 
     @property
     def packet(self) -> StandardPacket | None:
-        """What the controller sent at the end of the last tick, if it has firmware and one was due."""
+        """The controller's packet of the last tick, if firmware is simulated and a packet was due."""
         return None if self._firmware is None else self._firmware.packet
 
     def command(self, twist: Twist) -> None:
-        """Set the twist the drive goes for, within its limits and ramps, until the next command."""
+        """Set the twist that the drivetrain aims for until the next command."""
         self._drive.command(twist)
 
     def step(self) -> tuple[Reading, ...]:
-        """Advance one tick and return the readings that came due, in the order in which they end.
+        """Advance one tick and return the readings that became due, in order of their end times.
 
         Raises:
             PhysicsError: the physics became unstable.
         """
         motion = self._advance()
-        self._trail.extend(motion.stamps, motion.poses)
+        self._pose_recorder.extend(motion.stamps, motion.poses)
         stamp, dt = self.stamp, TICK_NS * 1e-9
         angles = 0.5 * (self._wheel_angles[:2] + self._wheel_angles[2:])
         speeds = self._encoders.read(stamp, angles, dt)
@@ -164,38 +172,38 @@ class Simulation:
         velocity = np.add.reduce(motion.angular_velocities) / STEPS_PER_TICK
         force = np.add.reduce(motion.sensors[:, self._accelerometer]) / STEPS_PER_TICK
         inertial = self._inertial.read(stamp, velocity, force)
-        track = self._trail.track()
-        scans = sweeps_until(stamp, self._scanners, self._caster, track)
-        self._trail.forget(min([s.start for s in self._scanners], default=stamp))
+        track = self._pose_recorder.track()
+        scans = scans_until(stamp, self._scanners, self._caster, track)
+        self._pose_recorder.forget(min([s.start for s in self._scanners], default=stamp))
         # Scans end before or with the tick.
         return (*scans, *wheels, inertial)
 
     def _through_firmware(self, speeds: WheelSpeeds, dt: float) -> tuple[WheelSpeeds, ...]:
-        """Return the wheel speeds as the rest gets them, and let a controller stop the drive."""
+        """Return the wheel speeds as the controller reports them, and apply its overrides."""
         if self._firmware is None:
             return (speeds,)
         forward, _ = self._drive.target
         self._drive.override = self._firmware.judge(self._condition, forward)
         if self._drive.override is Override.RELAX:
-            self._monitor.stall_watch.clear()
-        told = self._firmware.take(speeds, dt)
-        return () if told is None else (told,)
+            self._monitor.stall_detector.clear()
+        reported = self._firmware.take(speeds, dt)
+        return () if reported is None else (reported,)
 
     def truth(self) -> Truth:
-        """Return where ``base_link`` is, its velocity in ``base_link``, and how its wheels slip."""
+        """Return the true pose and velocity of ``base_link``, and the slip of its wheels."""
         pose, rates = self._data.qpos[self._base], self._data.qvel[self._base_rates]
         map_from_base = Pose(pose[:3], pose[3:])
         linear = map_from_base.rotation.T @ rates[:3]
         slip = slip_of(self._robot, linear[0], linear[1], rates[5], self._wheel_rates)
         return Truth(self.stamp, map_from_base, Twist(linear, rates[3:]), slip)
 
-    def _advance(self) -> Motion:
+    def _advance(self) -> TickMotion:
         """Run the physics of one tick.
 
-        What must be written before it (poses of moved bodies, friction under the wheels) is
-        written here: it holds from the tick's first step to its last.
+        Inputs that hold for the whole tick (poses of mocap bodies, friction under the wheels) are
+        written first.
         """
-        self._puppeteer.place(self._data, self.stamp + TICK_NS)
+        self._mocap_driver.place(self._data, self.stamp + TICK_NS)
         self._tyres.grip(self._data)
         if self._robot.imperfections.integral_control:
             self._limit_windup()
@@ -204,10 +212,10 @@ class Simulation:
         return self._physics.advance(np.concatenate((rates, rates), axis=1))
 
     def _limit_windup(self) -> None:
-        """Hold each servo's set-point where it asks for no more than the torque limit.
+        """Limit each servo's set-point to where it demands no more than the torque limit.
 
-        Without this a blocked wheel gathers angle to catch up, and turns on after a stop. Once a
-        tick is enough: in 20 ms a set-point gets 0.15 rad ahead, and the torque is limited anyway.
+        Without this the integrator of a blocked wheel winds up, and the wheel keeps turning after a
+        stop. Once a tick is enough: in 20 ms a set-point moves 0.15 rad, and torque is limited anyway.
         """
         settled = self._wheel_angles + (SERVO_DAMPING / SERVO_STIFFNESS) * self._wheel_rates
         relaxed = self._drive.override is Override.RELAX

@@ -1,1 +1,1 @@
-"""From far away: the robot's WebSocket, its operator, its scenarios, and the command line."""
+"""Teleoperation: the robot behind a WebSocket, its operator, scenarios, and the command line."""

@@ -1,4 +1,4 @@
-"""The one module of the robot that reads a clock: how long things took, and when a tick is due."""
+"""Clocks of the robot: wall time, stage times, and the pacing of ticks in real time."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from datetime import UTC, datetime
 
 
 class Stopwatch:
-    """Adds up the wall time spent in named stages."""
+    """Measures the wall time of named stages."""
 
     def __init__(self) -> None:
         self.laps: dict[str, list[float]] = {}
-        """Wall times of each stage [s], in the order in which they ended."""
+        """Durations of each stage [s], in the order in which they ended."""
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Time the work done in a ``with`` block."""
+        """Measure the duration of a ``with`` block as a lap of the named stage."""
         begun = time.perf_counter()
         try:
             yield
@@ -27,39 +27,42 @@ class Stopwatch:
 
 
 def wall_seconds() -> float:
-    """Return the reading of a clock that never goes back [s]."""
+    """Return the reading of a monotonic clock [s]."""
     return time.perf_counter()
 
 
 def unix_seconds() -> float:
-    """Return the time since 1970 [s], which may be set and so go back."""
+    """Return the time since 1970 [s], which may jump back when the clock is set."""
     return time.time()
 
 
 def utc_text() -> str:
-    """Return date and time, such as ``2026-11-21T09:30:00.123456+00:00``."""
+    """Return date and time in UTC, such as ``2026-11-21T09:30:00.123456+00:00``."""
     return datetime.now(UTC).isoformat(timespec="microseconds")
 
 
 PERIOD = 20_000_000
-"""Of ticks in real time [ns]."""
+"""Period of ticks in real time [ns]."""
 LARGEST_LAG = 100_000_000
-"""What the world may lag behind the clock before the lag is let go [ns]."""
+"""Largest lag behind the clock that is caught up [ns]; a larger one is dropped."""
 
 
 def monotonic() -> int:
-    """Return the reading of a clock that never goes back [ns]."""
+    """Return the reading of a monotonic clock [ns]."""
     return time.monotonic_ns()
 
 
 async def real_time(tick: Callable[[int], object], stop: asyncio.Event) -> float:
-    """Call ``tick(now)`` every 20 ms until told to stop, ``now`` being the monotonic clock [ns].
+    """Call ``tick(now)`` every 20 ms, ``now`` being the monotonic clock [ns].
 
-    A tick that comes late is followed by the next at once, until the lag is gone; a lag beyond 0.1 s is
-    let go instead of being chased.
+    A late tick is followed by the next at once, until the lag is caught up; a lag beyond 0.1 s is dropped.
+
+    Args:
+        tick: Called once a period.
+        stop: Ends the pacing.
 
     Returns:
-        The real-time factor: time ticked over time passed; below 1 when lag was let go.
+        The real-time factor: simulated over elapsed time; below 1 if lag was dropped.
     """
     begun = due = monotonic()
     ticks = 0
@@ -71,6 +74,6 @@ async def real_time(tick: Callable[[int], object], stop: asyncio.Event) -> float
             tick(now)
             ticks += 1
             due += PERIOD
-        # Also when late, so that the sockets get their turn.
+        # Yield to the sockets, also when late.
         await asyncio.sleep(max(0, due - monotonic()) / 1e9)
     return ticks * PERIOD / max(1, monotonic() - begun)

@@ -1,14 +1,18 @@
-"""The message and service types that robot and operator share: ROS's, and our few in ``assets``."""
+"""ROS message and service types that robot and operator share: the standard ones and ``farsteer_msgs``."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from importlib.resources import files
 from importlib.resources.abc import Traversable
 
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.package_data import assets
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 
-def registry(folders: Iterable[Traversable] = ()) -> Registry:
-    """Return a registry of the standard types, those of ``assets/farsteer_msgs``, and a user's."""
-    return Registry([files("assets") / "farsteer_msgs", *folders])
+def registry(folders: Iterable[Traversable] = ()) -> TypeRegistry:
+    """Return a registry of the standard types, of ``assets/farsteer_msgs``, and of a user's folders.
+
+    Args:
+        folders: Folders named like a package, with ``.msg``, ``.srv`` and ``.action`` files.
+    """
+    return TypeRegistry([assets() / "farsteer_msgs", *folders])

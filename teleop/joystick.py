@@ -1,4 +1,4 @@
-"""Joysticks, as operator and robot both know them: layouts, and ``Joy`` messages to and from wishes."""
+"""Joystick layouts, and ``sensor_msgs/Joy`` to and from velocity requests."""
 
 from __future__ import annotations
 
@@ -6,65 +6,77 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 
 from localization.types import Twist
+from teleop.errors import TeleopError
+from teleop.package_data import assets
 
 
-class JoystickError(ValueError):
-    """A Joy message or a layout that makes no sense; the message names the field."""
+class JoystickError(TeleopError, ValueError):
+    """A Joy message, a velocity or a layout is invalid; the message names the field."""
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
-    """Where things are on a joystick, in ROS's convention that up and left are +1."""
+class JoystickLayout:
+    """Assignment and scales of a joystick's axes and buttons, in ROS's convention: up and left are +1.
+
+    The speeds are scales, like ``scale_linear`` of ``teleop_twist_joy``. What the robot can do limits
+    them further: see ``teleop.robot.speed_limits``.
+    """
 
     name: str = "default"
+    """Name of the layout, which is also the name of its file."""
     forward_axis: int = 1
+    """Index of the axis for forward speed."""
     turn_axis: int = 0
+    """Index of the axis for turn rate."""
     deadman_button: int = 4
+    """Index of the button that must be held to drive."""
     turbo_button: int = 5
+    """Index of the button that selects ``turbo_speed``."""
     deadzone: float = 0.05
-    """Deflection that counts as none; the rest is rescaled, so that nothing jumps."""
+    """Deflection below which an axis counts as released; the rest is rescaled to begin at zero."""
     speed: float = 0.5
-    """At full deflection [m/s]."""
+    """Forward speed at full deflection [m/s]."""
     turbo_speed: float = 0.7
-    """With the turbo button [m/s]."""
+    """Forward speed at full deflection while the turbo button is held [m/s]."""
     turn: float = 1.2
-    """At full deflection [rad/s]."""
+    """Turn rate at full deflection [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Wish:
-    """What an operator wants at one moment."""
+class VelocityRequest:
+    """The velocity that a client requests at one moment."""
 
     twist: Twist
+    """Requested velocity in ``base_link``."""
     enabled: bool
-    """Whether the deadman is held; a source without one counts as holding it."""
+    """Whether the deadman button is held; true for sources without one, such as ``/cmd_vel``."""
 
     @property
     def neutral(self) -> bool:
-        """Whether it asks for no motion: deadman released, or stick at rest."""
+        """Whether it requests no motion: deadman released, or stick at rest."""
         return not self.enabled or not (self.twist.linear.any() or self.twist.angular.any())
 
 
-def layouts() -> dict[str, Layout]:
+def layouts() -> dict[str, JoystickLayout]:
     """Return the shipped layouts by name (``assets/joysticks/*.json``)."""
     found = {}
-    for file in (files("assets") / "joysticks").iterdir():
-        if file.name.endswith(".json"):
-            layout = Layout(**json.loads(file.read_text(encoding="utf-8")))
-            found[layout.name] = layout
+    for file in (assets() / "joysticks").glob("*.json"):
+        layout = JoystickLayout(**json.loads(file.read_text(encoding="utf-8")))
+        found[layout.name] = layout
     return dict(sorted(found.items()))
 
 
-def read_joy(axes: Sequence[float], buttons: Sequence[int], layout: Layout) -> Wish:
-    """Turn the axes and buttons of a ``sensor_msgs/Joy`` into a wish.
+def read_joy(
+    axes: Sequence[float], buttons: Sequence[int], layout: JoystickLayout
+) -> VelocityRequest:
+    """Return the velocity that the axes and buttons of a ``sensor_msgs/Joy`` request.
 
-    A missing deadman button is a released one.
+    A missing deadman button counts as released.
 
     Raises:
-        JoystickError: if an axis is missing or is not a finite number.
+        JoystickError: If an axis is missing or is not a finite number.
     """
     needed = max(layout.forward_axis, layout.turn_axis) + 1
     if len(axes) < needed:
@@ -80,13 +92,19 @@ def read_joy(axes: Sequence[float], buttons: Sequence[int], layout: Layout) -> W
         speed * _deflection(forward, layout.deadzone),
         layout.turn * _deflection(turn, layout.deadzone),
     )
-    return Wish(twist, _pressed(buttons, layout.deadman_button))
+    return VelocityRequest(twist, _pressed(buttons, layout.deadman_button))
 
 
 def write_joy(
-    twist: Twist, layout: Layout, *, enabled: bool = True
+    twist: Twist, layout: JoystickLayout, *, enabled: bool = True
 ) -> tuple[list[float], list[int]]:
-    """Return the axes and buttons that ask for a twist, as far as the layout's speeds allow."""
+    """Return axes and buttons that request a twist, saturated at full deflection.
+
+    Args:
+        twist: Wanted velocity.
+        layout: Assignment and scales.
+        enabled: Whether deadman and turbo buttons are held.
+    """
     axes = [0.0] * (max(layout.forward_axis, layout.turn_axis) + 1)
     buttons = [0] * (max(layout.deadman_button, layout.turbo_button) + 1)
     axes[layout.forward_axis] = _inverse(
@@ -102,11 +120,13 @@ def _pressed(buttons: Sequence[int], index: int) -> bool:
 
 
 def _deflection(axis: float, deadzone: float) -> float:
+    """Return the axis with its deadzone removed and the rest rescaled to [-1, 1]."""
     clamped = max(-1.0, min(1.0, axis))
     beyond = max(0.0, abs(clamped) - deadzone) / (1.0 - deadzone)
     return math.copysign(beyond, clamped) if beyond else 0.0
 
 
 def _inverse(deflection: float, deadzone: float) -> float:
+    """Return the axis that ``_deflection`` maps to a deflection."""
     share = max(-1.0, min(1.0, deflection))
     return math.copysign(deadzone + abs(share) * (1.0 - deadzone), share) if share else 0.0

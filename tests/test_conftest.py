@@ -1,11 +1,12 @@
+"""The rules of ``conftest.py`` hold in a test run."""
+
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+pytest_plugins = ["pytester"]
 
 SKIPPING = """
 import pytest
@@ -17,27 +18,59 @@ def test_skips():
 def test_fails_as_expected():
     raise AssertionError
 """
+MISSING_MODULE = 'import pytest\npytest.importorskip("no_such_module")\n'
+BUSY = """
+import time
+import pytest
+
+def spin(seconds):
+    end = time.process_time() + seconds
+    while time.process_time() < end:
+        pass
+
+def test_spins():
+    spin(0.2)
+
+@pytest.mark.slow
+def test_spins_and_says_so():
+    spin(0.2)
+
+def test_rests():
+    time.sleep(0.2)
+"""
 
 
-def run(folder: Path, text: str, ci: str) -> subprocess.CompletedProcess[str]:
-    (folder / "conftest.py").write_text(Path(__file__).with_name("conftest.py").read_text())
-    (folder / "test_it.py").write_text(text)
-    return subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "no:dash", "-p", "no:cacheprovider", str(folder)],
-        cwd=folder,
-        env={**os.environ, "CI": ci},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+@pytest.fixture
+def ruled(pytester: pytest.Pytester) -> pytest.Pytester:
+    """A folder of tests under the rules of ``conftest.py``."""
+    pytester.makeconftest(Path(__file__).with_name("conftest.py").read_text())
+    pytester.makeini("[pytest]\nmarkers = slow: marked\n")
+    return pytester
 
 
-@pytest.mark.parametrize(
-    "text", [SKIPPING, 'import pytest\npytest.importorskip("no_such_module")\n']
-)
-def test_skip_fails_in_ci_and_nowhere_else(tmp_path: Path, text: str) -> None:
-    in_ci = run(tmp_path, text, "true")
-    assert in_ci.returncode in (1, 2), in_ci.stdout
-    assert "must not be skipped in CI" in in_ci.stdout
-    at_home = run(tmp_path, text, "")
-    assert at_home.returncode in (0, 5), at_home.stdout
+@pytest.mark.parametrize("text", [SKIPPING, MISSING_MODULE])
+def test_skip_fails_in_ci_and_nowhere_else(
+    ruled: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, text: str
+) -> None:
+    ruled.makepyfile(text)
+    monkeypatch.setenv("CI", "true")
+    in_ci = ruled.inline_run("-p", "no:dash", "-p", "no:xdist", "-p", "no:cov")
+    assert in_ci.ret in (1, 2)
+    monkeypatch.setenv("CI", "")
+    elsewhere = ruled.inline_run("-p", "no:dash", "-p", "no:xdist", "-p", "no:cov")
+    assert elsewhere.ret in (0, 5)
+
+
+def test_test_that_takes_long_without_a_mark_fails(
+    ruled: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ruled.makepyfile(BUSY)
+    with monkeypatch.context() as inner:
+        inner.setenv("FARSTEER_TEST_CPU_FACTOR", "0.05")
+        run = ruled.inline_run("-p", "no:dash", "-p", "no:xdist", "-p", "no:cov")
+    passed, _, failed = run.listoutcomes()
+    assert [report.nodeid.split("::")[1] for report in failed] == ["test_spins"]
+    assert {report.nodeid.split("::")[1] for report in passed} == {
+        "test_spins_and_says_so",
+        "test_rests",
+    }

@@ -21,21 +21,23 @@ import pytest
 import tyro
 from mcap.reader import make_reader
 
+from benchmarks import _tables as tables
 from localization import Health, LocalizerConfig, Pose, Verdict
 from localization.display.rerun_sink import viewer_program
 from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.__main__ import Command
-from teleop.joystick import Layout, layouts
+from teleop.joystick import JoystickLayout, layouts
 from teleop.operator import keyboard
-from teleop.robot.rosbridge_adapter import Stepper
-from teleop.robot.safety import Control, SafetyConfig
-from teleop.robot.serve import ServeConfig, snippet
-from teleop.rosbridge import Bounds, Limits, Pulse
+from teleop.robot.greeting import snippet
+from teleop.robot.lockstep_service import LockstepService
+from teleop.robot.safety import ControlMode, SafetyConfig
+from teleop.robot.serve_config import ServeConfig
+from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
 
 ROOT = Path(__file__).parents[1]
 PAGES = [
     page.relative_to(ROOT).as_posix()
-    for pattern in ("README.md", "CHANGELOG.md", "docs/*.md", "scenes/*/README.md")
+    for pattern in ("*.md", "docs/*.md", "scenes/*/README.md")
     for page in sorted(ROOT.glob(pattern))
 ]
 
@@ -372,15 +374,20 @@ def test_mounts_in_the_documentation_are_the_robots() -> None:
 @pytest.mark.parametrize(
     ("page", "kind", "heading"),
     [
-        ("docs/localization.md", Health, "| state |"),
+        ("docs/health.md", Health, "| state |"),
         ("docs/localization.md", Verdict, "| verdict |"),
-        ("docs/teleoperation.md", Control, "| control |"),
+        ("docs/teleoperation.md", ControlMode, "| control |"),
     ],
 )
 def test_every_state_and_verdict_is_explained(
-    page: str, kind: type[Health] | type[Verdict] | type[Control], heading: str
+    page: str, kind: type[Health] | type[Verdict] | type[ControlMode], heading: str
 ) -> None:
     assert {row[0].strip("`") for row in rows(page, heading)} == set(kind)
+
+
+def test_tables_of_figures_are_those_of_the_sheets() -> None:
+    shown = tables.PAGE.read_text(encoding="utf-8")
+    assert shown == tables.page(shown), "run: python -m benchmarks._tables"
 
 
 @pytest.mark.parametrize("row", rows("docs/localization.md", "| setting |"), ids=lambda row: row[0])
@@ -418,9 +425,9 @@ def test_safety_has_the_value_that_the_documentation_gives(value: float, cell: s
 @pytest.mark.parametrize(
     ("value", "cell"),
     [
-        *fields_and_rows("| joystick |", Layout()),
-        *fields_and_rows("| bound |", Bounds(), Pulse()),
-        *fields_and_rows("| limit |", Limits()),
+        *fields_and_rows("| joystick |", JoystickLayout()),
+        *fields_and_rows("| bound |", QueueLimits(), Keepalive()),
+        *fields_and_rows("| limit |", ClientLimits()),
     ],
     ids=lambda x: str(x),
 )
@@ -430,7 +437,7 @@ def test_wire_has_the_value_that_the_documentation_gives(value: float, cell: str
 
 @pytest.mark.parametrize(
     ("heading", "config"),
-    [("| safety |", SafetyConfig), ("| joystick |", Layout), ("| limit |", Limits)],
+    [("| safety |", SafetyConfig), ("| joystick |", JoystickLayout), ("| limit |", ClientLimits)],
 )
 def test_no_setting_of_the_wire_is_left_out(heading: str, config: type) -> None:
     names = {row[0].strip("`") for row in rows("docs/teleoperation.md", heading)}
@@ -438,13 +445,13 @@ def test_no_setting_of_the_wire_is_left_out(heading: str, config: type) -> None:
 
 
 def test_shipped_layout_is_the_one_of_the_documentation() -> None:
-    assert layouts()["default"] == Layout()
+    assert layouts()["default"] == JoystickLayout()
 
 
 def test_steps_are_as_many_as_the_documentation_says() -> None:
     page = " ".join(text_of("docs/teleoperation.md").split())
-    assert f"`ticks` from 1 to {Stepper.MOST_TICKS} of 20 ms" in page
-    assert f"at most {Stepper._REST_TICKS} ticks" in page
+    assert f"`ticks` from 1 to {LockstepService.MAX_TICKS} of 20 ms" in page
+    assert f"at most {LockstepService.MAX_BRAKING_TICKS} ticks" in page
 
 
 def test_keys_do_what_the_quick_start_says() -> None:

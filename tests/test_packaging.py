@@ -1,4 +1,4 @@
-"""The wheel, installed where there is no clone."""
+"""The wheel, built from the source distribution and installed outside the clone."""
 
 from __future__ import annotations
 
@@ -17,13 +17,15 @@ from localization.evaluation.tum_file import read_tum
 from localization.logs.mcap_log import read_log
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("localization", "robot_sim", "teleop", "assets", "scenes")
+PACKAGES = ("localization", "robot_sim", "teleop")
+DATA = {"assets": "teleop/assets", "scenes": "robot_sim/scenes"}
+"""Folders of the repository that a wheel has inside a package."""
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.slow, pytest.mark.process, pytest.mark.timeout(600)]
 
 
 def run(*command: str | Path, cwd: Path, status: tuple[int, ...] = (0,)) -> str:
-    """Run a command that must end well, without this clone on its path; return what it said."""
+    """Run a command that must succeed, without this clone on its path; return its output."""
     clean = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
     done = subprocess.run(
         [str(word) for word in command],
@@ -42,7 +44,7 @@ def run(*command: str | Path, cwd: Path, status: tuple[int, ...] = (0,)) -> str:
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("dist")
     run(
-        *(sys.executable, "-m", "build", "--wheel", "--no-isolation"),
+        *(sys.executable, "-m", "build", "--no-isolation"),  # the sdist, and the wheel from it
         *("--outdir", folder, ROOT),
         cwd=folder,
     )
@@ -65,11 +67,17 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return python.parent
 
 
+def in_wheel(name: str) -> str:
+    """Return where a file of the repository is in the wheel."""
+    top, _, rest = name.partition("/")
+    return f"{DATA.get(top, top)}/{rest}"
+
+
 def test_wheel_holds_every_file_of_the_packages(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         inside = {name for name in archive.namelist() if ".dist-info/" not in name}
-    tracked = run("git", "ls-files", *PACKAGES, cwd=ROOT).split("\n")
-    missing = {name for name in tracked if name and (ROOT / name).is_file()} - inside
+    tracked = run("git", "ls-files", *PACKAGES, *DATA, cwd=ROOT).split("\n")
+    missing = {in_wheel(name) for name in tracked if name and (ROOT / name).is_file()} - inside
     assert not missing
     assert {name.split("/")[0] for name in inside} <= set(PACKAGES)
 
@@ -86,13 +94,26 @@ def test_packages_come_from_the_wheel(installed: Path, tmp_path: Path) -> None:
 
 def test_scenes_are_found_in_the_wheel(installed: Path, tmp_path: Path) -> None:
     code = (
-        "import importlib.resources\n"
-        "print((importlib.resources.files('scenes') / 'office' / 'world.toml').read_text())"
+        "from robot_sim.floorplan.scene_folders import scene_folder\n"
+        "print((scene_folder('office') / 'world.toml').read_text())"
     )
     assert tomllib.loads(run(installed / "python", "-c", code, cwd=tmp_path))
 
 
-def test_command_says_what_it_can_do(installed: Path, tmp_path: Path) -> None:
+def test_message_types_and_joystick_layouts_are_found_in_the_wheel(
+    installed: Path, tmp_path: Path
+) -> None:
+    code = (
+        "from teleop.interfaces import registry\n"
+        "from teleop.joystick import layouts\n"
+        "print(registry()['farsteer_msgs/msg/MapInfo'].name, *layouts())"
+    )
+    words = run(installed / "python", "-c", code, cwd=tmp_path).split()
+    assert words == ["farsteer_msgs/msg/MapInfo", "default"]
+
+
+def test_command_prints_help_and_version(installed: Path, tmp_path: Path) -> None:
+    assert run(installed / "farsteer", "--version", cwd=tmp_path).startswith("farsteer 0.")
     assert "usage: farsteer" in run(installed / "farsteer", "--help", cwd=tmp_path)
 
 

@@ -1,6 +1,7 @@
-"""Pictures of what sensors and their effects do: ``python -m benchmarks.figures.sensor_figures docs/images``.
+"""Figures of the simulated sensors and their error models.
 
-Every dot is a beam of the simulation's own scanners on an optical bench; lines are the formulas.
+``python -m benchmarks.figures.sensor_figures docs/images`` draws them. Each dot is a beam of a simulated scanner
+on an optical bench; lines are the formulas.
 """
 
 from __future__ import annotations
@@ -20,7 +21,11 @@ from matplotlib.figure import Figure
 from localization.geometry import FloatArray
 from localization.types import IntArray, Scan
 from robot_sim.scene_objects.materials import MATERIALS
-from robot_sim.sensors.beam_effects import (
+from robot_sim.sensors.echoes import detection_chances, footprint_depth, received_power
+from robot_sim.sensors.imu import READING_SECONDS, InertialConfig, InertialUnit
+from robot_sim.sensors.imu_models import INERTIAL_UNITS
+from robot_sim.sensors.imu_noise import allan_deviation
+from robot_sim.sensors.lidar_effects import (
     NO_EFFECTS,
     Beam,
     Effects,
@@ -28,23 +33,19 @@ from robot_sim.sensors.beam_effects import (
     Sensitivity,
     Spreading,
     Sunlight,
-    detection_chances,
-    footprint_depth,
-    received_power,
-)
-from robot_sim.sensors.inertial_unit import (
-    INERTIAL_UNITS,
-    READING_SECONDS,
-    InertialConfig,
-    InertialUnit,
-    allan_deviation,
 )
 from robot_sim.sensors.lidar_models import LIDARS
 from robot_sim.sensors.scanner_config import ScannerConfig
-from robot_sim.validation.optical_bench import OpticalBench, bench_scanner, box, pane, wall
+from robot_sim.validation.optical_bench import (
+    OpticalBench,
+    bench_scanner,
+    box_xml,
+    pane_xml,
+    wall_xml,
+)
 
 _COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-"""Okabe and Ito's palette, which the colour-blind can tell apart."""
+"""Okabe and Ito's palette, which colour-blind people can distinguish."""
 _GREY: Final = "#777777"
 
 _NARROW: Final = (1e-5, 1e-8)
@@ -58,11 +59,11 @@ def _points(scan: Scan) -> tuple[FloatArray, FloatArray]:
 
 
 def _ahead(distance: float, material: str, effects: Effects, **parameters: float) -> FloatArray:
-    """Return a thousand ranges of a wall straight ahead, as a scanner tells them."""
+    """Return a thousand ranges of a wall straight ahead, as a scanner measures them."""
     scanner = bench_scanner(
         effects=effects, field_of_view=_NARROW[0], resolution=_NARROW[1], **parameters
     )
-    (scan,) = OpticalBench(wall(distance, material)).sweeps(1, scanner)
+    (scan,) = OpticalBench(wall_xml(distance, material)).sweeps(1, scanner)
     return scan.ranges
 
 
@@ -81,7 +82,7 @@ def _label(axes: Axes, x: str, y: str, title: str) -> None:
 
 
 def models() -> Figure:
-    """Errors of a range over distance, by model, and when the beams of a picture are sent."""
+    """Range errors over distance, by model, and the times of the beams of one scan."""
     figure, (errors, times) = _figure(2)
     for colour, model in zip(_COLOURS, LIDARS.values(), strict=False):
         config = ScannerConfig.of("laser_horizontal", model.name)
@@ -97,7 +98,7 @@ def models() -> Figure:
     errors.set_ylim(0.0, 33.0)
     errors.legend(fontsize=7, loc="center left", bbox_to_anchor=(0.0, 0.72))
     _label(errors, "distance [m]", "sigma [mm]", "statistical error")
-    _label(times, "time after the first beam [ms]", "beam angle [deg]", "beam times of one picture")
+    _label(times, "time after the first beam [ms]", "beam angle [deg]", "beam times of one scan")
     for text, place, colour in (
         ("LMS-200: even beams ...", (1.0, 105.0), _COLOURS[0]),
         ("... then odd ones", (19.0, -75.0), _COLOURS[0]),
@@ -111,7 +112,7 @@ def models() -> Figure:
 def mixing() -> Figure:
     """A post before a wall, seen by thin beams, by an LMS111 and by an LMS-200."""
     figure, panels = _figure(3, height=3.2)
-    bench = OpticalBench(box(4.55, 0.0, (0.05, 0.25, 2.0), "wall") + wall(5.0))
+    bench = OpticalBench(box_xml(4.55, 0.0, (0.05, 0.25, 2.0), "wall") + wall_xml(5.0))
     cases = (
         ("thin beams", Beam(), NO_EFFECTS),
         ("LMS111: spot 83 mm at 5 m", LIDARS["sick_lms111"].beam, Effects(mixing=Mixing())),
@@ -144,7 +145,7 @@ def spreading() -> Figure:
     for colour, distance in zip(_COLOURS, (2.0, 5.0, 10.0), strict=False):
         measured = []
         for degrees in incidence:
-            slab = box(distance, 0.0, (1e-6, 40.0, 5.0), "wall", yaw=math.radians(degrees))
+            slab = box_xml(distance, 0.0, (1e-6, 40.0, 5.0), "wall", yaw=math.radians(degrees))
             scanner = bench_scanner(
                 sigma=0.012,
                 effects=Effects(spreading=effect),
@@ -161,7 +162,7 @@ def spreading() -> Figure:
     _label(
         sigmas, "incidence [deg]", "sigma [mm]", "spread of ranges (dots: beams, lines: formula)"
     )
-    bench = OpticalBench(box(0.0, -1.0, (40.0, 0.001, 2.0), "asphalt"))
+    bench = OpticalBench(box_xml(0.0, -1.0, (40.0, 0.001, 2.0), "asphalt"))
     both = Effects(spreading=effect, sensitivity=Sensitivity())
     narrow = {"field_of_view": math.radians(180.0), "resolution": math.radians(0.1)}
     (plain,) = bench.sweeps(1, bench_scanner(**narrow))
@@ -175,7 +176,7 @@ def spreading() -> Figure:
 
 
 def sensitivity() -> Figure:
-    """How far surfaces are seen: beams and the formula."""
+    """Largest ranges of surfaces: beams and the formula."""
     figure, (axes,) = _figure(1, width=6.5, height=3.2)
     fine = np.linspace(1.0, 30.0, 300)
     effect = Sensitivity()
@@ -199,13 +200,15 @@ def sensitivity() -> Figure:
 def panes() -> Figure:
     """A glass front and a mirror from above."""
     figure, (glass, mirror) = _figure(2, height=3.8)
-    sides = box(-1.3, 4.1, (2.7, 0.1, 2.0), "wall") + box(-1.3, -4.1, (2.7, 0.1, 2.0), "wall")
-    around = sides + box(6.1, 1.5, (0.1, 3.0, 2.0), "wall")
+    sides = box_xml(-1.3, 4.1, (2.7, 0.1, 2.0), "wall") + box_xml(
+        -1.3, -4.1, (2.7, 0.1, 2.0), "wall"
+    )
+    around = sides + box_xml(6.1, 1.5, (0.1, 3.0, 2.0), "wall")
     scanner = bench_scanner(
         effects=replace(LIDARS["sick_lms111"].effects(), bias=None), sigma=0.012
     )
     for axes, material in ((glass, "glass"), (mirror, "mirror")):
-        bench = OpticalBench(pane(1.5, material=material) + around)
+        bench = OpticalBench(pane_xml(1.5, material=material) + around)
         for scan in bench.sweeps(4, scanner):
             x, y = _points(scan)
             own, wall_behind = np.abs(x - 1.497) < 0.08, np.abs(x - 6.0) < 0.15
@@ -237,9 +240,11 @@ def panes() -> Figure:
 
 
 def sunlight() -> Figure:
-    """An open yard in the shade and in full sun, and how far a dark wall is seen."""
+    """An open yard in the shade and in full sun, and the largest range of a dark wall."""
     figure, (yard, reach) = _figure(2, height=3.4)
-    things = box(6.0, 2.0, (0.1, 2.0, 2.0), "wall") + box(3.0, -3.0, (1.5, 0.2, 2.0), "brick")
+    things = box_xml(6.0, 2.0, (0.1, 2.0, 2.0), "wall") + box_xml(
+        3.0, -3.0, (1.5, 0.2, 2.0), "brick"
+    )
     bench = OpticalBench(things)
     for level, colour, size in ((1.0, _COLOURS[1], 5), (0.0, _COLOURS[0], 5)):
         effects = Effects(sensitivity=Sensitivity(), sunlight=Sunlight(level))
@@ -281,7 +286,7 @@ class _Walker:
 
 
 def moving() -> Figure:
-    """A plate that comes nearer or goes past while the mirror turns."""
+    """A plate that approaches or passes while the mirror turns."""
     figure, (nearing, passing) = _figure(2)
     plate = '<body name="walker" mocap="true" pos="2 0 0">'
     plate += '<geom type="box" size="0.05 0.25 0.9" pos="0.05 0 0"/></body>'
@@ -323,7 +328,7 @@ def bias_and_steps() -> Figure:
                 field_of_view=_NARROW[0],
                 resolution=_NARROW[1],
             )
-            (scan,) = OpticalBench(wall(5.0)).sweeps(1, scanner, seed=seed)
+            (scan,) = OpticalBench(wall_xml(5.0)).sweeps(1, scanner, seed=seed)
             steps = 1e3 * max(model.quantum, 0.002)
             bins = np.arange(-80.0 - 500.0 * model.quantum, 80.0, steps)
             axes.hist(1e3 * (scan.ranges - 5.0), bins=bins.tolist(), color=colour, histtype="step")
@@ -370,11 +375,11 @@ PLOTS: Final[dict[str, Callable[[], Figure]]] = {
     "sensors-bias": bias_and_steps,
     "sensors-allan": allan,
 }
-"""By the name of the file."""
+"""Figures by the name of their file."""
 
 
 def draw(folder: Path) -> list[Path]:
-    """Draw all pictures into ``folder`` and return their paths."""
+    """Draw all figures into ``folder`` and return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     with rc_context({"font.size": 8}):

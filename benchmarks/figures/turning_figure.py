@@ -1,7 +1,11 @@
-"""The picture of how much slower than a differential drive the robot turns, over the curve's openness."""
+"""Figure of the ratio by which the robot turns slower than a differential drive, over the curve.
+
+``python -m benchmarks.figures.turning_figure docs/images/turning.png`` draws it.
+"""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -30,3 +34,7 @@ def draw_turning(path: Path) -> None:
     axes.legend(frameon=False)
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=110)
+
+
+if __name__ == "__main__":
+    draw_turning(Path(sys.argv[1]))

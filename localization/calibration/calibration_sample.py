@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from localization.motion.deskew import OdometryTrack, deskew
+from localization.motion.deskew import deskew
+from localization.motion.odometry_track import OdometryTrack
 from localization.types import PointScan, Pose, Scan, Sweep
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from localization.calibration.calibration_sample import CalibrationSample
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import Matcher
-from localization.motion.deskew import OdometryTrack
+from localization.motion.odometry_track import OdometryTrack
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.pipeline.log_replay import replay
 from localization.types import (
@@ -78,7 +78,7 @@ def calibration_samples(
             continue
         track = OdometryTrack()
         for stamp, odom_from_base in knots:
-            track.add(stamp, odom_from_base)
+            track = track.extended(stamp, odom_from_base)
         before = pose
         yield CalibrationSample(estimate.stamp, scans, track, pose, tap.odom_from_base)
 

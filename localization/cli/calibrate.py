@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import tyro
 
 from localization.cli.terminal import Progress, say
@@ -46,7 +46,7 @@ class Calibrate:
         begin = {**log.mounts, **(read_mounts(self.mounts) if self.mounts is not None else {})}
         start = None
         if self.start is not None:
-            start = Pose.planar(self.start[0], self.start[1], float(np.deg2rad(self.start[2])))
+            start = Pose.planar(self.start[0], self.start[1], math.radians(self.start[2]))
         found = calibrate(log, self.map, begin, start=start, progress=bar)
         bar.end()
         lines = summary(found)

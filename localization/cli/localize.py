@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from localization.evaluation.localization_history import History
     from localization.evaluation.trajectory import Trajectory
     from localization.logs.frame_tree import SensorLayout
-    from localization.motion.motion_model import SensorConfiguration
+    from localization.motion.sensor_configuration import SensorConfiguration
     from localization.pipeline.log_replay import LogRun
     from localization.report.reference_comparison import ReferenceComparison
     from localization.report.report_summary import Report
@@ -146,7 +146,7 @@ class Localize:
     def _sensors(self, layout: SensorLayout) -> SensorConfiguration | None:
         """Return the sensors that the options ask for; None for the log's own."""
         from localization.logs.open_log import open_log
-        from localization.motion.motion_model import Motion, SensorConfiguration
+        from localization.motion.sensor_configuration import Motion, SensorConfiguration
 
         if self.motion is None and self.flat is None:
             return None

@@ -81,7 +81,7 @@ class LogMapping:
         from localization.mapping.cloud_builder import MappingConfig
         from localization.mapping.slam import map_drive
         from localization.mapping.slam_config import SlamConfig
-        from localization.motion.motion_model import Motion, SensorConfiguration
+        from localization.motion.sensor_configuration import Motion, SensorConfiguration
 
         motion = log.sensors.motion if self.motion is None else Motion(self.motion)
         config = SlamConfig.of(SensorConfiguration(motion, log.sensors.flat), level=not self.uneven)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+GRAVITY = 9.81
+"""Acceleration of gravity [m/s^2]."""
+
 
 @dataclass(frozen=True, slots=True)
 class EkfConfig:

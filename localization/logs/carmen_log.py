@@ -18,7 +18,7 @@ from localization.geometry import wrap_angle
 from localization.logs.carmen_lines import LINE_READERS, SCANNER, ScanLine
 from localization.logs.carmen_timestamps import TimestampRepair, lacks_zeros
 from localization.logs.log_interface import LogError, Skipped
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Odometry, Pose, Reading
 
 _SCANS_TO_JUDGE: Final = 200

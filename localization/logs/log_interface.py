@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final, Protocol
 
 from localization.errors import LocalizationError
-from localization.motion.motion_model import SensorConfiguration
+from localization.motion.sensor_configuration import SensorConfiguration
 from localization.types import Pose, Reading
 
 INITIALPOSE: Final = "/initialpose"

@@ -24,7 +24,7 @@ from localization.logs.motion_messages import WHEEL_RADIUS
 from localization.logs.pose_messages import read_mounts
 from localization.logs.ros_messages import readers
 from localization.logs.ros_types import POSE_WITH_COVARIANCE, TF, Message, MessageError, from_cdr
-from localization.motion.motion_model import SensorConfiguration
+from localization.motion.sensor_configuration import SensorConfiguration
 from localization.types import InvalidReadingError, Pose, Reading
 
 

@@ -15,7 +15,7 @@ from localization.logs import ros_import, ros_types
 from localization.logs.frame_tree import FrameTree, SensorLayout
 from localization.logs.log_interface import INITIALPOSE, LogError, Skipped
 from localization.logs.ros_types import Message, MessageError
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Pose, Reading
 
 _STATIC_SPAN = 10_000_000_000

@@ -11,13 +11,24 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from localization.filter.ekf import EkfConfig, SkidSteerEkf
+from localization.filter.ekf import initial_state, mark
+from localization.filter.prediction import predict
+from localization.filter.updates import (
+    update_level,
+    update_relative,
+    update_standstill,
+    update_tilt,
+    update_wheel_yaw,
+)
 from localization.geometry import FloatArray
 from localization.mapping.flat_sweep import levelled
 from localization.mapping.planar_pose import compose
-from localization.motion.deskew import OdometryTrack, deskew
-from localization.motion.kiss_odometry import KissConfig, KissOdometry
-from localization.motion.motion_model import Increment, MotionModel, SensorConfiguration
+from localization.motion.deskew import deskew
+from localization.motion.kiss_icp import KissConfig
+from localization.motion.kiss_odometry import KissOdometry, KissState
+from localization.motion.motion_model import Increment, MotionModel
+from localization.motion.odometry_track import OdometryTrack
+from localization.motion.sensor_configuration import SensorConfiguration
 from localization.pipeline.validation import ReadingValidator
 from localization.types import SECOND, Mounts, PointScan, Pose, Reading, Scan, Sweep
 
@@ -71,12 +82,12 @@ class Odometer:
     def __init__(self, mounts: Mounts, config: OdometerConfig = OdometerConfig()) -> None:
         """Begin at the origin, for scanners with mounts ``base_from_scanner`` by frame name."""
         self.config = config
-        suite, self._mounts = config.sensors, dict(mounts)
-        ekf: EkfConfig = suite.ekf()
-        self._intake = ReadingValidator(self._mounts, suite.leader)
-        self._motion = MotionModel(suite, track=ekf.effective_track, silence=config.silence)
-        self._ekf = SkidSteerEkf(ekf)
-        self._kiss = KissOdometry(config.kiss)
+        sensors, self._mounts = config.sensors, dict(mounts)
+        self._ekf = ekf = sensors.ekf()
+        self._validator = ReadingValidator(self._mounts, sensors.leader)
+        self._motion = MotionModel(sensors, ekf.effective_track, config.silence)
+        self._filter = initial_state(ekf)
+        self._kiss, self._kiss_state = KissOdometry(config.kiss), KissState()
         self._track = OdometryTrack()
         self._odom = Pose.identity()
         self._pending: dict[str, Scan | PointScan] = {}
@@ -89,15 +100,16 @@ class Odometer:
     @property
     def refused(self) -> int:
         """Number of invalid readings that were rejected."""
-        return self._intake.refused
+        return self._validator.refused
 
     def add(self, reading: Reading) -> OdometrySweep | None:
         """Process a reading; return a sweep with its pose if the reading completes one, otherwise None."""
-        if self._intake.refusal(reading, self._stamp) is not None:
+        if self._validator.refusal(reading, self._stamp) is not None:
             return None
         if isinstance(reading, Scan | PointScan):
             self._pending[reading.scanner] = reading
-        increment = self._motion.take(reading, (self._speed or 0.0, self._turn))
+        velocity = (self._speed or 0.0, self._turn)
+        self._motion, increment = self._motion.take(reading, velocity)
         if increment is None:
             return None
         if increment.stamp > self._stamp:
@@ -111,11 +123,17 @@ class Odometer:
         if not first:
             left, right = increment.left, increment.right
             if increment.witnessed:
-                if not self._ekf.update_wheel_yaw(increment.witness, left, right):
+                witness = increment.witness
+                self._filter, agree = update_wheel_yaw(
+                    self._filter, self._ekf, witness, left, right
+                )
+                if not agree:
                     self._slip_until = increment.stamp + self.config.slip_memory
-                self._ekf.update_standstill(increment.witness, left, right)
+                self._filter = update_standstill(self._filter, self._ekf, witness, left, right)
             distrusted = increment.stamp < self._slip_until or not increment.rolling
-            motion = self._ekf.predict(
+            self._filter, motion = predict(
+                self._filter,
+                self._ekf,
                 dt,
                 increment.rate,
                 increment.force,
@@ -125,7 +143,7 @@ class Odometer:
                 speed=self._speed if distrusted else None,
             )
             self._odom = self._odom @ motion
-        self._track.add(increment.stamp, self._odom)
+        self._track = self._track.extended(increment.stamp, self._odom)
 
     def _sweep_due(self) -> bool:
         span = self._track.span
@@ -147,27 +165,30 @@ class Odometer:
         elapsed = (self._stamp - self._sweep_stamp) / SECOND
         self._sweep_stamp = self._stamp
         if self.config.sensors.flat:
-            self._ekf.update_level()
+            self._filter = update_level(self._filter, self._ekf)
         else:
-            self._ekf.update_tilt(elapsed)
-        motion = self._pose_then.inverse() @ self._ekf.pose
-        predicted = _planar(self._ekf.accrued, self._ekf.pose)
-        roll, pitch, _ = self._ekf.pose.euler
-        answer = self._kiss.add(levelled(sweep, roll, pitch), motion)
+            self._filter = update_tilt(self._filter, self._ekf, elapsed)
+        motion = self._pose_then.inverse() @ self._filter.pose
+        predicted = _planar(self._filter.accrued, self._filter.pose)
+        roll, pitch, _ = self._filter.pose.euler
+        level = levelled(sweep, roll, pitch)
+        self._kiss_state, observed, _ = self._kiss.add(self._kiss_state, level, motion)
         seen = np.zeros((3, 3))
-        if answer is not None:
-            motion, covariance = answer
+        if observed is not None:
+            motion, covariance = observed
             self._speed = float(motion.position[0]) / elapsed
             self._turn = motion.yaw / elapsed
-            self._ekf.update_relative(self._pose_then, motion, covariance, np.zeros((0, 6)))
+            self._filter = update_relative(
+                self._filter, self._pose_then, motion, covariance, np.zeros((0, 6))
+            )
             seen = np.asarray(np.linalg.inv(covariance), dtype=float)
         rolled = self._odom_then.inverse() @ self._odom
         self._odom_then = self._odom
         self._rolled = compose(self._rolled, np.array([*rolled.position[:2], rolled.yaw]))
-        self._ekf.mark()
-        self._pose_then = self._ekf.pose
+        self._filter = mark(self._filter)
+        self._pose_then = self._filter.pose
         self._at = compose(self._at, np.array([*motion.position[:2], motion.yaw]))
-        height = float(self._ekf.pose.position[2])
+        height = float(self._filter.pose.position[2])
         return OdometrySweep(sweep, self._at, self._rolled, height, (roll, pitch), predicted, seen)
 
 

@@ -10,7 +10,7 @@ from localization.errors import LocalizationError
 from localization.mapping.drive_knots import RefinementConfig
 from localization.mapping.loop_closure_types import ClosureConfig
 from localization.mapping.odometry_front_end import OdometerConfig
-from localization.motion.motion_model import SensorConfiguration
+from localization.motion.sensor_configuration import SensorConfiguration
 from localization.types import SECOND
 
 

@@ -17,7 +17,9 @@ from localization.geometry import FloatArray, wrap_angle
 from localization.mapping.flat_sweep import FlatSweep
 from localization.mapping.planar_pose import moved
 from localization.mapping.wall_points import averaged_points, line_normals
-from localization.relocalization.window_search import SearchConfig, best_places, distinguishable
+from localization.relocalization.refinement import best_places
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.verification import distinguishable
 
 
 @dataclass(frozen=True, slots=True)

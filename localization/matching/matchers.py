@@ -11,8 +11,9 @@ import numpy as np
 from localization.errors import LocalizationError
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.kiss_matcher import KissMatcher
 from localization.matching.registration import RegistrationConfig, register, residuals
-from localization.motion.kiss_odometry import KissConfig, KissOpinion
+from localization.motion.kiss_icp import KissConfig
 from localization.types import Match, Pose, Sweep
 
 MatchSweep = Callable[[Sweep, Pose, FloatArray], Match]
@@ -71,10 +72,10 @@ def matcher_of(
                 sweep, world, prior, covariance, registration
             )
         case Matcher.KISS:
-            opinion = KissOpinion(world.cloud, kiss)
+            whole_map = KissMatcher(world.cloud, kiss)
 
             def by_kiss(sweep: Sweep, prior: Pose, covariance: FloatArray) -> Match:
-                pose = opinion.locate(sweep, prior)
+                pose = whole_map.locate(sweep, prior)
                 if pose is None:
                     return match_at(sweep, world, prior, np.zeros((6, 6)), np.zeros((0, 6)))
                 return match_at(

@@ -12,12 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from localization.filter.covariance import pose_covariance
-from localization.geometry import FloatArray, hat, so3_exp, so3_log
+from localization.filter.pose_error import LEVER, difference
+from localization.geometry import FloatArray, hat, so3_exp
 from localization.maps.prepared_map import PreparedMap
 from localization.types import Match, Pose, Sweep
-
-LEVER = 5.0
-"""[m]. A rotation error counts like the shift it causes at this distance, the size of a room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +23,7 @@ class RegistrationConfig:
     """How a sweep is matched.
 
     The method is that of a robust maximum a posteriori step; its scales were chosen on the shipped
-    scenes, and the ablation table in ``docs/localization.md`` shows what each part is worth.
+    scenes, and the ablation table in ``docs/accuracy.md`` shows what each part is worth.
     """
 
     sigma: float = 0.02
@@ -133,13 +131,6 @@ def register(
             break
         kernel = max(config.kernel, 0.6 * kernel)
     return _conclude(sweep, world, pose, config)
-
-
-def difference(reference: Pose, pose: Pose) -> FloatArray:
-    """Return the error (6,) that leads from reference to pose: position in map, rotation in base."""
-    return np.concatenate(
-        [pose.position - reference.position, so3_log(reference.rotation.T @ pose.rotation)]
-    )
 
 
 def _first_kernel(covariance: FloatArray, config: RegistrationConfig) -> float:

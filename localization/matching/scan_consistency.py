@@ -38,7 +38,7 @@ class ScanConsistencyConfig:
     spacing."""
 
 
-class MapBeams:
+class BeamClassifier:
     """Follows beams through a map; owns a coarse table of where it has surfaces at all."""
 
     def __init__(

@@ -23,7 +23,7 @@ from localization.calibration.normal_equations import (
 )
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
-from localization.motion.deskew import OdometryTrack
+from localization.motion.odometry_track import OdometryTrack
 from localization.types import Mounts, PointScan, Pose, Scan
 
 
@@ -61,6 +61,7 @@ class ExtrinsicsMonitor:
         self._world, self._mounts = world, dict(mounts)
         self._names = sorted(mounts)
         self._before: CalibrationSample | None = None
+        self._newest = 0
         self._slot = 0
         self._open = self._anew()
         self._closed: deque[tuple[FloatArray, FloatArray]] = deque(maxlen=config.remembered)
@@ -77,16 +78,27 @@ class ExtrinsicsMonitor:
         stamp: int,
         map_from_base: Pose,
         odom_from_base: Pose,
+        *,
+        trusted: bool,
     ) -> None:
-        """Look at a sweep that the map explains, if the robot came far enough since the last one.
+        """Evaluate a sweep, if the map explains it and the robot came far enough since the last one.
+
+        A sweep older than the last one, as of readings that arrived late, is passed over.
 
         Args:
-            scans: that it was made of.
+            scans: the scans of the sweep.
             track: the motion during them.
             stamp: to which they are deskewed [ns].
-            map_from_base: then.
-            odom_from_base: then.
+            map_from_base: pose at that stamp.
+            odom_from_base: pose at that stamp.
+            trusted: whether the map explains the sweep well and the pose is not in doubt.
         """
+        if stamp <= self._newest:
+            return
+        self._newest = stamp
+        if not trusted:
+            self.interrupt()
+            return
         before = self._before
         if len(scans) < len(self._names) or (
             before is not None and not self._far(before, odom_from_base)

@@ -1,18 +1,19 @@
-"""What state the estimate is in, and why, in words an operator understands."""
+"""Health of the estimate: which state it is in, and why, in words for an operator."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, field, replace
 
 import numpy as np
 
+from localization.filter.pose_error import LEVER
 from localization.geometry import FloatArray
-from localization.matching.registration import LEVER
 from localization.matching.scan_consistency import explanation
 from localization.types import SECOND, Health, Match, Pose, ScanConsistency
 
 _AXES = ("forward", "sideways", "up", "roll", "pitch", "yaw")
+_CONSISTENT = ScanConsistency(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,41 +21,41 @@ class HealthConfig:
     """When doubt begins and when it ends."""
 
     low_inlier_ratio: float = 0.5
-    """A sweep that explains less than this share of its points is doubtful."""
-    strange: float = 0.25
-    """Unexplained for about a second, more than this share of the sweeps is worth telling, though the
-    pose is in no doubt."""
-    through: float = 0.10
-    """Passing through mapped surfaces for about a second, more than this share of the sweeps makes the
-    pose suspect. Measured in the worlds, with people and with furniture moved: at most 0.06 where the
-    pose is right; mostly 0.10 to 0.30 where it is wrong and the sweep fits all the same."""
+    """A sweep of which the map explains a smaller share is doubtful."""
+    notable_unexplained: float = 0.25
+    """A larger share of the sweeps that stays unexplained for about a second is reported, though it does
+    not make the pose doubtful."""
+    max_free_space_violation: float = 0.10
+    """A larger share of the sweeps that passes through mapped surfaces for about a second makes the pose
+    suspect. Measured in the worlds, with people and with furniture moved: at most 0.06 where the pose is
+    right; mostly 0.10 to 0.30 where it is wrong and the sweep fits all the same."""
     off_map: float = 0.5
-    """If more than this share of a sweep ends where nothing is mapped, the robot has left the map: it goes
-    by its own motion, and to look for it in the map would only find places that it is not at."""
-    check_again: int = 100
-    """Sweeps between searches of the whole map while that lasts; 10 s at 10 Hz."""
-    odd: float = 0.08
-    """When what is seen changed at once, the pose is suspect if more than this share of the sweep passes
-    through mapped surfaces or ends where nothing is mapped."""
-    settling: int = 12
-    """Sweeps that must fit after what is seen changed at once, before the whole map is searched for where
-    else they would: until then a robot that is lost is looked for nearby."""
+    """If a larger share of a sweep ends where nothing is mapped, the robot has left the map: it goes by its
+    own motion, and a search of the map would only find wrong places."""
+    recheck_period: int = 100
+    """Number of sweeps between searches of the whole map while that lasts; 10 s at 10 Hz."""
+    jump_inconsistency: float = 0.08
+    """After a jump the pose is suspect if a larger share of the sweep passes through mapped surfaces or ends
+    where nothing is mapped."""
+    settling_sweeps: int = 12
+    """Number of sweeps that must fit after a jump before the whole map is searched for other places that fit:
+    until then a robot that is lost is searched for nearby."""
     suspect_after: int = 3
-    """Refused or doubtful sweeps in a row before the pose is suspect."""
+    """Number of rejected or doubtful sweeps in a row that makes the pose suspect."""
     lost_after: int = 12
-    """... and before it is lost, if they speak against the pose: fit the map where the robot cannot be,
-    or pass through mapped surfaces; 1.2 s at 10 Hz."""
-    blind_after: int = 50
-    """... sweeps if they were refused, but for all that is known somebody stands before the scanners; 5 s
-    at 10 Hz."""
+    """Number of such sweeps in a row that makes the pose lost, if they contradict it: they fit the map where
+    the robot cannot be, or pass through mapped surfaces; 1.2 s at 10 Hz."""
+    occluded_lost_after: int = 50
+    """Number of rejected sweeps in a row that makes the pose lost if occlusion could explain them; 5 s at
+    10 Hz."""
     disagreements: int = 3
-    """Second opinions in a row that differ before the pose is lost."""
+    """Number of second opinions in a row that differ before the pose is lost."""
     trusted_after: int = 3
-    """Good sweeps in a row before trust returns."""
+    """Number of good sweeps in a row after which the pose is trusted again."""
     lost_sigma: float = 1.0
     """A horizontal position known no better than this is lost, one sigma [m]."""
     silence: int = SECOND // 2
-    """A scanner or encoder that says nothing for this long is missed [ns]."""
+    """A scanner or encoder without readings for this long is reported as silent [ns]."""
     opinion_distance: float = 0.2
     """How far the second opinion may lie from the estimate [m]; KISS-ICP's own error has a 95th
     percentile of 12 cm on such sweeps."""
@@ -62,167 +63,185 @@ class HealthConfig:
     """The same for heading [rad]."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class HealthMonitor:
-    """Counts good and bad news about the estimate and says what state it is in."""
+    """Evidence for and against the estimate, counted over sweeps; a value."""
 
-    def __init__(self, config: HealthConfig = HealthConfig()) -> None:
-        self.config = config
-        self.reset()
-
-    def reset(self) -> None:
-        """Begin afresh, as after a relocalisation."""
-        self._bad, self._good, self._differ = 0, 0, 0
-        self._why = ""
-        self._blind: tuple[str, ...] = ()
-        self._lost = False
-        self._consistency = ScanConsistency(0.0, 0.0, 0.0, 0.0)
-        self._through = 0
-        self._off_map = False
-        self._settling, self._settled = 0, False
+    config: HealthConfig = field(default_factory=HealthConfig)
+    """The thresholds."""
+    bad: int = 0
+    """Number of rejected or doubtful sweeps in a row."""
+    good: int = 0
+    """Number of good sweeps in a row."""
+    differ: int = 0
+    """Number of second opinions in a row that differ."""
+    violations: int = 0
+    """Number of sweeps in a row since too many beams have passed through mapped surfaces."""
+    settling: int = 0
+    """Number of sweeps that still must fit after a jump."""
+    settled: bool = False
+    """Whether the last of those has just fitted."""
+    lost: bool = False
+    """Whether the pose must not be relied on."""
+    off_map: bool = False
+    """Whether the robot has left the map."""
+    why: str = ""
+    """Reason of the last doubt."""
+    unobservable: tuple[str, ...] = ()
+    """Axes of the robot that the last match does not constrain."""
+    consistency: ScanConsistency = _CONSISTENT
+    """Agreement of the sweeps with the map, averaged over about a second."""
 
     @property
     def doubtful(self) -> bool:
         """Whether the last sweep left doubt."""
-        return self._bad > 0 or self._differ > 0 or self._through > 0
+        return self.bad > 0 or self.differ > 0 or self.violations > 0
 
     @property
     def needs_check(self) -> bool:
-        """Whether it is time to look whether another place explains what is seen."""
+        """Whether it is time to search for another place that explains what is seen."""
         c = self.config
-        return self._settled or self._through % c.check_again == c.suspect_after
+        return self.settled or self.violations % c.recheck_period == c.suspect_after
 
-    def broken(self, consistency: ScanConsistency | None) -> None:
-        """Take note that what is seen changed at once, or was not seen for a while: see ``Continuity``.
+    def after_jump(self, consistency: ScanConsistency | None) -> HealthMonitor:
+        """Return the monitor after a jump in what is seen (see ``jump_detection``).
 
-        People who step before a scanner, or away from it, change it as well: but they hide the map, and
-        nothing of the sweep passes through it or leaves it.
+        People who step before a scanner, or away from it, cause one as well. But they occlude the map, and
+        no beam passes through a mapped surface or ends outside of the map.
+
+        Args:
+            consistency: agreement of the sweep with the map; None if it was not registered.
         """
-        if (
-            consistency is None
-            or consistency.free_space_violation + consistency.unmapped > self.config.odd
-        ):
-            self._settling = self.config.settling
+        if consistency is not None:
+            odd = consistency.free_space_violation + consistency.unmapped
+            if odd <= self.config.jump_inconsistency:
+                return self
+        return replace(self, settling=self.config.settling_sweeps)
 
-    @property
-    def lost(self) -> bool:
-        """Whether the pose must not be relied on."""
-        return self._lost
-
-    def sweep(
+    def after_sweep(
         self,
         match: Match,
         pose: Pose,
         refusal: str | None,
         consistency: ScanConsistency | None = None,
-    ) -> None:
-        """Take note of a registration.
+    ) -> HealthMonitor:
+        """Return the monitor after a registration.
 
         Args:
-            match: what came of it.
+            match: its result.
             pose: ``map_from_base``.
-            refusal: why it was refused, if it was.
-            consistency: what the map does not explain of the sweep, if that was looked at.
+            refusal: why it was rejected, if it was.
+            consistency: agreement of the sweep with the map, if it was examined.
         """
-        self._blind = blind_axes(match, pose)
-        self._consistency = _smoothed(self._consistency, consistency)
+        c = self.config
+        average = _smoothed(self.consistency, consistency)
         doubt = refusal
-        if doubt is None and match.inlier_ratio < self.config.low_inlier_ratio:
+        if doubt is None and match.inlier_ratio < c.low_inlier_ratio:
             doubt = explanation(match.inlier_ratio, consistency)
-        # What does not fit at all is counted below, and looked for nearby first.
-        seen_through = (
-            doubt is None and self._consistency.free_space_violation > self.config.through
-        )
-        self._through = self._through + 1 if seen_through else 0
-        self._off_map = consistency is not None and consistency.unmapped > self.config.off_map
+        # A sweep that does not fit at all counts as bad, and the robot is searched for nearby first.
+        violated = doubt is None and average.free_space_violation > c.max_free_space_violation
+        off_map = consistency is not None and consistency.unmapped > c.off_map
+        bad, good, why = self.bad, self.good, self.why
         if doubt is None:
-            self._bad, self._good = 0, self._good + 1
-        elif self._off_map:
-            self._bad, self._good = max(self._bad, self.config.suspect_after), 0
-            self._why = f"{doubt}: the robot has left the map and goes by its own motion"
+            bad, good = 0, good + 1
+        elif off_map:
+            bad, good = max(bad, c.suspect_after), 0
+            why = f"{doubt}: the robot has left the map and goes by its own motion"
         else:
-            self._bad, self._good, self._why = self._bad + 1, 0, doubt
-        self._settled = doubt is None and self._settling == 1
-        self._settling -= int(doubt is None and self._settling > 0)
-        if self._hopeless(match, refusal, consistency) or self._differ >= self.config.disagreements:
-            self._lost = True
-        elif self._good >= self.config.trusted_after and not self._differ:
-            self._lost = False
+            bad, good, why = bad + 1, 0, doubt
+        monitor = replace(
+            self,
+            bad=bad,
+            good=good,
+            violations=self.violations + 1 if violated else 0,
+            settling=self.settling - int(doubt is None and self.settling > 0),
+            settled=doubt is None and self.settling == 1,
+            off_map=off_map,
+            why=why,
+            unobservable=unobservable_axes(match, pose),
+            consistency=average,
+        )
+        if monitor._hopeless(match, refusal, consistency) or self.differ >= c.disagreements:
+            return replace(monitor, lost=True)
+        if good >= c.trusted_after and not self.differ:
+            return replace(monitor, lost=False)
+        return monitor
 
     def _hopeless(
         self, match: Match, refusal: str | None, consistency: ScanConsistency | None
     ) -> bool:
-        """Return whether doubt has lasted for long enough.
+        """Return whether doubt has lasted long enough.
 
-        A crowd about the robot hides the map and contradicts no pose; its sweeps may explain little
-        and agree with the prediction all the same.
+        A crowd around the robot occludes the map and contradicts no pose; its sweeps may explain little and
+        agree with the prediction all the same.
         """
         c = self.config
         crowded = match.inlier_ratio < c.low_inlier_ratio and consistency is not None
-        if crowded and self._consistency.free_space_violation <= c.through:
-            return refusal is not None and self._bad >= c.blind_after
-        return self._bad >= c.lost_after
+        if crowded and self.consistency.free_space_violation <= c.max_free_space_violation:
+            return refusal is not None and self.bad >= c.occluded_lost_after
+        return self.bad >= c.lost_after
 
-    def opinion(self, offset: float, turn: float) -> None:
-        """Take note of how far [m, rad] a second opinion lies from the estimate."""
-        if self._off_map:
-            # It knows the map and nothing else.
-            self._differ = 0
-        elif offset > self.config.opinion_distance or abs(turn) > self.config.opinion_yaw:
-            self._differ += 1
-            self._why = f"KISS-ICP places the robot {offset:.2f} m and {np.rad2deg(abs(turn)):.1f} degrees away"
-        else:
-            self._differ = 0
+    def after_opinion(self, offset: float, turn: float) -> HealthMonitor:
+        """Return the monitor after a second opinion that lies so far [m, rad] from the estimate."""
+        c = self.config
+        if self.off_map or not (offset > c.opinion_distance or abs(turn) > c.opinion_yaw):
+            return replace(self, differ=0)
+        why = (
+            f"KISS-ICP places the robot {offset:.2f} m and {np.rad2deg(abs(turn)):.1f} degrees away"
+        )
+        return replace(self, differ=self.differ + 1, why=why)
 
-    def state(
+    def after_prediction(self, sigma: float) -> HealthMonitor:
+        """Return the monitor after the pose has become as uncertain as this, horizontally [m]."""
+        if sigma <= self.config.lost_sigma:
+            return self
+        return replace(self, lost=True, why=f"position is known to {sigma:.1f} m only")
+
+    def status(
         self,
         *,
-        sigma: float,
         slipping: bool,
         silent: tuple[str, ...],
-        unseeing: bool = False,
+        no_scanner: bool = False,
         mounts: tuple[str, ...] = (),
     ) -> tuple[Health, tuple[str, ...]]:
-        """Return the state and its reasons.
+        """Return the state and its reasons; of several states that apply, the worst.
 
         Args:
-            sigma: of the horizontal position [m].
             slipping: whether the wheels slip.
-            silent: sensors that are overdue.
-            unseeing: whether no scanner is left that speaks.
-            mounts: what seems wrong with how the scanners are mounted.
+            silent: sensors whose readings are overdue.
+            no_scanner: whether all scanners are silent.
+            mounts: doubts about how the scanners are mounted.
         """
         missing = tuple(f"nothing from {name}" for name in silent)
-        if sigma > self.config.lost_sigma:
-            self._lost = True
-            self._why = f"position is known to {sigma:.1f} m only"
-        if self._lost:
-            return Health.LOST, (self._why, *missing)
-        if self._bad >= self.config.suspect_after or self._differ:
-            return Health.SUSPECT, (self._why, *missing)
-        if self._through:
-            return Health.SUSPECT, (*self._strange(), *missing)
-        if self._settling:
+        if self.lost:
+            return Health.LOST, (self.why, *missing)
+        if self.bad >= self.config.suspect_after or self.differ:
+            return Health.SUSPECT, (self.why, *missing)
+        if self.violations:
+            return Health.SUSPECT, (*self._remarks(), *missing)
+        if self.settling:
             return Health.SUSPECT, ("all that is seen changed at once: was it carried?", *missing)
-        if unseeing:
-            # Wheels that slip now mislead it by any distance, and nobody would notice.
+        if no_scanner:
+            # Wheels that slip now mislead it by any distance, unobserved.
             return Health.SUSPECT, ("no scanner speaks: only its own motion is known", *missing)
         if slipping:
             return Health.SLIPPING, ("the wheels contradict gyro or scanners", *missing)
-        if self._blind or missing or mounts:
-            blind = (f"no hold in {', '.join(self._blind)}",) if self._blind else ()
-            return Health.DEGRADED, (*blind, *missing, *mounts, *self._strange())
-        return Health.TRACKING, self._strange()
+        if self.unobservable or missing or mounts:
+            blind = (f"no hold in {', '.join(self.unobservable)}",) if self.unobservable else ()
+            return Health.DEGRADED, (*blind, *missing, *mounts, *self._remarks())
+        return Health.TRACKING, self._remarks()
 
-    def _strange(self) -> tuple[str, ...]:
-        """What the operator may want to know of the place, though it speaks against no pose."""
-        seen = self._consistency
-        if seen.unexplained <= self.config.strange and not self._through:
+    def _remarks(self) -> tuple[str, ...]:
+        """What an operator may want to know about the place, though it contradicts no pose."""
+        seen = self.consistency
+        if seen.unexplained <= self.config.notable_unexplained and not self.violations:
             return ()
         return (explanation(1.0 - seen.unexplained, seen),)
 
 
 def _smoothed(before: ScanConsistency, seen: ScanConsistency | None) -> ScanConsistency:
-    """Follow what is seen with a memory of about a second at ten sweeps a second."""
+    """Average with a memory of about a second at ten sweeps a second."""
     if seen is None:
         return before
     return ScanConsistency(
@@ -233,15 +252,15 @@ def _smoothed(before: ScanConsistency, seen: ScanConsistency | None) -> ScanCons
 def horizontal_sigma(covariance: FloatArray) -> float:
     """Return one sigma [m] of the horizontal position along its least certain direction.
 
-    The larger eigenvalue of a symmetric 2 x 2 matrix in closed form; ``numpy.linalg`` takes ten times
-    as long to begin.
+    The larger eigenvalue of a symmetric 2 x 2 matrix in closed form; ``numpy.linalg`` has ten times the
+    overhead.
     """
     xx, yy, xy = float(covariance[0, 0]), float(covariance[1, 1]), float(covariance[0, 1])
     return math.sqrt(0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy))
 
 
-def blind_axes(match: Match, pose: Pose) -> tuple[str, ...]:
-    """Return which of the robot's axes the match does not hold."""
+def unobservable_axes(match: Match, pose: Pose) -> tuple[str, ...]:
+    """Return which of the robot's axes a match does not constrain."""
     axes = np.zeros((6, 6))
     axes[:3, :3] = pose.rotation.T
     axes[3:, 3:] = np.eye(3)
@@ -250,7 +269,7 @@ def blind_axes(match: Match, pose: Pose) -> tuple[str, ...]:
 
 
 def opinion_offset(pose: Pose, other: Pose, match: Match) -> tuple[float, float]:
-    """Return how far [m, rad] another pose lies, horizontally, in the directions that a match holds."""
+    """Return how far [m, rad] another pose lies, horizontally, in the directions that a match constrains."""
     step = (other.position - pose.position) * [1.0, 1.0, 0.0]
     turn = (pose.inverse() @ other).yaw
     scaled = np.concatenate([step, [0.0, 0.0, LEVER * turn]])

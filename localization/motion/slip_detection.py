@@ -1,140 +1,169 @@
-"""The wheels under watch: what KISS-ICP and a tyre's grip say against what they rolled."""
+"""Wheel slip: what KISS-ICP observes and what tyres can transmit, against what the wheels rolled."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 from scipy.stats import chi2
 
 from localization.config import LocalizerConfig
-from localization.filter.ekf import SkidSteerEkf
+from localization.filter.ekf import FilterState
+from localization.filter.prediction import rolling_noise
 from localization.geometry import FloatArray
-from localization.motion.motion_model import Motion
+from localization.motion.sensor_configuration import Motion
 from localization.types import Pose
 
 _SLIP_GATE = float(chi2.ppf(0.999, 1))
 """Beyond it KISS-ICP's forward motion contradicts the wheels' (99.9 %)."""
 
 
-class WheelWatch:
-    """Owns what is known of slip, and how the robot moved by other eyes than the wheels'."""
+class SlipDetector(NamedTuple):
+    """What is known of slip, and the robot's velocity as observed without the wheels; a value.
 
-    def __init__(self, config: LocalizerConfig) -> None:
-        self._config = config
-        motion = config.sensors.motion
-        self._measured = config.sensors.wheels or motion is Motion.ODOMETRY
-        self._slip_until = -1
-        self._rolled, self._rolling_before = 0.0, 0.0
-        self._judged = 0.0
-        self._way: Pose | None = None
-        self._time = 0.0
-        self.speed: float | None = None
-        """Forward speed [m/s] to go by while the wheels slip; None until KISS-ICP saw one."""
-        self._turn = 0.0
+    Over a few hundredths of a second KISS-ICP's millimetres are a speed that no wheel has. The motions of
+    sweeps that arrive fast are therefore put together until they cover ``LocalizerConfig.slip_window``, and
+    compared with the wheels as one: ``observed``, then, if ``complete``, ``plausible``, ``confirmed`` and
+    ``contradicted``, then ``restarted``.
+    """
+
+    config: LocalizerConfig
+    """The thresholds."""
+    slip_until: int = -1
+    """The wheels are distrusted before this stamp [ns]."""
+    rolling_speed: float = 0.0
+    """Forward speed that the wheels rolled when they were read last [m/s]."""
+    rolled: float = 0.0
+    """Distance that the wheels rolled in the present window [m]."""
+    last_speed: float = 0.0
+    """Mean speed at which the wheels rolled in the window before [m/s]."""
+    motion: Pose | None = None
+    """Motion ``base_then_from_base_now`` that KISS-ICP observed in the present window."""
+    elapsed: float = 0.0
+    """Length of the present window [s]."""
+    speed: float | None = None
+    """Forward speed [m/s] to use while the wheels slip; None before KISS-ICP has observed one."""
+    turn_rate: float = 0.0
+    """Yaw rate that KISS-ICP observed last [rad/s]."""
 
     @property
-    def seen(self) -> tuple[float, float]:
-        """Forward speed [m/s] and yaw rate [rad/s] as KISS-ICP saw them last."""
-        return self.speed or 0.0, self._turn
+    def velocity(self) -> tuple[float, float]:
+        """Forward speed [m/s] and yaw rate [rad/s] as KISS-ICP observed them last."""
+        return self.speed or 0.0, self.turn_rate
+
+    @property
+    def _measured(self) -> bool:
+        """Whether anything measures how the wheels roll."""
+        sensors = self.config.sensors
+        return sensors.wheels or sensors.motion is Motion.ODOMETRY
 
     def slipping(self, now: int) -> bool:
         """Return whether the wheels are distrusted at a stamp [ns]."""
-        return now < self._slip_until
+        return now < self.slip_until
 
-    def distrust(self, now: int) -> None:
-        """Take note of a sign of slip at a stamp [ns]."""
-        self._slip_until = now + self._config.slip_memory
+    def distrusted(self, now: int) -> SlipDetector:
+        """Return the detector after a sign of slip at a stamp [ns]."""
+        return self._replace(slip_until=now + self.config.slip_memory)
 
-    def grip(self, rolling: float, seconds: float, now: int) -> None:
-        """Wheels that gain speed faster than any tyre can pass on are spinning.
+    def wheels_read(self, rolling: float, seconds: float, now: int) -> SlipDetector:
+        """Return the detector after a reading of the wheels, which may spin up faster than tyres can grip.
 
         Args:
             rolling: forward speed that the rims amount to [m/s].
             seconds: since they were read before.
-            now: [ns].
+            now: stamp of the reading [ns].
         """
-        before, self._rolling_before = self._rolling_before, rolling
-        if (
-            abs(rolling - before)
-            > self._config.max_acceleration * seconds + self._config.wheel_speed_noise
-        ):
-            if not self.slipping(now):
-                self.speed = before
-            self.distrust(now)
+        c, before = self.config, self.rolling_speed
+        detector = self._replace(rolling_speed=rolling)
+        if abs(rolling - before) <= c.max_acceleration * seconds + c.wheel_speed_noise:
+            return detector
+        if not self.slipping(now):
+            detector = detector._replace(speed=before)
+        return detector.distrusted(now)
 
-    def roll(self, way: float) -> None:
-        """Add up how far the wheels rolled [m]."""
-        self._rolled += way
+    def rolled_on(self, distance: float) -> SlipDetector:
+        """Return the detector after the wheels rolled for another distance [m]."""
+        return self._replace(rolled=self.rolled + distance)
 
-    def rest(self) -> None:
-        """Begin anew: nothing rolled yet, nothing seen."""
-        self._judged = self._rolled / self._time if self._time else self._judged
-        self._rolled, self._way, self._time = 0.0, None, 0.0
+    def restarted(self) -> SlipDetector:
+        """Return the detector at the beginning of a new window."""
+        last = self.rolled / self.elapsed if self.elapsed else self.last_speed
+        return self._replace(last_speed=last, rolled=0.0, motion=None, elapsed=0.0)
 
-    def look(self, motion: Pose, elapsed: float) -> bool:
-        """Take note of a motion that KISS-ICP saw; return whether it is time to judge by it.
-
-        Over a few hundredths of a second KISS-ICP's millimetres are a speed that no wheel has. So the
-        motions of sweeps that come fast are put together, and judged as one.
+    def observed(self, motion: Pose, elapsed: float) -> SlipDetector:
+        """Return the detector after KISS-ICP observed a motion.
 
         Args:
             motion: ``base_then_from_base_now`` since the last sweep.
-            elapsed: how long that took [s].
+            elapsed: time since the last sweep [s].
         """
-        self._way = motion if self._way is None else self._way @ motion
-        self._time += elapsed
-        return self._time >= self._config.slip_window
+        way = motion if self.motion is None else self.motion @ motion
+        return self._replace(motion=way, elapsed=self.elapsed + elapsed)
 
+    @property
+    def complete(self) -> bool:
+        """Whether the window is long enough to compare wheels and KISS-ICP."""
+        return self.elapsed >= self.config.slip_window
+
+    @property
     def plausible(self) -> bool:
-        """Return whether the robot can have moved as KISS-ICP saw it move.
+        """Whether the robot can have moved as KISS-ICP observed.
 
-        Wheels that spin or lock move a robot between not at all and as they roll, but for a shove.
-        Without wheels, only a tyre's grip is known.
+        Wheels that spin or lock move a robot at a speed between none and their own, but for a push.
+        Without wheels, only the grip of tyres bounds the change of speed.
         """
-        speed, _ = self._seen_now()
-        shove = self._config.overspeed_margin
+        c = self.config
+        speed, _ = self._observed_velocity
         if self._measured:
-            rolled = self._rolled / self._time
-            return min(0.0, rolled) - shove <= speed <= max(0.0, rolled) + shove
+            rolled = self.rolled / self.elapsed
+            low, high = min(0.0, rolled), max(0.0, rolled)
+            return low - c.overspeed_margin <= speed <= high + c.overspeed_margin
         gain = speed - (self.speed or 0.0)
-        return abs(gain) <= self._config.max_acceleration * self._time + shove
+        return abs(gain) <= c.max_acceleration * self.elapsed + c.overspeed_margin
 
-    def believe(self) -> None:
-        """Take over speed and turning from what KISS-ICP saw."""
-        self.speed, self._turn = self._seen_now()
+    def confirmed(self) -> SlipDetector:
+        """Return the detector with the speed and yaw rate that KISS-ICP observed."""
+        speed, turn_rate = self._observed_velocity
+        return self._replace(speed=speed, turn_rate=turn_rate)
 
-    def contradicted(self, covariance: FloatArray, ekf: SkidSteerEkf) -> bool:
-        """Return whether the wheels rolled farther or less far than KISS-ICP saw the robot go.
+    def contradicted(self, covariance: FloatArray, state: FilterState) -> bool:
+        """Return whether KISS-ICP observed that the wheels slipped.
 
-        Or whether it saw a robot go sideways that should stand: pushed, or carried off.
+        They rolled farther, or less far, than the robot moved; or a robot that should stand moved sideways:
+        pushed, or carried off.
 
         Args:
-            covariance: (3, 3) of the x, y [m] and yaw [rad] that it saw last; since it goes by its local
-                map, its error does not grow with the number of sweeps.
-            ekf: knows how exact wheels are that do not slip.
+            covariance: (3, 3) of the x, y [m] and yaw [rad] observed last; KISS-ICP refers to its local
+                map, so that its error does not grow with the number of sweeps.
+            state: the filter's, for whether the robot stands.
         """
-        if not self._measured or self._way is None:
+        if not self._measured or self.motion is None:
             return False
-        _, turn = self._seen_now()
-        noise = ekf.rolling_noise(self._rolled / self._time, turn)
-        off = float(self._way.position[0]) - self._rolled
+        ekf = self.config.ekf
+        _, turn = self._observed_velocity
+        noise = rolling_noise(ekf, self.rolled / self.elapsed, turn)
+        off = float(self.motion.position[0]) - self.rolled
         if self._outruns(off):
             return False
-        if off**2 > _SLIP_GATE * (float(covariance[0, 0]) + noise**2 * self._time):
+        if off**2 > _SLIP_GATE * (float(covariance[0, 0]) + noise**2 * self.elapsed):
             return True
-        aside, loose = float(self._way.position[1]), ekf.config.side_noise**2 * self._time
-        return ekf.standing and aside**2 > _SLIP_GATE * (float(covariance[1, 1]) + loose)
+        sideways, loose = float(self.motion.position[1]), ekf.side_noise**2 * self.elapsed
+        gate = _SLIP_GATE * (float(covariance[1, 1]) + loose)
+        return state.standing(ekf) and sideways**2 > gate
 
     def _outruns(self, off: float) -> bool:
         """Return whether the robot would run ahead of wheels that speed up, by ``off`` [m].
 
-        A tyre pulls towards its rim's speed, so no slip does that. KISS-ICP does: its local map has one
-        view of the place where a robot stood, holds it back by a centimetre as it sets off, and lets go.
+        A tyre pulls towards the speed of its rim, so that no slip explains it. An artefact of KISS-ICP does:
+        its local map has one view of the place where a robot stood, holds it back by a centimetre as it
+        sets off, and lets go.
         """
-        rolled = self._rolled / self._time
-        gains = abs(rolled) - abs(self._judged) > self._config.wheel_speed_noise / 2
+        rolled = self.rolled / self.elapsed
+        gains = abs(rolled) - abs(self.last_speed) > self.config.wheel_speed_noise / 2
         return gains and off * rolled > 0.0
 
-    def _seen_now(self) -> tuple[float, float]:
-        """Forward speed [m/s] and yaw rate [rad/s] since the last judgement."""
-        if self._way is None:
+    @property
+    def _observed_velocity(self) -> tuple[float, float]:
+        """Forward speed [m/s] and yaw rate [rad/s] in the present window."""
+        if self.motion is None:
             return 0.0, 0.0
-        return float(self._way.position[0]) / self._time, self._way.yaw / self._time
+        return float(self.motion.position[0]) / self.elapsed, self.motion.yaw / self.elapsed

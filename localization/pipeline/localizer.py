@@ -1,8 +1,7 @@
 """Localizer: readings in, estimates out.
 
-How a reading is taken is told in ``course``. Here it is seen to that only what can be true gets there, and
-that what comes late takes effect at its own time. Time is the readings' time; the same readings give the
-same bits.
+A reading is validated, put in order, and processed by ``step``, which is the algorithm. Time is that of the
+readings; the same readings give the same bits.
 """
 
 from __future__ import annotations
@@ -13,15 +12,20 @@ from dataclasses import replace
 from localization.config import LocalizerConfig as LocalizerConfig
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import MatchSweep
-from localization.pipeline.estimator import Course, Order, Snapshot
-from localization.pipeline.replay_buffer import Past
-from localization.pipeline.sweep_correction import Stage as Stage
+from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitor
+from localization.monitoring.status import status_of
+from localization.pipeline.event_queue import EventQueue
+from localization.pipeline.events import SweepProcessed
+from localization.pipeline.replay_buffer import ReplayBuffer
+from localization.pipeline.resources import Resources, Stage as Stage
+from localization.pipeline.state import State
+from localization.pipeline.step import Command, Input, step
 from localization.pipeline.validation import ReadingValidator
-from localization.types import SECOND, Estimate, Hint, Mounts, Reading
+from localization.types import SECOND, Estimate, Health, Hint, Mounts, Reading
 
 
 class Localizer:
-    """Where is the robot? Feed it every reading in the order of arrival."""
+    """Estimates where the robot is. Feed it every reading in the order of arrival."""
 
     def __init__(
         self,
@@ -39,87 +43,139 @@ class Localizer:
             mounts: ``base_from_scanner`` by the scanner's frame.
             config: all settings.
             stage: see ``Stage``.
-            matcher: registers sweeps instead of what ``config.matcher`` names.
+            matcher: registers sweeps instead of the one that ``config.matcher`` names.
         """
         self.config = config
-        self._course = Course(world, mounts, config, stage=stage, matcher=matcher)
-        self._intake = ReadingValidator(mounts, config.sensors.leader, config.late_readings.horizon)
-        self._past: Past[Snapshot, Order] = Past(config.late_readings, config.sensors)
-        self._last = self._course.estimate()
+        self._resources = Resources(world, mounts, config, stage=stage, matcher=matcher)
+        self._state = State.initial(mounts, config)
+        self._validator = ReadingValidator(
+            mounts, config.sensors.leader, config.late_readings.horizon
+        )
+        self._buffer: ReplayBuffer[State, Input] = ReplayBuffer(
+            config.late_readings, config.sensors
+        )
+        self._events = EventQueue()
+        self._extrinsics = ExtrinsicsMonitor(
+            self._resources.world, mounts, config.extrinsics_monitor
+        )
+        self._last = self._estimate()
 
-    @property
-    def refused(self) -> int:
-        """How many readings were turned away as impossible."""
-        return self._intake.refused
+    def add(self, reading: Reading) -> Estimate:
+        """Process one reading and return the estimate as it now stands.
+
+        An invalid reading changes nothing; the estimate's reasons then say what was refused. Time advances
+        with the inertial readings, or with their substitute; the others take effect with the one that covers
+        them. A late reading takes effect at its own time: the readings since then are replayed, and a sweep
+        among them is reported with the next reading that advances time.
+        """
+        refusal = self._validator.refusal(reading, self._state.stamp)
+        if refusal is not None:
+            self._events.refuse(refusal)
+            return replace(self._last, reasons=(refusal, *self._last.reasons))
+        if isinstance(reading, Hint):
+            self._events.expect(reading)
+        if self._buffer.is_late(reading):
+            self._state, items = self._buffer.rewind(reading)
+            for item in items:
+                self._take(item)
+            return self._estimate(late=True)
+        self._take(reading)
+        advanced = isinstance(reading, self.config.sensors.leader)
+        return self._estimate() if advanced else self._last
 
     def relocalize(self) -> None:
         """Begin a search of the whole map with the next sweep, as for a robot that was carried away.
 
-        What it finds is told apart by driving on; until that is settled, the estimate stays as it is.
+        The places found are disambiguated by driving on; until that is decided, the estimate stays as it is.
         """
-        self._take(Order.LOOK_EVERYWHERE)
+        self._take(Command.SEARCH_MAP)
 
     @property
     def undoable(self) -> bool:
-        """Whether the last placement can still be taken back."""
-        return self._course.undoable
+        """Whether the last placement can still be undone."""
+        return self._state.replaced is not None
 
     def undo(self) -> Estimate:
-        """Take back the last accepted hint, or the last placement by a search, as if it had not come.
+        """Undo the last accepted hint, or the last placement by a search, as if it had not happened.
 
-        The estimate is then what it was, carried on by wheels, gyro and KISS-ICP's motion, with what that
-        adds to its covariance; from the next sweep on it is corrected by the map again. A robot that was
-        lost before is so again, and is not looked for until a hint or ``relocalize`` asks for it.
+        The estimate is then what it was, carried on by wheels, gyro and KISS-ICP's motion, with the
+        uncertainty that this adds; from the next sweep on it is corrected by the map again. A robot that was
+        lost before is lost again, and is not searched for until a hint or ``relocalize`` requests it.
 
         Returns:
-            The estimate as it now stands; its reasons say what was taken back, or that nothing was.
+            The estimate as it now stands; its reasons say what was undone, or that nothing was.
         """
         if not self.undoable:
             why = f"nothing to take back from the last {self.config.undo_memory / SECOND:.0f} s"
-            return replace(self._unchanged(), reasons=(why, *self._last.reasons))
-        self._take(Order.UNDO)
-        self._last = self._course.estimate(late=True)
-        return self._last
+            return replace(self._last, reasons=(why, *self._last.reasons))
+        self._take(Command.UNDO)
+        return self._estimate(late=True)
 
-    def add(self, reading: Reading) -> Estimate:
-        """Take one reading and return the estimate as it now stands.
+    @property
+    def refused(self) -> int:
+        """Number of readings that were rejected as invalid."""
+        return self._validator.refused
 
-        A reading that cannot be true changes nothing; the estimate's reasons then say what was refused.
-        Time moves on with the inertial readings, or with what stands in for them; the others take effect
-        with the one that covers them. One that comes late takes effect at its own time, and what came
-        after it is taken again; a sweep is then told with the reading that moves time on next.
-        """
-        refusal = self._intake.refusal(reading, self._course.stamp)
-        if refusal is not None:
-            self._course.refuse(refusal)
-            return replace(self._unchanged(), reasons=(refusal, *self._last.reasons))
-        if isinstance(reading, Hint):
-            self._course.expect(reading)
-        if self._past.late(reading):
-            self._rewind(reading)
-            self._last = self._course.estimate(late=True)
-            return self._last
-        if not self._take(reading):
-            return self._unchanged()
-        self._last = self._course.estimate()
-        return self._last
+    def _take(self, item: Input) -> None:
+        """Make the step that an input causes."""
+        self._buffer.append(item, self._state)
+        self._state, events = step(self._state, item, self._resources)
+        for event in events:
+            self._events.add(event)
+            if isinstance(event, SweepProcessed):
+                with self._resources.stage("mounts"):
+                    self._extrinsics.take(
+                        event.scans,
+                        event.track,
+                        event.sweep.stamp,
+                        event.map_from_base,
+                        event.odom_from_base,
+                        trusted=event.trusted,
+                    )
 
-    def _rewind(self, reading: Reading) -> None:
-        """Be again what was before a reading that comes late, and take it and all that came since."""
-        state, again = self._past.rewind(reading)
-        self._course.restore(state)
-        for what in again:
-            self._take(what)
-
-    def _take(self, what: Reading | Order) -> bool:
-        self._past.note(what, self._course.snapshot)
-        return self._course.take(what)
-
-    def _unchanged(self) -> Estimate:
-        """The last estimate without its news, which are told once."""
-        last = self._last
-        if last.sweep is not None or last.verdict is not None:
+    def _estimate(self, *, late: bool = False) -> Estimate:
+        """Put the estimate together; sweeps and answers wait for the next one if a reading came late."""
+        state, sweep = self._state, None if late else self._events.sweep
+        odom = state.odom_from_base
+        health, reasons = self._status()
+        estimate = Estimate(
+            stamp=state.stamp,
+            map_from_base=state.filter.pose if state.placed else None,
+            odom_from_base=odom,
+            covariance=state.filter.covariance,
+            twist=state.filter.twist,
+            health=health,
+            reasons=(*self._events.reasons, *reasons),
+            match=sweep.match if sweep else None,
+            sweep=sweep.sweep_at(odom, state.stamp) if sweep else None,
+            verdict=None if late else self._events.next_answer(),
+            nis=sweep.nis if sweep else None,
+            hypotheses=state.search.hypotheses.candidates(odom),
+            consistency=sweep.consistency if sweep else None,
+        )
+        self._last = estimate
+        if not late:
+            self._events.clear()
+        if sweep is not None or estimate.verdict is not None:
             self._last = replace(
-                last, sweep=None, match=None, nis=None, verdict=None, consistency=None
+                estimate, sweep=None, match=None, nis=None, verdict=None, consistency=None
             )
-        return self._last
+        return estimate
+
+    def _status(self) -> tuple[Health, tuple[str, ...]]:
+        """Return the state of the estimate, and why."""
+        state, config, mounts = self._state, self.config, self._resources.mounts
+        oldest = state.stamp - config.health.silence
+        sources = (*sorted(mounts), *config.sensors.expected)
+        silent = tuple(s for s in sources if state.last_received.get(s, 0) < oldest)
+        return status_of(
+            state.health,
+            placed=state.placed,
+            slipping=state.slip.slipping(state.stamp),
+            silent=silent,
+            no_scanner=mounts.keys() <= set(silent),
+            mounts=self._extrinsics.doubts,
+            searching=state.search.search.busy,
+            checking=state.search.checking,
+            candidates=state.search.hypotheses.candidates(state.odom_from_base),
+        )

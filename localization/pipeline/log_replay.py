@@ -24,7 +24,7 @@ from localization.logs.open_log import open_log
 from localization.maps.cloud import Cloud
 from localization.maps.map_files import load_map
 from localization.maps.prepared_map import prepare
-from localization.motion.motion_model import SensorConfiguration
+from localization.motion.sensor_configuration import SensorConfiguration
 from localization.pipeline.localizer import Localizer
 from localization.types import (
     SECOND,

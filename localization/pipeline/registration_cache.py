@@ -1,4 +1,4 @@
-"""What sweeps were found to say: recalled when readings that came late have them gone through again."""
+"""Cache of registrations: what was computed for a sweep serves again when readings are replayed."""
 
 from __future__ import annotations
 
@@ -6,38 +6,41 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from localization.motion.kiss_odometry import KissView
-from localization.pipeline.replay_buffer import LateReadingsConfig
+from localization.pipeline.late_readings import LateReadingsConfig
 from localization.types import Match, PointScan, Pose, Scan, ScanConsistency, Sweep
 
 
 @dataclass(slots=True, eq=False)
 class SweepRecord:
-    """One sweep, and what was found out about it so far."""
+    """One sweep, and what was computed for it so far."""
 
     scans: tuple[Scan | PointScan, ...]
-    """What it was put together from."""
+    """The scans that it was put together from."""
     path: Pose
     """``base_then_from_base_now`` since about its first beam, by which it was deskewed."""
     sweep: Sweep
+    """The deskewed sweep."""
     view: KissView | None = None
-    """Where KISS-ICP's odometry saw it."""
+    """Where KISS-ICP's odometry observed it."""
     prior: Pose | None = None
-    """The prediction that it was registered with ..."""
+    """The prediction with which it was registered."""
     match: Match | None = None
-    """... and what came of it."""
+    """The result of that registration."""
     consistency: ScanConsistency | None = None
-    """What the map does not explain of it."""
+    """Agreement of the sweep with the map at that registration."""
     asked: Pose | None = None
-    """The estimate when KISS-ICP was asked for a second opinion ..."""
+    """The estimate when KISS-ICP was asked for a second opinion."""
     opinion: Pose | None = None
-    """... and what it said."""
+    """The second opinion."""
+    reported: bool = False
+    """Whether an event has reported it."""
 
 
-class Recall:
-    """Owns the records of the sweeps within the horizon.
+class RegistrationCache:
+    """Owns the records of the sweeps within the horizon of late readings.
 
     A registration costs some milliseconds, and depends on the prediction only through which surfaces are
-    near; a recalled one costs none. With ``LateReadingsConfig.exact`` nothing is ever recalled.
+    near. With ``LateReadingsConfig.exact`` nothing is kept.
     """
 
     def __init__(self, config: LateReadingsConfig) -> None:
@@ -45,10 +48,10 @@ class Recall:
         self._records: dict[tuple[int, ...], SweepRecord] = {}
 
     def find(self, scans: Sequence[Scan | PointScan], stamp: int, path: Pose) -> SweepRecord | None:
-        """Return what is known of a sweep, if it is that of the same scans, at the same stamp, deskewed alike.
+        """Return the record of a sweep of the same scans, at the same stamp, deskewed alike; or None.
 
         Args:
-            scans: what it is put together from.
+            scans: the scans of the sweep.
             stamp: to which it is deskewed [ns].
             path: as ``SweepRecord.path``.
         """
@@ -56,7 +59,7 @@ class Recall:
         return record if record is not None and self._config.same(record.path, path) else None
 
     def keep(self, record: SweepRecord) -> None:
-        """Take note of a sweep; those beyond the horizon are forgotten."""
+        """Remember a sweep; those beyond the horizon are dropped."""
         if self._config.exact or not self._config.horizon:
             return
         now = record.sweep.stamp
@@ -68,5 +71,5 @@ class Recall:
 
 
 def _key(scans: Sequence[Scan | PointScan], stamp: int) -> tuple[int, ...]:
-    # The records hold their scans, so that no other object can take an identity over.
+    # The records hold their scans, so that no other object can get the identity of one.
     return (stamp, *(id(scan) for scan in scans))

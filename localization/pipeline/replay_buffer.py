@@ -1,183 +1,127 @@
-"""The near past: readings in their order, and what the localiser was before them.
+"""Replay buffer: the inputs of the last seconds in their order, each with the state before it.
 
-A reading that comes late belongs before others that were taken already. The past says from which state to
-begin again, and with which readings, so that the estimate becomes what it would have been in order.
+A reading that arrives late belongs before others that were processed already. The buffer returns the state
+from which to begin again and the inputs to process from there, so that the estimate becomes what it would
+have been in order (out-of-sequence measurements).
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-import numpy as np
-
-from localization.errors import LocalizationError
-from localization.geometry import so3_log
-from localization.motion.motion_model import SensorConfiguration
+from localization.motion.sensor_configuration import SensorConfiguration
+from localization.pipeline.late_readings import LateReadingsConfig
 from localization.types import (
-    SECOND,
     Inertial,
     Odometry,
     PointScan,
-    Pose,
     Reading,
     Scan,
     WheelSpeeds,
 )
 
 State = TypeVar("State")
-Order = TypeVar("Order")
+Item = TypeVar("Item")
 Key = tuple[int, int]
 """Stamp [ns] at which a reading is complete, and its rank among those of the same stamp."""
 
-_SPACING = SECOND // 50
-"""States are kept at least this far apart [ns]: a reading that is late by less than a sweep then never
-has a sweep registered again."""
-
-
-@dataclass(frozen=True, slots=True)
-class LateReadingsConfig:
-    """How readings are taken in that come late."""
-
-    horizon: int = 2 * SECOND
-    """A reading later than this is refused [ns]; with 0, whatever is not in order."""
-    reuse_distance: float = 0.005
-    """A sweep that was registered already keeps its match unless the prediction moved farther [m]. Its
-    match is the sweep's own word, free of the prediction, and known to some 3 mm. With 0 every sweep is
-    registered again, and the result is that of readings in order, bit for bit."""
-    reuse_angle: float = np.deg2rad(0.2)
-    """... or turned farther [rad]."""
-
-    def __post_init__(self) -> None:
-        if self.horizon < 0 or self.reuse_distance < 0.0 or self.reuse_angle < 0.0:
-            raise LocalizationError("rewind settings must be >= 0")
-
-    @property
-    def exact(self) -> bool:
-        """Whether everything is done again."""
-        return self.reuse_distance == 0.0
-
-    def same(self, a: Pose, b: Pose) -> bool:
-        """Return whether two predictions are as good as one."""
-        if np.array_equal(a.position, b.position) and np.array_equal(a.rotation, b.rotation):
-            return True
-        if float(np.abs(a.position - b.position).max()) > self.reuse_distance:
-            return False
-        return float(np.abs(so3_log(a.rotation.T @ b.rotation)).max()) <= self.reuse_angle
+_NEVER: Key = (-1, 0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Event(Generic[State, Order]):
-    """One thing that was taken, and what the localiser was before it, where that is remembered."""
+class Entry(Generic[State, Item]):
+    """One input that was processed."""
 
-    what: Reading | Order
+    item: Item
+    """The input: a reading, or a command."""
     key: Key | None
-    """Where it belongs; None if it counts when it comes, as hints and orders do."""
+    """Its place in time; None if it takes effect on arrival, as hints and commands do."""
     moves: bool
-    """Whether it tells how the robot moved."""
+    """Whether it measures how the robot moved."""
     leads: bool
-    """Whether it moved time on."""
-    before: State | None
+    """Whether it advanced time."""
+    before: State
+    """The state before it."""
 
 
-class Past(Generic[State, Order]):
-    """Owns the events within the horizon, oldest first; the first one's state is always there."""
+class ReplayBuffer(Generic[State, Item]):
+    """Owns the inputs within the horizon, oldest first."""
 
-    def __init__(self, config: LateReadingsConfig, suite: SensorConfiguration) -> None:
+    def __init__(self, config: LateReadingsConfig, sensors: SensorConfiguration) -> None:
         self._horizon = config.horizon
-        self._leader = suite.leader
-        self._heeded = (*suite.leader, *((WheelSpeeds,) if suite.wheels else ()))
-        self._events: deque[Event[State, Order]] = deque()
-        self._moved, self._led = (-1, 0), (-1, 0)
-        self._kept = -_SPACING
+        self._leader = sensors.leader
+        self._motion = (*sensors.leader, *((WheelSpeeds,) if sensors.wheels else ()))
+        self._entries: deque[Entry[State, Item]] = deque()
+        self._moved, self._led = _NEVER, _NEVER
 
     def __len__(self) -> int:
-        return len(self._events)
+        return len(self._entries)
 
-    def late(self, what: Reading | Order) -> bool:
-        """Return whether a reading belongs before what was taken already."""
-        if not self._horizon:
-            return False
-        key = self._key(what)
+    def is_late(self, item: Item | Reading) -> bool:
+        """Return whether a reading belongs before others that were processed already."""
+        key = self._key(item) if self._horizon else None
         if key is None:
             return False
-        if isinstance(what, self._heeded):
+        if isinstance(item, self._motion):
             return key < self._moved
-        return isinstance(what, Scan | PointScan) and key < self._led
+        return isinstance(item, Scan | PointScan) and key < self._led
 
-    def note(self, what: Reading | Order, state: Callable[[], State]) -> None:
-        """Append what is about to be taken.
-
-        Args:
-            what: a reading, or an order of the operator's.
-            state: gives what the localiser is now; asked only if that is to be remembered.
-        """
+    def append(self, item: Item, state: State) -> None:
+        """Append an input that is about to be processed, and the state before it."""
         if not self._horizon:
             return
-        key = self._key(what)
-        moves, leads = isinstance(what, self._heeded), isinstance(what, self._leader)
-        due = leads and key is not None and key[0] >= self._kept + _SPACING
-        before = state() if due or not self._events else None
-        self._events.append(Event(what, key, moves, leads, before))
-        if key is not None and moves:
+        key = self._key(item)
+        moves, leads = isinstance(item, self._motion), isinstance(item, self._leader)
+        self._entries.append(Entry(item, key, moves, leads, state))
+        if key is None:
+            return
+        if moves:
             self._moved = max(self._moved, key)
-        if key is not None and leads:
+        if leads:
             self._led = max(self._led, key)
-            if before is not None:
-                self._kept = key[0]
-                self._forget(key[0] - self._horizon)
+            self._forget(key[0] - self._horizon)
 
-    def rewind(self, reading: Reading) -> tuple[State, list[Reading | Order]]:
-        """Return the state from which to begin again, and what to take from there, in order.
+    def rewind(self, reading: Item) -> tuple[State, list[Item]]:
+        """Return the state from which to begin again, and the inputs to process from there, in order.
 
-        All that is returned is forgotten here, and must be noted again.
+        They are removed from the buffer, and are to be appended again.
         """
-        key, moves = self._key(reading), isinstance(reading, self._heeded)
-        assert key is not None
-        events = list(self._events)
+        key, moves = self._key(reading), isinstance(reading, self._motion)
+        if key is None:
+            raise TypeError(f"{reading} has no place in time")
+        entries = list(self._entries)
+        # A motion reading goes before the next motion reading, a scan before the next that advances time.
         at = next(
             i
-            for i, e in enumerate(events)
+            for i, e in enumerate(entries)
             if e.key is not None and e.key > key and (e.leads or (moves and e.moves))
         )
-        begin = max(i for i in range(at + 1) if events[i].before is not None)
-        state = events[begin].before
-        assert state is not None
-        self._events = deque(events[:begin])
-        kept = self._events
-        self._moved = max((e.key for e in kept if e.moves and e.key is not None), default=(-1, 0))
-        self._led = max((e.key for e in kept if e.leads and e.key is not None), default=(-1, 0))
-        states = [e.key[0] for e in kept if e.leads and e.before is not None and e.key is not None]
-        self._kept = states[-1] if states else -_SPACING
-        # Scans wait until time has moved on to their end: one that came after the reading that does it
-        # now goes first.
-        since = events[at:]
-        first = [e for e in since if not e.moves and e.key is not None and e.key < key]
-        rest = [e for e in since if e not in first]
-        before, after = (*events[begin:at], *first), rest
-        return state, [*(e.what for e in before), reading, *(e.what for e in after)]
+        self._entries = deque(entries[:at])
+        self._moved = max((e.key for e in self._entries if e.moves and e.key), default=_NEVER)
+        self._led = max((e.key for e in self._entries if e.leads and e.key), default=_NEVER)
+        # Scans wait until time has advanced to their end: one that arrived after the reading which advances
+        # it now goes first.
+        earlier: list[Item] = []
+        later: list[Item] = []
+        for e in entries[at:]:
+            waits = not e.moves and e.key is not None and e.key < key
+            (earlier if waits else later).append(e.item)
+        return entries[at].before, [*earlier, reading, *later]
 
     def _forget(self, before: int) -> None:
-        """Drop what no reading can come before any more, but for the state to begin from."""
+        """Drop entries before which no reading within the horizon belongs [ns]."""
         while True:
-            following = (
-                i for i, e in enumerate(self._events) if i and e.leads and e.before is not None
-            )
-            i = next(following, None)
-            if i is None:
+            first = self._entries[0]
+            if first.moves and first.key is not None and first.key[0] >= before:
                 return
-            key = self._events[i].key
-            if key is None or key[0] > before:
-                return
-            for _ in range(i):
-                self._events.popleft()
+            self._entries.popleft()
 
-    def _key(self, what: Reading | Order) -> Key | None:
-        match what:
+    def _key(self, item: Item | Reading) -> Key | None:
+        match item:
             case Scan() | PointScan():
-                return what.end_stamp, 2 if isinstance(what, self._leader) else 0
+                return item.end_stamp, 2 if isinstance(item, self._leader) else 0
             case WheelSpeeds() | Inertial() | Odometry():
-                return what.stamp, 2 if isinstance(what, self._leader) else 1
+                return item.stamp, 2 if isinstance(item, self._leader) else 1
         return None

@@ -1,83 +1,93 @@
-"""Scans that wait for one another, and for the motion that covers their beams."""
+"""Synchronisation of scans: one sweep is put together from those of all scanners, once their motion is known."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 from localization.types import SECOND, PointScan, Scan
 
 _LONGEST_WAIT = 2 * SECOND
-"""A scan whose motion is still unknown when one that ends so much later has come is given up [ns]."""
+"""A scan whose motion is still unknown when one that ends so much later has arrived is dropped [ns]."""
 
 
-class Gathering:
-    """Owns the scans of the sweep that is coming together."""
+@dataclass(frozen=True, slots=True, eq=False)
+class ScanSynchronizer:
+    """The scans of the next sweep; a value."""
 
-    def __init__(self, scanners: int, patience: int) -> None:
-        """Build.
+    scanners: int
+    """Number of scanners."""
+    patience: int
+    """A scan waits at most this long for those of the other scanners [ns]."""
+    waiting: Mapping[str, Scan | PointScan] = field(default_factory=dict)
+    """Scans whose motion is known, by the scanner's frame."""
+    ahead: tuple[Scan | PointScan, ...] = ()
+    """Scans that end later than the motion that is known, in the order of their ends."""
 
-        Args:
-            scanners: how many there are.
-            patience: how long a scan waits for the others' [ns].
-        """
-        self._scanners, self._patience = scanners, patience
-        self._waiting: Mapping[str, Scan | PointScan] = {}
-        self._ahead: tuple[Scan | PointScan, ...] = ()
+    def received(self, scan: Scan | PointScan) -> ScanSynchronizer:
+        """Return it with another scan, which waits until its motion is known."""
+        newest = max(scan.end_stamp, *(s.end_stamp for s in self.ahead), 0)
+        recent = (s for s in self.ahead if s.end_stamp >= newest - _LONGEST_WAIT)
+        return replace(self, ahead=tuple(sorted((*recent, scan), key=lambda s: s.end_stamp)))
 
-    def take(self, scan: Scan | PointScan) -> None:
-        """Let a scan wait until its motion is known, and then for the others."""
-        newest = max(scan.end_stamp, *(s.end_stamp for s in self._ahead), 0)
-        recent = (s for s in self._ahead if s.end_stamp >= newest - _LONGEST_WAIT)
-        self._ahead = tuple(sorted((*recent, scan), key=lambda s: s.end_stamp))
-
-    def due(self, span: tuple[int, int] | None) -> bool:
-        """Return whether a sweep is complete, or has waited long enough, and its motion is known.
+    def advanced(self, span: tuple[int, int] | None) -> ScanSynchronizer:
+        """Return it after motion became known.
 
         Args:
             span: first and last stamp of the motion that is remembered [ns]; None if there is none.
         """
-        if span is None:
-            return False
-        if self._ahead:
-            # Of two scans of one scanner, the older one gives way.
-            known = {s.scanner: s for s in self._ahead if s.end_stamp <= span[1]}
-            self._ahead = tuple(s for s in self._ahead if s.end_stamp > span[1])
-            self._waiting = {**self._waiting, **known}
-        if not self._waiting:
-            return False
-        ends = [scan.end_stamp for scan in self._waiting.values()]
-        begun = min(scan.stamp for scan in self._waiting.values())
-        complete = len(self._waiting) == self._scanners
-        waited = span[1] - min(ends) > self._patience
-        return begun >= span[0] and (complete or waited)
+        if span is None or not self.ahead:
+            return self
+        # Of two scans of one scanner, the newer one replaces the older.
+        known = {s.scanner: s for s in self.ahead if s.end_stamp <= span[1]}
+        if not known:
+            return self
+        ahead = tuple(s for s in self.ahead if s.end_stamp > span[1])
+        return replace(self, waiting={**self.waiting, **known}, ahead=ahead)
 
-    def drop_stale(self, span: tuple[int, int] | None, now: int) -> tuple[str, ...]:
-        """Give up scans from before the remembered motion, which nothing can bring to now.
+    def complete(self, span: tuple[int, int] | None) -> bool:
+        """Return whether a sweep is complete, or has waited long enough, and its motion is known."""
+        if span is None or not self.waiting:
+            return False
+        ends = [scan.end_stamp for scan in self.waiting.values()]
+        begun = min(scan.stamp for scan in self.waiting.values())
+        everyone = len(self.waiting) == self.scanners
+        waited = span[1] - min(ends) > self.patience
+        return begun >= span[0] and (everyone or waited)
+
+    @property
+    def scans(self) -> tuple[Scan | PointScan, ...]:
+        """The scans whose motion is known, in the order of their scanners' names."""
+        return tuple(self.waiting[name] for name in sorted(self.waiting))
+
+    def released(self) -> ScanSynchronizer:
+        """Return it without the scans whose motion is known."""
+        return replace(self, waiting={})
+
+    def without_stale(
+        self, span: tuple[int, int] | None, now: int
+    ) -> tuple[ScanSynchronizer, tuple[str, ...]]:
+        """Drop scans from before the remembered motion, which cannot be deskewed any more.
 
         Args:
-            span: as for ``due``.
-            now: [ns].
+            span: first and last stamp of the motion that is remembered [ns]; None if there is none.
+            now: stamp of the newest motion [ns].
 
         Returns:
-            A sentence for each that somebody is to blame for. At the very start scans begin before
-            the first inertial reading, and nobody is.
+            It without them, and a sentence for each that arrived too late. At the very start scans begin
+            before the first inertial reading; these are dropped without a word.
         """
-        if span is None or all(scan.stamp >= span[0] for scan in self._waiting.values()):
-            return ()
+        if span is None or all(scan.stamp >= span[0] for scan in self.waiting.values()):
+            return self, ()
         late = {
             name: (now - scan.stamp) / SECOND
-            for name, scan in self._waiting.items()
+            for name, scan in self.waiting.items()
             if scan.stamp < span[0]
         }
-        self._waiting = {n: scan for n, scan in self._waiting.items() if n not in late}
-        return tuple(
+        kept = {name: scan for name, scan in self.waiting.items() if name not in late}
+        sentences = tuple(
             f"refused a scan of {name}: {seconds:.1f} s late"
             for name, seconds in late.items()
             if seconds > 1.0
         )
-
-    def release(self) -> tuple[Scan | PointScan, ...]:
-        """Hand out the scans in the order of their scanners' names."""
-        scans = tuple(self._waiting[name] for name in sorted(self._waiting))
-        self._waiting = {}
-        return scans
+        return replace(self, waiting=kept), sentences

@@ -1,30 +1,32 @@
-"""The former estimate: what a placement replaced, carried along so that it can be taken back.
+"""Undo: the estimate that a placement replaced, carried on by dead reckoning so that it can be restored.
 
-A hint may point to the wrong place, and a search may find it. What was believed before goes on beside, by
-wheels, gyro and KISS-ICP's motion alone: nothing that was matched from the new place touches it.
+A hint may point to the wrong place, and a search may find it. The estimate before goes on in parallel, by
+wheels, gyro and KISS-ICP's motion alone, independent of whatever was matched from the new place.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from localization.filter.ekf import EkfSnapshot, SkidSteerEkf
+from localization.filter.ekf import FilterState, with_pose
 from localization.geometry import FloatArray, hat, so3_exp, wrap_angle
+from localization.monitoring.health import HealthMonitor
+from localization.motion.kiss_odometry import ObservedMotion
 from localization.types import Pose
 
 _PLANAR = np.zeros((3, 6))
 _PLANAR[(0, 1, 2), (0, 1, 5)] = 1.0
-"""x, y and yaw of an error (position, rotation)."""
+"""Selects x, y and yaw of an error (position, rotation)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Step:
-    """A motion ``base_then_from_base_now``, and how well it is known."""
+    """A motion and its covariance."""
 
     motion: Pose
+    """``base_then_from_base_now``."""
     covariance: FloatArray
     """(6, 6) of (position error in base then [m], rotation error in base now [rad])."""
 
@@ -33,8 +35,8 @@ class Step:
         """Return the step between two poses of ``odom_from_base``.
 
         Args:
-            then: at its beginning.
-            now: at its end.
+            then: the pose at its beginning.
+            now: the pose at its end.
             accrued: (6, 6) that the process added meanwhile, its position part along the axes of ``map``.
             attitude: (3, 3) rotation from base then to ``map`` in which that is so.
         """
@@ -42,8 +44,8 @@ class Step:
         turn[:3, :3] = attitude.T
         return cls(then.inverse() @ now, turn @ accrued @ turn.T)
 
-    def seen(self, motion: Pose, covariance: FloatArray) -> Step:
-        """Return the step as it is after it was also seen.
+    def corrected(self, motion: Pose, covariance: FloatArray) -> Step:
+        """Return the step after it was also observed.
 
         Args:
             motion: observed; only x, y and yaw are used.
@@ -70,44 +72,47 @@ class Step:
 
 
 Steps = tuple["Steps", Step] | None
-"""The way since the placement, newest step first; a list that is shared and never changed."""
+"""The way since the placement, newest step first; a linked list, of which states share the tails."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Former:
-    """An estimate that was replaced, and the way since then."""
+class ReplacedEstimate:
+    """The estimate before a placement, and the way since then; a value."""
 
     stamp: int
-    """When it was replaced [ns]."""
-    what: str
-    """What replaced it."""
+    """Time of the placement [ns]."""
+    reason: str
+    """Why the pose that replaced it was believed."""
     placed: bool
-    """Whether it was one."""
-    ekf: EkfSnapshot
-    health: Mapping[str, object]
-    odom: Pose
-    """``odom_from_base`` at the end of the way."""
+    """Whether it was a pose in the map."""
+    filter: FilterState
+    """The filter before the placement."""
+    health: HealthMonitor
+    """The evidence before the placement."""
+    odom_from_base: Pose
+    """Pose at the end of the way."""
     steps: Steps = None
+    """The way."""
 
-    def went(
+    def extended(
         self,
-        odom: Pose,
-        ekf: SkidSteerEkf,
+        odom_from_base: Pose,
+        accrued: FloatArray,
         attitude: FloatArray,
-        seen: tuple[Pose, FloatArray] | None,
-    ) -> Former:
+        observed: ObservedMotion | None,
+    ) -> ReplacedEstimate:
         """Return it with one more step.
 
         Args:
-            odom: ``odom_from_base`` now.
-            ekf: whose process accrued error since the step before.
+            odom_from_base: now.
+            accrued: (6, 6) pose covariance that the process added since the step before.
             attitude: (3, 3) rotation of ``map_from_base`` at the step before.
-            seen: how KISS-ICP saw the robot move since then, if it did: x, y, yaw and their covariance.
+            observed: the motion since then as KISS-ICP observed it, if it did.
         """
-        step = Step.of(self.odom, odom, ekf.accrued, attitude)
-        if seen is not None:
-            step = step.seen(*seen)
-        return replace(self, odom=odom, steps=(self.steps, step))
+        step = Step.of(self.odom_from_base, odom_from_base, accrued, attitude)
+        if observed is not None:
+            step = step.corrected(*observed)
+        return replace(self, odom_from_base=odom_from_base, steps=(self.steps, step))
 
     def carried(self) -> tuple[Pose, FloatArray]:
         """Return its ``map_from_base`` and (6, 6) covariance at the end of the way."""
@@ -116,20 +121,18 @@ class Former:
         while steps is not None:
             steps, step = steps
             way.append(step)
-        pose, covariance = self.ekf.pose, np.array(self.ekf.covariance[:6, :6])
+        pose, covariance = self.filter.pose, self.filter.covariance
         for step in reversed(way):
             pose, covariance = step.carry(pose, covariance)
         return pose, covariance
 
-    def bring_back(self, ekf: SkidSteerEkf) -> None:
-        """Let a filter believe what it would, had nothing been matched since."""
-        was, (pose, covariance) = self.ekf, self.carried()
-        ekf.restore(
-            replace(
-                ekf.snapshot(),
-                gyro_bias=was.gyro_bias,
-                kappa=was.kappa,
-                covariance=was.covariance,
-            )
+    def restored(self, now: FilterState) -> FilterState:
+        """Return the filter as it would be now, had nothing been matched since the placement."""
+        was, (pose, covariance) = self.filter, self.carried()
+        before = replace(
+            now,
+            gyro_bias=was.gyro_bias,
+            kappa=was.kappa,
+            full_covariance=was.full_covariance,
         )
-        ekf.reset_pose(pose, 0.5 * (covariance + covariance.T))
+        return with_pose(before, pose, 0.5 * (covariance + covariance.T))

@@ -17,14 +17,10 @@ from scipy import ndimage
 
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
-from localization.relocalization.window_search import (
-    FloorPlan,
-    SearchConfig,
-    Window,
-    best_places,
-    level_points,
-    refined_places,
-)
+from localization.relocalization.floor_plan import FloorPlan, level_points
+from localization.relocalization.refinement import best_places, refined_places
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_window import Window
 from localization.types import Candidate, Pose, Sweep
 
 ByteArray = npt.NDArray[np.uint8]

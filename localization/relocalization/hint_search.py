@@ -1,4 +1,4 @@
-"""A desk for hints: each opens a search, is verified against a sweep, and gets an answer."""
+"""Search for the pose to which a hint points: a window is opened, searched, verified, and the hint is answered."""
 
 from __future__ import annotations
 
@@ -9,22 +9,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from localization.maps.prepared_map import PreparedMap
-from localization.pipeline.replay_buffer import LateReadingsConfig
 from localization.relocalization.branch_and_bound import MapSearchConfig, Pyramid, search_map
-from localization.relocalization.window_search import (
-    FloorPlan,
-    SearchConfig,
-    Window,
-    distinguishable,
-    explain,
-    same_place,
-    window_of,
-)
+from localization.relocalization.floor_plan import FloorPlan
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_window import Window, window_of
+from localization.relocalization.verification import distinguishable, explain, same_place
 from localization.types import Candidate, Hint, HintVerdict, Pose, Sweep, Verdict
 
+_REMEMBERED = 4
+"""Number of searches whose work is kept for when readings are replayed."""
 
-class Work:
-    """The steps of a search, done once however often they are gone through."""
+
+class ResumableSearch:
+    """The steps of a search, computed once however often they are asked for."""
 
     def __init__(self, steps: Generator[None, None, tuple[Candidate, ...]]) -> None:
         self._steps = steps
@@ -32,7 +29,7 @@ class Work:
         self._found: tuple[Candidate, ...] = ()
 
     def after(self, steps: int) -> tuple[Candidate, ...] | None:
-        """Return what was found after so many steps; None if that is not all of them."""
+        """Return the places found after so many steps; None if the search takes more."""
         while self._done < steps and not self._last:
             self._done += 1
             try:
@@ -43,22 +40,24 @@ class Work:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Search:
+class SearchTask:
     """A search under way."""
 
     hint: Hint | None
-    """None when the localiser searches for itself, being lost."""
+    """The hint that is searched for; None if the localiser is lost and searches by itself."""
     window: Window | None
-    """None for the whole map."""
+    """Where to search; None for the whole map."""
     sweep: Sweep
+    """The sweep to be explained."""
     odom_from_base: Pose
-    """At the sweep's stamp."""
+    """Pose at the sweep's stamp."""
     level: Pose
-    """Whose height, roll and pitch hold."""
-    work: Work
+    """A pose whose height, roll and pitch the robot has."""
+    work: ResumableSearch
+    """The search itself."""
 
-    def like(self, other: Search, same: Callable[[Pose, Pose], bool]) -> bool:
-        """Return whether another search looks for the same in the same, for all that matters."""
+    def like(self, other: SearchTask, same: Callable[[Pose, Pose], bool]) -> bool:
+        """Return whether another task would find the same: same sweep, and windows that hardly differ."""
         return (
             self.hint is other.hint
             and _alike(self.window, other.window, same)
@@ -68,29 +67,43 @@ class Search:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class DeskSnapshot:
-    """What is being looked for at one moment."""
+class SearchState:
+    """The search at one moment; a value."""
 
-    waiting: tuple[Hint, Pose] | None
-    search: Search | None
-    steps: int
+    waiting: tuple[Hint, Pose] | None = None
+    """A hint that waits for the next sweep, and ``odom_from_base`` at its stamp."""
+    task: SearchTask | None = None
+    """The search under way."""
+    steps: int = 0
+    """Number of its steps so far."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether a search is under way or about to begin."""
+        return self.task is not None or self.waiting is not None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
-    """What a search ended with."""
+class SearchResult:
+    """The result of a search."""
 
     verdict: Verdict
+    """What the search decided."""
     reason: str
+    """One sentence for the operator."""
     hint: Hint | None
+    """The hint that was searched for, if any."""
     candidates: tuple[Candidate, ...]
-    """Brought forward to now by odometry, best first."""
-    everywhere: bool = False
+    """The places found, as of now by odometry, best first."""
+    whole_map: bool = False
     """Whether the whole map was searched."""
 
 
 class HintSearch:
-    """Owns the search under way and the answers not yet handed out."""
+    """Steps of the search; what is being searched for is in ``SearchState``.
+
+    It keeps the floor plan's pyramid and the work of the last searches: both save time and change no result.
+    """
 
     def __init__(
         self,
@@ -98,37 +111,38 @@ class HintSearch:
         plan: FloorPlan,
         config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
         map_config: MapSearchConfig = MapSearchConfig(),  # noqa: B008  (frozen)
-        rewind: LateReadingsConfig = LateReadingsConfig(),  # noqa: B008  (frozen)
+        *,
+        same: Callable[[Pose, Pose], bool] = lambda a, b: a is b,
     ) -> None:
+        """Build.
+
+        Args:
+            world: the prepared cloud.
+            plan: its floor plan at the horizontal scanner's height.
+            config: how a window is searched, and what counts as found.
+            map_config: how the whole map is searched.
+            same: whether two poses are so near to each other that a search from one serves for the other.
+        """
         self.config = config
-        self._same = rewind.same
+        self._same = same
         self._world, self._plan = world, plan
         self._map_config = map_config
         self._pyramid: Pyramid | None = None
-        self._waiting: tuple[Hint, Pose] | None = None
-        self._search: Search | None = None
-        self._steps = 0
-        self._begun: deque[Search] = deque(maxlen=4)
-        self._answers: deque[HintVerdict] = deque()
-        self._told: deque[HintVerdict] = deque(maxlen=16)
+        self._begun: deque[SearchTask] = deque(maxlen=_REMEMBERED)
 
-    @property
-    def busy(self) -> bool:
-        """Whether a search is under way or about to begin."""
-        return self._search is not None or self._waiting is not None
-
-    def expect(self, hint: Hint) -> None:
-        """Make ready to answer a hint that just came, though it may have been given before."""
-        told = (t for t in self._told if t.hint is not hint)
-        self._told = deque(told, maxlen=self._told.maxlen)
-
-    def receive(self, hint: Hint, now: int, odom_from_base: Pose) -> None:
-        """Take a hint; one outside the map is answered at once, an unfinished one gives way.
+    def receive(
+        self, state: SearchState, hint: Hint, now: int, odom_from_base: Pose
+    ) -> tuple[SearchState, tuple[HintVerdict, ...]]:
+        """Accept a hint; one outside the map is answered at once, and it replaces an unfinished one.
 
         Args:
-            hint: what the operator believes.
-            now: stamp of the answer, should there be one at once [ns].
+            state: the search so far.
+            hint: where the operator believes the robot to be.
+            now: stamp of an answer that is given at once [ns].
             odom_from_base: at the hint's stamp.
+
+        Returns:
+            The search with the hint, and the answers.
         """
         x, y = float(hint.map_from_base.position[0]), float(hint.map_from_base.position[1])
         reach = window_of(hint.map_from_base, hint.covariance, self.config).half_width
@@ -138,82 +152,94 @@ class HintSearch:
                 f"({x:.1f}, {y:.1f}) lies outside the map, which spans x {low[0]:.1f} to {high[0]:.1f} "
                 f"and y {low[1]:.1f} to {high[1]:.1f} m"
             )
-            self.answer(hint, now, Verdict.REJECTED, reason)
-            return
-        old = self._search.hint if self._search else None
-        if self._waiting is not None:
-            old = self._waiting[0]
+            return state, (HintVerdict(now, hint, Verdict.REJECTED, reason),)
+        old = state.task.hint if state.task else None
+        if state.waiting is not None:
+            old = state.waiting[0]
+        answers: tuple[HintVerdict, ...] = ()
         if old is not None:
-            self.answer(old, now, Verdict.REJECTED, "a newer hint took its place")
-        self._waiting, self._search = (hint, odom_from_base), None
+            answers = (HintVerdict(now, old, Verdict.REJECTED, "a newer hint took its place"),)
+        return SearchState(waiting=(hint, odom_from_base)), answers
 
-    def begin(self, sweep: Sweep, odom_from_base: Pose, level: Pose) -> None:
-        """Start searching for the hint that waits, if one does.
+    def begin(
+        self, state: SearchState, sweep: Sweep, odom_from_base: Pose, level: Pose
+    ) -> SearchState:
+        """Begin to search for the hint that waits, if one does.
 
         Args:
+            state: the search so far.
             sweep: the newest one.
             odom_from_base: at its stamp.
-            level: whose height, roll and pitch hold.
+            level: a pose whose height, roll and pitch the robot has.
         """
-        if self._waiting is None:
-            return
-        (hint, odom_then), self._waiting = self._waiting, None
+        if state.waiting is None:
+            return state
+        hint, odom_then = state.waiting
         moved = odom_then.inverse() @ odom_from_base
         window = window_of(hint.map_from_base @ moved, hint.covariance, self.config)
-        self._start(hint, window, sweep, odom_from_base, level)
+        return self._begin(hint, window, sweep, odom_from_base, level)
 
-    def search_around(
-        self, window: Window, sweep: Sweep, odom_from_base: Pose, level: Pose
-    ) -> None:
-        """Search without a hint, unless a search is under way."""
-        if not self.busy:
-            self._start(None, window, sweep, odom_from_base, level)
+    def search_window(
+        self,
+        state: SearchState,
+        window: Window | None,
+        sweep: Sweep,
+        odom_from_base: Pose,
+        level: Pose,
+    ) -> SearchState:
+        """Search a window, or the whole map if it is None, without a hint, unless a search is under way."""
+        return state if state.busy else self._begin(None, window, sweep, odom_from_base, level)
 
-    def search_everywhere(self, sweep: Sweep, odom_from_base: Pose, level: Pose) -> None:
-        """Search the whole map, unless a search is under way."""
-        if not self.busy:
-            self._start(None, None, sweep, odom_from_base, level)
-
-    def _start(
+    def _begin(
         self,
         hint: Hint | None,
         window: Window | None,
         sweep: Sweep,
         odom_from_base: Pose,
         level: Pose,
-    ) -> None:
+    ) -> SearchState:
         if self._pyramid is None:
             self._pyramid = Pyramid(self._plan, self._map_config)
         work = search_map(sweep, self._world, self._pyramid, level, self.config, window)
-        search = Search(hint, window, sweep, odom_from_base, level, Work(work))
-        # Gone through again, as after a reading that came late, it need not be done again.
-        same = next((s for s in self._begun if s.like(search, self._same)), None)
-        self._search = search if same is None else replace(search, work=same.work)
-        self._steps = 0
-        self._begun.append(self._search)
+        task = SearchTask(hint, window, sweep, odom_from_base, level, ResumableSearch(work))
+        # When readings are replayed, the search has been computed before.
+        same = next((t for t in self._begun if t.like(task, self._same)), None)
+        task = task if same is None else replace(task, work=same.work)
+        self._begun.append(task)
+        return SearchState(task=task)
 
-    def advance(self, odom_from_base: Pose, current: Pose | None) -> Found | None:
-        """Do one tick's share of the search; return what was found when it ends.
+    def advance(
+        self, state: SearchState, odom_from_base: Pose, current: Pose | None
+    ) -> tuple[SearchState, SearchResult | None]:
+        """Compute one tick's share of the search.
 
         Args:
+            state: the search so far.
             odom_from_base: now.
             current: the present estimate if it deserves a comparison, else None.
-        """
-        if self._search is None:
-            return None
-        task = self._search
-        self._steps += 1
-        candidates = task.work.after(self._steps)
-        if candidates is None:
-            return None
-        self._search = None
-        moved = task.odom_from_base.inverse() @ odom_from_base
-        verdict, reason = self._judge(task, candidates, current, moved)
-        brought = tuple(Candidate(c.map_from_base @ moved, c.score) for c in candidates)
-        return Found(verdict, reason, task.hint, brought, everywhere=task.window is None)
 
-    def _judge(
-        self, task: Search, candidates: tuple[Candidate, ...], current: Pose | None, moved: Pose
+        Returns:
+            The search after it, and its result if it has ended.
+        """
+        task = state.task
+        if task is None:
+            return state, None
+        steps = state.steps + 1
+        candidates = task.work.after(steps)
+        if candidates is None:
+            return SearchState(state.waiting, task, steps), None
+        moved = task.odom_from_base.inverse() @ odom_from_base
+        verdict, reason = self._judged(task, candidates, current, moved)
+        now = tuple(Candidate(c.map_from_base @ moved, c.score) for c in candidates)
+        result = SearchResult(verdict, reason, task.hint, now, whole_map=task.window is None)
+        return SearchState(state.waiting, None, steps), result
+
+    def _judged(
+        self,
+        task: SearchTask,
+        candidates: tuple[Candidate, ...],
+        current: Pose | None,
+        moved: Pose,
     ) -> tuple[Verdict, str]:
         c, window = self.config, task.window
         if not candidates or candidates[0].score < c.min_inlier_ratio:
@@ -233,7 +259,7 @@ class HintSearch:
                     Verdict.KEPT,
                     f"the estimate is the best pose there ({own.score:.0%} explained)",
                 )
-            if own.score >= best.score - c.least_margin:
+            if own.score >= best.score - c.min_margin:
                 return Verdict.KEPT, (
                     f"the estimate explains {own.score:.0%} of the sweep, the best pose near the hint "
                     f"{best.score:.0%}"
@@ -241,39 +267,13 @@ class HintSearch:
         if len(candidates) > 1 and not distinguishable(best.score, candidates[1].score, c):
             return Verdict.AMBIGUOUS, (
                 f"two places explain {best.score:.0%} and {candidates[1].score:.0%} of the sweep; "
-                "a narrower hint would tell them apart"
+                "a narrower hint would distinguish them"
             )
         return Verdict.ACCEPTED, f"explains {best.score:.0%} of the sweep"
 
-    def answer(
-        self,
-        hint: Hint,
-        now: int,
-        verdict: Verdict,
-        reason: str,
-        candidates: tuple[Candidate, ...] = (),
-    ) -> None:
-        """Put an answer in the tray, unless the hint was answered so before."""
-        answer = HintVerdict(now, hint, verdict, reason, candidates)
-        if not any(t.hint is hint and t.verdict is verdict for t in self._told):
-            self._answers.append(answer)
-            self._told.append(answer)
-
-    def next_answer(self) -> HintVerdict | None:
-        """Take the oldest answer from the tray."""
-        return self._answers.popleft() if self._answers else None
-
-    def snapshot(self) -> DeskSnapshot:
-        """Return what is being looked for, for ``restore``; answers are told once and never taken back."""
-        return DeskSnapshot(self._waiting, self._search, self._steps)
-
-    def restore(self, snapshot: DeskSnapshot) -> None:
-        """Look for what was being looked for at a snapshot."""
-        self._waiting, self._search, self._steps = snapshot.waiting, snapshot.search, snapshot.steps
-
 
 def _alike(a: Window | None, b: Window | None, same: Callable[[Pose, Pose], bool]) -> bool:
-    """Return whether two windows are one."""
+    """Return whether two windows hardly differ."""
     if a is None or b is None:
         return a is b
     middles = same(Pose.planar(a.x, a.y, a.yaw), Pose.planar(b.x, b.y, b.yaw))

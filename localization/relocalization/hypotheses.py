@@ -1,160 +1,156 @@
-"""Several places that might be: carried along by odometry and judged again by what is seen on the way.
+"""Hypotheses: several places where the robot may be, tracked by odometry and compared on the way.
 
 One sweep may fit two rooms alike, and may fit a wrong place better than the right one that has changed
-since it was mapped. Sweeps from elsewhere do not: each place is asked again after every step of the way,
-and what it failed to explain adds up.
+since it was mapped. Sweeps from elsewhere do not: each place is evaluated again after every step of the way,
+and the shares that it fails to explain add up.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from localization.maps.prepared_map import PreparedMap
-from localization.relocalization.window_search import SearchConfig, explain, same_place
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.verification import explain, same_place
 from localization.types import Candidate, Pose, Sweep
 
 
 @dataclass(frozen=True, slots=True)
 class HypothesesConfig:
-    """When places are asked again, and what settles it."""
+    """When places are evaluated again, and what decides between them."""
 
     step: float = 0.25
-    """A sweep is new evidence after so much way [m] ..."""
+    """A sweep is new evidence after this distance [m], or after ``turn``."""
     turn: float = np.deg2rad(20.0)
-    """... or turning [rad]."""
-    sweeps: int = 3
-    """Sweeps at least, the first one counted, before a place is believed that no operator pointed to."""
-    least_way: float = 0.5
-    """... and so much way [m]: turning on the spot shows the same walls."""
-    hopeless: float = 0.25
-    """A place whose mean share is so much below the best one's is dropped."""
-    longest_way: float = 8.0
-    """Not settled after so much way [m], the search begins anew."""
-    nowhere: float = 0.45
-    """If the last two sweeps are explained no better by any place, the robot is at none of them."""
-    most: int = 12
-    """Places kept."""
+    """A sweep is new evidence after this turn [rad], or after ``step``."""
+    min_sweeps: int = 3
+    """Number of sweeps, the first one counted, that must support a place to which no operator pointed."""
+    min_distance: float = 0.5
+    """Distance over which they must do so [m]: turning on the spot shows the same walls."""
+    drop_margin: float = 0.25
+    """A place whose mean share is smaller than that of the best one by more than this is dropped."""
+    max_distance: float = 8.0
+    """Without a decision after this distance [m], the search begins anew."""
+    no_place_below: float = 0.45
+    """If every place explains a smaller share of the last two sweeps, the robot is at none of them."""
+    max_places: int = 12
+    """Largest number of places that are tracked."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hypothesis:
-    """One place, where it has been carried to, and how it fared."""
+    """One place, moved along with the robot, and its evidence."""
 
     map_from_base: Pose
-    """When the last evidence was taken."""
+    """Pose at the last evidence."""
     shares: tuple[float, ...]
-    """Of each sweep, how much the place explained."""
+    """Share of each sweep that the place explained."""
 
     @property
     def score(self) -> float:
-        """Mean share."""
+        """Mean share of the sweeps that the place explained."""
         return float(np.mean(self.shares))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class Hypotheses:
-    """Owns the places that might be, until one is left or none."""
+    """The places where the robot may be, until one or none is left; a value."""
 
-    def __init__(
-        self,
-        world: PreparedMap,
-        search: SearchConfig,
-        config: HypothesesConfig = HypothesesConfig(),
-    ) -> None:
-        self.config = config
-        self._world, self._search = world, search
-        self._places: tuple[Hypothesis, ...] = ()
-        self._odom = Pose.identity()
-        self._way = 0.0
+    places: tuple[Hypothesis, ...] = ()
+    """The places, best first."""
+    odom_from_base: Pose = field(default_factory=Pose.identity)
+    """Pose at the last evidence."""
+    distance: float = 0.0
+    """Distance driven since the places were found [m]."""
 
-    @property
-    def open(self) -> bool:
-        """Whether there are places to tell apart."""
-        return bool(self._places)
+    @classmethod
+    def of(
+        cls, candidates: Sequence[Candidate], odom_from_base: Pose, config: HypothesesConfig
+    ) -> Hypotheses:
+        """Begin with the places that a search found, best first, as of now."""
+        found = candidates[: config.max_places]
+        return cls(tuple(Hypothesis(c.map_from_base, (c.score,)) for c in found), odom_from_base)
 
-    @property
-    def exhausted(self) -> bool:
-        """Whether it is no use to go on: far without settling it, or no place fits any more."""
-        recent = [share for place in self._places for share in place.shares[-2:]]
-        nowhere = len(self._places[0].shares) > 2 and max(recent) < self.config.nowhere
-        return nowhere or self._way > self.config.longest_way
-
-    def begin(self, candidates: Sequence[Candidate], odom_from_base: Pose) -> None:
-        """Take over the places that a search found.
-
-        Args:
-            candidates: best first, as of now.
-            odom_from_base: now.
-        """
-        found = candidates[: self.config.most]
-        self._places = tuple(Hypothesis(c.map_from_base, (c.score,)) for c in found)
-        self._odom, self._way = odom_from_base, 0.0
-
-    def drop(self) -> None:
-        """Forget them all."""
-        self._places = ()
+    def exhausted(self, config: HypothesesConfig) -> bool:
+        """Return whether the search must begin anew: no decision after a long way, or no place fits any more."""
+        recent = [share for place in self.places for share in place.shares[-2:]]
+        nowhere = len(self.places[0].shares) > 2 and max(recent) < config.no_place_below
+        return nowhere or self.distance > config.max_distance
 
     def candidates(self, odom_from_base: Pose) -> tuple[Candidate, ...]:
         """Return the places as of now, best first."""
-        if not self._places:
+        if not self.places:
             return ()
-        moved = self._odom.inverse() @ odom_from_base
-        return tuple(Candidate(p.map_from_base @ moved, p.score) for p in self._places)
+        moved = self.odom_from_base.inverse() @ odom_from_base
+        return tuple(Candidate(p.map_from_base @ moved, p.score) for p in self.places)
 
-    def look(self, sweep: Sweep, odom_from_base: Pose) -> Candidate | None:
-        """Judge the places by a sweep, if the robot came far enough since the last one.
+    def compared(
+        self,
+        sweep: Sweep,
+        odom_from_base: Pose,
+        world: PreparedMap,
+        search: SearchConfig,
+        config: HypothesesConfig,
+    ) -> tuple[Hypotheses, Candidate | None]:
+        """Evaluate the places by a sweep, if the robot came far enough since the last one.
 
         Args:
             sweep: the newest one.
             odom_from_base: at its stamp.
+            world: the prepared map.
+            search: what counts as one place, and as a decision.
+            config: when to evaluate, and what decides.
 
         Returns:
-            The one place that is left to believe, or None.
+            The places that are left, and the one among them that is believed, or None.
         """
-        if not self._places:
-            return None
-        moved = self._odom.inverse() @ odom_from_base
+        if not self.places:
+            return self, None
+        moved = self.odom_from_base.inverse() @ odom_from_base
         way = float(np.hypot(moved.position[0], moved.position[1]))
-        if way < self.config.step and abs(moved.yaw) < self.config.turn:
-            return None
-        self._odom, self._way = odom_from_base, self._way + way
-        asked = [self._ask(place, moved, sweep) for place in self._places]
-        asked.sort(key=lambda p: -p.score)
-        floor = asked[0].score - self.config.hopeless
+        if way < config.step and abs(moved.yaw) < config.turn:
+            return self, None
+        evaluated = []
+        for place in self.places:
+            seen = explain(sweep, world, place.map_from_base @ moved)
+            evaluated.append(Hypothesis(seen.map_from_base, (*place.shares, seen.score)))
+        evaluated.sort(key=lambda p: -p.score)
+        floor = evaluated[0].score - config.drop_margin
         kept: list[Hypothesis] = []
-        for place in asked:
-            double = any(
-                same_place(place.map_from_base, k.map_from_base, self._search) for k in kept
-            )
+        for place in evaluated:
+            double = any(same_place(place.map_from_base, k.map_from_base, search) for k in kept)
             if place.score >= floor and not double:
                 kept.append(place)
-        self._places = tuple(kept)
-        return self._settled()
+        left = replace(
+            self,
+            places=tuple(kept),
+            odom_from_base=odom_from_base,
+            distance=self.distance + way,
+        )
+        return left, left._decided(search, config)
 
-    def _ask(self, place: Hypothesis, moved: Pose, sweep: Sweep) -> Hypothesis:
-        seen = explain(sweep, self._world, place.map_from_base @ moved)
-        return replace(place, map_from_base=seen.map_from_base, shares=(*place.shares, seen.score))
-
-    def _settled(self) -> Candidate | None:
-        best = self._places[0]
-        if len(best.shares) < self.config.sweeps or self._way < self.config.least_way:
+    def _decided(self, search: SearchConfig, config: HypothesesConfig) -> Candidate | None:
+        best = self.places[0]
+        if len(best.shares) < config.min_sweeps or self.distance < config.min_distance:
             return None
-        if min(best.score, best.shares[-1]) < self._search.min_inlier_ratio:
+        if min(best.score, best.shares[-1]) < search.min_inlier_ratio:
             return None
-        if len(self._places) > 1 and not self._outdoes(best, self._places[1]):
+        if len(self.places) > 1 and not _outdoes(best, self.places[1], search):
             return None
         return Candidate(best.map_from_base, best.score)
 
-    def _outdoes(self, best: Hypothesis, other: Hypothesis) -> bool:
-        """Return whether what the sweeps say of two places, taken together, tells them apart.
 
-        As for one sweep, but of sums: what one place fails to explain again and again adds up, while
-        what noise and clutter leave over grows like the square root of the number of sweeps.
-        """
-        c, n = self._search, len(best.shares)
-        left, others = n - sum(best.shares), n - sum(other.shares)
-        clear = others - left >= c.least_margin * math.sqrt(n)
-        return clear or others >= c.decisive * left + c.decisive_floor * math.sqrt(n)
+def _outdoes(best: Hypothesis, other: Hypothesis, search: SearchConfig) -> bool:
+    """Return whether all sweeps together distinguish two places.
+
+    As for one sweep, but of sums: what one place fails to explain again and again adds up, while what noise
+    and clutter leave over grows like the square root of the number of sweeps.
+    """
+    c, n = search, len(best.shares)
+    left, others = n - sum(best.shares), n - sum(other.shares)
+    clear = others - left >= c.min_margin * math.sqrt(n)
+    return clear or others >= c.decisive_ratio * left + c.decisive_floor * math.sqrt(n)

@@ -1,9 +1,8 @@
-"""Who looks for the robot: searches for hints and after loss, and what comes of them."""
+"""Relocalisation: when to search for the robot, where, and what to conclude from the places found."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,22 +10,29 @@ from localization.config import LocalizerConfig
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.monitoring.health import horizontal_sigma
-from localization.relocalization.hint_search import DeskSnapshot, Found, HintSearch
+from localization.relocalization.floor_plan import FloorPlan
+from localization.relocalization.hint_search import HintSearch, SearchResult, SearchState
 from localization.relocalization.hypotheses import Hypotheses
-from localization.relocalization.window_search import FloorPlan, Window, same_place
-from localization.types import Candidate, Hint, HintVerdict, Mounts, Pose, Sweep, Verdict
+from localization.relocalization.search_window import Window
+from localization.relocalization.verification import same_place
+from localization.types import Hint, HintVerdict, Mounts, Pose, Sweep, Verdict
+
+_HORIZONTAL = 0.9
+"""A scanner whose z axis is this near to the robot's (cosine) counts as horizontal."""
+_DEFAULT_HEIGHT = 0.3
+"""Height of the floor plan for a robot without a horizontal scanner [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Belief:
-    """What the estimate is worth to somebody who looks for the robot."""
+class CurrentPose:
+    """The estimate as the search needs it."""
 
-    pose: Pose
-    """``map_from_base``; of height and tilt only, unless ``placed``."""
+    map_from_base: Pose
+    """The pose; only height and tilt are meaningful unless ``placed``."""
     covariance: FloatArray
-    """(6, 6) of it."""
+    """(6, 6) covariance of it."""
     placed: bool
-    """Whether there is a pose."""
+    """Whether it is a pose in the map."""
     lost: bool
     """Whether it must not be relied on."""
     doubtful: bool
@@ -34,33 +40,52 @@ class Belief:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SeekerSnapshot:
-    """What is being looked for at one moment."""
+class Placement:
+    """A pose at which the search found the robot, as of now."""
 
-    asked: bool
-    everywhere: bool
-    resting: bool
-    due: int
-    everywhere_due: int
-    desk: DeskSnapshot
-    hypotheses: Mapping[str, object]
+    map_from_base: Pose
+    """The pose."""
+    reason: str
+    """Why it is believed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Placement:
-    """Where the robot was found, as of now."""
+class RelocalizerState:
+    """What is being searched for at one moment; a value."""
 
-    map_from_base: Pose
-    reason: str
-    unsure: bool
-    """Whether other places are still to be looked for."""
+    search: SearchState = field(default_factory=SearchState)
+    """The search under way."""
+    hypotheses: Hypotheses = field(default_factory=Hypotheses)
+    """Places between which it is not decided yet."""
+    checking: bool = False
+    """Whether the pose stands, but other places may explain what is seen."""
+    map_requested: bool = False
+    """Whether the whole map is to be searched with the next sweep."""
+    paused: bool = False
+    """Whether a lost robot is left alone until it is placed, or a search is requested."""
+    window_due: int = 0
+    """Earliest stamp of the next search around a lost estimate [ns]."""
+    map_due: int = 0
+    """Earliest stamp of the next search of the whole map [ns]."""
+
+    def with_map_requested(self) -> RelocalizerState:
+        """Return the state with a search of the whole map due at the next sweep."""
+        return replace(
+            self, map_requested=True, checking=True, paused=False, hypotheses=Hypotheses()
+        )
+
+    def with_pause(self) -> RelocalizerState:
+        """Return the state that searches no more until the robot is placed, or a search is requested."""
+        return replace(
+            self, map_requested=False, checking=False, paused=True, hypotheses=Hypotheses()
+        )
 
 
-class Seeker:
-    """Owns searches, the places that might be, and when to look again."""
+class Relocalizer:
+    """Steps of the search for the robot; what is being searched for is in ``RelocalizerState``."""
 
     def __init__(
-        self, world: PreparedMap, mounts: Mounts, config: LocalizerConfig, *, keen: bool
+        self, world: PreparedMap, mounts: Mounts, config: LocalizerConfig, *, search_when_lost: bool
     ) -> None:
         """Build.
 
@@ -68,170 +93,155 @@ class Seeker:
             world: the prepared cloud.
             mounts: ``base_from_scanner`` by the scanner's frame.
             config: all settings.
-            keen: whether to look for the robot by itself when it is lost.
+            search_when_lost: whether to search without a hint when the robot is lost.
         """
-        self._keen, self._period = keen, config.lost_search_period
-        search = config.search
-        heights = [p.position[2] for p in mounts.values() if p.rotation[2, 2] > 0.9] or [0.3]
-        plan = FloorPlan(world, float(heights[0]), cell=search.cell, sigma=search.field_sigma)
-        self._desk = HintSearch(world, plan, search, config.map_search, config.late_readings)
-        self._hypotheses = Hypotheses(world, search, config.hypotheses)
-        self.asked = False
-        """Whether the pose stands, but other places may explain what is seen."""
-        self._everywhere = False
-        self._resting = False
-        self._due, self._everywhere_due = 0, 0
+        self._search_when_lost, self._period = search_when_lost, config.lost_search_period
+        self._world, self._config, self._hypotheses = world, config.search, config.hypotheses
+        horizontal = [p.position[2] for p in mounts.values() if p.rotation[2, 2] > _HORIZONTAL]
+        height = float(horizontal[0]) if horizontal else _DEFAULT_HEIGHT
+        c = config.search
+        plan = FloorPlan(world, height, cell=c.cell, sigma=c.field_sigma)
+        same = config.late_readings.same
+        self._search = HintSearch(world, plan, c, config.map_search, same=same)
 
-    @property
-    def busy(self) -> bool:
-        """Whether a search is under way or about to begin."""
-        return self._desk.busy
-
-    @property
-    def undecided(self) -> bool:
-        """Whether there are places to tell apart."""
-        return self._hypotheses.open
-
-    def candidates(self, odom: Pose) -> tuple[Candidate, ...]:
-        """Return the places to tell apart, best first, brought forward to ``odom_from_base``."""
-        return self._hypotheses.candidates(odom)
-
-    def next_answer(self) -> HintVerdict | None:
-        """Take the oldest answer to a hint."""
-        return self._desk.next_answer()
-
-    def look_everywhere(self) -> None:
-        """Begin a search of the whole map with the next sweep."""
-        self._everywhere = self.asked = True
-        self._resting = False
-        self._hypotheses.drop()
-
-    def expect(self, hint: Hint) -> None:
-        """Make ready to answer a hint that just came, though it may have been given before."""
-        self._desk.expect(hint)
-
-    def rest(self) -> None:
-        """Look for the robot no more by itself, until it is known where it is or somebody asks."""
-        self._hypotheses.drop()
-        self._everywhere = self.asked = False
-        self._resting = True
-
-    def receive(self, hint: Hint, now: int, odom_then: Pose) -> None:
-        """Take a hint.
+    def receive(
+        self, state: RelocalizerState, hint: Hint, now: int, odom_then: Pose
+    ) -> tuple[RelocalizerState, tuple[HintVerdict, ...]]:
+        """Accept a hint.
 
         Args:
-            hint: what the operator believes.
-            now: [ns].
+            state: the search so far.
+            hint: where the operator believes the robot to be.
+            now: stamp of an answer that is given at once [ns].
             odom_then: ``odom_from_base`` at the hint's stamp.
-        """
-        self._desk.receive(hint, now, odom_then)
 
-    def open(self, sweep: Sweep, odom: Pose, belief: Belief) -> None:
+        Returns:
+            The search with the hint, and the answers.
+        """
+        search, answers = self._search.receive(state.search, hint, now, odom_then)
+        return replace(state, search=search), answers
+
+    def begin(
+        self, state: RelocalizerState, sweep: Sweep, odom: Pose, current: CurrentPose
+    ) -> RelocalizerState:
         """Begin the search that is due, if one is.
 
         Args:
+            state: the search so far.
             sweep: the newest one.
             odom: ``odom_from_base`` at its stamp.
-            belief: the estimate.
+            current: the estimate.
         """
-        now = sweep.stamp
-        self._desk.begin(sweep, odom, belief.pose)
-        everywhere = self._everywhere and now >= self._everywhere_due
-        if everywhere and not self._desk.busy and not self._hypotheses.open:
-            self._everywhere = False
-            self._desk.search_everywhere(sweep, odom, belief.pose)
-        if belief.placed and not belief.lost:
-            self._resting = False
-        if self._hypotheses.open or self._resting or not self._keen:
-            return
-        if belief.placed and belief.lost and now >= self._due:
-            self._due = now + self._period
-            self._desk.search_around(_around(belief), sweep, odom, belief.pose)
-
-    def advance(self, now: int, odom: Pose, belief: Belief) -> Placement | None:
-        """Do one tick's share of the search under way; return where it found the robot.
-
-        Args:
-            now: [ns].
-            odom: ``odom_from_base`` now.
-            belief: the estimate now.
-        """
-        trusted = belief.placed and not belief.lost and not belief.doubtful
-        found = self._desk.advance(odom, belief.pose if trusted else None)
-        return self._settle(found, now, odom, belief) if found is not None else None
-
-    def _settle(self, found: Found, now: int, odom: Pose, belief: Belief) -> Placement | None:
-        place = None
-        unsure = not belief.placed or belief.lost
-        if found.verdict is Verdict.ACCEPTED and not found.everywhere:
-            # What explains the sweep near where the robot was lost may not be the only place that does.
-            place = self._found(found.candidates[0], found.reason, unsure=found.hint is None)
-        elif found.everywhere or (found.verdict is Verdict.AMBIGUOUS and unsure):
-            self._hypotheses.begin(found.candidates, odom)
-            if found.everywhere and not found.candidates:
-                # Nothing to lay over the map, as in the open or behind a crowd: look again from farther on.
-                self._everywhere = True
-                self._everywhere_due = now + self._period
-        elif found.hint is None:
-            # Not around here: it must be somewhere.
-            self._everywhere = True
-        if found.hint is not None:
-            self._desk.answer(found.hint, now, found.verdict, found.reason, found.candidates)
-        return place
-
-    def tell_apart(self, sweep: Sweep, odom: Pose, belief: Belief) -> Placement | None:
-        """Judge the places that might be by the newest sweep; return the one that is left to believe.
-
-        Args:
-            sweep: the newest one.
-            odom: ``odom_from_base`` at its stamp.
-            belief: the estimate.
-        """
-        if belief.placed and not belief.lost and not self.asked:
-            self._hypotheses.drop()
-            return None
-        place = self._hypotheses.look(sweep, odom)
-        if place is not None and belief.placed and same_place(place.map_from_base, belief.pose):
-            self._hypotheses.drop()
-            self.asked = False
-        elif place is not None:
-            reason = f"explains {place.score:.0%} of the sweeps on the way here"
-            return self._found(place, reason, unsure=False)
-        elif self._hypotheses.exhausted:
-            self._hypotheses.drop()
-            self._everywhere = True
-        return None
-
-    def _found(self, place: Candidate, reason: str, *, unsure: bool) -> Placement:
-        self._hypotheses.drop()
-        self._everywhere = self.asked = unsure
-        self._resting = False
-        return Placement(place.map_from_base, reason, unsure)
-
-    def snapshot(self) -> SeekerSnapshot:
-        """Return what is being looked for, for ``restore``."""
-        return SeekerSnapshot(
-            self.asked,
-            self._everywhere,
-            self._resting,
-            self._due,
-            self._everywhere_due,
-            self._desk.snapshot(),
-            dict(vars(self._hypotheses)),
+        now, level = sweep.stamp, current.map_from_base
+        search = self._search.begin(state.search, sweep, odom, level)
+        map_requested, window_due = state.map_requested, state.window_due
+        undecided = bool(state.hypotheses.places)
+        if map_requested and now >= state.map_due and not search.busy and not undecided:
+            map_requested = False
+            search = self._search.search_window(search, None, sweep, odom, level)
+        lost = current.placed and current.lost
+        paused = state.paused and (lost or not current.placed)
+        if self._search_when_lost and lost and not paused and not undecided and now >= window_due:
+            window_due = now + self._period
+            search = self._search.search_window(search, _around(current), sweep, odom, level)
+        return replace(
+            state, search=search, map_requested=map_requested, paused=paused, window_due=window_due
         )
 
-    def restore(self, snapshot: SeekerSnapshot) -> None:
-        """Look for what was being looked for at a snapshot."""
-        self.asked, self._everywhere = snapshot.asked, snapshot.everywhere
-        self._resting = snapshot.resting
-        self._due, self._everywhere_due = snapshot.due, snapshot.everywhere_due
-        self._desk.restore(snapshot.desk)
-        vars(self._hypotheses).update(snapshot.hypotheses)
+    def advance(
+        self, state: RelocalizerState, now: int, odom: Pose, current: CurrentPose
+    ) -> tuple[RelocalizerState, Placement | None, tuple[HintVerdict, ...]]:
+        """Compute one tick's share of the search under way.
+
+        Args:
+            state: the search so far.
+            now: stamp of the tick [ns].
+            odom: ``odom_from_base`` now.
+            current: the estimate now.
+
+        Returns:
+            The search after it, where it found the robot if it did, and the answers to hints.
+        """
+        if state.search.task is None:
+            return state, None, ()
+        trusted = current.placed and not current.lost and not current.doubtful
+        compared = current.map_from_base if trusted else None
+        search, result = self._search.advance(state.search, odom, compared)
+        state = replace(state, search=search)
+        return (
+            (state, None, ())
+            if result is None
+            else self._concluded(state, result, now, odom, current)
+        )
+
+    def _concluded(
+        self,
+        state: RelocalizerState,
+        result: SearchResult,
+        now: int,
+        odom: Pose,
+        current: CurrentPose,
+    ) -> tuple[RelocalizerState, Placement | None, tuple[HintVerdict, ...]]:
+        placement = None
+        unsure = not current.placed or current.lost
+        if result.verdict is Verdict.ACCEPTED and not result.whole_map:
+            # The place near where the robot was lost may not be the only one that explains the sweep.
+            state = _found(state, unsure=result.hint is None)
+            placement = Placement(result.candidates[0].map_from_base, result.reason)
+        elif result.whole_map or (result.verdict is Verdict.AMBIGUOUS and unsure):
+            places = Hypotheses.of(result.candidates, odom, self._hypotheses)
+            state = replace(state, hypotheses=places)
+            if result.whole_map and not result.candidates:
+                # Nothing to lay over the map, as in the open or behind a crowd: search again farther on.
+                state = replace(state, map_requested=True, map_due=now + self._period)
+        elif result.hint is None:
+            # Not near where it was lost: it may be anywhere.
+            state = replace(state, map_requested=True)
+        if result.hint is None:
+            return state, placement, ()
+        answer = HintVerdict(now, result.hint, result.verdict, result.reason, result.candidates)
+        return state, placement, (answer,)
+
+    def disambiguate(
+        self, state: RelocalizerState, sweep: Sweep, odom: Pose, current: CurrentPose
+    ) -> tuple[RelocalizerState, Placement | None]:
+        """Compare the hypotheses by the newest sweep.
+
+        Args:
+            state: the search so far.
+            sweep: the newest one.
+            odom: ``odom_from_base`` at its stamp.
+            current: the estimate.
+
+        Returns:
+            The search after it, and the place that is left to believe, if one is.
+        """
+        dropped = replace(state, hypotheses=Hypotheses())
+        if current.placed and not current.lost and not state.checking:
+            return dropped, None
+        left, place = state.hypotheses.compared(
+            sweep, odom, self._world, self._config, self._hypotheses
+        )
+        if place is not None:
+            if current.placed and same_place(place.map_from_base, current.map_from_base):
+                return replace(dropped, checking=False), None
+            reason = f"explains {place.score:.0%} of the sweeps on the way here"
+            return _found(state, unsure=False), Placement(place.map_from_base, reason)
+        if left.exhausted(self._hypotheses):
+            return replace(dropped, map_requested=True), None
+        return replace(state, hypotheses=left), None
 
 
-def _around(belief: Belief) -> Window:
-    """Where to look for a robot that was lost but a moment ago."""
-    p, covariance = belief.pose, belief.covariance
+def _found(state: RelocalizerState, *, unsure: bool) -> RelocalizerState:
+    """Return the state after the robot was found, perhaps not at the only place that explains the sweep."""
+    return replace(
+        state, hypotheses=Hypotheses(), map_requested=unsure, checking=unsure, paused=False
+    )
+
+
+def _around(current: CurrentPose) -> Window:
+    """Return the window in which to search for a robot that was lost a moment ago."""
+    p, covariance = current.map_from_base, current.covariance
     half = float(np.clip(3.0 * horizontal_sigma(covariance), 1.0, 3.0))
     half_yaw = float(np.clip(3.0 * np.sqrt(covariance[5, 5]), np.deg2rad(20.0), np.pi))
     return Window(float(p.position[0]), float(p.position[1]), p.yaw, half, half_yaw)

@@ -1,1 +1,1 @@
-"""What moves by itself: people, doors and carts."""
+"""Actors that move by themselves: people, doors and carts."""

@@ -1,4 +1,4 @@
-"""Putting the mocap bodies of a model where their movers are."""
+"""Placement of a model's mocap bodies where their movers are at a given time."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from robot_sim.actors.movers import Mover, quaternions_of
 
 _CHUNK: Final = 64
-"""Poses are computed for so many ticks at once: a call costs the same for one as for many."""
+"""Number of ticks for which poses are computed at once; one call costs the same for one as for many."""
 
 
-class Puppeteer:
-    """Puts the mocap bodies of a model where their movers are."""
+class MocapDriver:
+    """Writes the poses of movers to the mocap bodies of a model."""
 
     def __init__(self, model: mujoco.MjModel, movers: Sequence[Mover], tick: int) -> None:
         """Take the movers of a model and the time [ns] between two calls of ``place``."""
@@ -28,7 +28,7 @@ class Puppeteer:
         self._quaternions = np.empty((0, len(self._movers), 4))
 
     def place(self, data: mujoco.MjData, stamp: int) -> None:
-        """Write where every mover is at ``stamp`` [ns]."""
+        """Write the pose of every mover at ``stamp`` [ns]."""
         if not self._movers:
             return
         row, odd = divmod(stamp - self._first, self._tick)

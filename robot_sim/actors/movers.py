@@ -1,50 +1,28 @@
-"""Things that move on their own: where each is, as a function of time alone.
+"""Movers: rigid bodies whose pose is a function of time alone, such as legs and door leaves.
 
-A mover cannot react to the robot. That is what makes it possible to ask where it was at the time of
-any one beam, in any order, and to get the same answer in the physics and in the casting. Nobody steps
-aside, then: who walks into the robot shoves it as ``fender`` says, and walks through if it is stuck.
+A mover cannot react to the robot. Its pose can therefore be computed for the time of any single
+beam, in any order, and is the same in the physics and in ray casting. Nobody steps aside: a person
+who walks into the robot pushes it as ``bumper_geom`` says, and walks through it if it is stuck.
 """
 
 from __future__ import annotations
 
-import math
-import zlib
-from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-import mujoco
 import numpy as np
 
 from localization.types import IntArray
 from robot_sim.actors.walking import Walk, smooth
 from robot_sim.array_types import FloatArray
-from robot_sim.errors import WorldError
-from robot_sim.floorplan.actors_in_plan import Cart, Leaf, Person
-from robot_sim.robot.bumper_geom import make_yielding
-from robot_sim.scene_objects.blocks import Block, box, ellipsoid, post
+from robot_sim.floorplan.actors_in_plan import DoorLeaf
 
-SPEEDS: Final = (0.8, 1.4)
-"""Walking speeds are drawn between these [m/s]; chosen around the pedestrians' 1.3 m/s."""
-PAUSES: Final = (2.0, 6.0)
-"""Stops at the ends of a path are drawn between these [s]; chosen."""
-WALK_RATIO: Final = 0.0065
-"""Step length over cadence [m per step/min], nearly the same at all speeds above 1 m/s (Murakami and
-Otaka, 2017); Sekiya and Nagasaki's value for adults, as quoted by others."""
-LEG_RADIUS: Final = 0.065
-"""A calf of 0.38 m around, in trousers [m]; chosen."""
-LEG_SPACING: Final = 0.18
-"""Between the legs' axes [m]; chosen."""
-LEG_SHARE: Final = 0.55
-"""How far a leg swings at the scanner, over how far the foot does: 0.40 m high, hip at 0.90 m."""
-ARM_REACH: Final = 0.45
-"""From who pushes a cart to its rear edge [m]; chosen."""
 _SCHEDULE: Final = 16
-"""Openings of a door before its schedule repeats."""
+"""Number of openings of a door before its schedule repeats."""
 
 
 class Mover(Protocol):
-    """One rigid body that moves as it will: a mocap body of the model, of the mover's name."""
+    """One rigid body that moves on its own: a mocap body of the model with the mover's name."""
 
     @property
     def name(self) -> str:
@@ -61,20 +39,22 @@ class Mover(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walker:
-    """Something on a walk: a torso, a leg that swings beside it, a cart ahead of it."""
+    """A body on a walk: a torso, a leg that swings beside it, or a cart ahead of it."""
 
     name: str
+    """Name of the mocap body."""
     walk: Walk
+    """The walk that the body follows."""
     offset: int
-    """Added to the time before the walk is asked [ns]."""
+    """Time that is added before the walk is evaluated [ns]."""
     delayed: bool
-    """Whether it stands at its begin until the offset is made good."""
+    """Whether the body stands at the beginning of the walk while time plus offset is negative."""
     ahead: float = 0.0
-    """Of whoever walks [m]."""
+    """Distance of the body ahead of the walking point [m]."""
     left: float = 0.0
-    """Of whoever walks [m]."""
+    """Distance of the body to the left of the walking point [m]."""
     reach: float = 0.0
-    """How far it swings forward and back with the gait [m]."""
+    """Amplitude with which the body swings forward and back with the gait [m]."""
 
     def pose_at(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
         """See ``Mover.pose_at``."""
@@ -88,10 +68,10 @@ class Walker:
         return positions, motion.headings
 
 
-class SwingingLeaf:
-    """A door leaf that follows a schedule of its own."""
+class SwingingDoor:
+    """A door leaf that opens and closes on a random schedule of its own."""
 
-    def __init__(self, leaf: Leaf, rng: np.random.Generator) -> None:
+    def __init__(self, leaf: DoorLeaf, rng: np.random.Generator) -> None:
         self.name = leaf.name
         self._hinge = np.array([*leaf.hinge, 0.0])
         share = rng.uniform(0.5, 1.5, (_SCHEDULE, 2)) * (leaf.closed_time, leaf.open_time)
@@ -112,120 +92,6 @@ class SwingingLeaf:
         share = smooth((within - self._begins[k]) / (self._ends[k] - self._begins[k]))
         yaws = self._from[k] + (self._to[k] - self._from[k]) * share
         return np.broadcast_to(self._hinge, (len(times), 3)), yaws
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MovingBody:
-    """A mover and what it is made of."""
-
-    mover: Mover
-    blocks: tuple[Block, ...]
-    """In the body's own frame, x forward, z = 0 the floor."""
-
-    def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add it as a mocap body, where it is at time zero."""
-        positions, yaws = self.mover.pose_at(np.zeros(1, dtype=np.int64))
-        body = spec.worldbody.add_body(
-            name=self.mover.name, mocap=True, pos=positions[0], quat=quaternions_of(yaws)[0]
-        )
-        for block in self.blocks:
-            geom = block.add_to(spec, body)
-            if geom.contype:
-                make_yielding(geom)
-
-
-def moving_bodies(
-    inhabitants: Sequence[Person | Leaf | Cart], *, seed: int = 0
-) -> Iterator[MovingBody]:
-    """Yield the bodies of what lives in a world.
-
-    Args:
-        inhabitants: People, leaves and carts; their names must differ.
-        seed: Of whatever they leave open; each draws by the seed and its own name.
-
-    Raises:
-        WorldError: a path cannot be walked, or a name comes twice; the message names whose.
-    """
-    names: set[str] = set()
-    for one in inhabitants:
-        kind = type(one).__name__.lower()
-        if one.name in names:
-            raise WorldError(f"{kind} {one.name!r}: there are two of that name")
-        names.add(one.name)
-        rng = np.random.default_rng([seed, zlib.crc32(one.name.encode())])
-        if isinstance(one, Leaf):
-            yield _leaf(one, rng)
-            continue
-        try:
-            yield from _walkers(one, rng)
-        except WorldError as error:
-            raise WorldError(f"{kind} {one.name!r}: {error}") from None
-
-
-def _leaf(leaf: Leaf, rng: np.random.Generator) -> MovingBody:
-    # A finger's breadth off the floor, so that thresholds are no obstacle.
-    size = (leaf.width, leaf.thickness)
-    slab = box(f"{leaf.name}_slab", 0.5 * leaf.width, 0.0, 0.01, leaf.height, size, leaf.material)
-    return MovingBody(SwingingLeaf(leaf, rng), (slab,))
-
-
-def _walkers(one: Person | Cart, rng: np.random.Generator) -> Iterator[MovingBody]:
-    drawn_speed, drawn_pause, phase = rng.uniform(*SPEEDS), rng.uniform(*PAUSES), rng.uniform()
-    speed = one.speed if one.speed is not None else drawn_speed
-    # Cadence is speed over step length, so the ratio of both gives the length [m].
-    step = math.sqrt(WALK_RATIO * 60.0 * speed)
-    walk = Walk(
-        one.path,
-        speed=speed,
-        step_length=step,
-        pause=one.pause if one.pause is not None else drawn_pause,
-        loop=one.loop,
-    )
-    delayed = one.start is not None
-    offset = -round(1e9 * one.start) if one.start is not None else int(phase * walk.cycle)
-
-    def body(
-        name: str,
-        blocks: Iterable[Block],
-        ahead: float = 0.0,
-        left: float = 0.0,
-        reach: float = 0.0,
-    ) -> MovingBody:
-        return MovingBody(Walker(name, walk, offset, delayed, ahead, left, reach), tuple(blocks))
-
-    if isinstance(one, Cart):
-        ahead = ARM_REACH + 0.5 * one.size[0] if one.pushed else 0.0
-        yield body(one.name, _cart(one.name, one.size), ahead)
-        if not one.pushed:
-            return
-    name = f"{one.name}_driver" if isinstance(one, Cart) else one.name
-    yield body(f"{name}_torso", _torso(name))
-    # The feet are a step apart when both are down.
-    reach = 0.5 * step * LEG_SHARE
-    for side, sign in (("left", 1.0), ("right", -1.0)):
-        leg = post(f"{name}_{side}_leg_limb", 0.0, 0.0, 0.0, 0.85, LEG_RADIUS, "dark_fabric")
-        yield body(f"{name}_{side}_leg", (leg,), 0.0, sign * 0.5 * LEG_SPACING, sign * reach)
-
-
-def _torso(name: str) -> Iterator[Block]:
-    """Yield trunk with arms, and head, of somebody 1.74 m tall; chosen."""
-    yield box(f"{name}_trunk", 0.0, 0.0, 0.85, 1.45, (0.24, 0.44), "fabric")
-    yield ellipsoid(f"{name}_head", 0.0, 0.0, 1.48, 1.74, (0.20, 0.16), "skin")
-
-
-def _cart(name: str, size: tuple[float, float, float]) -> Iterator[Block]:
-    """Yield a platform trolley: castors, deck, load, and posts with a handle behind."""
-    length, width, height = size
-    rear = -0.5 * length + 0.02
-    for i, (sx, sy) in enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1))):
-        x, y = sx * (0.5 * length - 0.08), sy * (0.5 * width - 0.08)
-        yield post(f"{name}_castor_{i}", x, y, 0.0, 0.14, 0.05, "rubber")
-    yield box(f"{name}_deck", 0.0, 0.0, 0.14, 0.18, (length, width), "wood")
-    load = (0.75 * length, 0.85 * width)
-    yield box(f"{name}_load", 0.05 * length, 0.0, 0.18, 0.75 * height, load, "cardboard")
-    for i, y in enumerate((0.5 * width - 0.03, 0.03 - 0.5 * width)):
-        yield post(f"{name}_post_{i}", rear, y, 0.18, height, 0.02, "metal")
-    yield box(f"{name}_handle", rear, 0.0, height - 0.04, height, (0.04, width), "metal")
 
 
 def quaternions_of(yaws: FloatArray) -> FloatArray:

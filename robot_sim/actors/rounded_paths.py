@@ -1,4 +1,4 @@
-"""Polylines whose corners are rounded by arcs."""
+"""Paths with rounded corners: polylines whose corners are replaced by arcs."""
 
 from __future__ import annotations
 
@@ -12,46 +12,47 @@ from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 
 CORNER_RADIUS: Final = 0.5
-"""Of the arc that rounds a corner, where the stretches beside it are long enough [m]; chosen."""
+"""Radius of the arc that rounds a corner, where the neighbouring segments are long enough [m];
+chosen."""
 _SPIKE: Final = math.radians(150.0)
-"""A corner sharper than this cannot be rounded: one stops there [rad]."""
+"""Change of heading beyond which a corner cannot be rounded and needs a stop [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
-    """Straight stretches joined by arcs that touch them."""
+class RoundedPath:
+    """Straight segments joined by tangent arcs."""
 
     starts: FloatArray
-    """(K,) distance from the curve's begin at which each piece begins [m]."""
+    """Distance from the beginning of the path at which each piece begins [m], (K,)."""
     points: FloatArray
-    """(K, 2) where it begins [m]."""
+    """Point at which each piece begins [m], (K, 2)."""
     headings: FloatArray
-    """(K,) its direction there [rad]."""
+    """Heading at which each piece begins [rad], (K,)."""
     curvatures: FloatArray
-    """(K,) [1/m], positive to the left, zero for straight ones."""
+    """Curvature of each piece [1/m], (K,); positive to the left, zero for straight pieces."""
     length: float
-    """Of all pieces [m]."""
+    """Total length of the path [m]."""
 
     def at(self, distances: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return positions (N, 2) [m] and headings (N,) [rad] at ``distances`` (N,) from the begin."""
+        """Return positions (N, 2) [m] and headings (N,) [rad] at ``distances`` (N,) [m]."""
         k = np.searchsorted(self.starts, distances, "right") - 1
         along = distances - self.starts[k]
         turned = self.curvatures[k] * along
-        # The chord of an arc: its half angle off the tangent, shortened by sin(x)/x.
+        # The chord of an arc lies half the turned angle off the tangent and is shorter by sin(x)/x.
         chord = along * np.sinc(turned / (2.0 * math.pi))
         towards = self.headings[k] + 0.5 * turned
         offset = np.stack([np.cos(towards), np.sin(towards)], axis=1) * chord[:, None]
         return self.points[k] + offset, self.headings[k] + turned
 
 
-def rounded(corners: FloatArray, *, closed: bool = False) -> Curve:
+def rounded_path(corners: FloatArray, *, closed: bool = False) -> RoundedPath:
     """Return the polyline through ``corners`` (C, 2) [m] with its inner corners rounded.
 
-    An arc has ``CORNER_RADIUS``, or what half of the shorter stretch beside it allows. A closed curve
-    begins in the middle of its first stretch, and its first corner comes last.
+    An arc has ``CORNER_RADIUS``, or less where half of the shorter neighbouring segment is too short.
+    A closed path begins in the middle of its first segment, and its first corner comes last.
 
     Raises:
-        WorldError: two corners in a row are one point, or a corner turns right back.
+        WorldError: two consecutive corners coincide, or a corner reverses the direction.
     """
     if closed:
         middle = 0.5 * (corners[0] + corners[1])
@@ -62,14 +63,14 @@ def rounded(corners: FloatArray, *, closed: bool = False) -> Curve:
         x, y = corners[int(np.argmin(lengths))]
         raise WorldError(f"path stays at [{x:g}, {y:g}] for two way-points in a row")
     headings = np.arctan2(stretches[:, 1], stretches[:, 0])
-    turns = wrapped(np.diff(headings))
+    turns = wrap_to_pi(np.diff(headings))
     if (np.abs(turns) > _SPIKE).any():
         x, y = corners[1 + int(np.argmax(np.abs(turns)))]
         raise WorldError(f"path turns right back at [{x:g}, {y:g}]: it needs a stop there")
     half = np.tan(0.5 * np.abs(turns))
     room = 0.5 * np.minimum(lengths[:-1], lengths[1:])
     if closed:
-        # The first and the last stretch are halves of one, and have no corner at their outer ends.
+        # The first and the last segment are halves of one, and have no corner at their outer ends.
         room[[0, -1]] = np.minimum(lengths[[0, -1]], 0.5 * lengths[[1, -2]])
     cut = np.minimum(CORNER_RADIUS * half, room)
     pieces: list[tuple[float, float, float, float, float]] = []
@@ -84,7 +85,7 @@ def rounded(corners: FloatArray, *, closed: bool = False) -> Curve:
             pieces.append((x, y, heading, curvature, abs(turns[i]) * after / half[i]))
     table = np.array([p for p in pieces if p[4] > 1e-12])
     ends = np.cumsum(table[:, 4])
-    return Curve(
+    return RoundedPath(
         starts=ends - table[:, 4],
         points=table[:, :2],
         headings=table[:, 2],
@@ -93,7 +94,7 @@ def rounded(corners: FloatArray, *, closed: bool = False) -> Curve:
     )
 
 
-def wrapped(angles: FloatArray) -> FloatArray:
-    """Return the angles in (-pi, pi] [rad]; half a turn stays to the left."""
+def wrap_to_pi(angles: FloatArray) -> FloatArray:
+    """Return the angles wrapped into (-pi, pi] [rad]; half a turn counts as a left turn."""
     angle: FloatArray = math.pi - np.mod(math.pi - angles, 2.0 * math.pi)
     return angle

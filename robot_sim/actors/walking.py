@@ -1,8 +1,8 @@
-"""Walks: where something that follows a path is at any time, in closed form.
+"""Walks along a path in closed form: position, heading and gait phase at any time.
 
-A walk is a cycle of stages. On a *go* it follows a rounded polyline from one stop to the next; at a
-*stop* it stands, and turns towards the next go before it leaves. Each stage lasts whole nanoseconds,
-so the cycle never drifts however long a simulation runs.
+A walk is a cycle of stages. A *go* follows a rounded path from one stop to the next; at a *stop* the
+walker stands, and turns towards the next go before it leaves. Each stage lasts an integer number of
+nanoseconds, so that the cycle does not drift however long a simulation runs.
 """
 
 from __future__ import annotations
@@ -16,40 +16,41 @@ from typing import Final
 import numpy as np
 
 from localization.types import IntArray
-from robot_sim.actors.rounded_paths import Curve, rounded, wrapped
+from robot_sim.actors.rounded_paths import RoundedPath, rounded_path, wrap_to_pi
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 
 ACCELERATION: Final = 1.0
-"""From and to standing [m/s^2]; chosen so that walking speed is reached in about two steps."""
+"""Acceleration from and to standing [m/s^2]; chosen so that two steps reach walking speed."""
 TURN_TIME: Final = 1.5
-"""Turning on the spot takes this long, or the whole stop if that is shorter [s]; chosen."""
+"""Duration of a turn on the spot, or that of the stop if it is shorter [s]; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
-    """What a walk answers: one row per time asked for."""
+class WalkerState:
+    """State of a walker at N times."""
 
     positions: FloatArray
-    """(N, 2) in ``map`` [m]."""
+    """Positions in ``map`` [m], (N, 2)."""
     headings: FloatArray
-    """(N,) [rad]."""
+    """Headings [rad], (N,)."""
     strides: FloatArray
-    """(N,) phase of the gait [rad]: a step is half a turn; whole steps between stops."""
+    """Phase of the gait [rad], (N,): one step is half a turn; an integer number of steps between
+    stops."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Go:
-    """From stop to stop: from rest to rest, or round and round without one."""
+    """A stretch from one stop to the next with ramps of speed, or an endless loop without stops."""
 
-    curve: Curve
+    curve: RoundedPath
     speed: float
     steps: int
     endless: bool
 
     @property
     def peak(self) -> float:
-        """Greatest speed [m/s]: a short go never reaches the walking speed."""
+        """Greatest speed [m/s]; a short go does not reach the walking speed."""
         return min(self.speed, math.sqrt(ACCELERATION * self.curve.length))
 
     @property
@@ -58,7 +59,7 @@ class _Go:
             return self.curve.length / self.speed
         return self.curve.length / self.peak + self.peak / ACCELERATION
 
-    def at(self, times: FloatArray) -> Motion:
+    def at(self, times: FloatArray) -> WalkerState:
         length = self.curve.length
         if self.endless:
             distances = self.speed * times
@@ -70,23 +71,23 @@ class _Go:
             distances = 0.5 * ACCELERATION * (speeding**2 - slowing**2) + self.peak * steady
         distances = np.clip(distances, 0.0, length)
         positions, headings = self.curve.at(distances)
-        return Motion(positions, headings, math.pi * self.steps * distances / length)
+        return WalkerState(positions, headings, math.pi * self.steps * distances / length)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Stop:
-    """Standing somewhere, then turning on the spot."""
+    """A stop at a point, with a turn on the spot at its end."""
 
     point: FloatArray
     heading: float
     turn: float
     duration: float
 
-    def at(self, times: FloatArray) -> Motion:
+    def at(self, times: FloatArray) -> WalkerState:
         turning = min(TURN_TIME, self.duration)
         share = smooth((times - (self.duration - turning)) / turning)
         positions = np.broadcast_to(self.point, (len(times), 2))
-        return Motion(positions, self.heading + self.turn * share, np.zeros(len(times)))
+        return WalkerState(positions, self.heading + self.turn * share, np.zeros(len(times)))
 
 
 def smooth(share: FloatArray) -> FloatArray:
@@ -100,7 +101,7 @@ def smooth(share: FloatArray) -> FloatArray:
 
 
 class Walk:
-    """A cycle of goes and stops, walked over and over."""
+    """A cycle of goes and stops that repeats forever."""
 
     def __init__(
         self,
@@ -115,13 +116,13 @@ class Walk:
 
         Args:
             path: Two or more way-points ``[x, y]`` or ``[x, y, stop]`` [m, m, s].
-            speed: Of walking, between the ramps [m/s].
-            step_length: Wanted length of a step [m]; stretched so that steps between stops are whole.
-            pause: Least stop at both ends of a path that is walked out and back [s].
-            loop: Go on from the last way-point to the first, instead of back.
+            speed: Walking speed between the ramps [m/s].
+            step_length: Desired step length [m]; adjusted to an integer number of steps between stops.
+            pause: Shortest stop at both ends of a path that is walked out and back [s].
+            loop: Continue from the last way-point to the first, instead of walking back.
 
         Raises:
-            WorldError: something in it cannot be walked; the message says what.
+            WorldError: the path cannot be walked; the message gives the reason.
         """
         least = 3 if loop else 2
         if len(path) < least:
@@ -145,45 +146,45 @@ class Walk:
 
     @property
     def cycle(self) -> int:
-        """Time after which everything repeats [ns]."""
+        """Duration of the cycle [ns]."""
         return int(self._ends[-1])
 
-    def at(self, times: IntArray) -> Motion:
-        """Return where the walker is at ``times`` (N,) [ns]; at zero it leaves the first stop."""
+    def at(self, times: IntArray) -> WalkerState:
+        """Return the walker's state at ``times`` (N,) [ns]; at time zero it leaves the first stop."""
         within = np.mod(times, self.cycle)
         stages = np.searchsorted(self._ends, within, "right")
         positions = np.empty((len(times), 2))
         headings, strides = np.empty(len(times)), np.empty(len(times))
-        # Beams of one sweep fall into one stage or two, whatever the number of stages.
+        # The beams of one sweep fall into one or two stages, so that few are evaluated.
         for stage in np.unique(stages):
             rows = stages == stage
             begun = self._ends[stage - 1] if stage > 0 else 0
             motion = self._stages[stage].at(1e-9 * (within[rows] - begun))
             positions[rows], headings[rows] = motion.positions, motion.headings
             strides[rows] = motion.strides
-        return Motion(positions, headings, strides)
+        return WalkerState(positions, headings, strides)
 
 
 def _stages(
     corners: FloatArray, stops: FloatArray, *, speed: float, step_length: float
 ) -> list[_Go | _Stop]:
-    """Return the stages of the closed polyline through ``corners``, which stands at ``stops`` [s]."""
+    """Return the stages of the closed polyline through ``corners`` with its ``stops`` [s]."""
     where = np.flatnonzero(stops > 0.0)
     if len(where) == 0:
-        curve = rounded(corners, closed=True)
+        curve = rounded_path(corners, closed=True)
         # A cycle of the gait is two steps; the last must hand over to the first.
         steps = 2 * max(1, round(0.5 * curve.length / step_length))
         return [_Go(curve, speed, steps, endless=True)]
     around = np.roll(corners, -where[0], axis=0)
     ring = np.concatenate([around, around[:1]])
     marks = [int(w - where[0]) for w in where] + [len(corners)]
-    curves = [rounded(ring[a : b + 1]) for a, b in pairwise(marks)]
+    curves = [rounded_path(ring[a : b + 1]) for a, b in pairwise(marks)]
     stages: list[_Go | _Stop] = []
     for i, curve in enumerate(curves):
         steps = max(1, round(curve.length / step_length))
         end, heading = curve.at(np.array([curve.length]))
         following = curves[(i + 1) % len(curves)]
-        turn = float(wrapped(following.headings[:1] - heading)[0])
+        turn = float(wrap_to_pi(following.headings[:1] - heading)[0])
         stop = float(stops[where[(i + 1) % len(where)]])
         stages.append(_Go(curve, speed, steps, endless=False))
         stages.append(_Stop(end[0], float(heading[0]), turn, stop))

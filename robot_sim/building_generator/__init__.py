@@ -1,5 +1,5 @@
-"""Endless made-up buildings, each from a seed and an area."""
+"""Generator of furnished buildings, each from a seed and an area."""
 
-from robot_sim.building_generator.building import AREAS, MARGIN, Building, Room, generate
+from robot_sim.building_generator.building import AREAS, Building, Room, generate
 
-__all__ = ["AREAS", "MARGIN", "Building", "Room", "generate"]
+__all__ = ["AREAS", "Building", "Room", "generate"]

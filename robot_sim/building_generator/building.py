@@ -1,4 +1,4 @@
-"""Made-up buildings: floor plan, doors, furniture, places and routes, all from a seed and an area."""
+"""Generated buildings: rooms, doors, furniture, places and routes from a seed and an area."""
 
 from __future__ import annotations
 
@@ -18,61 +18,65 @@ from robot_sim.building_generator.doors_and_windows import (
     windows,
 )
 from robot_sim.building_generator.furnishing import Box, Doorway, Furnisher, hub_and_ways, numbered
-from robot_sim.building_generator.room_layout import FloorPlan, Rectangle, draw_floor_plan
-from robot_sim.building_generator.room_types import CORRIDOR, HOME, OFFICE, Use, choose_use
+from robot_sim.building_generator.room_layout import Rectangle, RoomLayout, draw_room_layout
+from robot_sim.building_generator.room_types import CORRIDOR, HOME, OFFICE, RoomUse, choose_room_use
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Piece, Placement, Plan, Waypoint
 from robot_sim.layout.footprints import footprints
-from robot_sim.layout.route_planning import TOUR_LIMIT, FreeSpace, Ways
+from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner
 from robot_sim.robot.p3at import P3AT
 
 AREAS: Final = (60.0, 10_000.0)
-"""Areas that a building can have [m^2]."""
-MARGIN: Final = 0.08
-"""Between the circle the robot turns in and everything else, all along the routes [m]."""
+"""Range of the area of a building [m^2]."""
 _HOMELY: Final = 250.0
-"""Buildings up to this area may be houses [m^2]."""
+"""Largest area of a building that may be a house [m^2]."""
 _ATTEMPTS: Final = 50
 _SURVEYED: Final = 36.0
-"""Rooms larger than this are looked at from more than one spot in the survey [m^2]."""
+"""Area above which the survey visits more than one spot of a room [m^2]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """A room of a made-up building, or a stretch of corridor."""
+    """A room of a generated building, or a stretch of corridor."""
 
     name: str
+    """Name of the room, and of its place."""
     rectangle: Rectangle
+    """Its outline between wall centre lines."""
     pieces: tuple[str, ...]
     """Names of its furniture."""
 
 
 @dataclass(frozen=True, slots=True)
 class Building:
-    """A made-up building."""
+    """A generated building."""
 
     seed: int
+    """Seed that it was generated from."""
     style: str
-    """``office`` or ``house``."""
+    """Style of the building: ``office`` or ``house``."""
     plan: Plan
+    """Its floor plan."""
     rooms: tuple[Room, ...]
+    """Its rooms and corridors."""
 
 
 def generate(seed: int, area: float, *, name: str | None = None) -> Building:
-    """Make up a furnished building; the same seed and area always give the same one.
+    """Generate a furnished building; the same seed and area always give the same one.
 
-    Every room can be reached from the spawn with the robot's swing radius and ``MARGIN`` to spare.
+    Every room can be reached from the spawn with the robot's swing radius plus ``MARGIN``.
 
     Args:
-        seed: any whole number from 0.
-        area: of the floor [m^2], within ``AREAS``; met to within a few percent.
-        name: of the world; ``building-<seed>`` unless given.
+        seed: Integer >= 0.
+        area: Area of the floor [m^2], within ``AREAS``; met to within a few percent.
+        name: Name of the world; ``building-<seed>`` by default.
 
     Raises:
-        WorldError: seed or area are impossible.
+        WorldError: seed or area are invalid.
     """
     if isinstance(seed, bool) or seed != int(seed) or seed < 0:
-        raise WorldError(f"seed must be a whole number >= 0, got {seed}")
+        raise WorldError(f"seed must be an integer >= 0, got {seed}")
     if not AREAS[0] <= area <= AREAS[1]:
         raise WorldError(f"area must be {AREAS[0]:g} to {AREAS[1]:g} m^2, got {area:g}")
     name = name or f"building-{seed}"
@@ -83,7 +87,7 @@ def generate(seed: int, area: float, *, name: str | None = None) -> Building:
             return _attempt(rng, int(seed), area, name)
         except _Unfit:
             continue
-    raise WorldError(f"no building of {area:g} m^2 came of seed {seed}; try another seed")
+    raise WorldError(f"seed {seed} gives no building of {area:g} m^2; try another seed")
 
 
 class _Unfit(Exception):
@@ -91,7 +95,7 @@ class _Unfit(Exception):
 
 
 def _attempt(rng: np.random.Generator, seed: int, area: float, name: str) -> Building:
-    floor = draw_floor_plan(rng, area)
+    floor = draw_room_layout(rng, area)
     try:
         ways = openings(rng, floor)
     except WorldError as error:
@@ -114,13 +118,13 @@ def _attempt(rng: np.random.Generator, seed: int, area: float, name: str) -> Bui
     space = FreeSpace.around(bare.bounds, footprints(bare))
     least = P3AT().swing_radius + MARGIN
     start = _start(drafts)
-    reach = Ways(space, start.hub, least=least)
+    reach = RoutePlanner(space, start.hub, least=least)
     places = {d.name: _place(d, reach) for d in drafts}
     spots = [(p.x, p.y) for p in places.values()]
     more = [s for d in drafts for s in _more_spots(d, reach)]
     spawn = places[start.name]
-    # Routes set out from where the robot stands, which need not be the hub.
-    reach = Ways(space, (spawn.x, spawn.y), least=least)
+    # Routes begin where the robot stands, which need not be the hub.
+    reach = RoutePlanner(space, (spawn.x, spawn.y), least=least)
     plan = Plan(
         name=name,
         bounds=bare.bounds,
@@ -143,7 +147,7 @@ def _attempt(rng: np.random.Generator, seed: int, area: float, name: str) -> Bui
 
 @dataclass(frozen=True, slots=True)
 class _Draft:
-    """A furnished room before its furniture has names."""
+    """A furnished room before its furniture has unique names."""
 
     name: str
     rectangle: Rectangle
@@ -153,13 +157,16 @@ class _Draft:
 
 
 def _furnished(
-    rng: np.random.Generator, floor: FloorPlan, ways: Sequence[Opening], uses: Mapping[str, Use]
+    rng: np.random.Generator,
+    floor: RoomLayout,
+    ways: Sequence[Opening],
+    uses: Mapping[str, RoomUse],
 ) -> Iterator[_Draft]:
     taken: list[str] = []
     for i, cell in enumerate(floor.cells):
         r = cell.rectangle
         inner = _inner(r, floor.outline)
-        kind = "corridor" if cell.corridor else choose_use(rng, uses, r.area, taken)
+        kind = "corridor" if cell.corridor else choose_room_use(rng, uses, r.area, taken)
         taken.append(kind)
         doors = [_doorway(o, r) for o in ways if i in o.edge.cells]
         hub, free = hub_and_ways(rng, inner, doors, along=cell.corridor)
@@ -170,7 +177,7 @@ def _furnished(
 
 
 def _inner(room: Rectangle, outline: Rectangle) -> Box:
-    """Return the floor between a room's walls' faces [m]."""
+    """Return the floor between the inner faces of a room's walls [m]."""
     half = [
         0.5 * (OUTSIDE if at == rim else INSIDE)
         for at, rim in (
@@ -194,7 +201,7 @@ def _doorway(opening: Opening, room: Rectangle) -> Doorway:
 
 
 def _start(drafts: Sequence[_Draft]) -> _Draft:
-    """Where one would come in: a hall if there is one, else the spine."""
+    """Return the room with the spawn: a hall if there is one, otherwise the main corridor."""
     halls = [d for d in drafts if d.name.startswith(("hall_", "living_room_"))]
     return halls[0] if halls else next(d for d in drafts if d.corridor)
 
@@ -204,11 +211,11 @@ def _window_of(draft: _Draft, space: FreeSpace) -> tuple[slice, slice]:
     return slice(r.y0, r.y1 + 1), slice(r.x0, r.x1 + 1)
 
 
-def _place(draft: _Draft, reach: Ways) -> Placement:
-    """Return the roomiest spot of a room that can be reached, near its hub.
+def _place(draft: _Draft, reach: RoutePlanner) -> Placement:
+    """Return the roomiest reachable spot of a room, near its hub.
 
     Raises:
-        _Unfit: there is none.
+        _Unfit: no spot of the room is roomy enough.
     """
     rows, columns = _window_of(draft, reach.space)
     reached = reach.reached[rows, columns]
@@ -226,7 +233,7 @@ def _place(draft: _Draft, reach: Ways) -> Placement:
     px = (draft.rectangle.x0 + int(column)) / 10
     py = (draft.rectangle.y0 + int(row)) / 10
     r = draft.rectangle
-    # Facing the longer way, where there is more to see.
+    # Facing along the longer side, where there is more to see.
     toward = (0.05 * (r.x0 + r.x1) - px, 0.05 * (r.y0 + r.y1) - py)
     if r.width >= r.depth:
         yaw = 0.0 if toward[0] >= 0.0 else math.pi
@@ -235,8 +242,8 @@ def _place(draft: _Draft, reach: Ways) -> Placement:
     return Placement(px, py, yaw)
 
 
-def _more_spots(draft: _Draft, reach: Ways) -> Iterator[Waypoint]:
-    """Yield spots that, with a room's place, let one see all of a large or long room."""
+def _more_spots(draft: _Draft, reach: RoutePlanner) -> Iterator[Waypoint]:
+    """Yield spots from which, with a room's place, all of a large or long room is seen."""
     r = draft.rectangle
     if r.area <= _SURVEYED and r.longer <= 80:
         return

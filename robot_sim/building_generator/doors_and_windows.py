@@ -1,4 +1,4 @@
-"""Doors, windows and walls of a made-up building: every cell can be entered, most from a corridor."""
+"""Doors, windows and walls of a generated building: every cell has a door, most to a corridor."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from robot_sim.building_generator.room_layout import Edge, FloorPlan
+from robot_sim.building_generator.room_layout import CellEdge, RoomLayout
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Door, Wall, Window
 
@@ -21,29 +21,30 @@ _DOORS: Final = (9, 10, 10, 11, 12)
 _WIDE: Final = (12, 14, 16)
 """Widths of the doors of large rooms [dm]."""
 _JAMB: Final = 3
-"""Between a door and the next corner, at least [dm]."""
+"""Least distance between a door and the next corner [dm]."""
 _LARGE: Final = 40.0
-"""[m^2]."""
+"""Area from which on a room is large [m^2]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """A way through an edge: a door, or the whole edge where two corridors meet."""
+    """An opening in an edge: a door, or the whole edge where two corridors meet."""
 
-    edge: Edge
+    edge: CellEdge
+    """The edge that it is in."""
     at: int
     """Its middle along the edge's line [dm]."""
     width: int
-    """[dm]."""
+    """Width of the opening [dm]."""
     walled: bool = True
     """Whether there is a wall around it."""
 
 
-def openings(rng: np.random.Generator, plan: FloorPlan) -> tuple[Opening, ...]:
-    """Return the ways between a plan's cells, which join them all.
+def openings(rng: np.random.Generator, plan: RoomLayout) -> tuple[Opening, ...]:
+    """Return the openings between a layout's cells, which connect all of them.
 
     Raises:
-        WorldError: some cell has no wall that is long enough for a door.
+        WorldError: a cell has no wall that is long enough for a door.
     """
     corridors = {i for i, cell in enumerate(plan.cells) if cell.corridor}
     shared = [e for e in plan.edges if len(e.cells) == 2]
@@ -71,11 +72,11 @@ def openings(rng: np.random.Generator, plan: FloorPlan) -> tuple[Opening, ...]:
     return tuple(made)
 
 
-def _room_for_door(edge: Edge) -> bool:
+def _room_for_door(edge: CellEdge) -> bool:
     return edge.length > min(_DOORS) + 2 * _JAMB
 
 
-def _opening(rng: np.random.Generator, plan: FloorPlan, edge: Edge) -> Opening:
+def _opening(rng: np.random.Generator, plan: RoomLayout, edge: CellEdge) -> Opening:
     cells = [plan.cells[i] for i in edge.cells]
     if all(c.corridor for c in cells):
         return Opening(edge, (edge.low + edge.high) // 2, edge.length, walled=False)
@@ -86,7 +87,7 @@ def _opening(rng: np.random.Generator, plan: FloorPlan, edge: Edge) -> Opening:
     return Opening(edge, int(rng.integers(low, high + 1)), width)
 
 
-def windows(rng: np.random.Generator, plan: FloorPlan) -> dict[Edge, tuple[int, int]]:
+def windows(rng: np.random.Generator, plan: RoomLayout) -> dict[CellEdge, tuple[int, int]]:
     """Return the middle and the width [dm] of the window in each outer edge that has one."""
     panes = {}
     for edge in plan.edges:
@@ -100,13 +101,13 @@ def windows(rng: np.random.Generator, plan: FloorPlan) -> dict[Edge, tuple[int, 
 
 
 def walls(
-    plan: FloorPlan,
+    plan: RoomLayout,
     ways: Sequence[Opening],
-    panes: dict[Edge, tuple[int, int]],
+    panes: dict[CellEdge, tuple[int, int]],
     *,
     height: float,
 ) -> tuple[Wall, ...]:
-    """Return the walls along all edges but those that are open, each as long as it goes straight."""
+    """Return the walls along all edges except open ones; edges in one line share a wall."""
     open_ = {o.edge for o in ways if not o.walled}
     built: list[Wall] = []
     for run in _runs([e for e in plan.edges if e not in open_]):
@@ -133,13 +134,13 @@ def walls(
     return tuple(built)
 
 
-def _point(edge: Edge, along: int) -> tuple[float, float]:
+def _point(edge: CellEdge, along: int) -> tuple[float, float]:
     return (edge.at / 10, along / 10) if edge.upright else (along / 10, edge.at / 10)
 
 
-def _runs(edges: Sequence[Edge]) -> Iterator[list[Edge]]:
-    """Yield the edges that follow each other on one line, outer and inner ones apart."""
-    run: list[Edge] = []
+def _runs(edges: Sequence[CellEdge]) -> Iterator[list[CellEdge]]:
+    """Yield the edges that follow each other on one line, outer and inner ones separately."""
+    run: list[CellEdge] = []
     for edge in sorted(edges, key=lambda e: (len(e.cells), e.upright, e.at, e.low)):
         if run:
             last = run[-1]

@@ -1,4 +1,4 @@
-"""Furnishing a room: groups of furniture along its walls and within, clear of its doors and ways."""
+"""Furnishing of a generated room: groups of furniture, clear of doors and of paths through the room."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from typing import Final
 import numpy as np
 
 from robot_sim.array_types import FloatArray
-from robot_sim.building_generator.room_types import Group, Use
+from robot_sim.building_generator.room_types import Group, RoomUse
 from robot_sim.floorplan.plan import Piece
 
 WAY: Final = 0.62
-"""Free on both sides of the ways through a room [m]: the swing radius of the robot and 0.28 m."""
+"""Free width on both sides of the paths through a room [m]: the robot's swing radius and 0.28 m."""
 _GAP: Final = 0.1
-"""Between groups [m]."""
+"""Distance between groups [m]."""
 _AISLE: Final = 0.9
-"""Between a group that stands alone and everything else [m]."""
+"""Distance between a free-standing group and everything else [m]."""
 _TRIES: Final = 40
-"""Places at which a group is tried."""
+"""Number of positions that are tried for a group."""
 
 Box = tuple[float, float, float, float]
 """Smallest x, y and largest x, y [m]."""
@@ -29,23 +29,24 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Doorway:
-    """A way into a room, as seen from inside."""
+    """A door of a room as seen from inside."""
 
     x: float
-    """Its middle, in the wall's centre line [m]."""
+    """x of its middle, in the wall's centre line [m]."""
     y: float
+    """y of its middle, in the wall's centre line [m]."""
     inward: tuple[int, int]
     """Unit vector into the room."""
     width: float
-    """[m]."""
+    """Width of the door [m]."""
 
     def ahead(self, distance: float) -> tuple[float, float]:
-        """Return the point so far inside [m]."""
+        """Return the point at a distance [m] inside the room."""
         return self.x + distance * self.inward[0], self.y + distance * self.inward[1]
 
     @property
     def clear(self) -> Box:
-        """What must be free to come in straight."""
+        """The area that must be free to enter straight [m]."""
         half, deep = 0.5 * self.width + 0.1, 1.1
         (x, y), (u, v) = self.ahead(0.5 * deep), self.inward
         dx, dy = abs(u) * 0.5 * deep + abs(v) * half, abs(v) * 0.5 * deep + abs(u) * half
@@ -53,18 +54,18 @@ class Doorway:
 
 
 class Furnisher:
-    """One room and what was put into it so far."""
+    """One room and the furniture placed in it so far."""
 
     def __init__(
         self, rng: np.random.Generator, inner: Box, doors: Sequence[Doorway], ways: FloatArray
     ) -> None:
-        """Take an empty room.
+        """Begin with an empty room.
 
         Args:
-            rng: decides everything.
-            inner: the floor between the walls' faces.
-            doors: its doors.
-            ways: points (N, 2) of the ways that stay free, a decimetre apart [m].
+            rng: Source of all random choices.
+            inner: The floor between the inner faces of the walls.
+            doors: The doors of the room.
+            ways: Points (N, 2) of the paths that stay free, a decimetre apart [m].
         """
         self._rng = rng
         self._inner = inner
@@ -73,8 +74,8 @@ class Furnisher:
         self._taken: list[Box] = []
         self.pieces: list[Piece] = []
 
-    def furnish(self, use: Use) -> None:
-        """Put in what the use calls for, and some of what it allows; what finds no place is left out."""
+    def furnish(self, use: RoomUse) -> None:
+        """Place the furniture that the use requires, and some of what it allows, where it fits."""
         for make in use.musts:
             self._put(make(self._rng))
         x0, y0, x1, y1 = self._inner
@@ -95,7 +96,7 @@ class Furnisher:
                 return
 
     def _somewhere(self, group: Group) -> tuple[float, float, int]:
-        """Draw a group's middle [m] and its turn in quarters; unturned, its back is to the north."""
+        """Draw a group's middle [m] and its quarter turns; unrotated, its back is to the north."""
         x0, y0, x1, y1 = self._inner
         turn = int(self._rng.integers(4))
         along, away = 0.5 * group.width, 0.5 * group.depth
@@ -104,7 +105,7 @@ class Furnisher:
         x = x0 + half[0] + u * max(0.0, x1 - x0 - 2.0 * half[0])
         y = y0 + half[1] + v * max(0.0, y1 - y0 - 2.0 * half[1])
         if group.at_wall:
-            # A hand's breadth, for walls are never quite where furniture wants them.
+            # A small gap to the wall, as in real rooms.
             gap = 0.03
             x = (x, x0 + half[0] + gap, x, x1 - half[0] - gap)[turn]
             y = (y1 - half[1] - gap, y, y0 + half[1] + gap, y)[turn]
@@ -143,13 +144,13 @@ def _overlap(a: Box, b: Box, gap: float) -> bool:
 def hub_and_ways(
     rng: np.random.Generator, inner: Box, doors: Sequence[Doorway], *, along: bool
 ) -> tuple[tuple[float, float], FloatArray]:
-    """Return a room's hub, where all its ways meet [m], and the ways as points (N, 2).
+    """Return a room's hub [m], at which all its paths meet, and the paths as points (N, 2).
 
     Args:
-        rng: decides where the hub is.
-        inner: the floor between the walls' faces.
-        doors: the room's doors.
-        along: whether there is a way along the middle of the whole room, as in a corridor.
+        rng: Source of the random position of the hub.
+        inner: The floor between the inner faces of the walls.
+        doors: The doors of the room.
+        along: Whether there is a path along the middle of the whole room, as in a corridor.
     """
     x0, y0, x1, y1 = inner
     middle = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)])
@@ -179,5 +180,5 @@ def _dotted(line: Sequence[FloatArray]) -> FloatArray:
 
 
 def numbered(pieces: Sequence[Piece]) -> tuple[Piece, ...]:
-    """Return the pieces with names of their own."""
+    """Return the pieces with unique names."""
     return tuple(replace(p, name=f"{p.kind}_{i}") for i, p in enumerate(pieces))

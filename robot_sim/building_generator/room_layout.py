@@ -1,8 +1,7 @@
-"""Floor plans of made-up buildings: corridors cut the floor into blocks, blocks are cut into rooms.
+"""Room layout of generated buildings: a floor cut into corridors and rooms.
 
-Everything lies on a grid of decimetres and is counted in whole ones, so that "shares an edge" is a
-question with an exact answer, and so that a routing grid of that spacing has nodes in the middle of
-every door.
+Everything lies on a grid of decimetres in integer coordinates, so that shared edges are found exactly
+and a routing grid of that spacing has nodes in the middle of every door.
 """
 
 from __future__ import annotations
@@ -16,11 +15,11 @@ from typing import Final
 import numpy as np
 
 ROOM_LEAST: Final = 26
-"""Shortest side of a room [dm]: a robot's way along one wall and furniture along the other."""
+"""Shortest side of a room [dm]: a robot's path along one wall and furniture along the other."""
 _DEEPEST: Final = 90
-"""Blocks whose shorter side is longer than this [dm] are cut by a corridor."""
+"""Length of the shorter side above which a block is cut by a corridor [dm]."""
 _HALL_DEEPEST: Final = 160
-"""The same for blocks that become one large room."""
+"""Length of the longer side up to which a block may become one large room [dm]."""
 
 
 class Side(Enum):
@@ -34,41 +33,44 @@ class Side(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Rectangle:
-    """An upright rectangle; its edges are wall centre lines."""
+    """An axis-parallel rectangle; its edges are wall centre lines."""
 
     x0: int
-    """[dm], as all."""
+    """Smallest x [dm]."""
     y0: int
+    """Smallest y [dm]."""
     x1: int
+    """Largest x [dm]."""
     y1: int
+    """Largest y [dm]."""
 
     @property
     def width(self) -> int:
-        """Along x [dm]."""
+        """Extent along x [dm]."""
         return self.x1 - self.x0
 
     @property
     def depth(self) -> int:
-        """Along y [dm]."""
+        """Extent along y [dm]."""
         return self.y1 - self.y0
 
     @property
     def shorter(self) -> int:
-        """The shorter side [dm]."""
+        """Length of the shorter side [dm]."""
         return min(self.width, self.depth)
 
     @property
     def longer(self) -> int:
-        """The longer side [dm]."""
+        """Length of the longer side [dm]."""
         return max(self.width, self.depth)
 
     @property
     def area(self) -> float:
-        """[m^2]."""
+        """Area [m^2]."""
         return self.width * self.depth / 100.0
 
     def cut(self, along_x: bool, *at: int) -> tuple[Rectangle, ...]:
-        """Return the parts between cuts; with ``along_x`` they follow each other along x."""
+        """Return the parts between cuts; with ``along_x`` they are side by side along x."""
         marks = (self.x0, *at, self.x1) if along_x else (self.y0, *at, self.y1)
         pairs = pairwise(marks)
         if along_x:
@@ -81,50 +83,56 @@ class Cell:
     """A room or a stretch of corridor."""
 
     rectangle: Rectangle
+    """Its outline."""
     corridor: bool
+    """Whether it is a stretch of corridor."""
 
 
 @dataclass(frozen=True, slots=True)
-class Edge:
-    """What two cells share, or a cell and the outside: a piece of an upright or level line."""
+class CellEdge:
+    """Edge between two cells, or between a cell and the outside: a piece of an axis-parallel line."""
 
     cells: tuple[int, ...]
     """Indices of the one or two cells."""
     upright: bool
     """Whether x is constant along it."""
     at: int
-    """That x, or y [dm]."""
+    """The constant coordinate, x or y [dm]."""
     low: int
-    """Where it begins along the other axis [dm]."""
+    """Its beginning along the other axis [dm]."""
     high: int
+    """Its end along the other axis [dm]."""
 
     @property
     def length(self) -> int:
-        """[dm]."""
+        """Length of the edge [dm]."""
         return self.high - self.low
 
 
 @dataclass(frozen=True, slots=True)
-class FloorPlan:
-    """A building's cells, which tile its outline."""
+class RoomLayout:
+    """The cells of a building, which tile its outline."""
 
     outline: Rectangle
+    """Outline of the building."""
     cells: tuple[Cell, ...]
-    edges: tuple[Edge, ...] = field(init=False)
+    """Rooms and corridors."""
+    edges: tuple[CellEdge, ...] = field(init=False)
+    """Edges of the cells."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "edges", tuple(_edges(self.outline, self.cells)))
 
 
-def draw_floor_plan(rng: np.random.Generator, area: float) -> FloorPlan:
-    """Return a floor plan of about ``area`` [m^2]."""
+def draw_room_layout(rng: np.random.Generator, area: float) -> RoomLayout:
+    """Return a random layout of about ``area`` [m^2]."""
     aspect = rng.uniform(1.15, 1.9)
-    # At least a corridor with a room on either side.
+    # Deep enough for a corridor with a room on either side.
     depth = max(round(10.0 * float(np.sqrt(area / aspect))), 2 * ROOM_LEAST + 24)
     outline = Rectangle(0, 0, round(100.0 * area / depth), depth)
-    # Rooms grow with the building, for a hall of offices has fewer walls than as many flats.
+    # Rooms grow with the building, because large offices have fewer walls than flats.
     typical = min(20.0 + area / 60.0, 60.0)
-    return FloorPlan(outline, tuple(_Divider(rng, typical).divide(outline)))
+    return RoomLayout(outline, tuple(_Divider(rng, typical).divide(outline)))
 
 
 class _Divider:
@@ -135,7 +143,7 @@ class _Divider:
         self._typical = typical
 
     def divide(self, outline: Rectangle) -> Iterator[Cell]:
-        """Yield the cells: a spine along the building, at times with a hall at its end."""
+        """Yield the cells: a main corridor along the building, sometimes with a hall at its end."""
         rest, meets = outline, (outline.y0, outline.y1)
         if outline.width >= 130 and self._rng.random() < 0.6:
             widest = min(outline.width * 35 // 100, 110)
@@ -158,11 +166,11 @@ class _Divider:
         yield from self._block(north, frozenset({Side.SOUTH}))
 
     def _hall(self, end: Rectangle) -> tuple[Rectangle, ...]:
-        """Return a hall within the building's end, and what is left of that beside it."""
+        """Return a hall within the building's end, and the rest of the end beside it."""
         depth = min(end.depth, int(self._rng.integers(60, 121)))
         low = int(self._rng.integers(0, end.depth - depth + 1))
         high = low + depth
-        # What would be too narrow for a room goes to the hall.
+        # Strips that are too narrow for a room become part of the hall.
         low = 0 if low < ROOM_LEAST + 4 else low
         high = end.depth if end.depth - high < ROOM_LEAST + 4 else high
         strips = end.cut(False, *(m for m in (low, high) if 0 < m < end.depth))
@@ -173,7 +181,7 @@ class _Divider:
         return int(self._rng.integers(19, 26))
 
     def _block(self, block: Rectangle, access: frozenset[Side]) -> Iterator[Cell]:
-        """Yield the cells of a block that corridors pass on the sides ``access``."""
+        """Yield the cells of a block with corridors on the sides ``access``."""
         if block.shorter > _DEEPEST:
             if block.longer <= _HALL_DEEPEST and self._rng.random() < 0.25:
                 yield Cell(block, corridor=False)
@@ -183,10 +191,10 @@ class _Divider:
             yield from self._rooms(block, access)
 
     def _cross(self, block: Rectangle, access: frozenset[Side]) -> Iterator[Cell]:
-        """Cut a block in two by a corridor that sets out from one it touches."""
+        """Cut a block in two by a corridor that begins at one it touches."""
         ends_south_north = bool(access & {Side.SOUTH, Side.NORTH})
         ends_west_east = bool(access & {Side.WEST, Side.EAST})
-        # A corridor across the longer side leaves the squarer blocks.
+        # A corridor across the longer side leaves squarer blocks.
         along_x = ends_south_north and (block.width >= block.depth or not ends_west_east)
         long = block.width if along_x else block.depth
         start = block.x0 if along_x else block.y0
@@ -200,7 +208,7 @@ class _Divider:
         yield from self._block(after, access | {near})
 
     def _rooms(self, block: Rectangle, access: frozenset[Side]) -> Iterator[Cell]:
-        """Cut a block into rooms of varied sizes, most of them with a side on a corridor."""
+        """Cut a block into rooms of various sizes, most of them with a side on a corridor."""
         target = self._typical * float(np.exp(self._rng.normal(0.0, 0.45)))
         ways = [
             along_x
@@ -213,7 +221,7 @@ class _Divider:
             return
         along_x = block.width >= block.depth
         across = {Side.WEST, Side.EAST} if along_x else {Side.SOUTH, Side.NORTH}
-        # Cut so that both parts keep the corridor, unless that makes slivers.
+        # Cut so that both parts touch the corridor, unless the parts become too narrow.
         if access and access <= across and slim < 1.5 and (not along_x) in ways:
             along_x = not along_x
         if along_x not in ways:
@@ -227,7 +235,7 @@ class _Divider:
         yield from self._rooms(second, access - {near})
 
 
-def _edges(outline: Rectangle, cells: tuple[Cell, ...]) -> Iterator[Edge]:
+def _edges(outline: Rectangle, cells: tuple[Cell, ...]) -> Iterator[CellEdge]:
     for i, cell in enumerate(cells):
         a = cell.rectangle
         for j in range(i + 1, len(cells)):
@@ -241,13 +249,13 @@ def _edges(outline: Rectangle, cells: tuple[Cell, ...]) -> Iterator[Edge]:
         ):
             rim = (outline.x0, outline.x1) if upright else (outline.y0, outline.y1)
             if at in rim:
-                yield Edge((i,), upright, at, low, high)
+                yield CellEdge((i,), upright, at, low, high)
 
 
-def _shared(i: int, a: Rectangle, j: int, b: Rectangle) -> Iterator[Edge]:
+def _shared(i: int, a: Rectangle, j: int, b: Rectangle) -> Iterator[CellEdge]:
     low, high = max(a.y0, b.y0), min(a.y1, b.y1)
     if low < high and (a.x1 == b.x0 or b.x1 == a.x0):
-        yield Edge((i, j), True, a.x1 if a.x1 == b.x0 else a.x0, low, high)
+        yield CellEdge((i, j), True, a.x1 if a.x1 == b.x0 else a.x0, low, high)
     low, high = max(a.x0, b.x0), min(a.x1, b.x1)
     if low < high and (a.y1 == b.y0 or b.y1 == a.y0):
-        yield Edge((i, j), False, a.y1 if a.y1 == b.y0 else a.y0, low, high)
+        yield CellEdge((i, j), False, a.y1 if a.y1 == b.y0 else a.y0, low, high)

@@ -1,4 +1,4 @@
-"""What the rooms of a made-up building are for, and which groups of furniture that takes."""
+"""Room types of generated buildings, and the groups of furniture of each."""
 
 from __future__ import annotations
 
@@ -12,43 +12,44 @@ import numpy as np
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A piece of furniture within its group; the group's +y points to the wall behind it."""
+    """A piece of furniture in a group; the group's +y points to the wall behind it."""
 
     kind: str
-    """A key of ``furniture.FURNITURE``."""
+    """Kind of furniture, a key of ``furniture.FURNITURE``."""
     x: float
-    """From the group's middle [m]."""
+    """x from the group's middle [m]."""
     y: float
-    """[m]."""
+    """y from the group's middle [m]."""
     yaw: int = 0
-    """[degrees]."""
+    """Yaw in the group's frame [degrees]."""
     size: tuple[float, float, float] | None = None
-    """Width (along its x), depth, height [m]; None for the kind's own."""
+    """Width (along its x), depth and height [m]; None for the kind's own."""
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Furniture that belongs together, within an upright rectangle."""
+    """Pieces of furniture that belong together, within an axis-parallel rectangle."""
 
     width: float
-    """Along the wall [m]."""
+    """Extent along the wall [m]."""
     depth: float
-    """Away from it [m]."""
+    """Extent away from the wall [m]."""
     items: tuple[Item, ...]
+    """The pieces."""
     at_wall: bool = True
-    """Whether its back goes to a wall; else it stands anywhere."""
+    """Whether its back is placed at a wall; otherwise it stands anywhere."""
 
 
-Maker = Callable[[np.random.Generator], Group]
+GroupMaker = Callable[[np.random.Generator], Group]
 
 
 def _between(rng: np.random.Generator, low: float, high: float) -> float:
-    """A length to the decimetre."""
+    """Draw a length, rounded to a decimetre."""
     return round(float(rng.uniform(low, high)), 1)
 
 
-def _alone(kind: str, width: tuple[float, float], depth: float, height: float) -> Maker:
-    """A single piece with its back to the wall."""
+def _alone(kind: str, width: tuple[float, float], depth: float, height: float) -> GroupMaker:
+    """Return the maker of a single piece with its back to the wall."""
 
     def make(rng: np.random.Generator) -> Group:
         wide = _between(rng, *width)
@@ -64,7 +65,7 @@ def _desk(rng: np.random.Generator) -> Group:
 
 
 def _desk_island(rng: np.random.Generator) -> Group:
-    """Four desks, two by two, with a chair at each."""
+    """Make four desks, two by two, with a chair at each."""
     items: list[Item] = []
     for x in (-0.8, 0.8):
         for side in (-1, 1):
@@ -112,7 +113,7 @@ def _kitchen(rng: np.random.Generator) -> Group:
 
 
 def _bookcases(rng: np.random.Generator) -> Group:
-    """Two shelves back to back."""
+    """Make two shelves back to back."""
     wide = _between(rng, 1.6, 2.6)
     size = (wide, 0.35, 1.9)
     pair = (Item("shelf", 0.0, -0.2, 0, size), Item("shelf", 0.0, 0.2, 180, size))
@@ -145,65 +146,65 @@ _pilaster = _alone("pillar", (0.3, 0.5), 0.2, 2.8)
 
 
 @dataclass(frozen=True, slots=True)
-class Use:
-    """What a room may be for."""
+class RoomUse:
+    """A use of a room."""
 
     areas: tuple[float, float]
-    """Of rooms that suit [m^2]."""
+    """Range of the area of suitable rooms [m^2]."""
     weight: float
-    """How common it is."""
-    musts: tuple[Maker, ...]
-    """What comes first."""
-    mays: tuple[Maker, ...]
-    """What comes after, at random, as long as there is room for it."""
+    """Relative frequency of the use."""
+    musts: tuple[GroupMaker, ...]
+    """Groups that are placed first."""
+    mays: tuple[GroupMaker, ...]
+    """Groups that are placed at random afterwards, where they fit."""
     density: float = 0.2
-    """Optional groups per square metre."""
+    """Number of optional groups per square metre."""
 
 
-OFFICE: Final[Mapping[str, Use]] = MappingProxyType(
+OFFICE: Final[Mapping[str, RoomUse]] = MappingProxyType(
     {
-        "office": Use((6, 30), 5, (_desk,), (_desk, _shelf, _cabinet, _plant, _boxes)),
-        "open_office": Use(
+        "office": RoomUse((6, 30), 5, (_desk,), (_desk, _shelf, _cabinet, _plant, _boxes)),
+        "open_office": RoomUse(
             (28, 150), 6, (_desk_island,), (_desk_island, _desk, _shelf, _cabinet, _plant)
         ),
-        "meeting_room": Use((12, 60), 3, (_table_with_chairs,), (_cabinet, _plant, _shelf, _counter), 0.1),
-        "kitchen": Use((8, 35), 1.2, (_kitchen,), (_round_table, _cabinet, _plant)),
-        "library": Use((15, 90), 1.2, (_shelf, _bookcases), (_shelf, _bookcases, _round_table)),
-        "lounge": Use((14, 90), 1.2, (_seating,), (_seating, _round_table, _plant, _shelf)),
-        "workshop": Use((16, 120), 1.2, (_workbench,), (_workbench, _cabinet, _boxes, _shelf)),
-        "washroom": Use((6, 16), 1, (_basin,), (_basin, _cabinet), 0.15),
-        "store": Use((6, 30), 1, (_shelf,), (_shelf, _boxes, _boxes, _cabinet), 0.4),
-        "hall": Use(
+        "meeting_room": RoomUse((12, 60), 3, (_table_with_chairs,), (_cabinet, _plant, _shelf, _counter), 0.1),
+        "kitchen": RoomUse((8, 35), 1.2, (_kitchen,), (_round_table, _cabinet, _plant)),
+        "library": RoomUse((15, 90), 1.2, (_shelf, _bookcases), (_shelf, _bookcases, _round_table)),
+        "lounge": RoomUse((14, 90), 1.2, (_seating,), (_seating, _round_table, _plant, _shelf)),
+        "workshop": RoomUse((16, 120), 1.2, (_workbench,), (_workbench, _cabinet, _boxes, _shelf)),
+        "washroom": RoomUse((6, 16), 1, (_basin,), (_basin, _cabinet), 0.15),
+        "store": RoomUse((6, 30), 1, (_shelf,), (_shelf, _boxes, _boxes, _cabinet), 0.4),
+        "hall": RoomUse(
             (60, 400), 5, (_counter, _free_pillar), (_seating, _plant, _free_pillar, _round_table),
             0.08,
         ),
     }
 )  # fmt: skip
-"""Rooms of an office building."""
+"""Uses of rooms in an office building."""
 
-HOME: Final[Mapping[str, Use]] = MappingProxyType(
+HOME: Final[Mapping[str, RoomUse]] = MappingProxyType(
     {
-        "living_room": Use((14, 90), 3, (_seating, _shelf), (_seating, _table_with_chairs, _plant)),
-        "kitchen": Use((8, 30), 2, (_kitchen,), (_table_with_chairs, _round_table, _counter)),
-        "bedroom": Use((8, 40), 4, (_bed, _cabinet), (_shelf, _cabinet, _desk, _plant)),
-        "bathroom": Use((5, 14), 2, (_tub, _basin), (_cabinet,), 0.1),
-        "study": Use((8, 30), 2, (_desk, _shelf), (_shelf, _seating, _plant)),
-        "store": Use((5, 20), 1, (_shelf,), (_shelf, _boxes, _boxes), 0.4),
-        "games_room": Use(
+        "living_room": RoomUse((14, 90), 3, (_seating, _shelf), (_seating, _table_with_chairs, _plant)),
+        "kitchen": RoomUse((8, 30), 2, (_kitchen,), (_table_with_chairs, _round_table, _counter)),
+        "bedroom": RoomUse((8, 40), 4, (_bed, _cabinet), (_shelf, _cabinet, _desk, _plant)),
+        "bathroom": RoomUse((5, 14), 2, (_tub, _basin), (_cabinet,), 0.1),
+        "study": RoomUse((8, 30), 2, (_desk, _shelf), (_shelf, _seating, _plant)),
+        "store": RoomUse((5, 20), 1, (_shelf,), (_shelf, _boxes, _boxes), 0.4),
+        "games_room": RoomUse(
             (28, 400), 1, (_table_with_chairs, _free_pillar), (_seating, _plant, _boxes), 0.12
         ),
     }
 )  # fmt: skip
-"""Rooms of a house."""
+"""Uses of rooms in a house."""
 
-CORRIDOR: Final = Use((0, 1e9), 1, (), (_locker, _pilaster, _pilaster, _plant), 0.08)
-"""What stands along a corridor's walls."""
+CORRIDOR: Final = RoomUse((0, 1e9), 1, (), (_locker, _pilaster, _pilaster, _plant), 0.08)
+"""Furniture along a corridor's walls."""
 
 
-def choose_use(
-    rng: np.random.Generator, uses: Mapping[str, Use], area: float, taken: Sequence[str]
+def choose_room_use(
+    rng: np.random.Generator, uses: Mapping[str, RoomUse], area: float, taken: Sequence[str]
 ) -> str:
-    """Return what a room of that area [m^2] is for; what there is already becomes less likely."""
+    """Draw the use of a room of an area [m^2]; uses that exist already are less likely."""
     names = [n for n, use in uses.items() if use.areas[0] <= area <= use.areas[1]]
     if not names:
         small = area < min(use.areas[0] for use in uses.values())

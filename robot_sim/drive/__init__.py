@@ -1,1 +1,1 @@
-"""From commands to wheels and back: motors, tyres, encoders, firmware, and what the robot ran into."""
+"""Drivetrain: motor commands, tyres, encoders, motor controller, contacts and condition."""

@@ -1,4 +1,4 @@
-"""Packets of the Pioneer controllers, as values and as bytes.
+"""Packets of the Pioneer controllers (ARIA protocol): fields, framing and checksum.
 
 The standard server information packet (SIP) and the frame around every packet, as the public
 drivers read them: allenh1/p2os ``sip.cpp`` and ``packet.cpp``, reedhedges/AriaCoda ``ArRobot.cpp``,
@@ -14,13 +14,13 @@ from typing import Final
 from robot_sim.drive.bumpers import SEGMENTS, Bumpers
 from robot_sim.errors import PacketError
 
-HEADER: Final = b"\xfa\xfb"
+PACKET_HEADER: Final = b"\xfa\xfb"
 POSITION_UNITS: Final = 1 << 15
-"""Positions are sent in 15 bits, and begin anew beyond them."""
+"""Range of a position, which is sent in 15 bits and wraps around."""
 
 _STOPPED, _MOVING = 0x32, 0x33
 _LONGEST: Final = 200
-"""Bytes of a whole packet at most."""
+"""Largest number of bytes of a whole packet."""
 _BEGIN: Final = struct.Struct("<BHHhhhBHhHBB")
 """Type, x, y, heading, left and right speed, battery, stalls and bumpers, control, flags, compass,
 number of sonar readings."""
@@ -30,33 +30,35 @@ _END: Final = struct.Struct("<BBBBBHBh")
 
 
 def checksum(data: bytes) -> int:
-    """Return the sum of big-endian words, modulo 2^16, with an odd last byte exclusive-or'ed."""
+    """Return the sum of big-endian words modulo 2^16, exclusive-or'ed with an odd last byte."""
     even = len(data) & ~1
     total = sum(data[i] << 8 | data[i + 1] for i in range(0, even, 2)) & 0xFFFF
     return total ^ data[-1] if len(data) > even else total
 
 
-def frame(data: bytes) -> bytes:
-    """Return a packet's data, which begins with its type, in its frame.
+def frame_packet(data: bytes) -> bytes:
+    """Return the frame around a packet's data, which begins with its type.
 
     Raises:
-        PacketError: it is too long for one packet.
+        PacketError: the data are too long for one packet.
     """
     if len(data) > _LONGEST - 5:
-        raise PacketError(f"a packet holds {_LONGEST - 5} bytes at most, got {len(data)}")
-    return HEADER + bytes([len(data) + 2]) + data + checksum(data).to_bytes(2, "big")
+        raise PacketError(f"a packet holds at most {_LONGEST - 5} bytes, got {len(data)}")
+    return PACKET_HEADER + bytes([len(data) + 2]) + data + checksum(data).to_bytes(2, "big")
 
 
-def unframe(packet: bytes) -> bytes:
+def unframe_packet(packet: bytes) -> bytes:
     """Return the data of one whole packet.
 
     Raises:
-        PacketError: the bytes are not one sound packet; the message says what is wrong.
+        PacketError: the bytes are not one valid packet; the message gives the reason.
     """
-    if packet[:2] != HEADER:
+    if packet[:2] != PACKET_HEADER:
         raise PacketError(f"a packet begins with fa fb, got {packet[:2].hex(' ') or 'nothing'}")
     if len(packet) < 6 or packet[2] != len(packet) - 3:
-        raise PacketError(f"a packet's third byte counts what follows it, got {len(packet)} bytes")
+        raise PacketError(
+            f"a packet's third byte must be the number of bytes after it, got {len(packet)} bytes"
+        )
     data, found = packet[3:-2], int.from_bytes(packet[-2:], "big")
     if found != checksum(data):
         raise PacketError(f"checksum is {found:#06x}, the data's is {checksum(data):#06x}")
@@ -64,9 +66,9 @@ def unframe(packet: bytes) -> bytes:
 
 
 def moved_units(before: int, after: int) -> int:
-    """Return by how much a position changed between two packets, over its wrap [units].
+    """Return the difference of a position between two packets, across its wrap-around [units].
 
-    The shorter way round is taken, as in ARIA.
+    Of the two differences the smaller is taken, as in ARIA.
     """
     half = POSITION_UNITS // 2
     return (after - before + half) % POSITION_UNITS - half
@@ -74,37 +76,41 @@ def moved_units(before: int, after: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class StandardPacket:
-    """What the controller tells its client every cycle, in the controller's own units."""
+    """The standard server information packet (SIP), in the controller's own units."""
 
     moving: bool
+    """Whether the wheels move."""
     x: int
-    """In [0, 32768); times ``DistConvFactor`` is [mm]."""
+    """Position x in [0, 32768); times ``DistConvFactor`` it is in [mm]."""
     y: int
-    """As ``x``."""
+    """Position y, in the same units as ``x``."""
     heading: int
-    """Signed; times ``AngleConvFactor`` is [rad]."""
+    """Signed heading; times ``AngleConvFactor`` it is in [rad]."""
     left: int
-    """Speed of the left wheels; times ``VelConvFactor`` is [mm/s]."""
+    """Speed of the left wheels; times ``VelConvFactor`` it is in [mm/s]."""
     right: int
-    """The same of the right wheels."""
+    """Speed of the right wheels, in the same units as ``left``."""
     turn: int
     """Yaw rate [0.1 deg/s]."""
     battery: int
-    """[0.1 V]."""
+    """Battery voltage [0.1 V]."""
     left_stalled: bool
+    """Whether the left motors are stalled."""
     right_stalled: bool
+    """Whether the right motors are stalled."""
     bumpers: Bumpers
+    """Pressed segments of the bumper rings."""
     control: int = 0
     """Set-point of the heading servo, in units of ``heading``."""
     flags: int = 1
-    """Bit 0: motors enabled."""
+    """Status bits; bit 0: motors enabled."""
     compass: int = 0
-    """[2 deg]."""
+    """Compass heading [2 deg]."""
     sonars: tuple[tuple[int, int], ...] = ()
-    """Number and range [mm] of each sonar that was read anew."""
+    """Number and range [mm] of each sonar with a new reading."""
 
     def to_bytes(self) -> bytes:
-        """Return the packet as it goes over the wire.
+        """Return the packet as it is sent.
 
         Raises:
             PacketError: a number does not fit its field.
@@ -132,18 +138,18 @@ class StandardPacket:
             data += _END.pack(0, 0, 0, 0, 0, self.battery, 0, self.turn)
         except struct.error as error:
             raise PacketError(f"a number does not fit the standard packet: {error}") from None
-        return frame(data)
+        return frame_packet(data)
 
     @classmethod
     def from_bytes(cls, packet: bytes) -> StandardPacket:
-        """Read a packet; what follows the yaw rate is left unread, as older clients do.
+        """Read a packet; bytes after the yaw rate are ignored, as by older clients.
 
         Raises:
-            PacketError: the bytes are not one sound standard packet.
+            PacketError: the bytes are not one valid standard packet.
         """
-        data = unframe(packet)
+        data = unframe_packet(packet)
         if data[0] not in (_STOPPED, _MOVING):
-            raise PacketError(f"a standard packet is of type 0x32 or 0x33, got {data[0]:#04x}")
+            raise PacketError(f"a standard packet has type 0x32 or 0x33, got {data[0]:#04x}")
         try:
             begin = _BEGIN.unpack_from(data)
             at = [_BEGIN.size + i * _SONAR.size for i in range(begin[-1])]

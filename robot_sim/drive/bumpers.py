@@ -1,4 +1,4 @@
-"""The P3-AT's bumper rings: where something touches the robot, and which segments that presses.
+"""Bumper rings of the P3-AT: which segments are pressed by contacts with the robot.
 
 Five segments in front and five behind [AriaCoda ``p3at-sh.p``: ``NumFrontBumpers``,
 ``NumRearBumpers``], which share 135 degrees at each end [ARIA ``ArBumpers``: ``angleRange``].
@@ -14,19 +14,21 @@ from typing import Final
 from robot_sim.array_types import FloatArray
 
 SEGMENTS: Final = 5
-"""Of each ring."""
+"""Number of segments of each ring."""
 SPAN: Final = math.radians(135.0)
-"""What the segments of one ring share [rad]."""
+"""Angle that the segments of one ring cover together [rad]."""
 
 _NONE: Final = (False,) * SEGMENTS
 
 
 @dataclass(frozen=True, slots=True)
 class Bumpers:
-    """Which segments are pressed: each ring from the robot's left to its right, as ROSARIA has it."""
+    """Pressed segments of both rings, each from the robot's left to its right, as in ROSARIA."""
 
     front: tuple[bool, ...] = _NONE
+    """Pressed segments of the front ring."""
     rear: tuple[bool, ...] = _NONE
+    """Pressed segments of the rear ring."""
 
     def __post_init__(self) -> None:
         for name in ("front", "rear"):
@@ -37,11 +39,11 @@ class Bumpers:
 
     @property
     def pressed(self) -> bool:
-        """Whether any segment is."""
+        """Whether any segment is pressed."""
         return any(self.front) or any(self.rear)
 
     def __or__(self, other: Bumpers) -> Bumpers:
-        """Return what is pressed in either."""
+        """Return the segments that are pressed in either."""
         return Bumpers(
             tuple(a or b for a, b in zip(self.front, other.front, strict=True)),
             tuple(a or b for a, b in zip(self.rear, other.rear, strict=True)),
@@ -49,27 +51,27 @@ class Bumpers:
 
 
 def pressed_by(patches: Iterable[FloatArray]) -> Bumpers:
-    """Return the segments that things press which touch the robot here and there.
+    """Return the segments that are pressed by objects with the given contact points.
 
     Args:
-        patches: Of each thing the points (K, 2) or (K, 3) in ``base_link`` [m] where it touches. A
-            flat thing touches at the ends of its patch; it presses what lies between as well.
+        patches: Contact points (K, 2) or (K, 3) in ``base_link`` [m] of each object. A flat object
+            touches at the ends of its patch; the segments between them are pressed as well.
     """
     front, rear = list(_NONE), list(_NONE)
     for patch in patches:
-        # A few points: plain numbers are several times as quick as numpy.
+        # For a few points plain numbers are several times faster than NumPy.
         points = patch[:, :2].tolist()
         ahead = [math.atan2(y, x) for x, y in points if x >= 0.0]
         behind = [math.atan2(-y, -x) for x, y in points if not x >= 0.0]
         for ring, bearings in ((front, ahead), (rear, behind)):
             for i in _segments(bearings):
                 ring[i] = True
-    # The rear ring was looked at from behind, where the robot's left is on the right.
+    # Bearings of the rear ring are as seen from behind, where the robot's left is on the right.
     return Bumpers(tuple(front), tuple(rear[::-1]))
 
 
 def _segments(bearings: Sequence[float]) -> range:
-    """Segments between the extreme bearings [rad] of points ahead of a ring, from its left end."""
+    """Return the segments between the extreme bearings [rad] of points, from a ring's left end."""
     if not bearings:
         return range(0)
     leftmost, rightmost = max(bearings), min(bearings)

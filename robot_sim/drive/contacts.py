@@ -1,4 +1,4 @@
-"""What the robot touches in one tick, by name and by segment of its bumpers."""
+"""Contacts of the robot in one tick: names of obstacles, bumper segments, wheels on the ground."""
 
 from __future__ import annotations
 
@@ -10,42 +10,43 @@ import numpy as np
 
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.drive.bumpers import Bumpers, pressed_by
-from robot_sim.physics import Motion
-from robot_sim.robot.bumper_geom import FENDER
-from robot_sim.robot.contact_sensors import FeelerColumns
+from robot_sim.physics import TickMotion
+from robot_sim.robot.bumper_geom import BUMPER
+from robot_sim.robot.contact_sensors import ContactSensorColumns
 from robot_sim.robot.mujoco_body import FLOOR_BIT, WHEELS
 from robot_sim.robot.underbody import NOSE
 
 _UPRIGHT = 0.7
-"""A contact whose normal is as vertical as this presses no bumper."""
+"""Vertical part of a contact's normal from which on the contact presses no bumper."""
 _CLEAR = Bumpers()
 
 
 @dataclass(frozen=True, slots=True)
-class Touches:
-    """What a tick's contacts amount to; one step of the tick is enough."""
+class ContactSummary:
+    """The contacts of a tick; a contact in one of its steps is enough."""
 
     names: tuple[str, ...]
-    """Of the obstacles, and of kerbs that the nose ran into; sorted."""
+    """Sorted names of obstacles, and of kerbs that the nose ran into."""
     bumpers: Bumpers
+    """Pressed segments of the bumper rings."""
     grounded: bool
-    """Whether the hull sat on the ground."""
+    """Whether the hull touched the ground."""
     wheels_down: tuple[bool, bool, bool, bool]
     """Whether each of ``WHEELS`` was on the ground."""
 
 
-class TouchFinder:
-    """Finds the contacts of every step of a tick in which the feelers felt something."""
+class ContactFinder:
+    """Finds the contacts of all steps of a tick in which the contact sensors counted any."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Look up the robot's parts; ``data`` is at rest where the first tick begins."""
+        """Look up the robot's parts; ``data`` is the state at rest before the first tick."""
         self._model = model
-        self._columns = FeelerColumns.of(model, "base_link", WHEELS)
+        self._columns = ContactSensorColumns.of(model, "base_link", WHEELS)
         self._base = int(model.body("base_link").id)
         roots = model.body_rootid[model.geom_bodyid]
         self._is_robot: list[bool] = np.asarray(roots == self._base).tolist()
-        rings = ("chassis", NOSE, FENDER, *(f"{wheel}_hull" for wheel in WHEELS))
-        # Only where something moves on its own is there a fender.
+        rings = ("chassis", NOSE, BUMPER, *(f"{wheel}_hull" for wheel in WHEELS))
+        # There is a bumper geom only in worlds where something moves on its own.
         ids = (mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in rings)
         self._ring = {geom for geom in ids if geom >= 0}
         self._nose = int(model.geom(NOSE).id)
@@ -53,19 +54,19 @@ class TouchFinder:
         self._scratch = mujoco.MjData(model)
         self._before: FloatArray = data.qpos.copy()
 
-    def find(self, data: mujoco.MjData, motion: Motion) -> Touches:
-        """Return what was touched in the tick that has just been rolled out into ``data``."""
+    def find(self, data: mujoco.MjData, motion: TickMotion) -> ContactSummary:
+        """Return the contacts of the tick that has just been rolled out into ``data``."""
         felt = motion.sensors[:, self._columns.hull] > 0.0
         before, self._before = self._before, motion.positions[-1].copy()
         touching = np.count_nonzero(felt) > 0
         states = self._touching_states(data, motion, felt, before) if touching else ()
         return self._touches(motion.sensors, states)
 
-    def begin(self, data: mujoco.MjData) -> Touches:
-        """Return what is touched before the first tick, after ``mj_forward``."""
+    def begin(self, data: mujoco.MjData) -> ContactSummary:
+        """Return the contacts before the first tick, after ``mj_forward``."""
         return self._touches(data.sensordata[None, :], [data])
 
-    def _touches(self, sensors: FloatArray, states: Iterable[mujoco.MjData]) -> Touches:
+    def _touches(self, sensors: FloatArray, states: Iterable[mujoco.MjData]) -> ContactSummary:
         counts = np.maximum.reduce(sensors[:, self._columns.tyres]).tolist()
         wheels_down = (counts[0] > 0.0, counts[1] > 0.0, counts[2] > 0.0, counts[3] > 0.0)
         names: set[str] = set()
@@ -77,15 +78,15 @@ class TouchFinder:
             patches += met
             grounded |= sat
         bumpers = pressed_by(patches) if patches else _CLEAR
-        return Touches(tuple(sorted(names)), bumpers, grounded, wheels_down)
+        return ContactSummary(tuple(sorted(names)), bumpers, grounded, wheels_down)
 
     def _touching_states(
-        self, data: mujoco.MjData, motion: Motion, felt: BoolArray, before: FloatArray
+        self, data: mujoco.MjData, motion: TickMotion, felt: BoolArray, before: FloatArray
     ) -> Iterator[mujoco.MjData]:
-        """Yield states with the contacts of the steps in which other parts were touched than in the last.
+        """Yield a state with contacts for each set of parts that was touched in a step.
 
-        Contacts of a step are those of its start; the last step's are still in ``data``. Each state
-        holds until the next is asked for.
+        Contacts of a step are those at its start; the last step's are still in ``data``. Each state
+        is valid until the next one is yielded.
         """
         seen = set()
         if felt[-1].any():
@@ -97,7 +98,7 @@ class TouchFinder:
                 yield self._replayed(data, motion.positions[step - 1] if step else before)
 
     def _replayed(self, data: mujoco.MjData, positions: FloatArray) -> mujoco.MjData:
-        """Find the contacts of a step again."""
+        """Compute the contacts of a step again."""
         state = self._scratch
         state.qpos[:] = positions
         state.mocap_pos[:], state.mocap_quat[:] = data.mocap_pos, data.mocap_quat
@@ -106,7 +107,7 @@ class TouchFinder:
         return state
 
     def _contacts(self, state: mujoco.MjData) -> tuple[set[str], list[FloatArray], bool]:
-        """Return names touched, patches in ``base_link`` that press, and whether the hull sat down."""
+        """Return names touched, pressing patches in ``base_link``, and whether the hull is grounded."""
         model = self._model
         origin, rotation = state.xpos[self._base], state.xmat[self._base].reshape(3, 3)
         names: set[str] = set()
@@ -114,7 +115,7 @@ class TouchFinder:
         patches: dict[tuple[int, int], list[FloatArray]] = {}
         up = rotation[:, 2]
         contacts = state.contact
-        # MuJoCo makes such an array anew whenever it is asked for it.
+        # MuJoCo creates such an array at each access.
         positions, frames = contacts.pos, contacts.frame
         for number, (first, second) in enumerate(contacts.geom.tolist()):
             if first in self._tyres or second in self._tyres:
@@ -124,7 +125,7 @@ class TouchFinder:
             part, other = (first, second) if self._is_robot[first] else (second, first)
             at, axes = positions[number], frames[number]
             flat = abs(float(up @ axes[:3])) < _UPRIGHT
-            # A kerb's face is met by the nose; all other ground is sat upon.
+            # The nose can meet the face of a kerb; any other contact with ground means grounding.
             face = part == self._nose and flat and abs(float(axes[2])) < _UPRIGHT
             if model.geom_contype[other] == FLOOR_BIT and not face:
                 grounded = True

@@ -1,4 +1,4 @@
-"""The drive: from a commanded twist to wheel rates, within limits and by ramps."""
+"""Drivetrain: from a commanded twist to wheel rates, within speed limits and acceleration ramps."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from localization.types import Twist
 from robot_sim.array_types import FloatArray
-from robot_sim.drive.motor_controller import FirmwareConfig, Override, quantised
+from robot_sim.drive.motor_controller import FirmwareConfig, Override, quantised_command
 from robot_sim.drive.motor_stall import StallConfig
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
@@ -24,16 +24,19 @@ _LIMITS = (
 
 
 @dataclass(frozen=True, slots=True)
-class WheelSlip:
-    """An injected fault: wheels spinning on ice.
+class SlipFault:
+    """Injected fault: wheels spinning on ice.
 
-    While it lasts, the encoders of both sides report ``factor`` times the real rim speed. The
+    While it is active, the encoders of both sides report ``factor`` times the real rim speed. The
     motion itself is not changed.
     """
 
     start_ns: int
+    """Time at which the fault begins [ns]."""
     duration_ns: int
+    """Duration of the fault [ns]."""
     factor: float
+    """Reported over real rim speed."""
 
     def __post_init__(self) -> None:
         if self.duration_ns < 0 or not math.isfinite(self.factor):
@@ -43,7 +46,7 @@ class WheelSlip:
             )
 
     def active(self, stamp: int) -> bool:
-        """Return whether the fault holds at ``stamp`` [ns]."""
+        """Return whether the fault is active at ``stamp`` [ns]."""
         return self.start_ns <= stamp < self.start_ns + self.duration_ns
 
 
@@ -52,27 +55,28 @@ class DriveConfig:
     """Limits of the motion and errors of the encoders."""
 
     max_speed: float = 0.7
-    """[m/s]. Webots ``Pioneer3at.proto``."""
+    """Limit of the forward speed [m/s]; Webots ``Pioneer3at.proto``."""
     max_turn: float = math.radians(140.0)
-    """[rad/s]. Data sheet, as quoted by others."""
+    """Limit of the yaw rate [rad/s]; data sheet, as quoted by others."""
     acceleration: float = 0.5
-    """[m/s^2]."""
+    """Limit of the forward acceleration [m/s^2]."""
     braking: float = 1.0
-    """Towards rest [m/s^2]."""
+    """Limit of the deceleration towards rest [m/s^2]."""
     turn_acceleration: float = math.radians(150.0)
-    """[rad/s^2]."""
+    """Limit of the angular acceleration [rad/s^2]."""
     turn_braking: float = math.radians(300.0)
-    """Towards rest [rad/s^2]."""
+    """Limit of the angular deceleration towards rest [rad/s^2]."""
     encoder_scale_sigma: float = 0.003
-    """Standard deviation of each side's constant scale error, drawn once per seed."""
+    """Standard deviation of each side's constant scale error, as a share; drawn once per seed."""
     encoder_noise: float = 0.002
-    """Standard deviation of one reading [m/s]."""
-    slips: tuple[WheelSlip, ...] = ()
-    """Injected faults."""
+    """Standard deviation of the noise of one reading [m/s]."""
+    slips: tuple[SlipFault, ...] = ()
+    """Injected slip faults."""
     stall: StallConfig = field(default_factory=StallConfig)
-    """When the motors count as stalled."""
+    """Conditions under which the motors count as stalled."""
     firmware: FirmwareConfig | None = None
-    """Commands and wheel speeds go through a controller like the P3-AT's own; None does without."""
+    """Motor controller like the P3-AT's own, through which commands and wheel speeds go; None for
+    none."""
 
     def __post_init__(self) -> None:
         for name in _LIMITS:
@@ -81,7 +85,7 @@ class DriveConfig:
 
 
 def ramp(now: float, target: float, *, gain: float, loss: float) -> float:
-    """Move ``now`` towards ``target`` by at most ``gain``, or by ``loss`` while it falls to zero."""
+    """Move ``now`` towards ``target`` by at most ``gain``, or by ``loss`` while slowing down."""
     if now * target < 0.0 or abs(target) < abs(now):
         # Slowing down; a change of sign passes through rest first.
         floor = target if now * target > 0.0 else 0.0
@@ -89,8 +93,8 @@ def ramp(now: float, target: float, *, gain: float, loss: float) -> float:
     return min(target, now + gain) if target > now else max(target, now - gain)
 
 
-class Drive:
-    """Follows a set-point within its limits."""
+class Drivetrain:
+    """Follows a commanded twist within its limits."""
 
     def __init__(self, config: DriveConfig, robot: SkidSteer) -> None:
         self._config = config
@@ -101,17 +105,17 @@ class Drive:
         self._speed = 0.0
         self._turn = 0.0
         self.override = Override.NONE
-        """Any but ``NONE`` stops the wheels at once; afterwards they start from rest again."""
+        """Override by the motor controller; any but ``NONE`` stops the wheels at once."""
 
     @property
     def target(self) -> tuple[float, float]:
-        """Forward speed [m/s] and yaw rate [rad/s] it goes for."""
+        """Forward speed [m/s] and yaw rate [rad/s] that the drivetrain aims for."""
         return self._target
 
     def command(self, twist: Twist) -> None:
-        """Set the wanted twist; only forward speed and yaw rate matter.
+        """Set the target twist; only forward speed and yaw rate are used.
 
-        Beyond a limit both are scaled alike, so that the robot keeps to the commanded curve.
+        Beyond a limit both are scaled by the same factor, so that the curvature is kept.
         """
         forward, turn = float(twist.linear[0]), float(twist.angular[2])
         if not (math.isfinite(forward) and math.isfinite(turn)):
@@ -119,7 +123,7 @@ class Drive:
                 f"command must be finite, got forward {forward} m/s and turn {turn} rad/s"
             )
         if self._config.firmware is not None:
-            forward, turn = quantised(forward, turn, self._config.firmware)
+            forward, turn = quantised_command(forward, turn, self._config.firmware)
         rim = abs(forward) + abs(turn) * 0.5 * self._track
         excess = max(
             1.0,
@@ -140,7 +144,7 @@ class Drive:
         return (self._speed - across) / radius, (self._speed + across) / radius
 
     def advance_tick(self, steps: int, dt: float) -> FloatArray:
-        """Advance the ramps by a whole tick: the same numbers as ``advance`` called ``steps`` times.
+        """Advance the ramps by a tick, with the same results as ``steps`` calls of ``advance``.
 
         Args:
             steps: Physics steps of the tick.
@@ -156,7 +160,7 @@ class Drive:
         for i in range(steps):
             rates[i] = self.advance(dt)
             if (self._speed, self._turn) == self._target:
-                # Nothing changes any more: the rest of the tick repeats this step.
+                # The target is reached: the rest of the tick repeats this step.
                 rates[i + 1 :] = rates[i]
                 break
         return rates

@@ -1,4 +1,4 @@
-"""The encoders: from turning wheels to rim speeds."""
+"""Wheel encoders: counts of the turning wheels, reported as rim speeds."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from robot_sim.drive.drivetrain import DriveConfig
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 COUNTS_PER_TURN: Final = 500 * 4 * 49.8
-"""Encoder edges per wheel turn: 500 lines, four edges each, gear 49.8:1 (the manual, as
-quoted by others)."""
+"""Encoder edges per wheel turn: 500 lines, four edges each, gear 49.8:1 (the manual, as quoted by
+others)."""
 _PER_RADIAN: Final = COUNTS_PER_TURN / (2.0 * math.pi)
 
 
@@ -30,17 +30,17 @@ class Encoders:
         self._counts = [0, 0]
 
     def read(self, stamp: int, angles: FloatArray, dt: float) -> WheelSpeeds:
-        """Return the speeds over the ``dt`` [s] that end at ``stamp`` [ns].
+        """Return the rim speeds over the interval ``dt`` [s] that ends at ``stamp`` [ns].
 
         Args:
             stamp: End of the interval [ns].
-            angles: (2,) angle of the left and the right wheels [rad].
+            angles: (2,) angles of the left and the right wheels [rad].
             dt: Length of the interval [s].
         """
         noise = self._config.encoder_noise
         draws = self._rng.standard_normal(2).tolist()
         measured = []
-        # Two sides are too few for numpy: plain numbers are three times as quick.
+        # For two sides plain numbers are three times faster than NumPy.
         for side, angle in enumerate(angles.tolist()):
             total = round(angle * _PER_RADIAN)
             counts, self._counts[side] = total - self._counts[side], total
@@ -48,8 +48,8 @@ class Encoders:
             for slip in self._config.slips:
                 if slip.active(stamp):
                     speed = slip.factor * speed
-            # Wheels that did not move give no edges, hence no noise.
+            # Wheels that did not move give no edges, and hence no noise.
             measured.append(speed + noise * draws[side] if counts else 0.0)
         left, right = measured
-        # Of the message's resolution.
+        # Rounded to float32, the resolution of the message.
         return WheelSpeeds(stamp, float(np.float32(left)), float(np.float32(right)))

@@ -1,8 +1,8 @@
-"""A motor controller like the P3-AT's own: packets every 100 ms, whole numbers, the vendor's constants.
+"""Motor controller like the P3-AT's firmware: packets every 100 ms, integer units, vendor constants.
 
-It counts on the vendor's effective track where the rest of this project goes by the closed form, sends
-speeds in mm/s and positions in mm, takes commands as its protocol has them, and takes the power
-away when the motors stall or a bumper is pressed in the direction of travel.
+It uses the vendor's effective track where the rest of this project uses the closed form, sends speeds
+in mm/s and positions in mm, accepts commands at the resolution of its protocol, cuts the power when
+the motors stall, and stops when a bumper is pressed in the direction of travel.
 """
 
 from __future__ import annotations
@@ -19,56 +19,58 @@ from robot_sim.drive.bumpers import Bumpers
 from robot_sim.drive.robot_condition import Condition
 
 _MOST_STEPS = 127
-"""Of a signed byte, in which ``VEL2`` has the speed of a side."""
+"""Largest value of a signed byte, in which ``VEL2`` encodes the speed of a side."""
 
 
 class MotionCommand(StrEnum):
-    """How the client commands motion."""
+    """Protocol command by which the client sets the motion."""
 
     VEL = "vel"
-    """``VEL`` in whole mm/s and ``RVEL`` in whole deg/s, as ARIA and ROSARIA do."""
+    """``VEL`` in integer mm/s and ``RVEL`` in integer deg/s, as ARIA and ROSARIA use them."""
     VEL2 = "vel2"
     """``VEL2``: each side in units of ``Vel2Divisor`` mm/s."""
 
 
 class Override(StrEnum):
-    """What the controller does to the drive in spite of the command."""
+    """What the controller does with the motors regardless of the command."""
 
     NONE = "none"
+    """The command is followed."""
     STOP = "stop"
-    """Hold the wheels where they are."""
+    """The wheels are held where they are."""
     RELAX = "relax"
-    """Take the power away from the motors."""
+    """The motors have no power."""
 
 
 @dataclass(frozen=True, slots=True)
 class FirmwareConfig:
-    """The controller's constants; those of the P3-AT are AriaCoda's ``p3at-sh.p``.
+    """Constants of the controller; those of the P3-AT are from AriaCoda's ``p3at-sh.p``.
 
     Raises:
         ValueError: a number is not finite and positive.
     """
 
     cycle: int = SECOND // 10
-    """Between packets [ns]. AriaCoda."""
+    """Time between packets [ns]; AriaCoda."""
     distance_factor: float = 1.0
-    """``DistConvFactor``, of one unit of position [mm]."""
+    """``DistConvFactor``: size of one unit of position [mm]."""
     angle_factor: float = 0.00153
-    """``AngleConvFactor``, of one unit of heading [rad]."""
+    """``AngleConvFactor``: size of one unit of heading [rad]."""
     velocity_factor: float = 1.0
-    """``VelConvFactor``, of one unit of speed [mm/s]."""
+    """``VelConvFactor``: size of one unit of speed [mm/s]."""
     differential_factor: float = 0.0034
-    """``DiffConvFactor``, of yaw rate over half the difference of the sides' speeds [rad/mm]."""
+    """``DiffConvFactor``: yaw rate over half the difference of the sides' speeds [rad/mm]."""
     vel2_divisor: float = 20.0
-    """``Vel2Divisor``, of one unit of a ``VEL2`` command [mm/s]."""
+    """``Vel2Divisor``: size of one unit of a ``VEL2`` command [mm/s]."""
     motion: MotionCommand = MotionCommand.VEL
+    """Protocol command by which motion is commanded."""
     bump_stall: bool = True
-    """Whether a bumper that is pressed in the direction of travel stops the robot and shows as a
-    stall of both sides; the manual's BumpStall, on by default."""
+    """Whether a bumper that is pressed in the direction of travel stops the robot and is reported
+    as a stall of both sides; the manual's BumpStall, on by default."""
     stall_pause: int = SECOND // 5
-    """For how long a stall takes the power away [ns]: StallCount; 200 ms as remembered."""
+    """Time for which a stall cuts the power [ns]: StallCount; 200 ms as remembered."""
     battery: float = 12.0
-    """What the packets say of the battery, which is not simulated: its nominal voltage [V]."""
+    """Battery voltage in the packets [V]: the nominal one, because the battery is not simulated."""
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
@@ -79,12 +81,12 @@ class FirmwareConfig:
 
     @property
     def effective_track(self) -> float:
-        """What divides the difference of the rim speeds to give the yaw rate [m]."""
+        """Distance [m] that divides the difference of the rim speeds to give the yaw rate."""
         return 2e-3 / self.differential_factor
 
 
-def quantised(forward: float, turn: float, config: FirmwareConfig) -> tuple[float, float]:
-    """Return a command [m/s, rad/s] as the controller gets it."""
+def quantised_command(forward: float, turn: float, config: FirmwareConfig) -> tuple[float, float]:
+    """Return a command [m/s, rad/s] at the resolution of the controller's protocol."""
     if config.motion is MotionCommand.VEL:
         return round(1e3 * forward) / 1e3, math.radians(round(math.degrees(turn)))
     unit = 1e-3 * config.vel2_divisor
@@ -97,7 +99,7 @@ def quantised(forward: float, turn: float, config: FirmwareConfig) -> tuple[floa
 
 
 class Firmware:
-    """Integrates what the encoders say and tells it once a cycle."""
+    """Integrates the encoders' speeds to a pose and sends a packet once per cycle."""
 
     def __init__(self, config: FirmwareConfig) -> None:
         self._config = config
@@ -109,14 +111,14 @@ class Firmware:
         self._stalled = (False, False)
         self._paused_until = -1
         self.packet: StandardPacket | None = None
-        """The packet of the last tick, if one was due."""
+        """The packet of the last tick; None if none was due."""
 
     def judge(self, condition: Condition, forward: float) -> Override:
-        """Return what becomes of the coming tick after one that ended so.
+        """Return the override for the coming tick.
 
         Args:
-            condition: Of the tick that has ended.
-            forward: Speed the drive goes for [m/s].
+            condition: Condition of the robot after the last tick.
+            forward: Forward speed that the drivetrain aims for [m/s].
         """
         c = self._config
         left, right = condition.left_stalled, condition.right_stalled
@@ -134,9 +136,9 @@ class Firmware:
         return Override.STOP if bumped else Override.NONE
 
     def take(self, speeds: WheelSpeeds, dt: float) -> WheelSpeeds | None:
-        """Take the encoders' speeds over ``dt`` [s]; return what the client reads, when it is due.
+        """Take the encoders' speeds over ``dt`` [s]; return the client's speeds if a packet is due.
 
-        Its stamp is the packet's, and its speeds are means over the cycle, in whole units.
+        Their stamp is the packet's, and they are means over the cycle, in integer units.
         """
         c = self._config
         left, right = speeds.left * dt, speeds.right * dt
@@ -178,8 +180,8 @@ class Firmware:
 
 
 def wheel_speeds(packet: StandardPacket, stamp: int, config: FirmwareConfig) -> WheelSpeeds:
-    """Return what a client reads from a packet that came at ``stamp`` [ns]."""
+    """Return the wheel speeds that a client reads from a packet received at ``stamp`` [ns]."""
     unit = 1e-3 * config.velocity_factor
-    # Of float32 resolution, as all wheel speeds are.
+    # Rounded to float32, the resolution of the message.
     left, right = (float(np.float32(unit * n)) for n in (packet.left, packet.right))
     return WheelSpeeds(stamp, left, right)

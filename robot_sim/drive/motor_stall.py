@@ -1,8 +1,8 @@
-"""Motor stalls, as the Pioneer's controller finds them.
+"""Detection of motor stalls as in the Pioneer's controller.
 
-Its manual (ActivMedia AROS, StallVal and StallCount) says: a running average of each wheel's power
-over 500 ms, in which power counts only while the wheel is slower than 100 mm/s; beyond StallVal the
-motors are given power but barely move, and power is taken away for a while.
+Source: the manual (ActivMedia AROS, StallVal and StallCount). Each wheel's power is averaged over
+500 ms, where power counts only while the wheel is slower than 100 mm/s; beyond StallVal the motors are
+powered but barely move, and the power is cut for a while.
 """
 
 from __future__ import annotations
@@ -17,19 +17,20 @@ from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 @dataclass(frozen=True, slots=True)
 class StallConfig:
-    """When a side counts as stalled.
+    """Conditions under which a side counts as stalled.
 
     Raises:
         ValueError: a number is not positive.
     """
 
     window: int = SECOND // 2
-    """Averaged over [ns]. The manual."""
+    """Time over which the load is averaged [ns]; the manual."""
     slow: float = 0.1
-    """Rim speed above which power does not count [m/s]. The manual."""
+    """Rim speed above which the load does not count [m/s]; the manual."""
     share: float = 0.4
-    """Of the torque limit: StallVal 200 of a greatest PWM of 500, as remembered. Standing on a ramp
-    of 35 % takes 0.22; turning in place on tile, however slowly, 0.25."""
+    """Average load that counts as a stall, as a share of the torque limit: StallVal 200 of a
+    greatest PWM of 500, as remembered. Standing on a ramp of 35 % takes 0.22; turning in place on
+    tile, however slowly, 0.25."""
 
     def __post_init__(self) -> None:
         for name in ("window", "slow", "share"):
@@ -37,18 +38,19 @@ class StallConfig:
                 raise ValueError(f"stall {name} must be > 0, got {getattr(self, name)}")
 
 
-class StallWatch:
+class StallDetector:
     """Averages the load of both sides, each of which has its wheels coupled."""
 
     def __init__(self, robot: SkidSteer, config: StallConfig, tick: int) -> None:
         """Begin without load; ``tick`` is the time between updates [ns]."""
         self._slow = config.slow / robot.rolling_radius
         self._limit, self._share = robot.wheel_torque, config.share
-        self._unloaded = 0
+        self._enough = 0.99 * config.share * robot.wheel_torque
+        self._light = 0
         self._loads: deque[tuple[float, float]] = deque(maxlen=max(1, config.window // tick))
 
     def update(self, torques: FloatArray, rates: FloatArray) -> tuple[bool, bool]:
-        """Take the newest torques [N m] and rates [rad/s] of the wheels, (4,) in their order.
+        """Add the latest torques [N m] and rates [rad/s] of the wheels, (4,) in the order of ``WHEELS``.
 
         Returns:
             Whether the left and the right side are stalled.
@@ -59,13 +61,14 @@ class StallWatch:
         )
         loads = (0.5 * (front_left + rear_left), 0.5 * (front_right + rear_right))
         self._loads.append(loads)
-        self._unloaded = 0 if any(loads) else self._unloaded + 1
-        if self._unloaded >= len(self._loads):
+        # A mean is no greater than its greatest value: mostly no sum is needed.
+        self._light = 0 if max(loads) >= self._enough else self._light + 1
+        if self._light >= len(self._loads):
             return False, False
         most = self._limit * (self._loads.maxlen or 1)
         left, right = (sum(side) / most for side in zip(*self._loads, strict=True))
         return left >= self._share, right >= self._share
 
     def clear(self) -> None:
-        """Forget the loads, as when power was taken away."""
+        """Forget the loads, as when the power was cut."""
         self._loads.clear()

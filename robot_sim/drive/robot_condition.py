@@ -1,4 +1,4 @@
-"""The robot's condition after a tick: what it bumped into, how it stands, whether its motors stall."""
+"""Condition of the robot after a tick: bumpers, contacts, attitude, stalled motors, fallen or not."""
 
 from __future__ import annotations
 
@@ -9,40 +9,42 @@ import mujoco
 
 from robot_sim.array_types import FloatArray
 from robot_sim.drive.bumpers import Bumpers
-from robot_sim.drive.contacts import Touches, TouchFinder
-from robot_sim.drive.motor_stall import StallConfig, StallWatch
-from robot_sim.physics import Motion
+from robot_sim.drive.contacts import ContactFinder, ContactSummary
+from robot_sim.drive.motor_stall import StallConfig, StallDetector
+from robot_sim.physics import TickMotion
 from robot_sim.robot.mujoco_body import WHEELS
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 FALLEN_TILT = math.radians(60.0)
-"""Tilted beyond this the robot has fallen [rad]: it tips over its wheels' contacts at about 50
+"""Tilt beyond which the robot counts as fallen [rad]; it tips over its wheels' contacts at about 50
 degrees sideways and 40 lengthways, and no drivable slope is as steep."""
 
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """How the robot fared in one tick; contacts of any of its physics steps count."""
+    """Condition of the robot after one tick; contacts of any of its physics steps count."""
 
     stamp: int
     """End of the tick [ns]."""
     bumpers: Bumpers
-    """Segments pressed."""
+    """Pressed segments of the bumper rings."""
     touching: tuple[str, ...]
-    """Names of what the hull or the wheels' sides bumped into, sorted. Only a simulation knows."""
+    """Sorted names of the obstacles that the hull or the wheels' sides touched; known to a
+    simulation only."""
     roll: float
-    """Left side up is positive (REP 103) [rad]."""
+    """Roll, positive with the left side up (REP 103) [rad]."""
     pitch: float
-    """Nose down is positive [rad]."""
+    """Pitch, positive with the nose down [rad]."""
     wheels_down: tuple[bool, bool, bool, bool]
-    """Front left, front right, rear left, rear right: whether the wheel is on the ground."""
+    """Whether the front left, front right, rear left and rear right wheels are on the ground."""
     grounded: bool
-    """Whether the hull sits on the ground."""
+    """Whether the hull rests on the ground."""
     left_stalled: bool
-    """The motors of that side have power, and turn barely or not at all."""
+    """Whether the left motors are powered but turn barely or not at all."""
     right_stalled: bool
+    """Whether the right motors are powered but turn barely or not at all."""
     fallen: bool
-    """Tilted too far to stand."""
+    """Whether the robot is tilted too far to stand."""
 
     @property
     def tilt(self) -> float:
@@ -51,23 +53,23 @@ class Condition:
 
     @property
     def troubles(self) -> tuple[str, ...]:
-        """What a driver should know that the robot's own sensors can tell, the worst first."""
+        """Problems that the robot's own sensors can observe, the worst first."""
         stalled = {
             (True, True): "motors stalled",
             (True, False): "left motors stalled",
             (False, True): "right motors stalled",
         }
-        told = (
+        texts = (
             "fallen" if self.fallen else "",
             stalled.get((self.left_stalled, self.right_stalled), ""),
             "bumped in front" if any(self.bumpers.front) else "",
             "bumped behind" if any(self.bumpers.rear) else "",
         )
-        return tuple(text for text in told if text)
+        return tuple(text for text in texts if text)
 
 
 class ConditionMonitor:
-    """Watches every tick of one robot."""
+    """Computes the condition of one robot after every tick."""
 
     def __init__(
         self,
@@ -78,19 +80,19 @@ class ConditionMonitor:
         tick: int,
         stall: StallConfig,
     ) -> None:
-        """Begin with the robot at rest, ``mj_forward`` called; ``tick`` is the time between updates [ns]."""
-        self._finder = TouchFinder(model, data)
-        self.stall_watch = StallWatch(robot, stall, tick)
+        """Begin at rest, after ``mj_forward``; ``tick`` is the time between updates [ns]."""
+        self._finder = ContactFinder(model, data)
+        self.stall_detector = StallDetector(robot, stall, tick)
         joints = [model.joint(wheel) for wheel in WHEELS]
         dofs = [int(joint.dofadr[0]) for joint in joints]
         self._rates = data.qvel[dofs[0] : dofs[-1] + 1]
         motors = [int(model.actuator(wheel).id) for wheel in WHEELS]
         self._torques = data.actuator_force[motors[0] : motors[-1] + 1]
 
-    def update(self, data: mujoco.MjData, motion: Motion) -> Condition:
+    def update(self, data: mujoco.MjData, motion: TickMotion) -> Condition:
         """Return the condition after the tick that has just been rolled out into ``data``."""
         touches = self._finder.find(data, motion)
-        stalled = self.stall_watch.update(self._torques, self._rates)
+        stalled = self.stall_detector.update(self._torques, self._rates)
         return self._condition(int(motion.stamps[-1]), motion.poses[-1], touches, stalled)
 
     def begin(self, data: mujoco.MjData) -> Condition:
@@ -99,7 +101,7 @@ class ConditionMonitor:
         return self._condition(0, pose, self._finder.begin(data), (False, False))
 
     def _condition(
-        self, stamp: int, pose: FloatArray, touches: Touches, stalled: tuple[bool, bool]
+        self, stamp: int, pose: FloatArray, touches: ContactSummary, stalled: tuple[bool, bool]
     ) -> Condition:
         left, right = stalled
         roll, pitch, upright = attitude(pose[3:])

@@ -1,13 +1,13 @@
-"""Tyres: what the ground under each wheel, and the way it slips, do to the wheel's grip.
+"""Tyres: friction and rolling resistance of each wheel by ground and slip.
 
-MuJoCo's contacts are Coulomb's, whose yaw-rate ratio chi is one number for every curve. That of a
-real P3-AT falls as the curve opens (Wang et al., Sensors 2015, 15, 9681). A pneumatic tyre that
-barely slips bends sideways before it slides, the more so the less it slips, so its grip across the
-wheel falls short of that along it. ``lateral_grip`` is that ratio; its form and its two constants
-are fitted to the published curve, not derived.
+With MuJoCo's Coulomb contacts the yaw-rate ratio chi is one number for every curve. That of a real
+P3-AT falls as the radius grows (Wang et al., Sensors 2015, 15, 9681): a pneumatic tyre that barely
+slips bends sideways before it slides, so that its grip across the wheel is lower than along it.
+``lateral_grip`` is that ratio; its form and its two constants are fitted to the published curve, not
+derived.
 
-Only on planes does MuJoCo align a capsule's contact frame with the wheel. On boxes, heightfields
-and meshes its axes are fixed in the world, so there grip is alike in all directions.
+MuJoCo aligns a capsule's contact frame with the wheel on planes only. On boxes, heightfields and
+meshes its axes are fixed in the world, so that grip is the same in all directions there.
 """
 
 from __future__ import annotations
@@ -29,18 +29,19 @@ from robot_sim.scene_objects.floor_surfaces import Patch, patches_under
 FULL_SLIDE: Final = 0.56
 """Slip over rim speed from which on the whole contact slides: that of a P3-AT turning in place."""
 FALL: Final = 0.065
-"""How fast the lateral grip falls below that; fitted to chi at lambda 1 to 50."""
+"""Rate at which the lateral grip falls below that; fitted to chi at lambda 1 to 50."""
 LEAST_SLIP: Final = 0.008
-"""Slip over rim speed below which the published curve (lambda < 60) says nothing; grip levels out."""
+"""Slip over rim speed below which the published curve (lambda < 60) has no data; grip is constant
+there."""
 REST: Final = 1e-4
-"""Slip [m/s] that counts as sliding: a robot at rest has all its grip."""
+"""Slip that counts as sliding [m/s]: a robot at rest has full grip."""
 
 GRAVITY: Final = 9.81
-"""[m/s^2]."""
+"""Acceleration of gravity in the models [m/s^2]."""
 
 
 def lateral_grip(slip: float, rim: float) -> float:
-    """Return how much of its lateral friction a tyre has: 1 when sliding, less when rolling.
+    """Return the share of its lateral friction that a tyre has: 1 when sliding, less when rolling.
 
     Args:
         slip: Speed of the contact over the ground [m/s], >= 0.
@@ -55,8 +56,8 @@ def lateral_grip(slip: float, rim: float) -> float:
 class Tyres:
     """Writes the wheels' friction into a simulation's own model, once per tick.
 
-    What it writes follows from positions and velocities alone; it only remembers on which patches the
-    wheels stood last, to write no more than what changes.
+    The values depend on positions and velocities alone; the patches under the wheels are remembered
+    only to write what changes.
     """
 
     def __init__(
@@ -70,10 +71,10 @@ class Tyres:
         """Look up the wheels' contact pairs.
 
         Args:
-            model: With the robot in it; it is written to, so it must not be shared.
-            robot: The one in the model.
-            patches: Other surfaces on the ground; a later one lies on an earlier one.
-            compliant: Whether the tyres bend sideways; without it they are Coulomb's.
+            model: Model with the robot in it; it is modified, so it must not be shared.
+            robot: Parameters of the robot in the model.
+            patches: Areas of other surfaces on the ground; later ones cover earlier ones.
+            compliant: Whether the tyres bend sideways; otherwise friction is Coulomb's.
 
         Raises:
             WorldError: a wheel has no contact pair.
@@ -105,19 +106,21 @@ class Tyres:
         self._mixed = len(here) > 1
         self._tyres = np.array([model.geom(f"{w}_tyre").id for w in WHEELS])
         self._under: tuple[Patch | None, ...] = (None,) * len(WHEELS)
-        # (4, P, 2) friction of the wheels' pairs where they stand, across and along.
-        self._here = self._friction
+        # (4, P) friction of the wheels' pairs across them, where they stand.
+        self._across: FloatArray = self._friction[..., 0].copy()
+        # Each access to a field of a MuJoCo model creates a view; this one is kept.
+        self._pair_friction = model.pair_friction[:, 0]
         self._resist(self._rolling)
 
     def grip(self, data: mujoco.MjData) -> None:
         """Set the friction of every wheel for the coming tick."""
         if self._patches or self._mixed:
             self._roll_onto(data)
-        across = self._here[..., 0]
+        across = self._across
         if self._compliant:
-            # Capsules on planes: the first tangent runs across the wheel.
+            # For capsules on planes the first tangent of a contact is across the wheel.
             across = across * (1.0 - self._oriented * (1.0 - self._lateral(data)))
-        self._model.pair_friction[self._pairs, 0] = across
+        self._pair_friction[self._pairs] = across
 
     def _resist(self, rolling: FloatArray) -> None:
         """Set the dry friction of the wheels' joints for (4,) rolling resistances."""
@@ -128,7 +131,7 @@ class Tyres:
         q, v, rates = self._q, self._v, data.qvel.tolist()
         forward, left, turn = _planar(data.qpos[q + 3 : q + 7].tolist(), rates[v : v + 6])
         grips = []
-        # Four wheels are too few for numpy: plain numbers are four times as quick.
+        # For four wheels plain numbers are four times faster than NumPy.
         for wheel, x, y, radius in self._contacts:
             rim = radius * rates[wheel]
             slip = math.hypot(forward - turn * y - rim, left + turn * x)
@@ -136,7 +139,7 @@ class Tyres:
         return np.array(grips)
 
     def _roll_onto(self, data: mujoco.MjData) -> None:
-        """Set what the ground under the wheels says: friction along them, and rolling resistance."""
+        """Set friction along the wheels and rolling resistance from the ground under them."""
         rotation = np.empty(9)
         mujoco.mju_quat2Mat(rotation, data.qpos[self._q + 3 : self._q + 7])
         contacts = self._points @ rotation.reshape(3, 3).T
@@ -156,12 +159,12 @@ class Tyres:
             friction[wheel, :, 0] = np.where(aligned, surface.mu_lat, even)
             friction[wheel, :, 1] = np.where(aligned, surface.mu_long, even)
             rolling[wheel] = surface.rolling_resistance
-        self._here = friction
+        self._across = friction[..., 0].copy()
         self._model.pair_friction[self._pairs, 1] = friction[..., 1]
         self._resist(rolling)
 
     def _resistance_touched(self, data: mujoco.MjData) -> FloatArray:
-        """Return the largest rolling resistance (4,) of what each tyre touches; in the air none."""
+        """Return the largest rolling resistance (4,) that each tyre touches; 0 in the air."""
         touching = np.asarray(data.contact.geom).reshape(-1, 2)
         wheel, contact, side = np.nonzero(touching == self._tyres[:, None, None])
         rolling = np.zeros(len(WHEELS))
@@ -170,7 +173,7 @@ class Tyres:
 
 
 def _planar(quaternion: Sequence[float], velocity: Sequence[float]) -> tuple[float, float, float]:
-    """Return forward, left and yaw rate in ``base_link`` of a free joint's velocity (6,)."""
+    """Return forward and leftward speed and yaw rate in ``base_link`` of a free joint's velocity."""
     w, x, y, z = quaternion
     vx, vy, vz, _, _, turn = velocity
     forward = (1 - 2 * (y * y + z * z)) * vx + 2 * (x * y + w * z) * vy + 2 * (x * z - w * y) * vz
@@ -179,10 +182,10 @@ def _planar(quaternion: Sequence[float], velocity: Sequence[float]) -> tuple[flo
 
 
 def _pairs_of(model: mujoco.MjModel, wheel: str) -> tuple[list[int], list[int]]:
-    """Return the contact pairs of a wheel and the geom that it meets in each."""
+    """Return the contact pairs of a wheel and the other geom of each."""
     tyre = model.geom(f"{wheel}_tyre").id
     both = np.stack([model.pair_geom1, model.pair_geom2], axis=1)
-    # MuJoCo sorts the geoms of a pair as it likes.
+    # The order of the geoms in a pair is not fixed.
     pairs = np.flatnonzero((both == tyre).any(axis=1))
     if not len(pairs):
         raise WorldError(
@@ -192,7 +195,7 @@ def _pairs_of(model: mujoco.MjModel, wheel: str) -> tuple[list[int], list[int]]:
 
 
 def _rolling_resistances(model: mujoco.MjModel) -> FloatArray:
-    """Return the (ngeom,) rolling resistance that each geom declares, 0 if it does not.
+    """Return the (ngeom,) rolling resistance that each geom declares, 0 by default.
 
     It is the third value of a drivable geom's ``user`` attribute.
     """

@@ -1,9 +1,8 @@
 """Wheel slip and instantaneous centres of rotation, from the true twist and the true rim speeds.
 
-A wheel at (x, y) whose rim runs at V slips on the ground with ``(vx - w y - V, vy + w x)``. All
-wheels of a side share V, so each side slips as if it turned about one point of ``base_link``, at
-which a tread fixed to the body and running at V would touch without slip: its ICR (Mandow,
-Martinez et al., IROS 2007). In place, four Coulomb contacts put them at ``+-chi b``.
+A wheel at (x, y) with rim speed V slips on the ground with ``(vx - w y - V, vy + w x)``. All wheels of
+a side share V, so that each side slips as if it turned about one point of ``base_link``: its ICR
+(Mandow, Martinez et al., IROS 2007). In place, four Coulomb contacts put the ICRs at ``+-chi b``.
 """
 
 from __future__ import annotations
@@ -18,27 +17,27 @@ from robot_sim.array_types import FloatArray
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 TURNING: Final = 1e-3
-"""Yaw rate [rad/s] below which centres of rotation lie too far away to be told."""
+"""Yaw rate below which centres of rotation are too far away to be computed [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slip:
-    """How the wheels slip, and what the robot turns about. Axes and points are those of ``base_link``.
+    """Slip of the wheels and centres of rotation; axes and points are those of ``base_link``.
 
-    Kinematic, as if every wheel touched level ground: a wheel in the air has the slip of its rim.
+    Kinematic, as if every wheel touched level ground: a wheel in the air slips at its rim speed.
     """
 
     longitudinal: FloatArray
-    """(4,) velocity of each contact over the ground along the wheel [m/s], in the order of
+    """Velocity of each contact over the ground along the wheel [m/s], (4,) in the order of
     ``WHEELS``; negative where a wheel drives."""
     lateral: FloatArray
-    """(4,) the same across the wheel, positive to the left [m/s]."""
+    """Velocity of each contact across the wheel, positive to the left [m/s], (4,)."""
     icr_x: float
     """x of all centres of rotation [m]; NaN while the robot does not turn."""
     icr_left: float
-    """y of the left side's [m]; NaN while the robot does not turn."""
+    """y of the left side's centre of rotation [m]; NaN while the robot does not turn."""
     icr_right: float
-    """y of the right side's [m]; NaN while the robot does not turn."""
+    """y of the right side's centre of rotation [m]; NaN while the robot does not turn."""
 
 
 def contact_positions(robot: SkidSteer) -> tuple[FloatArray, FloatArray]:
@@ -53,12 +52,12 @@ def contact_slip(
     """Return the velocities (N,) of contacts over the ground, along and across their wheels [m/s].
 
     Args:
-        vx: Of ``base_link``, in its own axes [m/s].
-        vy: The same to the left [m/s].
+        vx: Forward velocity of ``base_link`` [m/s].
+        vy: Leftward velocity of ``base_link`` [m/s].
         turn: Yaw rate [rad/s].
         rims: (N,) rim speed of each wheel, forward positive [m/s].
-        x: (N,) place of each contact in ``base_link`` [m].
-        y: (N,) the same.
+        x: (N,) x of each contact in ``base_link`` [m].
+        y: (N,) y of each contact in ``base_link`` [m].
     """
     return vx - turn * y - rims, vy + turn * x
 
@@ -68,7 +67,7 @@ def centres_of_rotation(
 ) -> tuple[float, float, float]:
     """Return x of all centres of rotation and y of the left and the right one, in ``base_link`` [m].
 
-    NaN below a yaw rate of ``TURNING``. Arguments as in ``contact_slip``.
+    They are NaN below a yaw rate of ``TURNING``. Arguments as in ``contact_slip``.
     """
     if not abs(turn) >= TURNING:
         return math.nan, math.nan, math.nan
@@ -76,9 +75,9 @@ def centres_of_rotation(
 
 
 def slip_of(robot: SkidSteer, vx: float, vy: float, turn: float, wheel_rates: FloatArray) -> Slip:
-    """Return the slip of a robot with that twist in ``base_link`` and those wheel rates (4,) [rad/s].
+    """Return the slip of a robot with a twist in ``base_link`` and wheel rates (4,) [rad/s].
 
-    Rims run on the tyres' true radii, whatever the firmware believes.
+    Rim speeds follow from the tyres' true radii, not from those that the firmware assumes.
     """
     left, right = robot.true_rolling_radius("left"), robot.true_rolling_radius("right")
     rims = np.array([left, right, left, right]) * wheel_rates

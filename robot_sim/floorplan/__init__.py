@@ -1,1 +1,1 @@
-"""Floor plans: what a world is made of, as values and as TOML files."""
+"""Floor plans: the contents of a world as values and as TOML files."""

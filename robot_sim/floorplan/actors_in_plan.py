@@ -1,7 +1,7 @@
-"""What lives in a world: people, door leaves and carts, as a plan says it.
+"""Actors of a floor plan: people, door leaves and carts with their paths and schedules.
 
-Whatever is left open (``None``) is drawn from a seed and the name, so that two people on one path
-walk differently, and each walks as ever when another is added.
+Values that are left open (``None``) are drawn from a seed and the name, so that two people on one path
+walk differently, and none walks differently when another is added.
 """
 
 from __future__ import annotations
@@ -12,27 +12,30 @@ from typing import Final
 
 from robot_sim.errors import WorldError
 
-Stop = tuple[float, ...]
-"""x, y in ``map`` [m], and for how long one stops there [s] if there is a third."""
+PathPoint = tuple[float, ...]
+"""x, y in ``map`` [m], and optionally the duration of a stop there [s]."""
 
-FASTEST: Final = 2.5
-"""Nobody walks faster [m/s]; a leg that swings forward is nearly twice as fast."""
+MAX_WALKING_SPEED: Final = 2.5
+"""Greatest walking speed of a plan [m/s]; a leg that swings forward is nearly twice as fast."""
 
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """Somebody who walks a path, out and back or round and round."""
+    """A person who walks a path, out and back or in a loop."""
 
     name: str
-    path: tuple[Stop, ...]
+    """Name of the person, unique among the actors."""
+    path: tuple[PathPoint, ...]
+    """Way-points of the path, with stops."""
     speed: float | None = None
-    """[m/s]; drawn from 0.8 to 1.4 if None."""
+    """Walking speed [m/s]; drawn from 0.8 to 1.4 if None."""
     pause: float | None = None
-    """Stop at both ends of a path walked out and back [s]; drawn from 2 to 6 if None."""
+    """Stop at both ends of a path that is walked out and back [s]; drawn from 2 to 6 if None."""
     loop: bool = False
     """Whether the last way-point leads to the first again."""
     start: float | None = None
-    """Stands at the first way-point until then [s]; None puts it anywhere on its way at the start."""
+    """Time until which the person stands at the first way-point [s]; None starts anywhere on the
+    path."""
 
     def __post_init__(self) -> None:
         _check_walk("person", self)
@@ -40,19 +43,24 @@ class Person:
 
 @dataclass(frozen=True, slots=True)
 class Cart:
-    """A trolley on a path; ``Person`` tells of the entries that both have."""
+    """A trolley on a path; ``speed``, ``pause``, ``loop`` and ``start`` are as for ``Person``."""
 
     name: str
-    path: tuple[Stop, ...]
-    """Of whoever pushes it, or of its own middle."""
+    """Name of the cart, unique among the actors."""
+    path: tuple[PathPoint, ...]
+    """Way-points of the person who pushes it, or of its own middle."""
     speed: float | None = None
+    """Speed on the path [m/s]; see ``Person``."""
     pause: float | None = None
+    """Stop at both ends of the path [s]; see ``Person``."""
     loop: bool = False
+    """Whether the last way-point leads to the first again."""
     start: float | None = None
+    """Time until which it stands at the first way-point [s]; see ``Person``."""
     pushed: bool = True
     """Whether a person walks behind it."""
     size: tuple[float, float, float] = (0.8, 0.6, 0.95)
-    """Length, width, height [m]."""
+    """Length, width and height [m]."""
 
     def __post_init__(self) -> None:
         _check_walk("cart", self)
@@ -62,29 +70,31 @@ class Cart:
 
 
 @dataclass(frozen=True, slots=True)
-class Leaf:
-    """A door leaf on a hinge, which opens and closes again."""
+class DoorLeaf:
+    """A door leaf on a hinge that opens and closes repeatedly."""
 
     name: str
+    """Name of the leaf, unique among the actors."""
     hinge: tuple[float, float]
-    """[m]."""
+    """x, y of the hinge in ``map`` [m]."""
     closed: float
     """Direction from the hinge along the closed leaf [rad]."""
     swing: float
-    """From closed to open [rad]; positive to the left."""
+    """Angle from closed to open [rad]; positive to the left."""
     width: float = 0.96
-    """[m]."""
+    """Width of the leaf [m]."""
     height: float = 2.0
-    """[m]."""
+    """Height of the leaf [m]."""
     thickness: float = 0.04
-    """[m]."""
+    """Thickness of the leaf [m]."""
     material: str = "wood"
+    """Material of the leaf, a key of ``materials.MATERIALS``."""
     open_time: float = 6.0
-    """It stands open for half to one and a half times as long [s]."""
+    """Mean time for which it stays open [s]; each time is drawn from half to one and a half of it."""
     closed_time: float = 12.0
-    """It stays closed for half to one and a half times as long [s]."""
+    """Mean time for which it stays closed [s]; each time is drawn from half to one and a half of it."""
     moving_time: float = 2.5
-    """From closed to open, and back [s]."""
+    """Duration of the motion from closed to open, and back [s]."""
 
     def __post_init__(self) -> None:
         what = f"leaf {self.name!r}"
@@ -102,8 +112,8 @@ class Leaf:
         )
 
 
-Inhabitant = Person | Cart | Leaf
-"""Whatever moves in a world."""
+Actor = Person | Cart | DoorLeaf
+"""Anything that moves on its own in a world."""
 
 
 def _check_walk(kind: str, walker: Person | Cart) -> None:
@@ -112,8 +122,10 @@ def _check_walk(kind: str, walker: Person | Cart) -> None:
         value = getattr(walker, key)
         if value is not None:
             _check_positive(what, **{key: value})
-    if walker.speed is not None and walker.speed > FASTEST:
-        raise WorldError(f"{what}: speed must be at most {FASTEST:g} m/s, got {walker.speed:g}")
+    if walker.speed is not None and walker.speed > MAX_WALKING_SPEED:
+        raise WorldError(
+            f"{what}: speed must be at most {MAX_WALKING_SPEED:g} m/s, got {walker.speed:g}"
+        )
     if walker.start is not None and not (math.isfinite(walker.start) and walker.start >= 0.0):
         raise WorldError(f"{what}: start must be >= 0 s, got {walker.start}")
 

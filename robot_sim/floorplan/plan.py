@@ -1,8 +1,8 @@
-"""Plans: what a world is made of, as values between the text of a floor plan and a MuJoCo model.
+"""Floor plan of a world as a value, between its TOML text and a MuJoCo model.
 
-A plan can be read from TOML (``plan_file``), made by a program, or rearranged by a pure function from
-plan to plan; ``worlds.build_world`` turns it into a model. Lengths are metres, angles radians,
-everything is in ``map``: x and y along the floor, z up, z = 0 the floor.
+A plan is read from TOML (``toml_reader``), created by a program, or rearranged by a pure function from
+plan to plan; ``from_floorplan.build_world`` builds a model of it. Lengths are in metres, angles in
+radians, and everything is in ``map``: x and y along the floor, z up, z = 0 the floor.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from types import MappingProxyType
 from typing import Final
 
 from robot_sim.errors import WorldError
-from robot_sim.floorplan.actors_in_plan import Inhabitant
+from robot_sim.floorplan.actors_in_plan import Actor
 from robot_sim.number_checks import check_finite, check_positive
 from robot_sim.scene_objects.floor_surfaces import Patch, surface_named
 from robot_sim.scene_objects.glazing import Glazing, Roof
-from robot_sim.scene_objects.parts import (
+from robot_sim.scene_objects.plan_elements import (
     Bounds as Bounds,
     Door as Door,
     Piece as Piece,
@@ -26,21 +26,21 @@ from robot_sim.scene_objects.parts import (
     Waypoint as Waypoint,
     Window as Window,
 )
-from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.terrain import Terrain
 
 NO_FLOOR: Final = "none"
-"""As a plan's floor: only what else is drivable carries the robot."""
+"""Value of a plan's floor for none: the robot then drives on slabs and terrains only."""
 
 
 @dataclass(frozen=True, slots=True)
 class CloudSpec:
-    """How fine and how high the world's cloud is to be, so that a large one stays a file one can send."""
+    """Resolution and height of the world's point cloud, which limit the size of its file."""
 
     spacing: float = 0.08
-    """Between its points [m]."""
+    """Distance between points [m]."""
     highest: float | None = None
-    """Nothing above this is kept [m]; None keeps everything."""
+    """Height above which no points are kept [m]; None keeps all."""
 
     def __post_init__(self) -> None:
         check_positive("the cloud", spacing=self.spacing)
@@ -50,33 +50,44 @@ class CloudSpec:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Everything there is to say about a world, but for the robot in it."""
+    """Everything about a world except the robot in it."""
 
     name: str
+    """Name of the world."""
     bounds: Bounds
-    """Of the floor [m]."""
+    """Smallest x, y and largest x, y of the floor [m]."""
     spawns: Mapping[str, Placement]
-    """Where the robot may start; the first is where it does unless told otherwise."""
+    """Start poses of the robot by name; the first is the default."""
     height: float = 2.8
-    """Of the walls and the ceiling [m]."""
+    """Height of the walls and the ceiling [m]."""
     ceiling: bool = True
+    """Whether there is a ceiling."""
     floor: str = "tile"
     """Surface of the plane z = 0 within the bounds; ``NO_FLOOR`` for none."""
     walls: tuple[Wall, ...] = ()
+    """Walls with their doors and windows."""
     glazings: tuple[Glazing, ...] = ()
+    """Glass walls."""
     roofs: tuple[Roof, ...] = ()
+    """Gabled roofs."""
     slabs: tuple[Slab, ...] = ()
+    """Drivable ramps, steps and platforms."""
     terrains: tuple[Terrain, ...] = ()
+    """Heightfields."""
     patches: tuple[Patch, ...] = ()
+    """Areas of another friction."""
     furniture: tuple[Piece, ...] = ()
+    """Furniture and other objects."""
     places: Mapping[str, Placement] = field(default_factory=lambda: MappingProxyType({}))
+    """Named poses at which the robot fits."""
     tour: tuple[Waypoint, ...] = ()
-    """A drive through most of the world, ending near where it began."""
+    """Way-points [m] of a drive through most of the world that ends near where it began."""
     survey: tuple[Waypoint, ...] = ()
-    """A longer drive that sees every corner, for building a map."""
+    """Way-points [m] of a longer drive from which every corner is seen, for mapping."""
     cloud: CloudSpec = field(default_factory=CloudSpec)
-    inhabitants: tuple[Inhabitant, ...] = ()
-    """Who and what moves when the world is alive."""
+    """Resolution and height of the world's point cloud."""
+    actors: tuple[Actor, ...] = ()
+    """People, carts and door leaves that move when the world is alive."""
 
     def __post_init__(self) -> None:
         x0, y0, x1, y1 = self.bounds
@@ -97,5 +108,5 @@ class Plan:
 
     @property
     def spawn(self) -> Placement:
-        """Where the robot starts unless told otherwise."""
+        """Default start pose of the robot."""
         return next(iter(self.spawns.values()))

@@ -1,4 +1,4 @@
-"""The ground of a plan: how high it is anywhere, and how the robot stands on it."""
+"""Ground of a floor plan: its height at any point, and the pose of the robot standing on it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from robot_sim.floorplan.plan import NO_FLOOR, Placement, Plan
 from robot_sim.scene_objects.terrain import Terrain, grid_heights
 
 
-class Ground:
-    """Height of the highest drivable thing at any point of a plan: floor, slabs and terrains."""
+class PlanGround:
+    """Height of the highest drivable surface at any point of a plan: floor, slabs and terrains."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
@@ -25,7 +25,7 @@ class Ground:
 
     @property
     def flat(self) -> bool:
-        """Whether there is nothing but the floor."""
+        """Whether the floor is the only drivable surface."""
         return not (self.grids or self._plan.slabs)
 
     def heights(self, points: FloatArray) -> FloatArray:
@@ -38,14 +38,14 @@ class Ground:
         return height
 
     def lowest(self, points: Iterable[tuple[float, float]]) -> float:
-        """Return the least height [m] at some points, where a thing that covers them stands; 0 if none."""
+        """Return the lowest height [m] of the ground under an object's points; 0 without ground."""
         if self.flat:
             return 0.0
         low = float(self.heights(np.array(list(points))).min())
         return low if np.isfinite(low) else 0.0
 
     def stand(self, placement: Placement, wheelbase: float, track: float) -> Pose:
-        """Return ``map_from_base`` of a robot that stands there; see ``stand_on``."""
+        """Return ``map_from_base`` of a robot that stands at a placement; see ``stand_on``."""
         return stand_on(self.heights, placement, wheelbase, track)
 
 
@@ -55,13 +55,13 @@ def stand_on(
     wheelbase: float,
     track: float,
 ) -> Pose:
-    """Return ``map_from_base`` of a robot that stands somewhere on its four wheels.
+    """Return ``map_from_base`` of a robot that stands on its four wheels at a placement.
 
-    Its floor plane is fitted to the ground under the wheels and raised until none sinks in.
+    Its floor plane is fitted to the ground under the wheels and raised until no wheel is below ground.
 
     Args:
-        heights: Gives the height (N,) [m] of the ground at (N, 2) points [m]; -inf where there is none.
-        placement: Where.
+        heights: Function from (N, 2) points [m] to ground heights (N,) [m]; -inf without ground.
+        placement: Position and yaw.
         wheelbase: Distance of the front from the rear wheels [m].
         track: Distance of the left from the right wheels [m].
 

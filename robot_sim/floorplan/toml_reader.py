@@ -1,4 +1,4 @@
-"""Plans as TOML: metres and degrees in the text; every key must be a known one."""
+"""Reader of floor plans in TOML, with metres and degrees; unknown keys are errors."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import tomllib
 from typing import Any
 
 from robot_sim.errors import SimulationError, WorldError
-from robot_sim.floorplan import toml_parts as read, toml_table as toml
-from robot_sim.floorplan.actors_in_plan import Cart, Leaf, Person
+from robot_sim.floorplan import toml_element_readers as read, toml_table as toml
+from robot_sim.floorplan.actors_in_plan import Cart, DoorLeaf, Person
 from robot_sim.floorplan.plan import Plan
 
 
@@ -16,10 +16,10 @@ def plan_from_toml(text: str, *, name: str) -> Plan:
 
     Args:
         text: TOML; see ``docs/worlds.md`` for its tables and keys.
-        name: Of the world, for the plan and for messages.
+        name: Name of the world, for the plan and for messages.
 
     Raises:
-        WorldError: it is not TOML, lacks an entry, has an unknown one, or a value makes no sense;
+        WorldError: the text is not TOML, lacks an entry, has an unknown one, or a value is invalid;
             the message names the entry.
     """
     try:
@@ -56,7 +56,7 @@ def _plan(table: toml.Table, name: str) -> Plan:
         tour=tour,
         survey=table.take("survey", toml.waypoints, tour),
         cloud=read.cloud(table.table("cloud")),
-        inhabitants=(
+        actors=(
             *(_person(t, i) for i, t in enumerate(table.tables("person"))),
             *(_cart(t, i) for i, t in enumerate(table.tables("cart"))),
             *(_leaf(t, i) for i, t in enumerate(table.tables("leaf"))),
@@ -82,7 +82,7 @@ def _cart(table: toml.Table, index: int) -> Cart:
 
 
 def _walk(table: toml.Table) -> dict[str, Any]:
-    """Return the entries that whatever follows a path has."""
+    """Return the entries that all actors on a path have."""
     return {
         "path": table.take("path", toml.path),
         "speed": table.take("speed", toml.number, None),
@@ -92,11 +92,11 @@ def _walk(table: toml.Table) -> dict[str, Any]:
     }
 
 
-def _leaf(table: toml.Table, index: int) -> Leaf:
+def _leaf(table: toml.Table, index: int) -> DoorLeaf:
     lengths = ("width", "height", "thickness", "open_time", "closed_time", "moving_time")
     own: dict[str, Any] = {key: table.take(key, toml.number, None) for key in lengths}
     own["material"] = table.take("material", toml.text, None)
-    leaf = Leaf(
+    leaf = DoorLeaf(
         name=table.take("name", toml.text, f"leaf_{index}"),
         hinge=table.take("hinge", toml.point),
         closed=table.take("closed", toml.degrees),

@@ -1,4 +1,4 @@
-"""Tables of a TOML file, read key by key: what is missing, wrong or unknown is told by name."""
+"""TOML tables read key by key, with errors that name a missing, invalid or unknown entry."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeVar
 
 from robot_sim.errors import WorldError
-from robot_sim.floorplan.actors_in_plan import Stop
-from robot_sim.scene_objects.parts import Bounds, Placement, Waypoint
+from robot_sim.floorplan.actors_in_plan import PathPoint
+from robot_sim.scene_objects.plan_elements import Bounds, Placement, Waypoint
 
 T = TypeVar("T")
 
@@ -16,19 +16,19 @@ _REQUIRED: Final = object()
 
 
 class Table:
-    """One table of the text, which knows what was asked of it and so what is unknown to us."""
+    """One table of the text, which records the requested keys to detect unknown entries."""
 
     def __init__(self, entries: Mapping[str, Any], what: str = "") -> None:
-        """Wrap a parsed table; ``what`` begins its messages, as in ``wall 'north'``."""
+        """Wrap a parsed table; its messages begin with ``what``, such as ``wall 'north'``."""
         self.what = what
         self._entries = entries
         self._known: list[str] = []
 
     def take(self, key: str, read: Callable[[Any], T], default: Any = _REQUIRED) -> T:
-        """Return the entry ``key`` as ``read`` makes it, or the default.
+        """Return the entry ``key`` as converted by ``read``, or the default.
 
         Raises:
-            WorldError: it is missing and there is no default, or ``read`` cannot make sense of it.
+            WorldError: it is missing without a default, or ``read`` rejects its value.
         """
         self._known.append(key)
         if key not in self._entries:
@@ -42,20 +42,20 @@ class Table:
             raise WorldError(self._say(f"{key} {error}")) from None
 
     def table(self, key: str) -> Table:
-        """Return the entry ``key``, a table, as such; an empty one if it is missing."""
+        """Return the entry ``key``, a table; an empty one if it is missing."""
         return Table(self.take(key, row, {}), key)
 
     def tables(self, key: str) -> list[Table]:
-        """Return the entry ``key``, an array of tables, as such; none if it is missing."""
+        """Return the entry ``key``, an array of tables; an empty list if it is missing."""
         entries = self.take(key, rows, [])
         return [Table(each, f"{key} {each.get('name', i)!r}") for i, each in enumerate(entries)]
 
     def close(self) -> None:
-        """Raise a WorldError if an entry was never asked for."""
+        """Raise a WorldError if an entry was never requested."""
         for key in self._entries:
             if key not in self._known:
                 known = ", ".join(self._known)
-                raise WorldError(self._say(f"unknown entry {key!r}; there are: {known}"))
+                raise WorldError(self._say(f"unknown entry {key!r}; known entries: {known}"))
 
     def _say(self, text: str) -> str:
         return f"{self.what}: {text}" if self.what else text
@@ -112,7 +112,7 @@ def rise(value: Any) -> tuple[float, float]:
 
 
 def numbers(value: Any, length: int, form: str) -> list[float]:
-    """Read a list of so many numbers; ``form`` is what it should look like."""
+    """Read a list of ``length`` numbers; ``form`` describes it in messages."""
     if not isinstance(value, list) or len(value) != length:
         raise ValueError(f"must be {form}, got {value!r}")
     return [number(v) for v in value]
@@ -146,8 +146,8 @@ def waypoints(value: Any) -> tuple[Waypoint, ...]:
     return tuple(point(v) for v in value)
 
 
-def path(value: Any) -> tuple[Stop, ...]:
-    """Read a list of points, each with how long to stop there if it has a third number."""
+def path(value: Any) -> tuple[PathPoint, ...]:
+    """Read a list of points, each with an optional third number, the duration of a stop."""
     if not isinstance(value, list):
         raise TypeError(f"must be a list of [x, y] or [x, y, stop], got {value!r}")
     if not all(isinstance(v, list) and len(v) in (2, 3) for v in value):

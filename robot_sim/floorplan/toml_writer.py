@@ -1,4 +1,4 @@
-"""Plans written as TOML that a person can read and edit, and that reads back as the same plan."""
+"""Writer of floor plans as readable TOML that reads back as the same plan."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ def plan_to_toml(
     notes: Mapping[str, str] | None = None,
     tables: bool = True,
 ) -> str:
-    """Return a plan's text, such that ``plan_from_toml`` makes an equal plan of it.
+    """Return a plan's text, from which ``plan_from_toml`` reads an equal plan.
 
     Args:
-        plan: of walls and furniture; its yaws must be multiples of a millionth of a degree.
-        heading: comment lines at the top.
-        notes: comment above the furniture of that name.
-        tables: whether each wall and piece of furniture is a table of its own; else it is a line.
+        plan: Plan of walls and furniture; its yaws must be multiples of a millionth of a degree.
+        heading: Comment lines at the top.
+        notes: Comments by the name of the furniture above which they are written.
+        tables: Whether each wall and piece of furniture is a table of its own; otherwise a line.
 
     Raises:
-        WorldError: the plan has parts that this writer does not know.
+        WorldError: the plan has elements that this writer does not support.
     """
     for part in fields(plan):
         if part.name not in _WRITTEN and getattr(plan, part.name):

@@ -1,1 +1,1 @@
-"""Where there is room in a plan: routes, and furniture moved or walls raised with ways between."""
+"""Free space and routes of a floor plan, rearranged furniture, and plans from occupancy maps."""

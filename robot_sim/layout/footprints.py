@@ -1,19 +1,47 @@
-"""What the things of a plan cover of the floor, for whoever plans ways between them."""
+"""Footprints: the area of the floor that walls and furniture cover, for route planning."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
+import numpy as np
+
+from robot_sim.array_types import FloatArray
 from robot_sim.floorplan.plan import Plan, Wall
-from robot_sim.layout.route_planning import Footprint
 from robot_sim.scene_objects.furniture import size_of
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """Area of the floor that an obstacle covers: a rectangle with corners rounded outward."""
+
+    x: float
+    """x of the centre [m]."""
+    y: float
+    """y of the centre [m]."""
+    half: tuple[float, float]
+    """Half extents before rounding [m]."""
+    yaw: float = 0.0
+    """Yaw of the rectangle [rad]."""
+    rounding: float = 0.0
+    """Radius added on all sides [m]; a disc has zero extents and this radius."""
+
+    def distance(self, points: FloatArray) -> FloatArray:
+        """Return distances (...,) [m] of points (..., 2) from the edge; negative inside a rounding."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        offset = points - (self.x, self.y)
+        along = np.abs(offset[..., 0] * c + offset[..., 1] * s) - self.half[0]
+        across = np.abs(offset[..., 1] * c - offset[..., 0] * s) - self.half[1]
+        gap: FloatArray = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0)) - self.rounding
+        return gap
 
 
 def footprints(plan: Plan) -> Iterator[Footprint]:
     """Yield the outlines of walls, without their doors, and of furniture.
 
-    A desk covers all that is beneath its top: a robot could drive under some, but has no business there.
+    A desk covers the area beneath its top: a robot could drive under some desks, but is not meant to.
     """
     for wall in plan.walls:
         yield from _solid_parts(wall)

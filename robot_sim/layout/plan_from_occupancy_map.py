@@ -1,6 +1,6 @@
-"""Occupancy maps as plans: walls where the map is occupied, routes where it is free.
+"""Floor plans from occupancy maps: walls at occupied cells, routes through free cells.
 
-What the map does not know is floor without anything on it, but no route leads there.
+Unknown cells become empty floor, but no route leads through them.
 """
 
 from __future__ import annotations
@@ -16,37 +16,36 @@ from localization.maps.occupancy_grid import OccupancyMap
 from robot_sim.array_types import BoolArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Placement, Plan, Wall, Waypoint
-from robot_sim.layout.route_planning import TOUR_LIMIT, FreeSpace, Ways
+from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner
 from robot_sim.robot.platforms import P3AT
 
-MARGIN: Final = 0.08
-"""Between the circle the robot turns in and what is not free, all along the routes [m]."""
 MOST_BOXES: Final = 30_000
-"""A map that takes more is not of a building."""
+"""Number of boxes beyond which the map is rejected as not being that of a building."""
 _NODES: Final = 0.1
-"""Nodes of the routing grid are this far apart [m], or a cell if cells are larger."""
+"""Spacing of the routing grid's nodes [m], or a cell's size if that is larger."""
 _PLACES: Final = 24
-"""Named places at most."""
+"""Largest number of named places."""
 _APART: Final = 3.0
-"""Between two places at least [m]."""
+"""Least distance between two places [m]."""
 _SURVEYED: Final = 4.0
-"""Side of the squares each of which the survey visits [m]."""
+"""Side of the squares that the survey visits [m]."""
 
 
 def plan_from_map(
     grid: OccupancyMap, *, height: float = 2.5, spawn: Placement | None = None
 ) -> Plan:
-    """Return a plan with walls of a given height where the map is occupied.
+    """Return a plan with walls of a given height at the occupied cells.
 
     Its places are the roomiest spots that the robot can reach from the spawn.
 
     Args:
-        grid: the map.
-        height: of the walls and the ceiling [m].
-        spawn: where the robot starts; None for the roomiest spot.
+        grid: The occupancy map.
+        height: Height of the walls and the ceiling [m].
+        spawn: Start pose of the robot; None for the roomiest spot.
 
     Raises:
-        WorldError: the robot has no room in the map, or none at the spawn.
+        WorldError: the robot does not fit into the map, or not at the spawn.
     """
     if not (math.isfinite(height) and height > 0.0):
         raise WorldError(f"height must be > 0 m, got {height:g}")
@@ -69,7 +68,7 @@ def plan_from_map(
                 f"map {grid.name!r}: the spawn at x {spawn.x:.2f}, y {spawn.y:.2f} has free cells"
                 f" within {max(clearance, 0.0):.2f} m all round; the robot needs {least:.2f} m"
             )
-    ways = Ways(space, start, least=least)
+    ways = RoutePlanner(space, start, least=least)
     spots = _places(ways)
     known = grid.occupied | grid.free
     return Plan(
@@ -87,8 +86,8 @@ def plan_from_map(
 def rectangles(occupied: BoolArray) -> Iterator[tuple[int, int, int, int]]:
     """Yield few rectangles that cover the occupied cells, each cell once.
 
-    Each is the larger of the two that grow from the first cell still bare: along the row first, or up
-    the column first. Ends are exclusive: ``row0, column0, row1, column1``.
+    Each is the larger of the two that grow from the first uncovered cell: along the row first, or up the
+    column first. Ends are exclusive: ``row0, column0, row1, column1``.
     """
     bare = occupied.copy()
     for row in range(len(bare)):
@@ -105,7 +104,7 @@ def rectangles(occupied: BoolArray) -> Iterator[tuple[int, int, int, int]]:
 
 
 def _run(line: BoolArray) -> int:
-    """How many cells (N,) from the first are set."""
+    """Return the number of leading cells of a line (N,) that are set."""
     return len(line) if line.all() else int(np.argmin(line))
 
 
@@ -120,7 +119,7 @@ def _walls(grid: OccupancyMap, height: float) -> Iterator[Wall]:
         if i >= MOST_BOXES:
             raise WorldError(
                 f"map {grid.name!r} would take more than {MOST_BOXES} boxes;"
-                " is its image the map of a building, and negate as it should be?"
+                " check that its image is the map of a building, and its key negate"
             )
         x0, y0, x1, y1 = (grid.resolution * v for v in (column0, row0, column1, row1))
         upright = y1 - y0 > x1 - x0
@@ -128,7 +127,7 @@ def _walls(grid: OccupancyMap, height: float) -> Iterator[Wall]:
         ends = ((middle[0], y0), (middle[0], y1)) if upright else ((x0, middle[1]), (x1, middle[1]))
         start, end = grid.in_map(np.array(ends))
         if yaw == 0.0:
-            # Along the axes the digits beyond a micrometre are rounding.
+            # Along the axes, digits beyond a micrometre are rounding errors.
             start, end = np.round(start, 6), np.round(end, 6)
         yield Wall(
             name=f"wall_{i}",
@@ -140,8 +139,8 @@ def _walls(grid: OccupancyMap, height: float) -> Iterator[Wall]:
 
 
 def _space(grid: OccupancyMap) -> FreeSpace:
-    """Return how far it is to the nearest cell that is not free, in the grid's frame."""
-    # What lies beyond the image is as unknown as what is unknown within.
+    """Return the clearance from the nearest cell that is not free, in the grid's frame."""
+    # Cells beyond the image are unknown, too.
     cells = distance_transform_edt(np.pad(grid.free, 1))[1:-1, 1:-1]
     clearance = grid.resolution * (cells - math.sqrt(0.5))
     step = max(1, int(_NODES / grid.resolution + 1e-6))
@@ -155,14 +154,14 @@ def _point(space: FreeSpace, node: int) -> Waypoint:
 
 
 def _clearance(space: FreeSpace, point: Waypoint) -> float:
-    """The clearance at the node nearest to a point; -inf beyond the grid."""
+    """Return the clearance at the node nearest to a point; -inf beyond the grid."""
     x, y = space.points(np.array([space.node(point)]))[0]
     if max(abs(x - point[0]), abs(y - point[1])) > space.spacing:
         return -math.inf
     return float(space.clearance.flat[space.node(point)])
 
 
-def _places(ways: Ways) -> list[Waypoint]:
+def _places(ways: RoutePlanner) -> list[Waypoint]:
     """Return the roomiest reachable spots that are well apart, the roomiest first."""
     space = ways.space
     worth = np.where(ways.reached, space.clearance, -np.inf)
@@ -174,14 +173,14 @@ def _places(ways: Ways) -> list[Waypoint]:
         if not np.isfinite(worth[row, column]):
             break
         spots.append(_point(space, node))
-        # The roomier a spot, the farther its room reaches.
+        # The roomier a spot, the larger its room.
         apart = max(_APART, 2.0 * space.clearance[row, column])
         near = np.hypot(rows - row, columns - column) * space.spacing < apart
         worth[near] = -np.inf
     return spots
 
 
-def _survey_stops(ways: Ways) -> Iterator[Waypoint]:
+def _survey_stops(ways: RoutePlanner) -> Iterator[Waypoint]:
     """Yield the roomiest reachable spot of each square."""
     space = ways.space
     worth = np.where(ways.reached, space.clearance, -np.inf)
@@ -206,7 +205,7 @@ def _placed(grid: OccupancyMap, point: Waypoint) -> Placement:
 
 
 def _bounds(grid: OccupancyMap, known: BoolArray) -> tuple[float, float, float, float]:
-    """The upright rectangle in ``map`` around all that is known."""
+    """Return the rectangle in ``map`` around all known cells."""
     rows, columns = np.nonzero(known.any(axis=1))[0], np.nonzero(known.any(axis=0))[0]
     x0, x1 = grid.resolution * columns[0], grid.resolution * (columns[-1] + 1)
     y0, y1 = grid.resolution * rows[0], grid.resolution * (rows[-1] + 1)

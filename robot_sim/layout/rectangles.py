@@ -1,4 +1,4 @@
-"""Rectangles on the floor, and which of them meet."""
+"""Overlap of rectangles on the floor, by their separating axes."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from localization.types import IntArray
 
 
 class Rectangles:
-    """Many rectangles on the floor, and whether another one meets any of them."""
+    """Many rectangles on the floor, and tests of which of them another one overlaps."""
 
     def __init__(self, rows: Iterable[tuple[float, float, float, float, float]]) -> None:
-        """Take rows of centre x, y, half extents along and across, yaw [m, rad]."""
+        """Store rows of centre x, y, half extents along and across, and yaw [m, rad]."""
         table = np.array(list(rows), dtype=float).reshape(-1, 5)
         self._centres, self._halves = table[:, :2], table[:, 2:4]
         c, s = np.cos(table[:, 4]), np.sin(table[:, 4])
@@ -22,17 +22,17 @@ class Rectangles:
         self._radii = np.hypot(*self._halves.T)
 
     def meet(self, x: float, y: float, half: tuple[float, float], yaw: float) -> bool:
-        """Return whether a rectangle overlaps any."""
+        """Return whether a rectangle overlaps any of them."""
         return len(self.met(x, y, half, yaw)) > 0
 
     def met(self, x: float, y: float, half: tuple[float, float], yaw: float) -> IntArray:
-        """Return which ones a rectangle overlaps (K,), by the separating axes of each pair.
+        """Return the indices (K,) of those that a rectangle overlaps.
 
         Args:
-            x: Its centre [m].
-            y: Its centre [m].
+            x: x of its centre [m].
+            y: y of its centre [m].
             half: Half extents along and across [m].
-            yaw: [rad].
+            yaw: Yaw of the rectangle [rad].
         """
         offset = self._centres - (x, y)
         near = np.flatnonzero(np.hypot(*offset.T) < self._radii + math.hypot(*half))
@@ -55,7 +55,7 @@ class Rectangles:
 def line_between(
     a: Sequence[float], b: Sequence[float], margin: float
 ) -> tuple[float, float, tuple[float, float], float]:
-    """Return centre x, y, half extents and yaw of a straight line, ``margin`` [m] wide to all sides."""
+    """Return centre x, y, half extents and yaw of a line that is ``margin`` [m] wide on all sides."""
     half = 0.5 * math.hypot(b[0] - a[0], b[1] - a[1])
     middle = (0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]))
     return *middle, (half + margin, margin), math.atan2(b[1] - a[1], b[0] - a[0])

@@ -1,4 +1,4 @@
-"""Ray casting: from anywhere in any direction to the nearest surface."""
+"""Ray casting: distances from any origins in any directions to the nearest surfaces."""
 
 from robot_sim.raycasting.caster_selection import (
     SlowCastingWarning as SlowCastingWarning,

@@ -1,4 +1,4 @@
-"""Which caster a simulation gets."""
+"""Selection of a simulation's ray caster: Embree if installed, otherwise MuJoCo."""
 
 from __future__ import annotations
 
@@ -12,27 +12,28 @@ import mujoco
 
 from robot_sim.raycasting.mujoco_caster import MujocoRayCaster
 from robot_sim.raycasting.ray_caster import RayCaster
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 if TYPE_CHECKING:
-    from robot_sim.raycasting.embree_caster import StaticGeometry
+    from robot_sim.raycasting.embree_scene import StaticGeometry
 
 _STATIC: weakref.WeakKeyDictionary[mujoco.MjModel, StaticGeometry] = weakref.WeakKeyDictionary()
 
 
 class SlowCastingWarning(UserWarning):
-    """Embree is missing, so that scanners are simulated by slower means."""
+    """Embree is not installed, so that ray casting is slower."""
 
 
 def caster_for(world: World, data: mujoco.MjData) -> RayCaster:
-    """Return the fastest caster there is for a world, with ``data`` for what moves.
+    """Return the fastest available caster for a world, with ``data`` for moving geometry.
 
-    The static geometry is prepared once per world and shared. Without ``embreex`` (there is no wheel
-    of it for this machine, or the extra was not installed) MuJoCo casts, after one notice.
+    The static geometry is prepared once per world and shared. Without ``embreex`` (no wheel for this
+    machine, or the extra is not installed) MuJoCo casts, after one warning.
     """
     if not _embree_is_there():
         return MujocoRayCaster(world.model, data, world.movers)
-    from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
+    from robot_sim.raycasting.embree_caster import EmbreeRayCaster
+    from robot_sim.raycasting.embree_scene import StaticGeometry
 
     static = _STATIC.get(world.model)
     if static is None:

@@ -1,4 +1,4 @@
-"""Rays against what moves: at each beam's own time for movers, as the tick ends for other bodies."""
+"""Ray casting against moving geometry, at each beam's own time for movers."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 
 from localization.types import IntArray
+from robot_sim.actors.movers import Mover
 from robot_sim.array_types import FloatArray
-from robot_sim.raycasting.pose_timetable import Moved as Moved, Timetable
+from robot_sim.raycasting.pose_interpolation import PoseInterpolator
 from robot_sim.raycasting.ray_caster import GeomArray, static_geoms, visible_geoms
 from robot_sim.raycasting.shape_intersection import (
     CONVEX,
@@ -19,24 +20,24 @@ from robot_sim.raycasting.shape_intersection import (
     to_frames,
 )
 
-SWIFTEST: Final = 5.0
-"""No part of a mover is faster than this [m/s]: four times a walk. Sets how wide to look for them."""
+MAX_MOVER_SPEED: Final = 5.0
+"""Greatest speed of any part of a mover [m/s], four times a walk; sets the bounding spheres."""
 
 
 class MovingGeoms:
     """All visible geoms of bodies that can move.
 
-    A ray is put to the test against the few geoms whose bounding spheres it meets. Bodies with a
-    mover are then put where they were at the ray's time; others (a box that can be pushed, a door
-    on a hinge) are where ``data`` has them, which is where they were when the tick's last step began.
+    A ray is tested against the few geoms whose bounding spheres it intersects. Bodies with a mover are
+    placed where they were at the ray's time; others (a box that can be pushed, a door on a hinge) are at
+    their poses in ``data``, which are those at the beginning of the tick's last step.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Moved]) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Mover]) -> None:
         self._model, self._data = model, data
         self._geoms = np.flatnonzero(visible_geoms(model) & ~static_geoms(model)).astype(np.int32)
         bodies = model.geom_bodyid[self._geoms]
         by_body = {model.body(m.name).id: i for i, m in enumerate(movers)}
-        self._timetable = Timetable(movers)
+        self._timetable = PoseInterpolator(movers)
         self._mover_of = np.array([by_body.get(int(b), -1) for b in bodies], dtype=np.int64)
         self._reach = model.geom_rbound[self._geoms].copy()
         # Planes have no bounding sphere.
@@ -46,7 +47,7 @@ class MovingGeoms:
         self._timed = np.flatnonzero(self._mover_of >= 0)
         kinds = model.geom_type[self._geoms]
         self._known = np.array([int(kind) in CONVEX for kind in kinds], dtype=bool)
-        # Where single geoms are put for the shapes that only MuJoCo itself can cast at.
+        # State in which single geoms are placed for the shapes that only MuJoCo can cast against.
         self._scratch = None if self._known.all() else mujoco.MjData(model)
 
     def __len__(self) -> int:
@@ -59,16 +60,16 @@ class MovingGeoms:
         times: IntArray,
         limits: FloatArray,
     ) -> tuple[IntArray, FloatArray, GeomArray, FloatArray]:
-        """Return what the rays meet before their limits.
+        """Return the hits of the rays before their limits.
 
         Args:
             origins: (N, 3) in ``map`` [m].
             directions: (N, 3) unit vectors in ``map``.
-            times: (N,) [ns].
-            limits: (N,) where each ray ends [m], ``inf`` for never.
+            times: (N,) times of the rays [ns].
+            limits: (N,) distance at which each ray ends [m], ``inf`` for never.
 
         Returns:
-            Of the M rays that met something: index, distance [m], geom, absolute cosine of incidence.
+            Index, distance [m], geom and absolute cosine of incidence of the M rays with a hit.
         """
         rays, columns = self._candidates(origins, directions, times, limits)
         if not len(rays):
@@ -93,9 +94,9 @@ class MovingGeoms:
     def _candidates(
         self, origins: FloatArray, directions: FloatArray, times: IntArray, limits: FloatArray
     ) -> tuple[IntArray, IntArray]:
-        """Return pairs of ray and column of ``self._geoms`` whose bounding spheres meet."""
+        """Return pairs of a ray and a column of ``self._geoms`` whose bounding sphere it intersects."""
         centres, reach = self._spheres(times)
-        # First the geoms that are near the rays at all, then each ray with each of those.
+        # First the geoms that are near any ray, then each ray with each of those.
         middle = origins.mean(axis=0)
         spread = float(np.abs(origins - middle).max()) * 1.75
         apart = np.linalg.norm(centres - middle, axis=1)
@@ -104,31 +105,38 @@ class MovingGeoms:
         if not len(near):
             empty = np.zeros(0, dtype=np.int64)
             return empty, empty
-        # |o + t d - c|^2 over all rays and spheres at once, expanded to products of matrices.
+        # |o + t d - c|^2 for all rays and spheres at once, expanded to matrix products.
         c, r = centres[near] - middle, reach[near]
         o = origins - middle
-        along = directions @ c.T - np.einsum("nd,nd->n", o, directions)[:, None]
-        square = (
-            np.einsum("nd,nd->n", o, o)[:, None] - 2.0 * (o @ c.T) + np.einsum("gd,gd->g", c, c)
-        )
+        along = directions @ c.T
+        along -= np.einsum("nd,nd->n", o, directions)[:, None]
+        square = o @ c.T
+        # In place, because these are the largest arrays of a sweep.
+        square *= -2.0
+        square += np.einsum("nd,nd->n", o, o)[:, None]
+        square += np.einsum("gd,gd->g", c, c)
         t = np.clip(along, 0.0, limits[:, None])
-        met = square - t * (2.0 * along - t) <= r * r + 1e-9
+        along *= 2.0
+        along -= t
+        along *= t
+        square -= along
+        met = square <= r * r + 1e-9
         rays, columns = np.nonzero(met)
         return rays, near[columns]
 
     def _spheres(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return centres (G, 3) and radii (G,) of spheres that hold the geoms at all ``times``."""
+        """Return centres (G, 3) and radii (G,) of spheres that contain the geoms at all ``times``."""
         if not len(self._timed):
             return self._data.geom_xpos[self._geoms], self._reach
         first, last = int(times.min()), int(times.max())
         middle = np.full(len(self._geoms), (first + last) // 2)
         centres, _ = self._poses(np.arange(len(self._geoms)), middle)
         reach = self._reach.copy()
-        reach[self._timed] += SWIFTEST * 1e-9 * (last - first) / 2
+        reach[self._timed] += MAX_MOVER_SPEED * 1e-9 * (last - first) / 2
         return centres, reach
 
     def _poses(self, columns: IntArray, times: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return where the geoms of ``columns`` (M,) are at ``times`` (M,): (M, 3) and (M, 3, 3)."""
+        """Return positions (M, 3) and matrices (M, 3, 3) of geoms at ``times`` (M,) [ns]."""
         geoms, numbers = self._geoms[columns], self._mover_of[columns]
         positions = self._data.geom_xpos[geoms]
         matrices = self._data.geom_xmat[geoms].reshape(-1, 3, 3)
@@ -150,7 +158,7 @@ class MovingGeoms:
     def _cast_natively(
         self, geom: int, position: FloatArray, matrix: FloatArray, o: FloatArray, d: FloatArray
     ) -> tuple[float, float]:
-        """Cast one ray at a mesh, plane or heightfield that moves."""
+        """Cast one ray against a moving mesh, plane or heightfield."""
         assert self._scratch is not None
         model, scratch, normal = self._model, self._scratch, np.zeros(3)
         kind = model.geom_type[geom]
@@ -171,7 +179,7 @@ def _nearest(
 ) -> tuple[IntArray, FloatArray, GeomArray, FloatArray]:
     """Keep the nearest candidate of each ray that lies before its limit."""
     good = np.flatnonzero(distances <= limits[rays])
-    # By ray, then by distance; the first of each ray is the one it meets.
+    # Sorted by ray, then by distance; the first of each ray is its hit.
     order = good[np.lexsort((distances[good], rays[good]))]
     ordered = rays[order]
     first = np.ones(len(order), dtype=bool)

@@ -1,4 +1,4 @@
-"""Casting with MuJoCo alone: slower, but it needs nothing else."""
+"""Ray caster with MuJoCo alone: slower, but without further dependencies."""
 
 from __future__ import annotations
 
@@ -9,29 +9,30 @@ import mujoco
 import numpy as np
 
 from localization.types import IntArray
+from robot_sim.actors.movers import Mover
 from robot_sim.array_types import BoolArray, FloatArray
-from robot_sim.raycasting.moving_geoms import Moved, MovingGeoms
+from robot_sim.raycasting.moving_geoms import MovingGeoms
 from robot_sim.raycasting.ray_caster import Hits, no_hits, static_geoms, visible_geoms
 
 _SHOWN, _HIDDEN = 0, 1
 
 
 class MujocoRayCaster:
-    """Casts each ray from its very own origin, with ``mj_ray`` behind it.
+    """Casts each ray from its own origin with ``mj_ray``.
 
-    ``mj_multiRay`` would take one origin and one instant per call and look at every geom in each,
-    which costs ten times more for a moving scanner. ``mj_ray`` alone looks at every geom for every
-    ray; but the rays of a planar scanner stay near one plane, and most geoms do not come near it, the
-    more so for a vertical plane. Those are hidden first, by a bound that is conservative for any set
-    of rays. What moves is cast at as in ``EmbreeRayCaster``.
+    ``mj_multiRay`` takes one origin and one time per call and tests every geom in each, which costs ten
+    times more for a moving scanner. ``mj_ray`` alone tests every geom for every ray; but the rays of a
+    planar scanner stay near one plane, and most geoms are far from it, in particular for a vertical
+    plane. Those are hidden first, by a bound that is conservative for any set of rays. Moving geometry
+    is handled as in ``EmbreeRayCaster``.
     """
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Moved] = ()
+        self, model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Mover] = ()
     ) -> None:
-        """Cast at the geometry of ``model`` where ``data`` and the movers have it."""
+        """Cast against the geometry of ``model`` at its poses in ``data`` and those of the movers."""
         self._data = data
-        # A copy, for the groups of its geoms are rewritten before each cast.
+        # A copy, because the groups of its geoms are rewritten before each cast.
         self._model = copy.copy(model)
         self._static = visible_geoms(model) & static_geoms(model)
         self._half, self._bounded = _half_extents(model)
@@ -72,7 +73,7 @@ class MujocoRayCaster:
         return hits
 
     def _near(self, origins: FloatArray, directions: FloatArray, max_range: float) -> BoolArray:
-        """Return which geoms (G,) may come near the plane that fits the rays best."""
+        """Return which geoms (G,) may be near the plane that fits the rays best."""
         centre = origins.mean(axis=0)
         normal = np.linalg.eigh(directions.T @ directions)[1][:, 0]
         # A point of a ray is off the plane by at most the origin's offset plus range times slope.
@@ -86,7 +87,7 @@ class MujocoRayCaster:
 
 
 def _half_extents(model: mujoco.MjModel) -> tuple[FloatArray, BoolArray]:
-    """Return half sizes of boxes around the geoms (G, 3) [m] in their frames, and which have one."""
+    """Return half extents (G, 3) [m] of boxes around the geoms in their frames, and which have one."""
     kind, size = model.geom_type, model.geom_size
     half = np.repeat(model.geom_rbound[:, None], 3, axis=1)
     is_box = kind == mujoco.mjtGeom.mjGEOM_BOX

@@ -1,4 +1,4 @@
-"""What a ray caster answers, whatever it casts with."""
+"""The interface of ray casters, their hits, and which geoms are visible or static."""
 
 from __future__ import annotations
 
@@ -14,28 +14,29 @@ from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
 
 GeomArray = npt.NDArray[np.int32]
+"""Array of geom indices."""
 
 NO_GEOM: Final = -1
-"""In the place of a geom where a ray met none."""
+"""Geom index of a ray without a hit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hits:
-    """What rays met first."""
+    """First hits of rays."""
 
     distances: FloatArray
-    """(N,) [m], ``inf`` where nothing was within range."""
+    """Distances (N,) [m], ``inf`` where nothing is within range."""
     geoms: GeomArray
-    """(N,) geom of the model, -1 where nothing was within range."""
+    """Geoms (N,) of the model, -1 where nothing is within range."""
     cosines: FloatArray
-    """(N,) absolute cosine of the angle of incidence: 1 head-on, 0 grazing; 0 where nothing was."""
+    """Absolute cosines of incidence (N,): 1 head-on, 0 grazing; 0 without a hit."""
 
 
 class RayCaster(Protocol):
-    """Whatever can tell how far it is to the nearest surface.
+    """Computes distances along rays to the nearest surface.
 
-    A ray that starts inside something meets that thing's surface from inside. The robot itself is
-    never met, nor what is fully transparent.
+    A ray that starts inside an object hits its surface from inside. The robot itself and fully
+    transparent geoms are never hit.
     """
 
     def distances(
@@ -46,20 +47,20 @@ class RayCaster(Protocol):
         Args:
             origins: (N, 3) in ``map`` [m].
             directions: (N, 3) unit vectors in ``map``.
-            times: (N,) when each ray is cast [ns]: movers are where they were then.
-            max_range: [m].
+            times: (N,) time of each ray [ns], at which movers are placed.
+            max_range: Greatest distance [m].
         """
         ...
 
     def hits(
         self, origins: FloatArray, directions: FloatArray, times: IntArray, max_range: float
     ) -> Hits:
-        """Return what the rays meet; arguments as for ``distances``."""
+        """Return the hits of the rays; arguments as for ``distances``."""
         ...
 
 
 def no_hits(rays: int) -> Hits:
-    """Return that ``rays`` rays met nothing."""
+    """Return that ``rays`` rays hit nothing."""
     geoms = np.full(rays, NO_GEOM, dtype=np.int32)
     return Hits(np.full(rays, np.inf), geoms, np.zeros(rays))
 
@@ -67,7 +68,7 @@ def no_hits(rays: int) -> Hits:
 def visible_geoms(model: mujoco.MjModel) -> BoolArray:
     """Return which geoms (G,) a scanner can see: not fully transparent, and not the robot's own.
 
-    As for MuJoCo's own rays, a material's alpha counts, and the geom's only where it has none.
+    As for MuJoCo's own rays, a material's alpha is used, and the geom's only where it has no material.
     """
     alpha = model.geom_rgba[:, 3].copy()
     if model.nmat:

@@ -1,7 +1,7 @@
-"""Rays against single shapes, in closed form and double precision.
+"""Intersection of rays with single shapes, in closed form and double precision.
 
 All functions work in the shape's own frame, on one shape per ray. The shapes are MuJoCo's, with its
-sizes; each is convex, so that a line is inside for one interval, and a ray meets the interval's
+sizes; each is convex, so that a line is inside for one interval, and a ray hits the interval's
 beginning or, if it started inside, its end.
 """
 
@@ -19,14 +19,14 @@ from localization.types import IntArray
 from robot_sim.array_types import FloatArray
 
 Interval = tuple[FloatArray, FloatArray]
-"""(N,) where lines enter and leave a shape [m]: ``NaN``, or the wrong way round, for a miss."""
+"""Distances (N,) [m] at which lines enter and leave a shape: ``NaN``, or reversed, for a miss."""
 
 _TINY: Final = 1e-200
-"""Stands for zero in a division: what comes out is huge, and finite."""
+"""Stands for zero in a division, so that the result is huge but finite."""
 
 
 def _slab(origins: FloatArray, directions: FloatArray, half: FloatArray) -> Interval:
-    """Return where lines are within ``half`` of zero, along one axis."""
+    """Return the distances at which lines enter and leave ``half`` around zero, along one axis."""
     # Along the slab this divides by zero: both infinite, on different sides if inside.
     slopes = 1.0 / directions
     first, second = (-half - origins) * slopes, (half - origins) * slopes
@@ -69,7 +69,7 @@ def _capsule(origins: FloatArray, directions: FloatArray, sizes: FloatArray) -> 
         centred = origins.copy()
         centred[2] -= end * sizes[1]
         first, last = _sphere(centred, directions, sizes)
-        # What is missed is ``NaN``, which these leave out.
+        # A miss is ``NaN``, which these functions ignore.
         enter, leave = np.fmin(enter, first), np.fmax(leave, last)
     return enter, leave
 
@@ -119,9 +119,9 @@ _SHAPES: Final = MappingProxyType[int, tuple[_Lines, _Normals]](
     }
 )
 CONVEX: Final = frozenset(_SHAPES)
-"""Geom types that these functions know."""
+"""Geom types that these functions support."""
 ROUND: Final = CONVEX - {int(_GEOM.mjGEOM_BOX)}
-"""Those that triangles only come near."""
+"""Geom types that triangles only approximate."""
 
 TypeArray = npt.NDArray[np.int32]
 
@@ -129,7 +129,7 @@ TypeArray = npt.NDArray[np.int32]
 def shape_distances(
     types: TypeArray, sizes: FloatArray, origins: FloatArray, directions: FloatArray
 ) -> FloatArray:
-    """Cast each ray at a shape of its own, and return the distances (N,) [m], ``inf`` for a miss.
+    """Cast each ray at a shape of its own; return the distances (N,) [m], ``inf`` for a miss.
 
     Args:
         types: (N,) geom types, all in ``CONVEX``.
@@ -152,7 +152,7 @@ def shape_distances(
 def shape_cosines(
     types: TypeArray, sizes: FloatArray, points: FloatArray, directions: FloatArray
 ) -> FloatArray:
-    """Return the absolute cosines of incidence (N,) of rays that meet shapes at ``points`` (N, 3)."""
+    """Return the absolute cosines of incidence (N,) of rays that hit shapes at ``points`` (N, 3)."""
     cosines = np.empty(len(types))
     for kind, rows in _by_kind(types):
         _, normals = _SHAPES[kind]

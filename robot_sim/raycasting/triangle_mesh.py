@@ -1,4 +1,4 @@
-"""Geoms as triangles: the same surface where it is flat, a little outside of it where it is round."""
+"""Triangle meshes of geoms: exact where flat, slightly outside of the surface where round."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import numpy as np
 from localization.types import IntArray
 from robot_sim.array_types import FloatArray
 
-Faces = tuple[FloatArray, IntArray]
+MeshFaces = tuple[FloatArray, IntArray]
 """Vertices (V, 3) [m] and triangles (F, 3) that index them."""
 
 FAR: Final = 1000.0
-"""Half the side of the square that stands for an infinite plane [m]."""
+"""Half the side of the square that represents an infinite plane [m]."""
 _BULGE: Final = 6e-6
-"""How far the sides of cylinders stand out at most, where that takes no more than the limits below
-[m]. The less, the fewer rays need a look at the shape itself."""
+"""Greatest distance of the sides of cylinders from the surface [m], within the limits below. The
+less, the fewer rays need an exact intersection."""
 _SIDES: Final = (24, 1024)
 _SUBDIVISIONS: Final = 3
 
@@ -40,14 +40,14 @@ class Triangles:
     """Triangles of many geoms, in ``map``."""
 
     vertices: FloatArray
-    """(V, 3) [m]."""
+    """Vertices (V, 3) [m]."""
     faces: IntArray
-    """(F, 3) vertices of each."""
+    """Indices of the vertices of each triangle (F, 3)."""
     geoms: IntArray
-    """(F,) geom of each."""
+    """Geom of each triangle (F,)."""
     bulges: FloatArray
-    """(F,) how far each stands out from the surface it stands for [m]: 0 where that is flat,
-    ``inf`` where it is curved both ways."""
+    """Distance of each triangle from the surface that it represents [m], (F,): 0 where that is
+    flat, ``inf`` where it is curved both ways."""
 
     @property
     def planes(self) -> FloatArray:
@@ -60,7 +60,7 @@ class Triangles:
 
 
 def triangles_of(model: mujoco.MjModel, data: mujoco.MjData, geoms: IntArray) -> Triangles:
-    """Return the triangles of ``geoms`` (G,), placed as ``data`` has them."""
+    """Return the triangles of ``geoms`` (G,) at their poses in ``data``."""
     vertices: list[FloatArray] = [np.zeros((0, 3))]
     faces: list[IntArray] = [np.zeros((0, 3), dtype=np.int64)]
     owners: list[IntArray] = [np.zeros(0, dtype=np.int64)]
@@ -82,7 +82,7 @@ def triangles_of(model: mujoco.MjModel, data: mujoco.MjData, geoms: IntArray) ->
     )
 
 
-def _faces_of(model: mujoco.MjModel, geom: int) -> Faces:
+def _faces_of(model: mujoco.MjModel, geom: int) -> MeshFaces:
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     match kind:
         case mujoco.mjtGeom.mjGEOM_BOX:
@@ -120,20 +120,20 @@ def _bulge_of(model: mujoco.MjModel, geom: int) -> float:
     return math.inf if kind in curved else 0.0
 
 
-def _plane(size: FloatArray) -> Faces:
-    """Return a rectangle that faces up; without a size it reaches as far as any ray."""
+def _plane(size: FloatArray) -> MeshFaces:
+    """Return a rectangle that faces up; without a size it extends as far as any ray."""
     x, y = (s if s > 0.0 else FAR for s in size[:2])
     vertices = np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]])
     return vertices, np.array([[0, 1, 2], [0, 2, 3]])
 
 
 def _sides(radius: float) -> int:
-    # A polygon around a circle stands out by r (1 / cos(pi / n) - 1), about r (pi / n)^2 / 2.
+    # A polygon around a circle is off by r (1 / cos(pi / n) - 1), about r (pi / n)^2 / 2.
     wanted = math.pi * math.sqrt(0.5 * radius / _BULGE)
     return int(np.clip(math.ceil(wanted), *_SIDES))
 
 
-def _cylinder(radius: float, half: float) -> Faces:
+def _cylinder(radius: float, half: float) -> MeshFaces:
     n = _sides(radius)
     angles = 2.0 * math.pi * np.arange(n) / n
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1) * (radius / math.cos(math.pi / n))
@@ -145,11 +145,11 @@ def _cylinder(radius: float, half: float) -> Faces:
     return np.concatenate([bottom, top]), np.concatenate([side, fan, fan + n])
 
 
-def _capsule(radius: float, half: float) -> Faces:
-    """Return the halves of a ball, drawn apart along z, and a cylinder's side between them."""
+def _capsule(radius: float, half: float) -> MeshFaces:
+    """Return the halves of a ball, separated along z, and a cylinder's side between them."""
     vertices, faces = _ball()
     shifted = vertices * radius
-    # The ball has vertices on its equator, so no triangle crosses it but for being split there.
+    # The ball has vertices on its equator, so that no triangle crosses it.
     upper = vertices[faces].mean(axis=1)[:, 2] > 0.0
     up, down = shifted + (0.0, 0.0, half), shifted - (0.0, 0.0, half)
     n = _sides(radius)
@@ -162,8 +162,8 @@ def _capsule(radius: float, half: float) -> Faces:
 
 
 @functools.cache
-def _ball() -> Faces:
-    """Return a subdivided octahedron that stands just outside of the unit ball."""
+def _ball() -> MeshFaces:
+    """Return a subdivided octahedron just outside of the unit ball."""
     vertices = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
     points = np.array(vertices, dtype=float)
     faces = np.array(
@@ -187,14 +187,14 @@ def _ball() -> Faces:
     return points / nearest, faces
 
 
-def _mesh(model: mujoco.MjModel, mesh: int) -> Faces:
+def _mesh(model: mujoco.MjModel, mesh: int) -> MeshFaces:
     v, f = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
     vertices = model.mesh_vert[v : v + model.mesh_vertnum[mesh]]
     faces = model.mesh_face[f : f + model.mesh_facenum[mesh]]
     return vertices.astype(float), faces.astype(np.int64)
 
 
-def _heightfield(model: mujoco.MjModel, field: int) -> Faces:
+def _heightfield(model: mujoco.MjModel, field: int) -> MeshFaces:
     """Return MuJoCo's own triangles of a terrain, its four sides, and the box below it."""
     rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
     half_x, half_y, top, base = model.hfield_size[field]

@@ -1,1 +1,1 @@
-"""The robot's body in numbers and in MuJoCo, platform by platform."""
+"""The robot's parameters and its body in MuJoCo, for several platforms."""

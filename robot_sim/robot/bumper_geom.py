@@ -1,4 +1,4 @@
-"""What movers shove: a box round the robot, and how softly they meet it."""
+"""Bumper geom: the box around the robot that actors push, and how soft their contacts are."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from robot_sim.robot.mujoco_body import ROBOT_GROUP
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 MOVER_BIT: Final = 4
-"""Collision bit of movers: they meet the robot's fender and nothing else."""
-FENDER: Final = "fender"
-"""A box round the robot, wheels included, that movers shove; with single parts they would get
-stuck between wheel and chassis."""
+"""Collision bit of movers: they collide with the robot's bumper geom only."""
+BUMPER: Final = "bumper"
+"""Name of the box around the robot, wheels included, that movers push; between single parts of the
+robot they would get stuck."""
 YIELDING: Final = (0.15, 1.0)
-"""Time constant [s] and damping ratio of contacts with movers. As hard as walls are (0.02 s), a mover
-would drive a robot it has cornered through the wall. With these the push grows by 2.4 kN per metre of
-overlap: 8 cm shove 30 kg off their tyres, and no wall feels it."""
+"""Time constant [s] and damping ratio of contacts with movers. As hard as walls (0.02 s), a mover
+would push a cornered robot through the wall. With these the force grows by 2.4 kN per metre of
+overlap: 8 cm push 30 kg off their tyres, and no wall is affected."""
 _GIVE: Final = (0.1, 0.1, 0.001, 0.5, 2.0)
-"""Impedance of those contacts: low, so that movers which squeeze the robot from two sides push no
-harder than one that pushes from one side."""
+"""Impedance of those contacts: low, so that movers that squeeze the robot from two sides push no
+harder than one from one side."""
 
 
-def add_fender(spec: mujoco.MjSpec, robot: SkidSteer) -> None:
-    """Give the robot in a specification what movers shove."""
+def add_bumper(spec: mujoco.MjSpec, robot: SkidSteer) -> None:
+    """Add the box that movers push to the robot in a specification."""
     bottom, top = robot.clearance, robot.height
     half_width = 0.5 * robot.track + robot.wheel_half_width
     spec.body("base_link").add_geom(
-        name=FENDER,
+        name=BUMPER,
         type=mujoco.mjtGeom.mjGEOM_BOX,
         pos=(0.0, 0.0, 0.5 * (bottom + top)),
         size=(0.5 * robot.length, half_width, 0.5 * (top - bottom)),
@@ -41,9 +41,9 @@ def add_fender(spec: mujoco.MjSpec, robot: SkidSteer) -> None:
 
 
 def make_yielding(geom: mujoco.MjsGeom) -> None:
-    """Let a mover's geom meet the fender and nothing else, softly."""
+    """Let a mover's geom collide with the bumper geom only, softly."""
     geom.contype, geom.conaffinity = MOVER_BIT, 0
-    # Priority makes the mover's contact parameters hold.
+    # With priority the mover's contact parameters are used.
     geom.priority = 1
     geom.solref = YIELDING
     geom.solimp = _GIVE

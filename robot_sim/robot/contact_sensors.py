@@ -1,8 +1,7 @@
-"""Feelers: which of the robot's parts touch something, told by MuJoCo for every physics step.
+"""MuJoCo contact sensors on the robot's parts, which count contacts in every physics step.
 
-A tick is rolled out in one native call, and only sensors outlast its steps. So each part has a
-contact sensor that counts; where the counts say that something was touched, the contacts of that
-step are found again.
+A tick is rolled out in one native call, and of its steps only sensor data are kept. Each part therefore
+has a contact sensor; where a count is positive, the contacts of that step are computed again.
 """
 
 from __future__ import annotations
@@ -14,15 +13,15 @@ import mujoco
 
 _FOUND: Final = 1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND)
 _LOWEST: Final = 1
-"""Reduce to the deepest contact."""
+"""Reduction of the sensor's contacts to the deepest one."""
 
 
-def add_feelers(spec: mujoco.MjSpec, body: str, wheels: tuple[str, ...]) -> None:
+def add_contact_sensors(spec: mujoco.MjSpec, body: str, wheels: tuple[str, ...]) -> None:
     """Add a contact sensor for the hull, for each wheel's hull and for each tyre.
 
     Args:
-        spec: The robot is in it already.
-        body: Of the robot's hull, without its wheels.
+        spec: Specification that contains the robot.
+        body: Name of the body of the robot's hull, without its wheels.
         wheels: Names of the wheels; the geoms are ``<wheel>_hull`` and ``<wheel>_tyre``.
     """
     _add(spec, f"{body}_touch", mujoco.mjtObj.mjOBJ_BODY, body)
@@ -40,16 +39,16 @@ def _add(spec: mujoco.MjSpec, name: str, kind: mujoco.mjtObj, part: str) -> None
 
 
 @dataclass(frozen=True, slots=True)
-class FeelerColumns:
-    """Where the feelers' counts are in the sensor data."""
+class ContactSensorColumns:
+    """Columns of the contact counts in the sensor data."""
 
     hull: slice
-    """Hull and wheels' hulls: 1 + wheels."""
+    """Columns of the hull and of the wheels' hulls: 1 + number of wheels."""
     tyres: slice
     """One column per wheel, in their order."""
 
     @classmethod
-    def of(cls, model: mujoco.MjModel, body: str, wheels: tuple[str, ...]) -> FeelerColumns:
+    def of(cls, model: mujoco.MjModel, body: str, wheels: tuple[str, ...]) -> ContactSensorColumns:
         """Look the columns up by name."""
         first = int(model.sensor(f"{body}_touch").adr[0])
         tyres = int(model.sensor(f"{wheels[0]}_tyre_touch").adr[0])

@@ -1,8 +1,8 @@
 """Drivable surfaces: geoms whose ``user`` attribute begins with a friction coefficient.
 
-That attribute, ``user="MU_LONG MU_LAT ROLLING"``, is all that a world has to say of a surface, be it
-made from a plan or read from somebody's MJCF: the wheels get their contact pairs with it. The last
-two may be left out: friction is then alike in both directions, and nothing resists rolling.
+That attribute, ``user="MU_LONG MU_LAT ROLLING"``, is all that a world declares of a surface, be it built
+from a plan or read from a user's MJCF file: the wheels get contact pairs with it. The last two are
+optional: friction is then the same in both directions, and there is no rolling resistance.
 """
 
 from __future__ import annotations
@@ -20,16 +20,17 @@ class DrivableGeom:
     """A geom that wheels roll on."""
 
     name: str
+    """Name of the geom."""
     mu_long: float
-    """Coulomb coefficient along the wheel."""
+    """Coulomb friction coefficient along the wheel."""
     mu_lat: float
-    """Across it."""
+    """Coulomb friction coefficient across the wheel."""
 
 
 def mark_drivable(
     geom: mujoco.MjsGeom, mu_long: float, mu_lat: float, rolling_resistance: float = 0.0
 ) -> None:
-    """Make a geom a drivable surface: the wheels' pairs touch it, the robot's hull does not.
+    """Make a geom drivable: the wheels' contact pairs touch it, the robot's hull does not.
 
     ``rolling_resistance`` is the force that opposes rolling over the wheel's load.
     """
@@ -39,7 +40,7 @@ def mark_drivable(
 
 
 def drivable_geoms(spec: mujoco.MjSpec) -> Iterator[DrivableGeom]:
-    """Yield every geom of the specification that says it is drivable."""
+    """Yield every geom of the specification that is declared drivable."""
     for geom in spec.geoms:
         user = list(geom.userdata)
         if user and user[0] > 0.0:

@@ -1,4 +1,4 @@
-"""How a particular robot differs from its data sheet; drive and encoders go on believing the sheet."""
+"""Imperfections of a particular robot against its data sheet, which drivetrain and encoders assume."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True)
 class Imperfections:
-    """What the physical robot really is. The default is a robot as drawn.
+    """Deviations of the physical robot from its nominal parameters; none by default.
 
-    Everything is built into the body: tyres get another radius, joints friction, masses another
-    place. Nothing here is told to the firmware, to the encoders or to a localiser.
+    All of them are built into the body: tyre radii, friction of joints, positions of masses. None is
+    known to the firmware, to the encoders or to a localiser.
 
     Raises:
         ValueError: a number is not finite or outside what its docstring allows.
@@ -22,16 +22,16 @@ class Imperfections:
     """True over nominal rolling radius of the left tyres, in 0.5 to 1.5. Identified on a P3-AT:
     0.9464 (figures in public ROS packages, attributed to Mandow, Martinez et al., IROS 2007)."""
     right_radius: float = 1.0
-    """The same of the right tyres; on that P3-AT 0.9253."""
+    """True over nominal rolling radius of the right tyres, in 0.5 to 1.5; 0.9253 on that P3-AT."""
     stiction: float = 0.0
-    """Dry friction in each wheel's bearings and gear [N m], >= 0. No measurement of a P3-AT was at
-    hand; 0.5 to 2 are sizes chosen to look like one."""
+    """Dry friction in each wheel's bearings and gear [N m], >= 0. No measurement of a P3-AT was
+    available; 0.5 to 2 are plausible sizes."""
     integral_control: bool = True
-    """Whether the wheels' controllers integrate what they lag behind. Without it, turning in place
-    has a dead band: commands whose gain times rate stays below friction move nothing."""
+    """Whether the wheels' controllers have an integral term. Without it, turning in place has a
+    dead band: commands whose gain times rate is below friction move nothing."""
     com_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """How far the whole robot's centre of mass lies from where the drawing has it, in ``base_link``
-    [m], each within 0.1 m: batteries slid aside, cargo, an arm."""
+    """Offset of the whole robot's centre of mass from the nominal one, in ``base_link`` [m], each
+    within 0.1 m: shifted batteries, cargo, an arm."""
 
     def __post_init__(self) -> None:
         for name in ("left_radius", "right_radius"):
@@ -51,6 +51,6 @@ class Imperfections:
 
 
 AS_DRAWN: Final = Imperfections()
-"""No imperfection."""
+"""A robot without imperfections."""
 MANDOW_2007: Final = Imperfections(left_radius=0.9464, right_radius=0.9253)
-"""Rolling radii identified on a real P3-AT, tyres loaded and unevenly pumped."""
+"""Rolling radii identified on a real P3-AT, tyres loaded and unevenly inflated."""

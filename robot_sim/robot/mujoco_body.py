@@ -1,9 +1,9 @@
-"""A skid-steered robot's body as a MuJoCo specification, and the recipe for its contacts.
+"""Body of a skid-steer robot as a MuJoCo specification, and the parameters of its wheel contacts.
 
-``base_link`` lies at the centre of rotation on the floor plane, x forward, z up (REP 105). The
-contact recipe replaces MuJoCo's default contacts, under which a skid-steered robot hops and turns
-at half its rate: a soft normal, slow friction damping and explicit pairs between each wheel and
-each drivable surface. With it the yaw-rate ratio chi is the closed form of Coulomb friction.
+``base_link`` lies at the centre of rotation on the floor plane, x forward, z up (REP 105). The contact
+parameters replace MuJoCo's defaults, with which a skid-steer robot hops and turns at half its rate: a
+soft normal, slow friction damping and explicit pairs between each wheel and each drivable surface. With
+them the yaw-rate ratio chi is that of the closed form for Coulomb friction.
 """
 
 from __future__ import annotations
@@ -14,77 +14,78 @@ from typing import Final
 
 import mujoco
 
-from robot_sim.robot.contact_sensors import add_feelers
+from robot_sim.robot.contact_sensors import add_contact_sensors
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.robot.underbody import HULL_FRICTION, add_underbody
 
 WHEELS: Final = ("front_left", "front_right", "rear_left", "rear_right")
-"""Wheel joints and actuators, in the order in which rates are commanded."""
+"""Names of wheel joints and actuators, in the order in which rates are commanded."""
 SIDES: Final = ("left", "right", "left", "right")
-"""The side of each of ``WHEELS``."""
+"""Side of each of ``WHEELS``."""
 
 ROBOT_GROUP: Final = 3
-"""Geom group of the robot, which its own lidars look through."""
+"""Geom group of the robot, which its own lidars do not see."""
 OBSTACLE_BIT: Final = 1
-"""Collision bit of everything a robot can bump into, and of the robot's own hull."""
+"""Collision bit of obstacles and of the robot's own hull."""
 HEADROOM: Final = 0.6
-"""The robot is lower than this [m]: what hangs above can be seen but not bumped into."""
+"""Height above which geoms can be seen but not collided with [m]; the robot is lower."""
 FLOOR_BIT: Final = 2
-"""Collision bit of drivable surfaces. Tyres touch them in pairs of their own; of the rest only what
-touches the ground when the robot bottoms out or falls has it."""
+"""Collision bit of drivable surfaces. Tyres touch them in pairs of their own; of the rest only
+parts that touch the ground when the robot bottoms out or falls have it."""
 
 SERVO_STIFFNESS: Final = 300.0
-"""Of the position-integrating velocity servo that stands for the wheel's PID [N m/rad]."""
+"""Stiffness of the position-integrating velocity servo that models the wheel's PID [N m/rad]."""
 SERVO_DAMPING: Final = 20.0
-"""[N m s/rad]; the whole gain of a servo that does not integrate."""
+"""Damping of that servo [N m s/rad]; the whole gain of a servo without integral term."""
 SERVO_LAG: Final = 0.01
-"""Of a servo that does not integrate [s]."""
+"""Time constant of a servo without integral term [s]."""
 
 NORMAL_IMPEDANCE: Final = 0.08
-"""Of the contacts' soft normal: at 0.1 a speed step at 4 ms overshoots, at 0.05 nothing is gained."""
+"""Impedance of the contacts' soft normal: at 0.1 a speed step overshoots at 4 ms, at 0.05 nothing
+is gained."""
 FRICTION_TO_NORMAL: Final = 200.0
 """Impedance ratio of friction for a P3-AT: holds it on slopes with less than 1 mm/s of creep."""
 FRICTION_TIME: Final = 0.67
-"""Friction's time constant over the fastest slip [s per m/s]. A contact that slides opens at a speed
-in proportion to slip over this time; from 0.6 down on a Husky spins itself off the ground."""
+"""Time constant of friction over the fastest slip [s per m/s]. A contact that slides opens at a
+speed in proportion to slip over this time; at 0.6 and below a spinning Husky lifts itself off the
+ground."""
 
 TYRE_HALF_LENGTH: Final = 0.005
 """Half the straight part of the capsule that touches the floor [m]: a narrow contact."""
 
 _SLIDING = {"group": ROBOT_GROUP, "priority": 1, "friction": HULL_FRICTION}
-"""The hull's own friction counts, not the greater one of it and what it touches."""
+"""Friction of the hull, which has priority over that of the other geom."""
 _FRONT = {"front": 1.0, "rear": -1.0}
 _SIDE = {"left": 1.0, "right": -1.0}
 
 
 def set_physics(spec: mujoco.MjSpec, *, timestep: float) -> None:
-    """Set the solver up for the contact recipe; ``timestep`` in [s], stable up to 0.005."""
+    """Set the solver up for the contact parameters; ``timestep`` in [s], stable up to 0.005."""
     option = spec.option
     option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    # With as few constraints as four wheels have, a physics step takes a fifth to a quarter less than by
+    # With as few constraints as four wheels have, a step takes a fifth to a quarter less than with
     # Newton's method. It is less symmetric: 30 s straight ahead end 0.1 mm to the side.
     option.solver = mujoco.mjtSolver.mjSOL_CG
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = FRICTION_TO_NORMAL
-    # A robot that silently jumps back to its start is worse than one that stops with an error.
+    # A silent reset to the start would be worse than an error.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
 
 
 def friction_time(robot: SkidSteer) -> float:
     """Return the time constant of friction damping that keeps the robot's tyres down [s].
 
-    It is in proportion to how fast they slip when it spins in place as fast as its motors turn;
-    0.3 s for a P3-AT.
+    It is proportional to the slip when the robot spins in place at full motor rate; 0.3 s for a P3-AT.
     """
     return FRICTION_TIME * robot.fastest_slip
 
 
 def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer | None = None) -> None:
-    """Add a robot (a P3-AT), standing at the origin, with wheels that touch the named floor geoms.
+    """Add a robot (a P3-AT by default) at the origin, with wheels that touch the named floor geoms.
 
-    A surface's friction is its geom's ``user`` attribute, ``MU_LONG MU_LAT``, else the robot's own.
+    The friction of a surface is its geom's ``user`` attribute, ``MU_LONG MU_LAT``, or else the robot's.
     """
     robot = robot or P3AT()
     base = spec.worldbody.add_body(name="base_link")
@@ -105,13 +106,13 @@ def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer | N
         objtype=mujoco.mjtObj.mjOBJ_SITE,
         objname="imu_link",
     )
-    add_feelers(spec, "base_link", WHEELS)
+    add_contact_sensors(spec, "base_link", WHEELS)
 
 
 def _battery_position(robot: SkidSteer) -> tuple[float, float, float]:
-    """Where the batteries balance the scanners, plus what puts the whole mass off centre.
+    """Return the position of the batteries that balances the scanners, plus the offset of the mass.
 
-    They slide in their bay, for chi falls when the centre of mass leaves the wheels' centre.
+    They can slide in their bay, because chi falls when the centre of mass is off the wheels' centre.
     """
     payload_moment = robot.scanner_mass * sum(m.position[0] for m in robot.mounts.values())
     lever = robot.mass / robot.battery_mass
@@ -121,10 +122,10 @@ def _battery_position(robot: SkidSteer) -> tuple[float, float, float]:
 
 
 def _add_hull(base: mujoco.MjsBody, robot: SkidSteer) -> None:
-    """Chassis, batteries, plate and scanners: what has mass, and what bumps into furniture."""
+    """Add chassis, batteries, plate and scanners: the masses, and the shapes that collide."""
     box, cylinder = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
     hull = {**_SLIDING, "contype": OBSTACLE_BIT, "conaffinity": OBSTACLE_BIT}
-    # Under the chassis it is the underbody that touches the ground.
+    # Under the chassis the underbody touches the ground.
     both = OBSTACLE_BIT | FLOOR_BIT
     deck = {**_SLIDING, "contype": both, "conaffinity": both}
     inside = {"group": ROBOT_GROUP, "contype": 0, "conaffinity": 0}
@@ -186,11 +187,11 @@ def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, wheel: str, robot: Ski
         axis=(0.0, 1.0, 0.0),
         armature=robot.rotor_inertia,
         frictionloss=robot.imperfections.stiction,
-        # Nearly hard, or a wheel that should stick would creep.
+        # Nearly hard, because otherwise a wheel that should stick would creep.
         solimp_friction=(0.999, 0.999, 0.001, 0.5, 2.0),
     )
     across = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
-    # A narrow capsule touches the floor; its caps bulge, so a cylinder meets the furniture.
+    # A narrow capsule touches the floor; its caps bulge, so a cylinder collides with furniture.
     body.add_geom(
         name=f"{wheel}_tyre",
         type=mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -230,7 +231,7 @@ def _add_servo(spec: mujoco.MjSpec, wheel: str, robot: SkidSteer) -> None:
         servo.actlimited = True
         servo.actrange = (-1e6, 1e6)
         return
-    # Its activation is the commanded rate, a little late: torque = kv (rate wanted - rate).
+    # Its activation is the lagged commanded rate: torque = kv (commanded rate - rate).
     servo.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
     servo.dynprm[0] = SERVO_LAG
     servo.gaintype = mujoco.mjtGain.mjGAIN_FIXED
@@ -253,13 +254,13 @@ def _add_tyre_contact(spec: mujoco.MjSpec, wheel: str, surface: str, robot: Skid
 
 
 def _friction_of(ground: mujoco.MjsGeom, robot: SkidSteer) -> tuple[float, float]:
-    """Return the friction across and along the wheel; off planes both are their mean.
+    """Return the friction across and along the wheel; except on planes both are their mean.
 
-    Only there does MuJoCo align a capsule's contact frame with the capsule.
+    MuJoCo aligns a capsule's contact frame with the capsule on planes only.
     """
-    said = [float(v) for v in ground.userdata]
-    mu_long = said[0] if said and said[0] > 0.0 else robot.friction
-    mu_lat = said[1] if len(said) > 1 and said[1] > 0.0 else mu_long
+    user = [float(v) for v in ground.userdata]
+    mu_long = user[0] if user and user[0] > 0.0 else robot.friction
+    mu_lat = user[1] if len(user) > 1 and user[1] > 0.0 else mu_long
     if ground.type == mujoco.mjtGeom.mjGEOM_PLANE:
         return mu_lat, mu_long
     even = 0.5 * (mu_lat + mu_long)

@@ -1,4 +1,4 @@
-"""The Pioneer 3-AT, the robot that comes with every world unless another is asked for."""
+"""Pioneer 3-AT, the default robot of every world, with the mounts of its sensors."""
 
 from __future__ import annotations
 

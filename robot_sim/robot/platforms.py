@@ -1,4 +1,4 @@
-"""Real robots, each number with its source: Pioneer 3-AT, Husky A200, Jackal."""
+"""Parameters of real robots with their sources: Pioneer 3-AT, Husky A200, Jackal."""
 
 from __future__ import annotations
 
@@ -20,41 +20,47 @@ class P3AT(SkidSteer):
     """
 
     name: str = "p3at"
+    """Name of the platform."""
     wheel_radius: float = 0.111
-    """[U]"""
+    """Radius of an unloaded wheel [m]; source [U]."""
     wheel_half_width: float = 0.0375
-    """[U]"""
+    """Half the width of a wheel [m]; source [U]."""
     track: float = 0.394
-    """[U]"""
+    """Distance between the left and the right contacts [m]; source [U]."""
     wheelbase: float = 0.269
-    """[U]"""
+    """Distance between the front and the rear axle [m]; source [U]."""
     wheel_mass: float = 1.4
-    """[U]"""
+    """Mass of one wheel [kg]; source [U]."""
     chassis_mass: float = 14.2
-    """18.6 kg without batteries, less four wheels [U]; 1.2 kg more make the 27 kg it rolls with."""
+    """Mass without wheels, batteries, plate and scanners [kg]: 18.6 kg without batteries, less four
+    wheels [U]; 1.2 kg more make the 27 kg it rolls with."""
     battery_mass: float = 7.2
-    """Three of 2.4 kg. [U]"""
+    """Mass of the batteries, which slide in their bay to balance the scanners [kg]: three of 2.4
+    kg. [U]"""
     plate_mass: float = 0.5
-    """Top plate of 0.1 kg [U] and the mast that carries the scanners."""
+    """Mass of top plate and mast [kg]: top plate of 0.1 kg [U] and the mast that carries the
+    scanners."""
     scanner_mass: float = 1.1
-    """One SICK LMS1xx. [D]"""
+    """Mass of one scanner [kg]: one SICK LMS1xx. [D]"""
     length: float = 0.508
-    """[W]"""
+    """Length of the chassis [m]; source [W]."""
     clearance: float = 0.06
-    """[D]"""
+    """Height of the chassis' underside above the floor [m]; source [D]."""
     height: float = 0.277
-    """[W]"""
+    """Height of the chassis' top above the floor [m]; source [W]."""
     swing_radius: float = 0.34
-    """[D]"""
+    """Radius of the circle in which the robot turns in place [m]; source [D]."""
     wheel_torque: float = 12.0
-    """Turning in place on tile asks for 3."""
+    """Torque limit of one wheel [N m]: turning in place on tile asks for 3."""
     wheel_rate: float = 7.2
-    """0.8 m/s at the rim, the brochure's maximum."""
+    """Rate limit of one wheel [rad/s]: 0.8 m/s at the rim, the brochure's maximum."""
     rotor_inertia: float = 0.02
-    """Chosen."""
+    """Inertia of a motor's rotor, reflected through the gear [kg m^2]: chosen."""
     friction: float = 0.7
-    """Indoor floors."""
+    """Coulomb coefficient of the tyres on a surface that declares none, the same in both
+    directions: indoor floors."""
     tyre_deflection: float = 0.00105
+    """Deflection of the loaded contacts in the model [m], measured at rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,41 +72,47 @@ class Husky(SkidSteer):
     """
 
     name: str = "husky"
+    """Name of the platform."""
     wheel_radius: float = 0.1651
-    """[H]"""
+    """Radius of an unloaded wheel [m]; source [H]."""
     wheel_half_width: float = 0.05715
-    """[H]"""
+    """Half the width of a wheel [m]; source [H]."""
     track: float = 0.5708
-    """[H]"""
+    """Distance between the left and the right contacts [m]; source [H]."""
     wheelbase: float = 0.512
-    """[H]"""
+    """Distance between the front and the rear axle [m]; source [H]."""
     wheel_mass: float = 2.637
-    """[H]"""
+    """Mass of one wheel [kg]; source [H]."""
     chassis_mass: float = 34.034
-    """46.034 kg [H], less the batteries."""
+    """Mass without wheels, batteries, plate and scanners [kg]: 46.034 kg [H], less the batteries."""
     battery_mass: float = 12.0
-    """Chosen share of the above."""
+    """Mass of the batteries, which slide in their bay to balance the scanners [kg]: chosen share of
+    the above."""
     plate_mass: float = 0.5
-    """As on the P3-AT."""
+    """Mass of top plate and mast [kg]: as on the P3-AT."""
     scanner_mass: float = 1.1
-    """As on the P3-AT."""
+    """Mass of one scanner [kg]: as on the P3-AT."""
     length: float = 0.9874
-    """[H]"""
+    """Length of the chassis [m]; source [H]."""
     clearance: float = 0.13228
-    """Wheel radius less the wheels' offset of 0.03282 m from the bottom plate. [H]"""
+    """Height of the chassis' underside above the floor [m]: wheel radius less the wheels' offset of
+    0.03282 m from the bottom plate. [H]"""
     height: float = 0.37978
-    """0.2475 m above that. [H]"""
+    """Height of the chassis' top above the floor [m]: 0.2475 m above that. [H]"""
     swing_radius: float = 0.6
-    """Half the diagonal of 0.99 by 0.67 m."""
+    """Radius of the circle in which the robot turns in place [m]: half the diagonal of 0.99 by 0.67
+    m."""
     wheel_torque: float = 40.0
-    """Chosen: turning in place on concrete asks for 15."""
+    """Torque limit of one wheel [N m]: chosen: turning in place on concrete asks for 15."""
     wheel_rate: float = 6.1
-    """1 m/s at the rim, the maker's maximum."""
+    """Rate limit of one wheel [rad/s]: 1 m/s at the rim, the maker's maximum."""
     rotor_inertia: float = 0.05
-    """Chosen."""
+    """Inertia of a motor's rotor, reflected through the gear [kg m^2]: chosen."""
     friction: float = 0.7
-    """As the P3-AT's."""
+    """Coulomb coefficient of the tyres on a surface that declares none, the same in both
+    directions: as the P3-AT's."""
     tyre_deflection: float = 0.00109
+    """Deflection of the loaded contacts in the model [m], measured at rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,41 +124,47 @@ class Jackal(SkidSteer):
     """
 
     name: str = "jackal"
+    """Name of the platform."""
     wheel_radius: float = 0.098
-    """[J]"""
+    """Radius of an unloaded wheel [m]; source [J]."""
     wheel_half_width: float = 0.02
-    """[J]"""
+    """Half the width of a wheel [m]; source [J]."""
     track: float = 0.37559
-    """[J]"""
+    """Distance between the left and the right contacts [m]; source [J]."""
     wheelbase: float = 0.262
-    """[J]"""
+    """Distance between the front and the rear axle [m]; source [J]."""
     wheel_mass: float = 0.477
-    """[J]"""
+    """Mass of one wheel [kg]; source [J]."""
     chassis_mass: float = 12.523
-    """16.523 kg [J], less the battery."""
+    """Mass without wheels, batteries, plate and scanners [kg]: 16.523 kg [J], less the battery."""
     battery_mass: float = 4.0
-    """Chosen share of the above."""
+    """Mass of the batteries, which slide in their bay to balance the scanners [kg]: chosen share of
+    the above."""
     plate_mass: float = 0.5
-    """As on the P3-AT."""
+    """Mass of top plate and mast [kg]: as on the P3-AT."""
     scanner_mass: float = 1.1
-    """As on the P3-AT."""
+    """Mass of one scanner [kg]: as on the P3-AT."""
     length: float = 0.42
-    """[J]"""
+    """Length of the chassis [m]; source [J]."""
     clearance: float = 0.0635
-    """Wheel radius less the wheels' offset of 0.0345 m from the bottom plate. [J]"""
+    """Height of the chassis' underside above the floor [m]: wheel radius less the wheels' offset of
+    0.0345 m from the bottom plate. [J]"""
     height: float = 0.2475
-    """0.184 m above that. [J]"""
+    """Height of the chassis' top above the floor [m]: 0.184 m above that. [J]"""
     swing_radius: float = 0.33
-    """Half the diagonal of 0.51 by 0.43 m."""
+    """Radius of the circle in which the robot turns in place [m]: half the diagonal of 0.51 by 0.43
+    m."""
     wheel_torque: float = 12.0
-    """Chosen: turning in place on concrete asks for 2."""
+    """Torque limit of one wheel [N m]: chosen: turning in place on concrete asks for 2."""
     wheel_rate: float = 20.4
-    """2 m/s at the rim. [C]"""
+    """Rate limit of one wheel [rad/s]: 2 m/s at the rim. [C]"""
     rotor_inertia: float = 0.02
-    """Chosen."""
+    """Inertia of a motor's rotor, reflected through the gear [kg m^2]: chosen."""
     friction: float = 0.7
-    """As the P3-AT's."""
+    """Coulomb coefficient of the tyres on a surface that declares none, the same in both
+    directions: as the P3-AT's."""
     tyre_deflection: float = 0.00117
+    """Deflection of the loaded contacts in the model [m], measured at rest."""
 
 
 HUSKY: Final = Husky()

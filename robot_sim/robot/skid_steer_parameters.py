@@ -1,4 +1,4 @@
-"""A four-wheeled skid-steered robot in numbers: the nominal ones, and what it really is."""
+"""Parameters of a four-wheeled skid-steer robot: dimensions, masses, limits and imperfections."""
 
 from __future__ import annotations
 
@@ -12,60 +12,60 @@ from robot_sim.robot.imperfections import AS_DRAWN, Imperfections
 
 _REFERENCE_LENGTH = 0.508
 _REFERENCE_HEIGHT = 0.277
-"""Of the P3-AT [m], on which the mast was drawn."""
+"""Length and height of the P3-AT, for which the mast was designed [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class SkidSteer:
-    """Dimensions, masses and limits of a robot; ``platforms`` has them for real ones.
+    """Dimensions, masses and limits of a robot; ``platforms`` has those of real ones.
 
-    The fields are what drive, encoders and localiser believe. ``imperfections`` is what the
-    physical robot is instead; only the body and the truth know of it.
+    Drivetrain, encoders and localiser assume these nominal values. ``imperfections`` are the deviations
+    of the physical robot, which only its body and the ground truth have.
 
     Raises:
         ValueError: a length, mass or limit is not finite and positive.
     """
 
     name: str
-    """Of the platform."""
+    """Name of the platform."""
     wheel_radius: float
-    """[m], unloaded."""
+    """Radius of an unloaded wheel [m]."""
     wheel_half_width: float
-    """[m]."""
+    """Half the width of a wheel [m]."""
     track: float
-    """Distance of the left from the right contacts [m]."""
+    """Distance between the left and the right contacts [m]."""
     wheelbase: float
-    """Distance of the front from the rear axle [m]."""
+    """Distance between the front and the rear axle [m]."""
     wheel_mass: float
-    """[kg]."""
+    """Mass of one wheel [kg]."""
     chassis_mass: float
-    """Without wheels, batteries, plate and scanners [kg]."""
+    """Mass without wheels, batteries, plate and scanners [kg]."""
     battery_mass: float
-    """What slides in the bay to balance the scanners [kg]."""
+    """Mass of the batteries, which slide in their bay to balance the scanners [kg]."""
     plate_mass: float
-    """Top plate and mast [kg]."""
+    """Mass of top plate and mast [kg]."""
     scanner_mass: float
-    """Of one scanner [kg]."""
+    """Mass of one scanner [kg]."""
     length: float
-    """Of the chassis [m]."""
+    """Length of the chassis [m]."""
     clearance: float
-    """Underside of the chassis above the floor [m]."""
+    """Height of the chassis' underside above the floor [m]."""
     height: float
-    """Top of the chassis above the floor [m]."""
+    """Height of the chassis' top above the floor [m]."""
     swing_radius: float
-    """Radius of the circle the robot turns in [m]."""
+    """Radius of the circle in which the robot turns in place [m]."""
     wheel_torque: float
-    """Limit of one wheel [N m]."""
+    """Torque limit of one wheel [N m]."""
     wheel_rate: float
-    """Limit of one wheel [rad/s]."""
+    """Rate limit of one wheel [rad/s]."""
     rotor_inertia: float
-    """Of a motor, reflected through the gear [kg m^2]."""
+    """Inertia of a motor's rotor, reflected through the gear [kg m^2]."""
     friction: float
-    """Coulomb coefficient of the tyres on a surface that does not say, alike in both directions."""
+    """Coulomb coefficient of the tyres on a surface that declares none, the same in both directions."""
     tyre_deflection: float
-    """How far the loaded contacts give in the model [m], measured at rest."""
+    """Deflection of the loaded contacts in the model [m], measured at rest."""
     imperfections: Imperfections = AS_DRAWN
-    """How this one differs from the above."""
+    """Deviations of this robot from the above."""
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
@@ -81,8 +81,8 @@ class SkidSteer:
     def chi(self) -> float:
         """Commanded over actual yaw rate of a wheel pair turning in place: ``1 + (a/b)^2``.
 
-        Four Coulomb contacts at (+-a, +-b) make no yaw moment at exactly that ratio, whatever the
-        speed, the load and the coefficient.
+        At exactly this ratio four Coulomb contacts at (+-a, +-b) make no yaw moment, whatever the speed,
+        the load and the coefficient.
         """
         return 1.0 + (self.wheelbase / self.track) ** 2
 
@@ -93,13 +93,13 @@ class SkidSteer:
 
     @property
     def fastest_slip(self) -> float:
-        """Speed of the contacts over the ground, spinning in place at full wheel rate [m/s]."""
+        """Speed of the contacts over the ground while spinning in place at full wheel rate [m/s]."""
         along, across = 1.0 - 1.0 / self.chi, self.wheelbase / self.track / self.chi
         return math.hypot(along, across) * self.wheel_rate * self.rolling_radius
 
     @property
     def rolling_radius(self) -> float:
-        """Metres rolled per radian as the firmware has it: contacts act amid their penetration [m]."""
+        """Distance rolled per radian [m]: contacts act at half their penetration."""
         return self.wheel_radius - 0.5 * self.tyre_deflection
 
     @property
@@ -110,7 +110,7 @@ class SkidSteer:
 
     @property
     def mass(self) -> float:
-        """Everything that rolls [kg]."""
+        """Total mass [kg]."""
         return (
             4.0 * self.wheel_mass
             + self.chassis_mass
@@ -126,7 +126,7 @@ class SkidSteer:
 
     @property
     def length_scale(self) -> float:
-        """How much longer than a P3-AT it is: what sits on the deck is spread as much."""
+        """Length over that of a P3-AT, by which parts on the deck are spread."""
         return self.length / _REFERENCE_LENGTH
 
     @property
@@ -152,6 +152,6 @@ class SkidSteer:
         return Pose.from_euler((0.0, 0.0, 0.15 * self.height / _REFERENCE_HEIGHT))
 
     def true_rolling_radius(self, side: str) -> float:
-        """Metres that the tyres of a side, ``left`` or ``right``, really roll per radian [m]."""
+        """Return the true distance per radian of the tyres of a side, ``left`` or ``right`` [m]."""
         scale = self.imperfections.radius_scale(side)
         return scale * self.wheel_radius - 0.5 * self.tyre_deflection

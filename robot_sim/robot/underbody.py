@@ -1,9 +1,8 @@
-"""What of the robot touches the ground besides its tyres: when it bottoms out, tips or falls.
+"""Underside of the robot: collision shapes that touch the ground when it bottoms out, tips or falls.
 
-Two shapes without mass, which collide with drivable surfaces alone, stand for the underside. On
-level ground nothing is near them, so they cost next to nothing there. The chassis that bumps into
-furniture is a plain box; against a kerb that would be wrong, for its lower edge would stand before
-the wheels.
+Two massless shapes, which collide with drivable surfaces only, model the underside. On level ground
+they are near nothing and cost next to nothing. The chassis that collides with furniture is a plain box;
+against a kerb that would be wrong, because its lower edge is ahead of the wheels.
 """
 
 from __future__ import annotations
@@ -15,17 +14,19 @@ import mujoco
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 HULL_FRICTION: Final = (0.4, 0.002, 0.0001)
-"""Of metal and of the tyres' sides on walls, furniture and ground: sliding; spinning and rolling [m].
-Chosen from handbooks' 0.3 to 0.6 for metal on stone; with 0.5 and more a wheel that meets a wall at 45
-degrees climbs it until the robot falls over."""
+"""Friction of metal and of the tyres' sides on walls, furniture and ground: sliding; spinning and
+rolling [m]. Chosen from handbooks' 0.3 to 0.6 for metal on stone; with 0.5 and more a wheel that
+meets a wall at 45 degrees climbs it until the robot falls over."""
 _BELLY_REACH: Final = 0.5
-"""How far the belly reaches beyond each axle, in wheel radii: the wheels meet a step before it does.
-Chosen by photographs."""
+"""Length of the belly beyond each axle, in wheel radii: the wheels meet a step first. Chosen from
+photographs."""
 _NOSE_HEIGHT: Final = 1.25
-"""Height above which the chassis has its full length, in wheel radii. Chosen likewise."""
+"""Height above which the chassis has its full length, in wheel radii. Chosen from photographs."""
 
 BELLY: Final = "belly"
+"""Name of the shape between the wheels."""
 NOSE: Final = "nose"
+"""Name of the shape above the belly that overhangs at both ends."""
 
 
 def add_underbody(base: mujoco.MjsBody, robot: SkidSteer, *, group: int, floor_bit: int) -> None:
@@ -46,7 +47,7 @@ def add_underbody(base: mujoco.MjsBody, robot: SkidSteer, *, group: int, floor_b
             group=group,
             contype=floor_bit,
             conaffinity=floor_bit,
-            # Its friction holds, not the greater one of surface and hull.
+            # With priority its own friction is used, not the greater one of surface and hull.
             priority=1,
             friction=HULL_FRICTION,
             rgba=(0.0, 0.0, 0.0, 0.0),

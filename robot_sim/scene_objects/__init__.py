@@ -1,1 +1,1 @@
-"""What stands in a world: walls, furniture, glass, slabs, terrain, and their materials."""
+"""Objects of a world: walls, furniture, glass, ramps and steps, terrain, and their materials."""

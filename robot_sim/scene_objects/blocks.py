@@ -1,4 +1,4 @@
-"""Solids: what every wall, rack and tree is made of, with its material and colour."""
+"""Blocks: the boxes, cylinders and ellipsoids of which walls, furniture and trees are made."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ COLORS: Final[Mapping[str, Color]] = MappingProxyType(
         "retroreflector": (0.95, 0.95, 0.30),
     }
 )
-"""What materials look like in pictures; scanners go by the material's name."""
+"""Colours of materials in pictures; scanners use the material's name."""
 
 _CLEAR: Final = 0.35
-"""How opaque glass is drawn."""
+"""Opacity with which glass is drawn."""
 
 
 class Shape(StrEnum):
-    """What a block's half extents mean; see ``Block.half``."""
+    """Shape of a block; see ``Block.half``."""
 
     BOX = "box"
     CYLINDER = "cylinder"
@@ -66,23 +66,28 @@ class Block:
     """One solid."""
 
     name: str
+    """Name of the geom."""
     x: float
-    """Centre [m]."""
+    """x of the centre [m]."""
     y: float
+    """y of the centre [m]."""
     z: float
+    """z of the centre [m]."""
     half: tuple[float, float, float]
     """Half extents along its own axes [m]; a cylinder stands along z, its radius is the first."""
     yaw: float = 0.0
-    """[rad]."""
+    """Yaw [rad]."""
     pitch: float = 0.0
-    """About its own y after the yaw [rad]; positive lowers its +x end."""
+    """Pitch about its own y after the yaw [rad]; positive lowers its +x end."""
     shape: Shape = Shape.BOX
+    """Shape of the solid."""
     material: str = "wall"
+    """Name of its material."""
     ground: float = 0.0
     """Height of the ground it stands on [m]."""
 
     def moved(self, x: float, y: float, yaw: float, z: float = 0.0) -> Block:
-        """Return the block carried from a piece's own frame to ``x, y, z`` [m] and ``yaw`` [rad]."""
+        """Return the block moved from a piece's own frame to ``x, y, z`` [m] and ``yaw`` [rad]."""
         c, s = math.cos(yaw), math.sin(yaw)
         return replace(
             self,
@@ -95,26 +100,26 @@ class Block:
 
     @property
     def bottom(self) -> float:
-        """Height of its lowest point [m]; for tilted blocks a bound of it."""
+        """Height of its lowest point [m]; for tilted blocks a lower bound."""
         a, _, c = self.half
         return self.z - abs(math.sin(self.pitch)) * a - math.cos(self.pitch) * c
 
     @property
     def solid(self) -> bool:
-        """Whether the robot can bump into it: what hangs higher can be seen only."""
+        """Whether the robot can collide with it; blocks that hang higher can be seen only."""
         return self.bottom - self.ground < HEADROOM
 
     @property
     def quaternion_wxyz(self) -> tuple[float, float, float, float]:
-        """Its attitude."""
+        """Attitude of the block."""
         cy, sy = math.cos(0.5 * self.yaw), math.sin(0.5 * self.yaw)
         cp, sp = math.cos(0.5 * self.pitch), math.sin(0.5 * self.pitch)
         return cy * cp, 0.0 - sy * sp, cy * sp, sy * cp
 
     def add_to(self, spec: mujoco.MjSpec, body: mujoco.MjsBody | None = None) -> mujoco.MjsGeom:
-        """Add the block as an obstacle, or as a mere sight if it hangs above the robot.
+        """Add the block as an obstacle, or as visible only if it hangs above the robot.
 
-        It is static unless it is part of a ``body``, whose frame its own numbers are then in.
+        It is static unless it is part of a ``body``; its pose is then in the frame of that body.
         """
         # Ceilings, lintels and table tops would cost a quarter of the physics for nothing.
         bits = OBSTACLE_BIT if self.solid else 0
@@ -134,7 +139,7 @@ class Block:
 
 
 def paint(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, material: str) -> None:
-    """Give a geom the material of that name, and its colour; the model gets one of each name."""
+    """Give a geom the material of that name and its colour; the model gets one of each name."""
     alpha = _CLEAR if material == "glass" else 1.0
     rgba = (*COLORS.get(material, COLORS["wall"]), alpha)
     if spec.material(material) is None:

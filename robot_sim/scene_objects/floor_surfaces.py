@@ -1,4 +1,4 @@
-"""What the wheels roll on: friction and rolling resistance by name, and patches on one floor."""
+"""Floor surfaces: friction and rolling resistance by name, and patches of them on a floor."""
 
 from __future__ import annotations
 
@@ -23,14 +23,15 @@ class Surface:
     """
 
     name: str
+    """Name of the surface."""
     mu_long: float
-    """Coulomb coefficient along the wheel."""
+    """Coulomb friction coefficient along the wheel."""
     mu_lat: float
-    """Coulomb coefficient across the wheel."""
+    """Coulomb friction coefficient across the wheel."""
     rolling_resistance: float
     """Force that opposes rolling over the wheel's load."""
     source: str
-    """Where the numbers come from; ``chosen`` where no measurement was at hand."""
+    """Source of the numbers; ``chosen`` where no measurement was available."""
 
     def __post_init__(self) -> None:
         for field in ("mu_long", "mu_lat"):
@@ -100,7 +101,7 @@ def surface_named(name: str) -> Surface:
     """Return the surface of that name.
 
     Raises:
-        UnknownSurfaceError: there is none; the message lists those there are.
+        UnknownSurfaceError: there is no such surface; the message lists the available ones.
     """
     try:
         return SURFACES[name]
@@ -110,23 +111,24 @@ def surface_named(name: str) -> Surface:
 
 @dataclass(frozen=True, slots=True)
 class Patch:
-    """A rectangle of another surface on the ground: no geometry, only grip.
+    """A rectangle of another surface on the ground: friction without geometry.
 
-    It counts for every wheel above it, whatever the height of the ground there.
+    It applies to every wheel above it, whatever the height of the ground there.
 
     Raises:
         ValueError: a number is not finite, or a half-length not positive.
     """
 
     surface: Surface
+    """The surface."""
     x: float
-    """Of the centre, in ``map`` [m]."""
+    """x of the centre in ``map`` [m]."""
     y: float
-    """Of the centre, in ``map`` [m]."""
+    """y of the centre in ``map`` [m]."""
     half: tuple[float, float]
     """Half-lengths along its own x and y [m]."""
     yaw: float = 0.0
-    """Of its x axis, in ``map`` [rad]."""
+    """Direction of its x axis in ``map`` [rad]."""
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(v) for v in (self.x, self.y, self.yaw, *self.half)):
@@ -149,7 +151,7 @@ class Patch:
 
 def patches_under(patches: Sequence[Patch], points: FloatArray) -> tuple[Patch | None, ...]:
     """Return the patch under each of the (N, 2+) ``points`` in ``map`` [m]; of several the last."""
-    # A few wheels and patches: plain numbers are several times as quick as numpy.
+    # For a few wheels and patches plain numbers are several times faster than NumPy.
     upmost = patches[::-1]
     return tuple(
         next((patch for patch in upmost if patch.covers(x, y)), None)

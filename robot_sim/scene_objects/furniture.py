@@ -1,4 +1,4 @@
-"""The catalogue of what can stand about, each kind a few blocks."""
+"""Furniture catalogue: every kind of object that a floor plan can place, as a few blocks."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Final
 from robot_sim.errors import WorldError
 from robot_sim.scene_objects.blocks import Block, box, post
 from robot_sim.scene_objects.industrial_objects import INDUSTRIAL
-from robot_sim.scene_objects.object_catalogue import Kind, legs, round_solid, solid
+from robot_sim.scene_objects.object_builders import ObjectKind, legs, round_solid, solid
 from robot_sim.scene_objects.outdoor_objects import OUTDOOR
-from robot_sim.scene_objects.parts import Piece, Waypoint
+from robot_sim.scene_objects.plan_elements import Piece, Waypoint
 
 
 def _desk(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
@@ -54,40 +54,40 @@ def _round_table(width: float, depth: float, height: float, seed: int) -> Iterat
 
 
 _TRUNK: Final = 0.1
-"""Half the width of a trunk over the width of the crown, roots included."""
+"""Half the width of a trunk with roots over the width of the crown."""
 
-FURNITURE: Final[Mapping[str, Kind]] = MappingProxyType(
+FURNITURE: Final[Mapping[str, ObjectKind]] = MappingProxyType(
     {
-        "desk": Kind(_desk, (1.6, 0.8, 0.74)),
-        "table": Kind(_desk, (2.0, 1.0, 0.74)),
-        "round_table": Kind(_round_table, (1.0, 1.0, 0.74)),
-        "chair": Kind(_chair, (0.5, 0.5, 0.95)),
-        "sofa": Kind(_sofa, (1.9, 0.85, 0.8)),
-        "shelf": Kind(_shelf, (1.0, 0.35, 1.9)),
-        "cabinet": Kind(solid("metal"), (0.8, 0.45, 1.2)),
-        "box": Kind(solid("cardboard"), (0.5, 0.4, 0.45)),
-        "counter": Kind(solid("wood"), (2.4, 0.6, 0.92)),
-        "pillar": Kind(solid("wall"), (0.4, 0.4, 2.8)),
-        "round_pillar": Kind(round_solid("wall"), (0.4, 0.4, 2.8)),
-        "plant": Kind(_plant, (0.5, 0.5, 1.5)),
+        "desk": ObjectKind(_desk, (1.6, 0.8, 0.74)),
+        "table": ObjectKind(_desk, (2.0, 1.0, 0.74)),
+        "round_table": ObjectKind(_round_table, (1.0, 1.0, 0.74)),
+        "chair": ObjectKind(_chair, (0.5, 0.5, 0.95)),
+        "sofa": ObjectKind(_sofa, (1.9, 0.85, 0.8)),
+        "shelf": ObjectKind(_shelf, (1.0, 0.35, 1.9)),
+        "cabinet": ObjectKind(solid("metal"), (0.8, 0.45, 1.2)),
+        "box": ObjectKind(solid("cardboard"), (0.5, 0.4, 0.45)),
+        "counter": ObjectKind(solid("wood"), (2.4, 0.6, 0.92)),
+        "pillar": ObjectKind(solid("wall"), (0.4, 0.4, 2.8)),
+        "round_pillar": ObjectKind(round_solid("wall"), (0.4, 0.4, 2.8)),
+        "plant": ObjectKind(_plant, (0.5, 0.5, 1.5)),
         **INDUSTRIAL,
         **OUTDOOR,
     }
 )
-"""What a floor plan's ``furniture`` can be."""
+"""Kinds of a floor plan's ``furniture``."""
 
 
 def size_of(piece: Piece) -> tuple[float, float, float]:
     """Return width (along its x), depth and height of a piece [m].
 
     Raises:
-        WorldError: its kind is not in the catalogue; the message lists those that are.
+        WorldError: its kind is not in the catalogue; the message lists the available ones.
     """
     return piece.size if piece.size is not None else _kind(piece).size
 
 
 def footprint(piece: Piece) -> tuple[Waypoint, ...]:
-    """Return the corners and the middle of what a piece covers [m]; of trees, of the trunk only."""
+    """Return the corners and the centre of the area that a piece covers [m]; of trees, the trunk's."""
     width, depth, _ = size_of(piece)
     share = _TRUNK if piece.kind in ("tree", "conifer") else 0.5
     c, s = math.cos(piece.yaw), math.sin(piece.yaw)
@@ -97,18 +97,18 @@ def footprint(piece: Piece) -> tuple[Waypoint, ...]:
 
 
 def piece_blocks(piece: Piece, ground: float = 0.0) -> Iterator[Block]:
-    """Yield the blocks of a piece where it stands, on ground of that height [m].
+    """Yield the blocks of a piece at its pose, on ground of a given height [m].
 
     Raises:
-        WorldError: its kind is not in the catalogue; the message lists those that are.
+        WorldError: its kind is not in the catalogue; the message lists the available ones.
     """
     for part in _kind(piece).build(*size_of(piece), piece.seed):
         block = part.moved(piece.x, piece.y, piece.yaw, ground)
         yield replace(block, name=f"{piece.name}_{part.name}")
 
 
-def _kind(piece: Piece) -> Kind:
+def _kind(piece: Piece) -> ObjectKind:
     if piece.kind not in FURNITURE:
         kinds = ", ".join(FURNITURE)
-        raise WorldError(f"no furniture of type {piece.kind!r}; there are: {kinds}")
+        raise WorldError(f"no furniture of type {piece.kind!r}; available: {kinds}")
     return FURNITURE[piece.kind]

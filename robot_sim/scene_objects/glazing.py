@@ -1,4 +1,4 @@
-"""Glass walls and gabled roofs of glass on a steel frame."""
+"""Glass walls, and gabled glass roofs on a steel frame."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Final
 from robot_sim.errors import WorldError
 from robot_sim.number_checks import check_finite, check_positive
 from robot_sim.scene_objects.blocks import Block, box
-from robot_sim.scene_objects.parts import Door, Wall, Waypoint
+from robot_sim.scene_objects.plan_elements import Door, Wall, Waypoint
 from robot_sim.scene_objects.walls import wall_blocks
 
-PANE: Final = 0.006
+GREENHOUSE_PANE: Final = 0.006
 """Thickness of horticultural glass [m]."""
 _BAR: Final = 0.06
 """Side of the frame's square bars [m]."""
@@ -23,18 +23,22 @@ _STRIP: Final = 0.75
 
 @dataclass(frozen=True, slots=True)
 class Glazing:
-    """A glass wall on a plinth, with a post every so often."""
+    """A glass wall on a plinth, with posts at regular distances."""
 
     name: str
+    """Name of the glass wall."""
     start: Waypoint
+    """x, y of its beginning [m]."""
     end: Waypoint
+    """x, y of its end [m]."""
     height: float = 2.8
-    """[m]."""
+    """Height of the wall [m]."""
     plinth: float = 0.3
-    """Height of the masonry at its foot [m]."""
+    """Height of the masonry below the glass [m]."""
     spacing: float = 1.5
-    """About the distance from post to post [m]."""
+    """Approximate distance between posts [m]."""
     doors: tuple[Door, ...] = ()
+    """Doors in the wall."""
 
     def __post_init__(self) -> None:
         check_positive(f"glazing {self.name!r}", spacing=self.spacing, plinth=self.plinth)
@@ -46,7 +50,9 @@ class Glazing:
 
     def blocks(self) -> Iterator[Block]:
         """Yield plinth, panes, posts and the rail on top."""
-        pane = Wall(self.name, self.start, self.end, self.height, PANE, "glass", self.doors)
+        pane = Wall(
+            self.name, self.start, self.end, self.height, GREENHOUSE_PANE, "glass", self.doors
+        )
         plinth = Wall(
             f"{self.name}_plinth", self.start, self.end, self.plinth, 0.12, "concrete", self.doors
         )
@@ -62,7 +68,7 @@ class Glazing:
         yield rail.moved(*self.start, pane.yaw)
 
     def _posts(self, length: float) -> Iterator[float]:
-        """Distances from the start of all posts: evenly, and at each door's sides."""
+        """Yield the distances of all posts from the start: evenly spaced, and at each door's sides."""
         count = max(1, round(length / self.spacing))
         sides = [d.at + s * 0.5 * (d.width + _BAR) for d in self.doors for s in (-1, 1)]
         for i in range(count + 1):
@@ -74,9 +80,10 @@ class Glazing:
 
 @dataclass(frozen=True, slots=True)
 class Roof:
-    """A gabled roof over a rectangle; its ridge runs along the longer side."""
+    """A gabled roof over a rectangle; its ridge is along the longer side."""
 
     name: str
+    """Name of the roof."""
     bounds: tuple[float, float, float, float]
     """Smallest x, y and largest x, y [m]."""
     eaves: float
@@ -84,8 +91,9 @@ class Roof:
     ridge: float
     """Height of its ridge [m]."""
     material: str = "glass"
+    """Material of its slopes and gables."""
     spacing: float = 1.5
-    """About the distance from rafter to rafter [m]."""
+    """Approximate distance between rafters [m]."""
 
     def __post_init__(self) -> None:
         x0, y0, x1, y1 = self.bounds
@@ -101,7 +109,7 @@ class Roof:
             )
 
     def blocks(self) -> Iterator[Block]:
-        """Yield both slopes with their rafters, the ridge, and what fills the gables."""
+        """Yield both slopes with their rafters, the ridge, and the gables."""
         x0, y0, x1, y1 = self.bounds
         middle, along_x = (0.5 * (x0 + x1), 0.5 * (y0 + y1)), x1 - x0 >= y1 - y0
         length, span = max(x1 - x0, y1 - y0), min(x1 - x0, y1 - y0)
@@ -110,7 +118,7 @@ class Roof:
             yield replace(block, name=f"{self.name}_{part.name}")
 
     def _parts(self, length: float, span: float) -> Iterator[Block]:
-        """In a frame with the ridge along x and the origin under its middle."""
+        """Yield the blocks in a frame with the ridge along x and the origin under its middle."""
         rise = self.ridge - self.eaves
         slope = math.atan2(rise, 0.5 * span)
         half = 0.25 * span / math.cos(slope)
@@ -118,7 +126,7 @@ class Roof:
         rafters = max(1, round(length / self.spacing))
         for i, side in enumerate((1.0, -1.0)):
             pane = Block(
-                f"slope_{i}", 0.0, side * 0.25 * span, z, (half, 0.5 * length, 0.5 * PANE),
+                f"slope_{i}", 0.0, side * 0.25 * span, z, (half, 0.5 * length, 0.5 * GREENHOUSE_PANE),
                 yaw=side * 0.5 * math.pi, pitch=slope, material=self.material,
             )  # fmt: skip
             yield pane
@@ -133,5 +141,11 @@ class Roof:
             top = self.eaves + rise * (1.0 - 2.0 * abs(y) / span)
             for j, x in enumerate((-0.5 * length, 0.5 * length)):
                 yield box(
-                    f"gable_{j}_{i}", x, y, self.eaves, top, (PANE, span / strips), self.material
+                    f"gable_{j}_{i}",
+                    x,
+                    y,
+                    self.eaves,
+                    top,
+                    (GREENHOUSE_PANE, span / strips),
+                    self.material,
                 )

@@ -1,4 +1,4 @@
-"""Kinds of things that stand in warehouses, workshops and glasshouses."""
+"""Industrial objects in the furniture catalogue: racks, pallets, forklifts, planting tables."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Final
 import numpy as np
 
 from robot_sim.scene_objects.blocks import Block, box
-from robot_sim.scene_objects.object_catalogue import Kind, legs, round_solid, solid
+from robot_sim.scene_objects.object_builders import ObjectKind, legs, round_solid, solid
 
 BAY: Final = 2.8
-"""About the length of a rack's bay [m]: three pallets side by side."""
+"""Approximate length of a rack's bay [m]: three pallets side by side."""
 STOREY: Final = 1.8
-"""About the height of one of its storeys [m]."""
+"""Approximate height of a rack's storey [m]."""
 _FILLED: Final = 0.8
-"""Share of a rack's pallet places that are taken."""
+"""Share of a rack's pallet places that are occupied."""
 _PALLET: Final = (0.8, 1.2, 0.144)
 """Width, depth and height of a EUR-pallet [m] (EN 13698-1)."""
 
@@ -27,7 +27,7 @@ def _pallet(width: float, depth: float, height: float, seed: int) -> Iterator[Bl
 
 
 def _rack(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-    """Uprights, beams and pallets; which places are taken and how high they are loaded is by seed."""
+    """Yield uprights, beams and pallets; the seed decides which places are occupied and how high."""
     rng = np.random.default_rng(seed)
     bays, storeys = max(1, round(width / BAY)), max(1, round(height / STOREY))
     bay, storey = width / bays, height / storeys
@@ -54,7 +54,7 @@ def _goods(
     name: str, x: float, low: float, high: float, size: tuple[float, float]
 ) -> Iterator[Block]:
     if low == 0.0:
-        # One solid for what the robot can bump into: they cost physics, and there are hundreds.
+        # One solid for objects within the robot's height: each costs physics, and there are hundreds.
         yield box(f"{name}_load", x, 0.0, 0.0, high, size, "cardboard")
         return
     yield box(f"{name}_deck", x, 0.0, low, low + _PALLET[2], size, "wood")
@@ -63,7 +63,7 @@ def _goods(
 
 
 def _dock_door(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-    """A closed roller door in its frame, to be set before a wall; its face is towards -y."""
+    """Yield a closed roller door in its frame, to be placed before a wall; its face is towards -y."""
     for i, x in enumerate((-0.5 * width + 0.1, 0.5 * width - 0.1)):
         yield box(f"jamb_{i}", x, 0.0, 0.0, height, (0.2, depth), "metal")
     yield box("leaf", 0.0, 0.25 * depth, 0.0, height - 0.3, (width - 0.4, 0.5 * depth), "plastic")
@@ -71,7 +71,7 @@ def _dock_door(width: float, depth: float, height: float, seed: int) -> Iterator
 
 
 def _forklift(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-    """Parked, its forks towards +x."""
+    """Yield a parked forklift, its forks towards +x."""
     body = 0.62 * width
     yield box("body", -0.5 * (width - body), 0.0, 0.08, 1.1, (body, depth), "plastic")
     yield box("mast", -0.5 * width + body + 0.06, 0.0, 0.0, height, (0.12, 0.7 * depth), "metal")
@@ -88,7 +88,7 @@ def _guard_rail(width: float, depth: float, height: float, seed: int) -> Iterato
 
 
 def _planting_table(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-    """A bench of seedlings on legs; how high each tray has grown is by seed."""
+    """Yield a bench of seedlings on legs; the seed decides the height of each tray."""
     rng = np.random.default_rng(seed)
     top = min(0.8, 0.8 * height)
     yield box("top", 0.0, 0.0, top - 0.08, top, (width, depth), "metal")
@@ -101,7 +101,7 @@ def _planting_table(width: float, depth: float, height: float, seed: int) -> Ite
 
 
 def _heating(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-    """A bank of pipes along a wall: three rails on brackets."""
+    """Yield a bank of pipes along a wall: three rails on brackets."""
     for i in range(3):
         z = height * (0.25 + 0.3 * i)
         yield box(f"pipe_{i}", 0.0, 0.0, z, z + 0.06, (width, 0.06), "metal")
@@ -110,15 +110,15 @@ def _heating(width: float, depth: float, height: float, seed: int) -> Iterator[B
 
 
 INDUSTRIAL: Final = {
-    "rack": Kind(_rack, (4 * BAY, 1.2, 7.2)),
-    "pallet": Kind(_pallet, (0.8, 1.2, 1.2)),
-    "dock_door": Kind(_dock_door, (3.0, 0.2, 3.4)),
-    "forklift": Kind(_forklift, (2.6, 1.1, 2.2)),
-    "guard_rail": Kind(_guard_rail, (1.6, 0.16, 0.5)),
-    "drum": Kind(round_solid("plastic"), (0.6, 0.6, 0.9)),
-    "machine": Kind(solid("metal"), (1.8, 1.0, 1.6)),
-    "planting_table": Kind(_planting_table, (3.0, 1.2, 1.3)),
-    "heating": Kind(_heating, (3.0, 0.12, 0.5)),
-    "tank": Kind(round_solid("plastic"), (1.4, 1.4, 1.8)),
+    "rack": ObjectKind(_rack, (4 * BAY, 1.2, 7.2)),
+    "pallet": ObjectKind(_pallet, (0.8, 1.2, 1.2)),
+    "dock_door": ObjectKind(_dock_door, (3.0, 0.2, 3.4)),
+    "forklift": ObjectKind(_forklift, (2.6, 1.1, 2.2)),
+    "guard_rail": ObjectKind(_guard_rail, (1.6, 0.16, 0.5)),
+    "drum": ObjectKind(round_solid("plastic"), (0.6, 0.6, 0.9)),
+    "machine": ObjectKind(solid("metal"), (1.8, 1.0, 1.6)),
+    "planting_table": ObjectKind(_planting_table, (3.0, 1.2, 1.3)),
+    "heating": ObjectKind(_heating, (3.0, 0.12, 0.5)),
+    "tank": ObjectKind(round_solid("plastic"), (1.4, 1.4, 1.8)),
 }
-"""By the name a floor plan calls them by."""
+"""Kinds by their names in a floor plan."""

@@ -1,9 +1,9 @@
-"""What surfaces do with a scanner's light at 905 nm: scatter it, mirror it, or let it through.
+"""Optical materials at 905 nm: how much light of a scanner they scatter, reflect and transmit.
 
-A geom's material is its MuJoCo material's *name*. Names that are not in ``MATERIALS``, and geoms
-without a material, count as the default matt wall. Reflectivity is told against a matt white
-standard (what SICK calls remission): 1.0 scatters like the standard, a retroreflector far more. (M)
-marks what was quoted from memory and not read again.
+A geom's material is found by the *name* of its MuJoCo material. Names that are not in ``MATERIALS``, and
+geoms without a material, count as the default matt wall. Reflectivity is relative to a matt white
+standard (SICK's remission): 1.0 scatters like the standard, a retroreflector far more. (M) marks
+figures quoted from memory and not checked.
 """
 
 from __future__ import annotations
@@ -20,19 +20,20 @@ _SPECTRA: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """One kind of surface as a pulsed laser at 905 nm meets it."""
+    """One kind of surface as seen by a pulsed laser at 905 nm."""
 
     name: str
+    """Name of the material."""
     reflectivity: float
-    """Diffuse part at normal incidence against a matt white standard; > 1 sends light back."""
+    """Diffuse part at normal incidence, relative to a matt white standard; > 1 for retroreflectors."""
     source: str
-    """Where the figures come from."""
+    """Source of the figures."""
     transmittance: float = 0.0
-    """Share of the light that a pane passes at normal incidence, both faces counted."""
+    """Share of the light that a pane transmits at normal incidence, both faces counted."""
     specular: float = 0.0
-    """Share that is mirrored at normal incidence."""
+    """Share that is reflected specularly at normal incidence."""
     refractive_index: float = 1.0
-    """Of a clear pane; 1 for everything that is opaque."""
+    """Refractive index of a clear pane; 1 for opaque materials."""
 
     def __post_init__(self) -> None:
         for field in ("reflectivity", "transmittance", "specular"):
@@ -52,7 +53,7 @@ class Material:
 
     @property
     def clear(self) -> bool:
-        """Whether a scanner looks through it, or into it."""
+        """Whether light is followed through the surface or off it."""
         return self.transmittance > 0.0 or self.specular > 0.0
 
 
@@ -96,12 +97,12 @@ _CATALOGUE: Final = (
 )
 
 MATERIALS: Final = {material.name: material for material in _CATALOGUE}
-"""By the name of the MuJoCo material."""
+"""Materials by the name of the MuJoCo material."""
 
 DEFAULT: Final = MATERIALS["wall"]
-"""What geoms of no or another material count as."""
+"""Material of geoms without a known material."""
 
 
 def material_named(name: str) -> Material:
-    """Return the material of that MuJoCo material name; the default wall for any other name."""
+    """Return the material of a MuJoCo material's name; the default wall for any other name."""
     return MATERIALS.get(name, DEFAULT)

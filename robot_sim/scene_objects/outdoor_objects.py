@@ -1,4 +1,4 @@
-"""Kinds of things that stand in yards, streets and gardens."""
+"""Outdoor objects in the furniture catalogue: trees, hedges, benches, lamp posts, fountains."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Final
 import numpy as np
 
 from robot_sim.scene_objects.blocks import Block, box, ellipsoid, post
-from robot_sim.scene_objects.object_catalogue import Kind, round_solid, solid
+from robot_sim.scene_objects.object_builders import ObjectKind, round_solid, solid
 
 
 def _tree(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-    """A trunk and a crown of four lobes; which way they lean is by seed."""
+    """Yield a trunk and a crown of four lobes; the seed decides their positions."""
     rng = np.random.default_rng(seed)
     clear = 0.35 * height
     trunk = 0.09 * min(width, depth)
@@ -40,7 +40,7 @@ def _bush(width: float, depth: float, height: float, seed: int) -> Iterator[Bloc
 
 
 def _bench(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-    """Its back is at +y."""
+    """Yield a bench with its back at +y."""
     yield box("seat", 0.0, -0.05, 0.40, 0.45, (width, depth - 0.1), "wood")
     yield box("back", 0.0, 0.5 * depth - 0.03, 0.5, height, (width, 0.04), "wood")
     for i, x in enumerate((-0.4 * width, 0.4 * width)):
@@ -54,7 +54,7 @@ def _lamp_post(width: float, depth: float, height: float, seed: int) -> Iterator
 
 
 def _planter(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-    """A trough of concrete with something green in it."""
+    """Yield a concrete trough with a plant in it."""
     rim = 0.45 * height
     yield box("trough", 0.0, 0.0, 0.0, rim, (width, depth), "concrete")
     yield ellipsoid("green", 0.0, 0.0, 0.5 * rim, height, (0.9 * width, 0.9 * depth), "leaves")
@@ -67,7 +67,7 @@ def _fountain(width: float, depth: float, height: float, seed: int) -> Iterator[
 
 
 def _arch(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-    """One bay of an arcade: two piers and what they carry."""
+    """Yield one bay of an arcade: two piers and the beam they carry."""
     pier = 0.16 * width
     for i, x in enumerate((-0.5 * (width - pier), 0.5 * (width - pier))):
         yield box(f"pier_{i}", x, 0.0, 0.0, 0.75 * height, (pier, depth), "brick")
@@ -94,24 +94,24 @@ def _bicycle_stand(width: float, depth: float, height: float, seed: int) -> Iter
 
 
 def _canopy(width: float, depth: float, height: float, seed: int) -> Iterator[Block]:
-    """What is overhead only: a flat roof 0.2 m thick."""
+    """Yield a flat roof 0.2 m thick, without supports."""
     yield box("roof", 0.0, 0.0, height - 0.2, height, (width, depth), "concrete")
 
 
 OUTDOOR: Final = {
-    "tree": Kind(_tree, (4.0, 4.0, 6.0)),
-    "conifer": Kind(_conifer, (2.6, 2.6, 7.0)),
-    "bush": Kind(_bush, (1.2, 1.2, 1.0)),
-    "hedge": Kind(solid("leaves"), (3.0, 0.6, 1.2)),
-    "bench": Kind(_bench, (1.8, 0.6, 0.85)),
-    "lamp_post": Kind(_lamp_post, (0.3, 0.3, 4.0)),
-    "bollard": Kind(round_solid("concrete"), (0.25, 0.25, 0.8)),
-    "planter": Kind(_planter, (1.6, 0.7, 1.1)),
-    "fountain": Kind(_fountain, (2.6, 2.6, 1.8)),
-    "arch": Kind(_arch, (3.0, 0.5, 3.6)),
-    "bicycle_stand": Kind(_bicycle_stand, (3.2, 0.8, 0.8)),
-    "canopy": Kind(_canopy, (4.0, 3.0, 3.6)),
-    "facade_pier": Kind(solid("brick"), (0.6, 0.25, 5.0)),
-    "stone": Kind(round_solid("concrete"), (0.5, 0.5, 0.4)),
+    "tree": ObjectKind(_tree, (4.0, 4.0, 6.0)),
+    "conifer": ObjectKind(_conifer, (2.6, 2.6, 7.0)),
+    "bush": ObjectKind(_bush, (1.2, 1.2, 1.0)),
+    "hedge": ObjectKind(solid("leaves"), (3.0, 0.6, 1.2)),
+    "bench": ObjectKind(_bench, (1.8, 0.6, 0.85)),
+    "lamp_post": ObjectKind(_lamp_post, (0.3, 0.3, 4.0)),
+    "bollard": ObjectKind(round_solid("concrete"), (0.25, 0.25, 0.8)),
+    "planter": ObjectKind(_planter, (1.6, 0.7, 1.1)),
+    "fountain": ObjectKind(_fountain, (2.6, 2.6, 1.8)),
+    "arch": ObjectKind(_arch, (3.0, 0.5, 3.6)),
+    "bicycle_stand": ObjectKind(_bicycle_stand, (3.2, 0.8, 0.8)),
+    "canopy": ObjectKind(_canopy, (4.0, 3.0, 3.6)),
+    "facade_pier": ObjectKind(solid("brick"), (0.6, 0.25, 5.0)),
+    "stone": ObjectKind(round_solid("concrete"), (0.5, 0.5, 0.4)),
 }
-"""By the name a floor plan calls them by."""
+"""Kinds by their names in a floor plan."""

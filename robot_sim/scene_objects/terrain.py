@@ -1,7 +1,7 @@
-"""Terrain: a heightfield made from a seed and a few numbers, never from a picture.
+"""Terrain: a heightfield from a seed and a few parameters.
 
-The field covers a rectangle and fades out below the floor at its rim, so that it joins without a
-step. Its heights are those of the triangles into which MuJoCo splits every cell.
+The field covers a rectangle and descends below the floor at its rim, so that it joins without a step.
+Its heights are those of the triangles into which MuJoCo splits every cell.
 """
 
 from __future__ import annotations
@@ -17,28 +17,28 @@ import numpy as np
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 from robot_sim.number_checks import check_finite, check_positive
-
-Bounds = tuple[float, float, float, float]
+from robot_sim.scene_objects.plan_elements import Bounds
 
 MOST_CELLS: Final = 256
-"""Along one side: beyond, a heightfield costs more memory than it shows relief."""
+"""Greatest number of cells along one side: more cost memory without showing more relief."""
 _RIM: Final = -0.03
-"""Height at the rim [m]: under the floor, whose plane takes the wheels over before it."""
+"""Height at the rim [m]: under the floor, whose plane carries the wheels before they reach it."""
 _BASE: Final = 0.1
 """Thickness of the ground under the lowest point [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hill:
-    """A round rise, or a hollow if its height is negative."""
+    """A round hill, or a hollow if its height is negative."""
 
     x: float
-    """[m]."""
+    """x of the centre [m]."""
     y: float
+    """y of the centre [m]."""
     height: float
-    """[m]."""
+    """Height of the top [m]."""
     radius: float
-    """Where it ends [m]."""
+    """Radius at which it ends [m]."""
 
     def __post_init__(self) -> None:
         check_finite("a hill", x=self.x, y=self.y, height=self.height)
@@ -52,9 +52,9 @@ class Rut:
     path: tuple[tuple[float, float], ...]
     """Way-points (x, y) [m], at least two."""
     width: float = 0.3
-    """Between its edges [m]."""
+    """Distance between its edges [m]."""
     depth: float = 0.05
-    """[m]."""
+    """Depth of its middle [m]."""
 
     def __post_init__(self) -> None:
         check_positive("a rut", width=self.width, depth=self.depth)
@@ -63,16 +63,17 @@ class Rut:
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
-    """A disc that is made level, such as a place to stand."""
+class LevelDisc:
+    """A disc that is levelled, such as a place to stand."""
 
     x: float
-    """[m]."""
+    """x of the centre [m]."""
     y: float
+    """y of the centre [m]."""
     radius: float
-    """[m]; as wide again it blends into the relief."""
+    """Radius of the level part [m]; it blends into the relief over the same width again."""
     height: float
-    """[m]."""
+    """Height of the level part [m]."""
 
     def __post_init__(self) -> None:
         check_finite("a level part", x=self.x, y=self.y, height=self.height)
@@ -81,27 +82,33 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class Terrain:
-    """A heightfield: swell and roughness by seed, hills, ruts and level parts by hand."""
+    """A heightfield: swell and roughness by seed, hills, ruts and level discs by hand."""
 
     name: str
+    """Name of the terrain."""
     bounds: Bounds
     """Smallest x, y and largest x, y [m]."""
     cell: float = 0.25
-    """Side of a cell [m]; stretched a little to fit."""
+    """Side of a cell [m]; adjusted to fit."""
     height: float = 0.05
-    """Of the ground within the rim, before anything else [m]."""
+    """Height of the ground within the rim, before anything else [m]."""
     skirt: float = 1.0
     """Width of the rim over which it rises from under the floor [m]."""
     roughness: float = 0.05
     """Standard deviation of the fractal noise [m]."""
     wavelength: float = 4.0
-    """Of its longest waves [m]; four octaves, each half as long and half as high as the last."""
+    """Wavelength of the longest waves [m]; four octaves, each half as long and half as high as the
+    last."""
     seed: int = 0
+    """Seed of the noise."""
     surface: str = "grass"
-    """A key of ``surfaces.SURFACES``, and its material."""
+    """Surface and material, a key of ``floor_surfaces.SURFACES``."""
     hills: tuple[Hill, ...] = ()
+    """Hills and hollows."""
     ruts: tuple[Rut, ...] = ()
-    levels: tuple[Level, ...] = ()
+    """Tracks worn into the ground."""
+    levels: tuple[LevelDisc, ...] = ()
+    """Level discs."""
 
     def __post_init__(self) -> None:
         what = f"terrain {self.name!r}"
@@ -131,7 +138,7 @@ class Terrain:
         )
 
     def grid(self) -> FloatArray:
-        """Return the heights of its grid points [m], one row per y, from the smallest x and y on."""
+        """Return the heights of its grid points [m], one row per y, from the smallest x and y."""
         x0, y0, x1, y1 = self.bounds
         rows, columns = self.shape
         x, y = np.meshgrid(np.linspace(x0, x1, columns), np.linspace(y0, y1, rows))
@@ -150,7 +157,7 @@ class Terrain:
         return result
 
     def _noise(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """Fractal value noise of unit octaves, scaled to the roughness."""
+        """Return fractal value noise, scaled to the roughness."""
         total = np.zeros_like(x)
         if self.roughness == 0.0:
             return total
@@ -170,7 +177,7 @@ class Terrain:
 
 
 def add_terrain(spec: mujoco.MjSpec, terrain: Terrain, grid: FloatArray) -> mujoco.MjsGeom:
-    """Add a terrain of those heights to a specification, and return its geom."""
+    """Add a terrain with these heights to a specification, and return its geom."""
     x0, y0, x1, y1 = terrain.bounds
     low, high = float(grid.min()), float(grid.max())
     # MuJoCo scales the lowest point to 0 and the highest to 1.
@@ -212,14 +219,14 @@ def grid_heights(terrain: Terrain, grid: FloatArray, points: FloatArray) -> Floa
 
 
 def _ease(t: FloatArray) -> FloatArray:
-    """Go from 0 to 1 with flat ends."""
+    """Return a smooth step from 0 to 1."""
     t = np.clip(t, 0.0, 1.0)
     result: FloatArray = t * t * (3.0 - 2.0 * t)
     return result
 
 
 def _distance(x: FloatArray, y: FloatArray, path: tuple[tuple[float, float], ...]) -> FloatArray:
-    """Distance of each grid point from a polyline [m]."""
+    """Return the distance of each grid point from a polyline [m]."""
     least = np.full_like(x, np.inf)
     for (ax, ay), (bx, by) in pairwise(path):
         dx, dy = bx - ax, by - ay

@@ -1,4 +1,4 @@
-"""Walls, split at their doors and windows."""
+"""Walls as blocks, split at their doors and windows."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import Final
 
 from robot_sim.errors import WorldError
 from robot_sim.scene_objects.blocks import Block, box
-from robot_sim.scene_objects.parts import Door, Wall, Window
+from robot_sim.scene_objects.plan_elements import Door, Wall, Window
 
-PANE: Final = 0.024
+DOUBLE_GLAZING: Final = 0.024
 """Thickness of double glazing [m]."""
 
 _LEAST: Final = 1e-6
-"""Thinner than this [m] is nothing."""
+"""Thickness below which a part is omitted [m]."""
 
 
 def wall_blocks(wall: Wall) -> Iterator[Block]:
-    """Yield a wall's pieces, with a lintel over each door and glass in each window.
+    """Yield the blocks of a wall, with a lintel over each door and glass in each window.
 
     Raises:
         WorldError: an opening does not fit into the wall, or two overlap.
@@ -58,7 +58,7 @@ def _window_blocks(wall: Wall, window: Window, index: int) -> Iterator[Block]:
         yield _piece(wall, f"over_{index}", low, high, top, wall.height)
     pane = box(
         f"{wall.name}_pane_{index}", 0.5 * (low + high), 0.0, window.sill, top,
-        (high - low, PANE), "glass",
+        (high - low, DOUBLE_GLAZING), "glass",
     )  # fmt: skip
     yield pane.moved(*wall.start, wall.yaw)
 

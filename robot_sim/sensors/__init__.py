@@ -1,1 +1,1 @@
-"""Planar scanners, what befalls their light, and the inertial unit."""
+"""Planar lidars with optical effects, and the inertial unit."""

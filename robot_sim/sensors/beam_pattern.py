@@ -1,4 +1,4 @@
-"""The beams of one sweep, each from where the scanner was at that beam's own time."""
+"""Beam pattern of a sweep: origin and direction of each beam at that beam's own time."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import numpy as np
 
 from localization.types import IntArray, Pose
 from robot_sim.array_types import FloatArray
-from robot_sim.sensors.pose_history import Track
+from robot_sim.sensors.pose_history import PoseHistory
 
 
-class Fan:
+class BeamPattern:
     """Beams in the scanner's x-y plane at fixed angles and fixed times after the sweep's start.
 
-    Origin and plane of the scanner are worked out at each physics step and blended in between. Both
-    are matrix products, the second with weights that stay the same from sweep to sweep; a rotation
-    for each beam would cost many times as much. At the top turning rate, 10 mrad a step, directions
-    are exact to 5e-6 rad.
+    Origin and plane of the scanner are computed at each physics step and interpolated in between. Both
+    are matrix products, the second with weights that are the same for every sweep; a rotation for each
+    beam would cost many times as much. At the highest turning rate, 10 mrad per step, directions are
+    exact to 5e-6 rad.
     """
 
     def __init__(self, mount: Pose, angles: FloatArray, offsets: IntArray) -> None:
@@ -28,7 +28,7 @@ class Fan:
         """
         x, y = mount.rotation[:, 0], mount.rotation[:, 1]
         turned = [np.einsum("abij,j->abi", _ROTATION, v) for v in (mount.position, x, y)]
-        # Where a quaternion takes the mount's origin and axes: linear in the products of its parts.
+        # The rotated origin and axes of the mount are linear in the products of a quaternion's parts.
         self._frame_of = np.ascontiguousarray(np.concatenate(turned, axis=2).reshape(16, 9).T)
         self._cosines = np.cos(angles)
         self._sines = np.sin(angles)
@@ -36,21 +36,21 @@ class Fan:
         self._phase = -1
         self._weights: FloatArray = np.zeros((0, len(offsets)))
 
-    def rays(self, track: Track, start: int) -> tuple[FloatArray, FloatArray]:
+    def rays(self, track: PoseHistory, start: int) -> tuple[FloatArray, FloatArray]:
         """Return origins (N, 3) [m] and unit directions (N, 3), in ``map``, stored by columns.
 
         Args:
-            track: From ``start`` or earlier to the last beam or later.
+            track: Poses from ``start`` or earlier to the last beam or later.
             start: Time of the first beam [ns].
         """
         at = self._blended(track, start)
         directions = _unit(self._cosines * at[3:6] + self._sines * at[6:])
         return at[:3].T, directions.T
 
-    def axes(self, track: Track, start: int) -> tuple[FloatArray, FloatArray]:
+    def axes(self, track: PoseHistory, start: int) -> tuple[FloatArray, FloatArray]:
         """Return origins (N, 3) [m] and axes (N, 3, 3), in ``map``; arguments as for ``rays``.
 
-        In its columns an axes' matrix has the beam's direction, left of it, and up.
+        The columns of a matrix of axes are the beam's direction, left and up.
         """
         at = self._blended(track, start)
         axes = np.empty((3, 3, len(self._offsets)))
@@ -60,8 +60,8 @@ class Fan:
         axes[2] = y * w - z * v, z * u - x * w, x * v - y * u
         return np.ascontiguousarray(at[:3].T), np.ascontiguousarray(axes.transpose(2, 1, 0))
 
-    def _blended(self, track: Track, start: int) -> FloatArray:
-        """Return (9, N): where the scanner was at each beam's time, and its x and y axes there."""
+    def _blended(self, track: PoseHistory, start: int) -> FloatArray:
+        """Return (9, N): origin, x axis and y axis of the scanner at each beam's time."""
         stamps = track.stamps
         step = int(stamps[1] - stamps[0])
         first, phase = divmod(start - int(stamps[0]), step)
@@ -71,14 +71,14 @@ class Fan:
         q = track.quaternions_wxyz[first : first + len(self._weights)]
         frames = self._frame_of @ (q[:, :, None] * q[:, None, :]).reshape(-1, 16).T
         frames[:3] += track.positions[first : first + len(q)].T
-        # The last beam may fall on the last step: nothing comes after that, nor has any weight.
+        # The last beam may coincide with the last step: a step after it has no weight.
         return np.asarray(frames @ self._weights[: len(q)])
 
 
 def _weights(times: IntArray, step: int) -> FloatArray:
-    """Return (K, N): how much each physics step counts for beams at ``times`` (N,) [ns] after the first.
+    """Return weights (K, N) of physics steps for beams at ``times`` (N,) [ns] after the first step.
 
-    Nothing but the steps before and after a beam has any weight.
+    Only the steps before and after a beam have a weight.
     """
     before, late = np.divmod(times, step)
     beams, shares = np.arange(len(times)), late / step
@@ -89,7 +89,7 @@ def _weights(times: IntArray, step: int) -> FloatArray:
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
-    """Bring vectors (3, N) to length 1; blended axes are short by 1e-5 at most: one step of Newton."""
+    """Normalise vectors (3, N); interpolated axes are short by at most 1e-5: one Newton step."""
     squares = np.add.reduce(vectors * vectors)
     squares *= -0.5
     squares += 1.5

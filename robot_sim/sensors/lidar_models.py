@@ -1,7 +1,7 @@
-"""Planar scanners by name, with the figures of their data sheets.
+"""Planar lidars by name, with the figures of their data sheets.
 
-Every model tells the source of every figure. A figure marked (M) was quoted from memory of the sheet
-and has not been checked against it; the others were read again for this file, in transcripts.
+Every model lists the source of every figure. A figure marked (M) was quoted from memory of the sheet
+and has not been checked against it; the others were checked, in transcripts of the sheets.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from robot_sim.errors import SensorError
-from robot_sim.sensors.beam_effects import (
+from robot_sim.sensors.lidar_effects import (
     Beam,
     Bias,
     Effects,
@@ -30,55 +30,62 @@ SigmaBands = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True, slots=True)
 class Mode:
-    """One setting of a scanner: what a picture looks like and how often there is one."""
+    """One setting of a scanner: resolution and rate of its pictures."""
 
     resolution_deg: float
+    """Angle between beams of a picture [deg]."""
     turn_hz: float
-    """Turns of the mirror per second."""
+    """Rotation rate of the mirror [Hz]."""
     interlace: int = 1
-    """Turns over which the beams of one picture are spread: each turn fills the others' gaps."""
+    """Number of turns over which the beams of one picture are spread: each turn fills the others'
+    gaps."""
     field_of_view_deg: float | None = None
-    """Narrower than the scanner's own, where this mode has it so."""
+    """Field of view in this mode [deg], where it is narrower than the scanner's own."""
 
     @property
     def rate_hz(self) -> float:
-        """Pictures per second."""
+        """Pictures per second [Hz]."""
         return self.turn_hz / self.interlace
 
 
 @dataclass(frozen=True, slots=True)
 class LidarModel:
-    """A scanner one can buy, or could."""
+    """A commercial scanner."""
 
     name: str
+    """Key of the model."""
     title: str
+    """Maker and product."""
     field_of_view_deg: float
+    """Field of view [deg]."""
     modes: tuple[Mode, ...]
-    """The first is the usual one."""
+    """Settings; the first is the default."""
     range_min: float
+    """Least range [m]."""
     range_max: float
-    """[m]."""
+    """Greatest range [m]."""
     range_at_10_percent: float
-    """How far it measures a surface of 10 % remission [m]."""
+    """Greatest range to a surface of 10 % remission [m]."""
     sigma: float
     """Statistical error, one standard deviation [m]."""
     systematic: float
     """Bound of the systematic error [m]."""
     beam: Beam
+    """Divergence and aperture of the beam."""
     quantum: float
-    """Step of ranges in its protocol [m]."""
+    """Resolution of ranges in its protocol [m]."""
     sources: Mapping[str, str]
-    """By the figure's name."""
+    """Source of each figure, by its name."""
     sigma_bands: SigmaBands = ()
-    """Where sigma is another one farther out."""
+    """Ranges from which on sigma has another value."""
 
     def mode(self, resolution_deg: float | None = None, rate_hz: float | None = None) -> Mode:
         """Return the setting with this resolution [deg] that yields this rate [Hz].
 
-        A scanner may be told to send only every n-th picture, so any whole fraction of a rate will do.
+        A scanner can be set to send only every n-th picture, so that any integer fraction of a rate is valid.
 
         Raises:
-            SensorError: There is no such setting; the message lists those there are.
+            SensorError: There is no such setting; the message lists the available ones.
         """
         modes = [
             m for m in self.modes if resolution_deg is None or m.resolution_deg == resolution_deg
@@ -95,7 +102,7 @@ class LidarModel:
                 return mode
         rates = ", ".join(f"{m.rate_hz:g} ({m.resolution_deg:g} deg)" for m in modes)
         raise SensorError(
-            f"rate_hz: {self.name} cannot do {rate_hz:g} Hz; it has {rates} and whole fractions of those"
+            f"rate_hz: {self.name} has no {rate_hz:g} Hz; it has {rates} and integer fractions of those"
         )
 
     def _distinct(self) -> list[Mode]:
@@ -105,7 +112,7 @@ class LidarModel:
         """Return all effects with this model's figures.
 
         Args:
-            sun: Irradiance as a share of full sun; 0 leaves the effect of daylight out, as indoors.
+            sun: Irradiance as a share of full sun; 0 disables the effect of daylight, as indoors.
         """
         return Effects(
             mixing=Mixing(),
@@ -225,15 +232,15 @@ _CATALOGUE: Final = (
 )
 
 LIDARS: Final = {model.name: model for model in _CATALOGUE}
-"""By name."""
+"""Lidar models by name."""
 
 
 def lidar_model(name: str) -> LidarModel:
     """Return the model of that name.
 
     Raises:
-        SensorError: There is none; the message lists those there are.
+        SensorError: There is no such model; the message lists the available ones.
     """
     if name not in LIDARS:
-        raise SensorError(f"no lidar model named {name!r}; there are: {', '.join(LIDARS)}")
+        raise SensorError(f"no lidar model named {name!r}; available: {', '.join(LIDARS)}")
     return LIDARS[name]

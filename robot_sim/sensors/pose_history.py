@@ -1,4 +1,4 @@
-"""Where the robot was at each physics step: what a scanner casts its beams from."""
+"""History of the robot's poses at each physics step, from which scanners cast their beams."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from localization.types import IntArray
 from robot_sim.array_types import FloatArray
 
 _ROWS = 256
-"""Steps a fresh trail has room for: five times the longest sweep of a common scanner."""
+"""Initial capacity in steps: five times the longest sweep of a common scanner."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Track:
-    """Where ``base_link`` was at each physics step, oldest first."""
+class PoseHistory:
+    """Poses of ``base_link`` at each physics step, oldest first."""
 
     stamps: IntArray
-    """(K,) [ns], increasing by one step."""
+    """Times [ns], (K,), increasing by one step."""
     positions: FloatArray
-    """(K, 3) in ``map`` [m]."""
+    """Positions in ``map`` [m], (K, 3)."""
     quaternions_wxyz: FloatArray
-    """(K, 4)."""
+    """Attitudes, (K, 4)."""
 
     def at(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return positions (N, 3) [m] and rotations (N, 3, 3) of ``base_link`` at ``times`` (N,) [ns].
 
-        Quaternions are blended linearly: between steps of 4 ms the robot turns by 10 mrad at most,
-        for which that is exact to 1e-7 rad.
+        Quaternions are interpolated linearly: between steps of 4 ms the robot turns by at most 10 mrad,
+        for which this is exact to 1e-7 rad.
         """
         last = np.clip(np.searchsorted(self.stamps, times, "right"), 1, len(self.stamps) - 1)
         before = last - 1
@@ -52,8 +52,8 @@ def rotations(quaternions_wxyz: FloatArray) -> FloatArray:
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-class Trail:
-    """Gathers the poses of each tick, and drops those that no coming sweep can ask for."""
+class PoseRecorder:
+    """Records the poses of each tick, and drops those that no coming sweep needs."""
 
     def __init__(self, stamp: int, pose: FloatArray) -> None:
         """Begin at ``stamp`` [ns] with a pose (7,): position [m] and quaternion wxyz."""
@@ -73,17 +73,17 @@ class Trail:
         self._end = end
 
     def forget(self, before: int) -> None:
-        """Drop what is older than the last pose at or before ``before`` [ns]."""
+        """Drop poses older than the last one at or before ``before`` [ns]."""
         after = bisect_right(self._stamps, before, self._first, self._end)
         self._first = max(self._first, after - 1)
 
-    def track(self) -> Track:
-        """Return what is kept, as views that hold until the trail is extended."""
+    def track(self) -> PoseHistory:
+        """Return the kept poses, as views that are valid until the recorder is extended."""
         kept = slice(self._first, self._end)
-        return Track(self._stamps[kept], self._poses[kept, :3], self._poses[kept, 3:])
+        return PoseHistory(self._stamps[kept], self._poses[kept, :3], self._poses[kept, 3:])
 
     def _make_room(self, rows: int) -> None:
-        """Move what is kept to the front, of larger arrays where that is not enough."""
+        """Move the kept poses to the front, of larger arrays where that is not enough."""
         kept = self._end - self._first
         size = len(self._stamps)
         while size < 2 * (kept + rows):

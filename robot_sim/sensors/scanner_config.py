@@ -1,4 +1,4 @@
-"""The configuration of one planar scanner on the robot, by hand or from a model's data sheet."""
+"""Configuration of one planar scanner on the robot, set by hand or from a model's data sheet."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from localization.types import SECOND, Scan
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import SensorError
 from robot_sim.robot.p3at import MOUNTS
-from robot_sim.sensors.beam_effects import NO_EFFECTS, Beam, Effects, RangeNoise
+from robot_sim.sensors.lidar_effects import NO_EFFECTS, Beam, Effects, RangeNoise
 from robot_sim.sensors.lidar_models import LMS1XX_BEAM, SigmaBands, lidar_model
 
 _TURN = 2.0 * math.pi
@@ -20,42 +20,43 @@ _TURN = 2.0 * math.pi
 
 @dataclass(frozen=True, slots=True)
 class ScannerConfig:
-    """A turning-mirror scanner; the defaults are a SICK LMS1xx at 10 Hz, without effects.
+    """A scanner with a rotating mirror; the defaults are a SICK LMS1xx at 10 Hz without effects.
 
     Raises:
-        SensorError: A parameter is impossible; the message names it and what would work.
+        SensorError: A parameter is invalid; the message names it and the valid values.
     """
 
     name: str
-    """Frame, a key of ``MOUNTS``."""
+    """Name and frame of the scanner, a key of ``MOUNTS``."""
     field_of_view: float = math.radians(270.0)
-    """[rad], symmetric about the scanner's x axis."""
+    """Field of view, symmetric about the scanner's x axis [rad]."""
     resolution: float = math.radians(0.5)
     """Angle between beams of one picture [rad]."""
     period_ns: int = 100_000_000
-    """From one picture to the next [ns]."""
+    """Time from one picture to the next [ns]."""
     phase_ns: int = 0
     """Time of the first beam of the first sweep [ns]."""
     range_min: float = 0.1
-    """Nearer returns are invalid, ``NaN`` [m]."""
+    """Range below which returns are invalid, ``NaN`` [m]."""
     range_max: float = 20.0
-    """Farther surfaces give no return, ``+inf`` [m]."""
+    """Range beyond which surfaces give no return, ``+inf`` [m]."""
     sigma: float = 0.012
     """Standard deviation of a range [m]; the LMS1xx' statistical error."""
     sigma_bands: SigmaBands = ()
-    """Where that is another one farther out: pairs of a range and the sigma from there on [m]."""
+    """Pairs of a range and the sigma from there on [m], where it is not constant."""
     turn_ns: int | None = None
-    """One turn of the mirror [ns]; the field of view takes its share of it. None: the period."""
+    """Duration of one turn of the mirror, of which the field of view takes its share [ns]. None:
+    the period."""
     interlace: int = 1
-    """Turns over which the beams of a picture are spread. Each turn gives a sweep of its own, with its
-    own first angle: the way an LMS-200 sends partial scans, and the only one in which equal steps of
-    angle and time, which ``LaserScan`` wants, are true."""
+    """Number of turns over which the beams of a picture are spread. Each turn gives a sweep of its
+    own, with its own first angle: an LMS-200 sends partial scans in this way, and only so are the
+    steps of angle and time equal, as ``LaserScan`` requires."""
     beam: Beam = LMS1XX_BEAM
-    """Spot and pulse."""
+    """Spot and pulse of the beams."""
     effects: Effects = NO_EFFECTS
-    """What else befalls the light."""
+    """Optical effects and errors of the measurement."""
     model: str = ""
-    """Name of the model this was made from."""
+    """Name of the model that this was built from."""
 
     @classmethod
     def of(
@@ -74,11 +75,11 @@ class ScannerConfig:
         Args:
             name: Frame, a key of ``MOUNTS``.
             model: A key of ``LIDARS``.
-            rate_hz: Pictures per second: a rate of the model or a whole fraction of one; its
-                usual rate if not given.
-            resolution_deg: One of the model's [deg]; the usual one if not given.
+            rate_hz: Pictures per second: a rate of the model or an integer fraction of one; its
+                default rate if not given.
+            resolution_deg: A resolution of the model [deg]; its default if not given.
             phase_ns: Time of the first beam [ns].
-            realistic: Whether all effects are on, with the model's figures.
+            realistic: Whether all effects are enabled, with the model's figures.
             sun: Irradiance as a share of full sun, for the effect of daylight.
 
         Raises:
@@ -109,7 +110,7 @@ class ScannerConfig:
 
     def __post_init__(self) -> None:
         if self.name not in MOUNTS:
-            raise SensorError(f"no mount for scanner {self.name!r}; there are: {', '.join(MOUNTS)}")
+            raise SensorError(f"no mount for scanner {self.name!r}; available: {', '.join(MOUNTS)}")
         if not 0.0 < self.field_of_view <= _TURN + 1e-9:
             raise self._error("field_of_view", "> 0 and <= 360 deg", _degrees(self.field_of_view))
         if not 0.0 < self.resolution <= self.field_of_view:
@@ -118,9 +119,7 @@ class ScannerConfig:
         steps = self.field_of_view / self.resolution
         if abs(steps - round(steps)) > 1e-6 * steps:
             fits = _degrees(self.field_of_view / round(steps))
-            wanted = (
-                f"a whole part of the field of view, {_degrees(self.field_of_view)}, such as {fits}"
-            )
+            wanted = f"an integer fraction of the field of view, {_degrees(self.field_of_view)}, such as {fits}"
             raise self._error("resolution", wanted, _degrees(self.resolution))
         if self.period_ns <= 0 or self.phase_ns < 0:
             raise SensorError(
@@ -130,7 +129,9 @@ class ScannerConfig:
         if not 1 <= self.interlace <= round(steps):
             raise self._error("interlace", f"from 1 to {round(steps)} turns", self.interlace)
         if not 0 < self.mirror_ns * self.interlace <= self.period_ns:
-            wanted = f"> 0 and at most {self.period_ns // self.interlace} ns, for the period's sake"
+            wanted = (
+                f"> 0 and at most {self.period_ns // self.interlace} ns, to fit into the period"
+            )
             raise self._error("turn_ns", wanted, self.turn_ns)
         if not 0.0 <= self.range_min < math.inf:
             raise self._error("range_min", ">= 0 m", self.range_min)
@@ -146,12 +147,12 @@ class ScannerConfig:
 
     @property
     def mirror_ns(self) -> int:
-        """One turn of the mirror [ns]."""
+        """Duration of one turn of the mirror [ns]."""
         return self.period_ns if self.turn_ns is None else self.turn_ns
 
     @property
     def noise(self) -> RangeNoise:
-        """The statistical error."""
+        """Statistical error of a range."""
         return RangeNoise(self.sigma, self.sigma_bands)
 
     @property
@@ -164,19 +165,19 @@ class ScannerConfig:
         return len(range(part, self.beams, self.interlace))
 
     def start_of(self, part: int) -> int:
-        """Time of the first beam of the ``part``-th sweep after the picture's first beam [ns]."""
+        """Time of the first beam of the ``part``-th sweep after the first beam of the picture [ns]."""
         return part * self.mirror_ns + round(self.mirror_ns * part * self.resolution / _TURN)
 
     def scan(
         self, stamp: int, ranges: FloatArray, *, part: int = 0, intensities: npt.ArrayLike = ()
     ) -> Scan:
-        """Return the message-like scan of one sweep.
+        """Return the scan of one sweep, as in its message.
 
         Args:
             stamp: Time of its first beam [ns].
             ranges: (beams_of(part),) [m].
-            part: Which sweep of the picture it is.
-            intensities: As many, or none.
+            part: Index of the sweep in the picture.
+            intensities: (beams_of(part),), or empty.
         """
         step = self.interlace * self.resolution
         return Scan.uniform(

@@ -1,4 +1,4 @@
-"""All sensors of the robot from two names: a scanner's, mounted twice, and an inertial unit's."""
+"""Sensor suite: all sensors of the robot from the names of a scanner and an inertial unit."""
 
 from __future__ import annotations
 
@@ -7,21 +7,23 @@ from typing import Final
 
 from robot_sim.errors import SensorError
 from robot_sim.robot.p3at import MOUNTS
-from robot_sim.sensors.beam_effects import NO_EFFECTS
-from robot_sim.sensors.inertial_unit import InertialConfig
+from robot_sim.sensors.imu import InertialConfig
+from robot_sim.sensors.lidar_effects import NO_EFFECTS
 from robot_sim.sensors.lidar_models import LIDARS, lidar_model
 from robot_sim.sensors.scanner_config import ScannerConfig
 
 DEFAULT_SENSORS: Final = "default"
-"""Name of the sensors a simulation has if nobody says otherwise."""
+"""Name of the default sensors of a simulation."""
 
 
 @dataclass(frozen=True, slots=True)
 class SensorSuite:
-    """What ``SimulationConfig`` takes: ``SimulationConfig(scanners=s.scanners, inertial=s.inertial)``."""
+    """Sensors for ``SimulationConfig(scanners=s.scanners, inertial=s.inertial)``."""
 
     scanners: tuple[ScannerConfig, ...]
+    """Configurations of the scanners."""
     inertial: InertialConfig
+    """Configuration of the inertial unit."""
 
 
 def sensor_suite(
@@ -33,19 +35,19 @@ def sensor_suite(
     realistic: bool = False,
     sun: float = 0.0,
 ) -> SensorSuite:
-    """Build both scanners and the inertial unit by their models' names.
+    """Build both scanners and the inertial unit from their models' names.
 
     Args:
         scanner: A key of ``LIDARS``, or ``default``: an LMS1xx at 10 Hz that sees from 0.1 m.
         inertial: A key of ``INERTIAL_UNITS``, or ``default``.
-        rate_hz: Pictures per second of a scanner; the model's usual rate if not given.
-        resolution_deg: Of a scanner [deg]; the model's usual one if not given.
+        rate_hz: Pictures per second of a scanner; the model's default if not given.
+        resolution_deg: Resolution of a scanner [deg]; the model's default if not given.
         realistic: Whether the scanners have all effects, with their model's figures. Effects of the
             default scanner are the LMS111's.
         sun: Irradiance as a share of full sun, for the effect of daylight; 0 is indoors.
 
     Raises:
-        SensorError: A name, or a rate or resolution of that model, does not exist.
+        SensorError: There is no such name, or no such rate or resolution of that model.
     """
     unit = InertialConfig() if inertial == DEFAULT_SENSORS else InertialConfig.of(inertial)
     if scanner != DEFAULT_SENSORS:

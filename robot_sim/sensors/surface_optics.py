@@ -1,4 +1,4 @@
-"""What the surfaces of a world do with light, geom by geom."""
+"""Optical properties of the surfaces of a world, geom by geom."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from robot_sim.raycasting.ray_caster import GeomArray
 from robot_sim.scene_objects.materials import DEFAULT, material_named
 
 _RETROREFLECTING: Final = 1.5
-"""Reflectivity above which a surface sends light back to where it came from, however it is met: between
-the brightest matt surface and the dimmest foil."""
+"""Reflectivity above which a surface returns light to its source at any incidence: between the
+brightest matt surface and the dimmest foil."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Faces:
-    """The flat faces of geoms: boxes and planes. Other shapes mirror nothing."""
+class FlatFaces:
+    """Flat faces of geoms: boxes and planes. Other shapes do not reflect specularly."""
 
     is_box: BoolArray
-    """(G + 1,)."""
+    """Whether each geom is a box, (G + 1,)."""
     is_plane: BoolArray
-    """(G + 1,)."""
+    """Whether each geom is a plane, (G + 1,)."""
     half: FloatArray
-    """(G + 1, 3) of boxes [m]."""
+    """Half extents of boxes [m], (G + 1, 3)."""
     data: mujoco.MjData
-    """Where they are."""
+    """State of the model, with the poses of the geoms."""
 
     def normals(self, geoms: GeomArray, points: FloatArray) -> FloatArray:
-        """Return a unit normal (N, 3) of the face of each geom that a point (N, 3) [m] lies on."""
+        """Return unit normals (N, 3) of the faces of geoms that points (N, 3) [m] lie on."""
         axes = self.data.geom_xmat.take(geoms, axis=0).reshape(-1, 3, 3)
         offsets = points - self.data.geom_xpos.take(geoms, axis=0)
         local = np.einsum("nji,nj->ni", axes, offsets)
@@ -41,7 +41,7 @@ class Faces:
         return np.asarray(axes[np.arange(len(face)), :, face])
 
     def depths(self, geoms: GeomArray, points: FloatArray, directions: FloatArray) -> FloatArray:
-        """Return how far rays go inside boxes (N,) [m] from where they enter; 0 in other shapes."""
+        """Return the lengths (N,) [m] of rays inside boxes from where they enter; 0 in other shapes."""
         axes = self.data.geom_xmat.take(geoms, axis=0).reshape(-1, 3, 3)
         offsets = points - self.data.geom_xpos.take(geoms, axis=0)
         local = np.einsum("nji,nj->ni", axes, offsets)
@@ -53,23 +53,27 @@ class Faces:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Optics:
-    """What each geom does with light; arrays (G + 1,), the last for no geom at all."""
+class SurfaceOptics:
+    """Optical properties of each geom; arrays (G + 1,), the last entry for no geom at all."""
 
     reflectivity: FloatArray
+    """Diffuse reflectivity at normal incidence, relative to a white surface."""
     brightest: float
-    """Greatest reflectivity of all."""
+    """Greatest reflectivity of all geoms."""
     unmirrored: FloatArray
-    """Share that passes of what is not mirrored."""
+    """Share of the light that is transmitted of what is not reflected."""
     refractive_index: FloatArray
+    """Refractive index; 1 for opaque surfaces."""
     over_normal: FloatArray
-    """Share that is mirrored at normal incidence, over what a clear pane of that index mirrors there (1
-    for opaque mirrors); 0 where there is no flat face to mirror it."""
+    """Specular share at normal incidence over that of a clear pane of that index (1 for opaque
+    mirrors); 0 without a flat face."""
     clear: BoolArray
-    faces: Faces
+    """Whether light is followed through the geom or off it."""
+    faces: FlatFaces
+    """Flat faces of the geoms."""
 
-    def opaque(self) -> Optics:
-        """Return the same with glass and mirrors as matt walls."""
+    def opaque(self) -> SurfaceOptics:
+        """Return the same properties with glass and mirrors as matt walls."""
         reflectivity = np.where(self.clear, DEFAULT.reflectivity, self.reflectivity)
         return replace(
             self,
@@ -79,29 +83,29 @@ class Optics:
         )
 
     def remissions(self, geoms: GeomArray, cosines: FloatArray) -> FloatArray:
-        """Return what comes straight back: Lambert's cosine law, but for retroreflectors."""
+        """Return the remissions: Lambert's cosine law, except for retroreflectors."""
         rho = self.reflectivity.take(geoms)
         if self.brightest <= _RETROREFLECTING:
             return rho * cosines
         return np.where(rho > _RETROREFLECTING, rho, rho * cosines)
 
     def mirrored(self, geoms: GeomArray, cosines: FloatArray) -> FloatArray:
-        """Return the share of the light (N,) that clear geoms mirror: Fresnel's, for panes."""
+        """Return the share of the light (N,) that clear geoms reflect: Fresnel's, for panes."""
         index = self.refractive_index.take(geoms)
         growth = np.where(index > 1.0, pane_reflectance(cosines, index), 1.0)
         return np.minimum(self.over_normal.take(geoms) * growth, 1.0)
 
     def transmitted(self, geoms: GeomArray, mirrored: FloatArray) -> FloatArray:
-        """Return the share of the light that passes: what is mirrored more passes less."""
+        """Return the share of the light that is transmitted: less where more is reflected."""
         return np.minimum(self.unmirrored.take(geoms) * (1.0 - mirrored), 1.0)
 
 
-def optics_of(model: mujoco.MjModel, data: mujoco.MjData) -> Optics:
+def optics_of(model: mujoco.MjModel, data: mujoco.MjData) -> SurfaceOptics:
     """Look up the materials of a model's geoms by the names of their MuJoCo materials.
 
     Args:
-        model: Of the world.
-        data: Its state, where geoms are looked for when light falls on them.
+        model: Model of the world.
+        data: Its state, from which the poses of geoms are read.
     """
     materials = [
         DEFAULT if material < 0 else material_named(model.material(material).name)
@@ -114,13 +118,13 @@ def optics_of(model: mujoco.MjModel, data: mujoco.MjData) -> Optics:
     specular = np.array([m.specular for m in materials])
     at_normal = np.where(index > 1.0, pane_reflectance(np.ones(len(index)), index), 1.0)
     kind = model.geom_type
-    faces = Faces(
+    faces = FlatFaces(
         np.append(kind == mujoco.mjtGeom.mjGEOM_BOX, False),
         np.append(kind == mujoco.mjtGeom.mjGEOM_PLANE, False),
         np.vstack([model.geom_size, np.zeros(3)]),
         data,
     )
-    return Optics(
+    return SurfaceOptics(
         reflectivity,
         float(reflectivity.max()),
         np.array([m.transmittance for m in materials]) / np.maximum(1.0 - specular, 1e-9),
@@ -132,20 +136,20 @@ def optics_of(model: mujoco.MjModel, data: mujoco.MjData) -> Optics:
 
 
 def pane_reflectance(cosines: FloatArray, index: FloatArray) -> FloatArray:
-    """Return what a clear pane mirrors of unpolarised light, both faces and all their echoes counted.
+    """Return the reflectance of a clear pane for unpolarised light, with all internal reflections.
 
-    Fresnel's equations give r of one face; light that goes to and fro between two such faces adds
-    up to 2 r / (1 + r).
+    Fresnel's equations give r of one face; with the reflections between two such faces the sum is
+    2 r / (1 + r).
 
     Args:
-        cosines: (N,) of the angle of incidence, in [0, 1].
-        index: (N,) refractive index; 1 mirrors nothing.
+        cosines: (N,) cosines of the angle of incidence, in [0, 1].
+        index: (N,) refractive index; 1 reflects nothing.
     """
     square = index * index
-    # Index times the cosine inside, for Snell's law: with it, one root does for both polarisations.
+    # Index times the cosine inside, by Snell's law: one root serves both polarisations.
     inner = np.sqrt(cosines * cosines + (square - 1.0))
     outer = square * cosines
-    # At grazing incidence on nothing (index 1) both cosines vanish together; mind 0 / 0.
+    # At grazing incidence with index 1 both cosines vanish; this avoids 0 / 0.
     across = (cosines - inner) / np.maximum(cosines + inner, 1e-12)
     along = (outer - inner) / np.maximum(outer + inner, 1e-12)
     face = 0.5 * (across * across + along * along)

@@ -1,1 +1,1 @@
-"""What outsiders see of a world: a total station, a camera, the surfaces themselves."""
+"""Views of a world from outside: a total station, rendered pictures, and its static surfaces."""

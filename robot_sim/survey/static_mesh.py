@@ -1,4 +1,4 @@
-"""What stands still in a world, as triangles: the truth that a map can be held against."""
+"""Triangle mesh of a world's static surfaces: the ground truth for judging a map."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from localization.types import IntArray
 from robot_sim.array_types import FloatArray
 from robot_sim.raycasting.ray_caster import static_geoms, visible_geoms
 from robot_sim.raycasting.triangle_mesh import triangles_of
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 
-def still_mesh(world: World) -> tuple[FloatArray, IntArray]:
-    """Return vertices (V, 3) in ``map`` [m] and triangles (F, 3) of all that scanners see and stands still.
+def static_mesh(world: World) -> tuple[FloatArray, IntArray]:
+    """Return vertices (V, 3) in ``map`` [m] and triangles (F, 3) of all visible static geoms.
 
-    Round things are polygons that stand out by 0.02 mm at most, where they are not very large.
+    Round geoms are polygons that are off by at most 0.02 mm, unless they are very large.
     """
     data = mujoco.MjData(world.model)
     mujoco.mj_forward(world.model, data)

@@ -1,7 +1,7 @@
-"""A total station: looks at what stands still in a world from a tripod, along any rays, without error.
+"""Total station: measures a world's static surfaces from a tripod, along any rays, without error.
 
-Panes are looked through and mirrors give nothing, as with a surveyor who wipes such points from the cloud;
-people, carts and door leaves are not there on the day of the survey.
+Panes are looked through and mirrors give no points, as if a surveyor removed them from the cloud; people,
+carts and door leaves are absent during the survey.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.raycasting import Hits, caster_for
 from robot_sim.raycasting.ray_caster import static_geoms
 from robot_sim.scene_objects.materials import material_named
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 _STEP: Final = 1e-5
-"""A ray goes on this far behind what it has passed [m]."""
+"""Distance behind a passed surface at which a ray continues [m]."""
 _MOST_PASSED: Final = 8
-"""Panes that a ray looks through at most."""
+"""Greatest number of panes that a ray passes."""
 _PROBE: Final = 0.6
-"""The ground is looked for from this height above where it was a step before [m]."""
+"""Height above the previous ground from which the ground is searched [m]."""
 _STEEPEST: Final = 1.2
-"""It is looked for down to this far below [m]."""
+"""Depth below the previous ground to which it is searched [m]."""
 
 
 class TotalStation:
-    """Looks about in a world."""
+    """Measures distances in a world."""
 
     def __init__(self, world: World) -> None:
         self._model = world.model
@@ -37,7 +37,7 @@ class TotalStation:
         self._caster = caster_for(world, data)
         n = world.model.ngeom
         materials = [material_named(_material(world.model, i)) for i in range(n)]
-        # The last element answers for rays that meet nothing.
+        # The last element is for rays without a hit.
         self._passed = np.zeros(n + 1, dtype=bool)
         self._passed[:n] = [m.transmittance > 0.0 for m in materials]
         self._passed[:n] |= ~static_geoms(world.model)
@@ -45,12 +45,12 @@ class TotalStation:
         self._mirrors[:n] = [m.specular > 0.0 and m.transmittance == 0.0 for m in materials]
 
     def look(self, eyes: FloatArray, directions: FloatArray, reach: float) -> Hits:
-        """Return what rays meet that leaves a point in a cloud.
+        """Return the hits of rays that leave a point in a cloud.
 
         Args:
-            eyes: (N, 3) where they start, in ``map`` [m].
+            eyes: (N, 3) origins of the rays in ``map`` [m].
             directions: (N, 3) unit vectors.
-            reach: [m].
+            reach: Greatest distance [m].
         """
         times = np.zeros(len(eyes), dtype=np.int64)
         hits = self._caster.hits(eyes, directions, times, reach)
@@ -76,12 +76,12 @@ class TotalStation:
     def ground(self, line: FloatArray, height: float) -> FloatArray:
         """Return the height (N,) of the ground [m] along a line (N, 2) of close points.
 
-        It is followed from point to point, so that roofs and table tops are not taken for it; where there
-        is none it is taken to go on level.
+        It is followed from point to point, so that roofs and table tops are not taken for ground; where
+        no ground is found it is assumed to continue level.
 
         Args:
-            line: neighbours less than half a metre apart [m].
-            height: of the ground at the first point, roughly [m].
+            line: Points less than half a metre apart [m].
+            height: Approximate height of the ground at the first point [m].
         """
         heights = np.empty(len(line))
         down = np.array([[0.0, 0.0, -1.0]])

@@ -1,4 +1,4 @@
-"""The robot's physics against published figures and closed forms, row by row."""
+"""Validation of the robot's physics against published figures and closed forms, row by row."""
 
 from __future__ import annotations
 
@@ -7,40 +7,40 @@ from types import MappingProxyType
 from typing import Final
 
 from robot_sim.validation import (
-    control_rows as trust,
-    driving_rows as driving,
-    imperfection_rows as flaws,
-    turning_rows as turning,
+    driving_rows,
+    imperfection_rows,
+    repeatability_rows,
+    turning_rows,
 )
 from robot_sim.validation.row import Row as Row
 
 PARTS: Final[Mapping[str, Callable[[], Iterator[Row]]]] = MappingProxyType(
     {
-        "turning in place": turning.in_place,
-        "curves": turning.curves,
-        "anisotropic friction": turning.anisotropy,
-        "centre of mass": turning.offsets,
-        "tyre width": turning.width,
-        "effort": turning.effort,
-        "steadiness": turning.steadiness,
-        "driving straight": driving.straight,
-        "slopes": driving.slopes,
-        "steps": driving.responses,
-        "uneven tyres": flaws.radii,
-        "dead band": flaws.dead_band,
-        "replay": trust.replay,
-        "chatter": trust.chatter,
-        "default contacts": trust.control,
+        "turning in place": turning_rows.in_place,
+        "curves": turning_rows.curves,
+        "anisotropic friction": turning_rows.anisotropy,
+        "centre of mass": turning_rows.offsets,
+        "tyre width": turning_rows.width,
+        "effort": turning_rows.effort,
+        "steadiness": turning_rows.steadiness,
+        "driving straight": driving_rows.straight,
+        "slopes": driving_rows.slopes,
+        "steps": driving_rows.responses,
+        "uneven tyres": imperfection_rows.radii,
+        "dead band": imperfection_rows.dead_band,
+        "replay": repeatability_rows.replay,
+        "chatter": repeatability_rows.chatter,
+        "default contacts": repeatability_rows.control,
     }
 )
-"""What is validated, by name, in the order of the report."""
+"""Parts of the validation by name, in the order of the report."""
 
 
 def validate(progress: Callable[[float, str], None] | None = None) -> tuple[Row, ...]:
-    """Run every validation; deterministic, some seconds of one core.
+    """Run all parts of the validation; deterministic, some seconds of one core.
 
     Args:
-        progress: Told the share that is done, and what comes next.
+        progress: Called with the completed share and the name of the next part.
     """
     rows: list[Row] = []
     for i, (name, part) in enumerate(PARTS.items()):

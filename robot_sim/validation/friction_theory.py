@@ -1,4 +1,4 @@
-"""What theory and publications say of a skid-steered robot: closed forms and one small solver."""
+"""Theory and published figures of skid steering: closed forms and a small equation solver."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Martinez et al., IROS 2007."""
 HUSKY_TRACK: Final = 0.555 * 1.875
 """Effective track in Clearpath's controller of the Husky A200 [m]."""
 JACKAL_TRACK: Final = 0.37559 * 1.5
-"""The same of the Jackal [m]."""
+"""Effective track in Clearpath's controller of the Jackal [m]."""
 
 
 def published_chi(curve: float) -> float:
@@ -37,10 +37,10 @@ def anisotropic_chi(robot: SkidSteer, ratio: float) -> float:
 
 
 def spin_torque(robot: SkidSteer, friction: float) -> float:
-    """Return what each motor gives while the robot turns in place, with isotropic friction [N m].
+    """Return the torque of each motor while the robot turns in place, with isotropic friction [N m].
 
-    The contact slides with ``(V - V/chi, V/chi * a/b)``; friction opposes it, and the motor feels
-    the part along the wheel.
+    The contact slides with ``(V - V/chi, V/chi * a/b)``; friction opposes it, and its component along the
+    wheel loads the motor.
     """
     along = 1.0 - 1.0 / robot.chi
     across = robot.wheelbase / robot.track / robot.chi
@@ -49,10 +49,10 @@ def spin_torque(robot: SkidSteer, friction: float) -> float:
 
 
 def turning_chi(robot: SkidSteer, offset: float) -> float:
-    """Return chi in place with the centre of mass ``offset`` [m] before the wheels' centre.
+    """Return chi in place with the centre of mass ``offset`` [m] ahead of the wheels' centre.
 
     The three equations of forces and moment of four Coulomb contacts, whose loads follow from the
-    offset, are solved by Newton's method for the twist; MuJoCo has no part in it.
+    offset, are solved by Newton's method for the twist, independently of MuJoCo.
 
     Raises:
         ValueError: the offset is more than 3 cm; the lighter axle is then close to dragging alone.

@@ -1,6 +1,6 @@
-"""An optical bench: a scanner that stands still among a few things, to see what an effect does.
+"""Optical bench: a scanner at rest among a few objects, to measure single effects.
 
-Everything is the simulation's own: casters, materials, effects. Only the robot is missing.
+It uses the simulation's casters, materials and effects, without a robot.
 """
 
 from __future__ import annotations
@@ -13,28 +13,30 @@ import mujoco
 import numpy as np
 
 from localization.types import Pose, Scan
+from robot_sim.actors.movers import Mover
 from robot_sim.array_types import FloatArray
 from robot_sim.raycasting import MujocoRayCaster, RayCaster
-from robot_sim.raycasting.moving_geoms import Moved
 from robot_sim.scene_objects.materials import MATERIALS
-from robot_sim.sensors.beam_effects import Echoes, Panes
+from robot_sim.sensors.echoes import Echoes
 from robot_sim.sensors.lidar import Scanner
-from robot_sim.sensors.light_paths import Light, Sight
-from robot_sim.sensors.pose_history import Track
+from robot_sim.sensors.lidar_effects import Panes
+from robot_sim.sensors.light_paths import LightTracer
+from robot_sim.sensors.light_rays import LightRays
+from robot_sim.sensors.pose_history import PoseHistory
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.sensors.surface_optics import optics_of
 
 
 class OpticalBench:
-    """Things around a scanner at the origin that looks along x."""
+    """Objects around a scanner at the origin that faces along x."""
 
-    def __init__(self, things: str, movers: Sequence[Moved] = ()) -> None:
-        """Set things up.
+    def __init__(self, things: str, movers: Sequence[Mover] = ()) -> None:
+        """Build the bench.
 
         Args:
-            things: MJCF below ``worldbody``, such as ``box`` and ``wall`` return; materials of the
-                catalogue can be named.
-            movers: Of its mocap bodies.
+            things: MJCF below ``worldbody``, such as from ``box_xml`` and ``wall_xml``; materials of
+                the catalogue can be named.
+            movers: Movers of its mocap bodies.
         """
         materials = "".join(f'<material name="{name}"/>' for name in MATERIALS)
         self.model = mujoco.MjModel.from_xml_string(
@@ -48,13 +50,13 @@ class OpticalBench:
         """Cast rays from the origin, through panes and off mirrors.
 
         Args:
-            directions: (N, 3), of any length.
+            directions: (N, 3) vectors of any length.
             far: Greatest range [m].
         """
         n = len(directions)
         unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-        light = Light.sent(np.zeros((n, 3)), unit, np.zeros(n, dtype=np.int64))
-        return Sight(self.caster, optics_of(self.model, self.data), Panes(), far).look(light)
+        light = LightRays.sent(np.zeros((n, 3)), unit, np.zeros(n, dtype=np.int64))
+        return LightTracer(self.caster, optics_of(self.model, self.data), Panes(), far).trace(light)
 
     def sweeps(self, count: int, config: ScannerConfig, *, seed: int = 0) -> list[Scan]:
         """Return the first ``count`` sweeps of a scanner whose plane is level."""
@@ -64,16 +66,16 @@ class OpticalBench:
         )
         end = config.phase_ns + (count + 1) * config.period_ns
         unturned = np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))
-        still = Track(np.array([0, end], dtype=np.int64), np.zeros((2, 3)), unturned)
+        still = PoseHistory(np.array([0, end], dtype=np.int64), np.zeros((2, 3)), unturned)
         return [scanner.sweep(still) for _ in range(count)]
 
 
 def bench_scanner(**parameters: Any) -> ScannerConfig:
-    """Return a scanner without noise and effects, but for ``parameters`` of ``ScannerConfig``."""
+    """Return a scanner without noise and effects, except for ``parameters`` of ``ScannerConfig``."""
     return ScannerConfig("laser_horizontal", **({"sigma": 0.0} | parameters))
 
 
-def box(
+def box_xml(
     x: float,
     y: float,
     half: tuple[float, float, float],
@@ -83,11 +85,11 @@ def box(
     """Return a box about (x, y, 0).
 
     Args:
-        x: [m].
-        y: [m].
+        x: x of the centre [m].
+        y: y of the centre [m].
         half: Half its size along its own axes [m].
-        material: Of the catalogue.
-        yaw: [rad].
+        material: Name of a material of the catalogue.
+        yaw: Yaw [rad].
     """
     size = " ".join(f"{float(h)!r}" for h in half)
     turn = math.degrees(float(yaw))
@@ -97,11 +99,11 @@ def box(
     )
 
 
-def wall(x: float, material: str = "wall") -> str:
-    """Return a broad wall whose face is the plane at ``x`` [m]."""
-    return box(x + 0.1, 0.0, (0.1, 20.0, 5.0), material)
+def wall_xml(x: float, material: str = "wall") -> str:
+    """Return a wide wall whose face is the plane at ``x`` [m]."""
+    return box_xml(x + 0.1, 0.0, (0.1, 20.0, 5.0), material)
 
 
-def pane(x: float, yaw: float = 0.0, material: str = "glass") -> str:
+def pane_xml(x: float, yaw: float = 0.0, material: str = "glass") -> str:
     """Return a pane 6 mm thick and 8 m wide whose middle is at ``x`` [m], turned by ``yaw`` [rad]."""
-    return box(x, 0.0, (0.003, 4.0, 2.0), material, yaw)
+    return box_xml(x, 0.0, (0.003, 4.0, 2.0), material, yaw)

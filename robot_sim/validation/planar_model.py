@@ -1,7 +1,7 @@
-"""A planar model of step responses, integrated apart from MuJoCo: a body, two sides, four contacts.
+"""Planar model of step responses, integrated independently of MuJoCo: body, sides, four contacts.
 
-Motors, gears and tyres are those of the numbers; friction is Coulomb's with a narrow viscous core.
-Loads stay a quarter each: the body does not pitch.
+Motors, gears and tyres follow the robot's parameters; friction is Coulomb's with a narrow viscous core.
+Each contact carries a quarter of the load: the body does not pitch.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from robot_sim.drive.tyres import GRAVITY
 from robot_sim.drive.wheel_slip import contact_positions, contact_slip
 from robot_sim.robot.mujoco_body import SERVO_DAMPING, SERVO_STIFFNESS
 from robot_sim.robot.skid_steer_parameters import SkidSteer
-from robot_sim.validation.wheel_bench import Inertia
+from robot_sim.validation.drive_bench import Inertia
 
 PLANAR_STEP: Final = 1e-4
-"""[s]."""
+"""Time step of the integration [s]."""
 _CORE: Final = 0.01
 """Slip speed below which friction is viscous [m/s]."""
 
@@ -26,15 +26,15 @@ _CORE: Final = 0.01
 def step_response(
     robot: SkidSteer, inertia: Inertia, friction: float, left: float, right: float, seconds: float
 ) -> FloatArray:
-    """Return twists (S, 3), forward, left and yaw, after the wheels are told to turn at a rate at once.
+    """Return twists (S, 3), forward, left and yaw, after a step of the commanded wheel rates.
 
     Args:
-        robot: Its radii, servos and contacts.
-        inertia: Its masses.
+        robot: Radii, servos and contacts.
+        inertia: Masses and inertias.
         friction: Coulomb coefficient in all directions.
-        left: Commanded rate [rad/s].
-        right: Commanded rate [rad/s].
-        seconds: How long; one sample per ``PLANAR_STEP``.
+        left: Commanded rate of the left wheels [rad/s].
+        right: Commanded rate of the right wheels [rad/s].
+        seconds: Duration [s]; one sample per ``PLANAR_STEP``.
     """
     x, y = contact_positions(robot)
     radius, grip = robot.rolling_radius, friction * inertia.mass * GRAVITY / 4.0

@@ -1,4 +1,4 @@
-"""The validation as text: for a terminal, and between two comments of a Markdown page."""
+"""Report of the validation: as text, as Markdown tables, and as one line with the verdict."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Final
 
-from robot_sim.errors import ReportError
+from robot_sim.errors import PageError
 from robot_sim.scene_objects.floor_surfaces import SURFACES
 from robot_sim.validation.row import Row
 
@@ -24,14 +24,17 @@ def plain(rows: Iterable[Row]) -> str:
 
 
 def verdict(rows: Sequence[Row]) -> str:
-    """Return one line on how many rows are met."""
+    """Return one line on how many rows are met; rows without a tolerance are counted apart."""
+    judged = [row for row in rows if row.judged]
     missed = [row.name for row in rows if not row.passed]
-    if not missed:
-        return f"all {len(rows)} rows met"
-    return f"{len(missed)} of {len(rows)} rows missed: {'; '.join(missed)}"
+    if missed:
+        return f"{len(missed)} of {len(judged)} judged rows missed: {'; '.join(missed)}"
+    fitted = sum(row.fitted for row in judged)
+    only_reported = len(rows) - len(judged)
+    return f"{len(judged)} judged rows met, of which {fitted} fitted; {only_reported} reported only"
 
 
-def table(rows: Iterable[Row]) -> str:
+def markdown_table(rows: Iterable[Row]) -> str:
     """Return the rows as a Markdown table for each group."""
     lines: list[str] = []
     for group, members in groupby(rows, key=lambda row: row.group):
@@ -40,7 +43,7 @@ def table(rows: Iterable[Row]) -> str:
 
 
 def surfaces() -> str:
-    """Return the table of surfaces as Markdown."""
+    """Return the table of floor surfaces as Markdown."""
     headings = ("surface", "mu along", "mu across", "rolling resistance", "source")
     cells = (
         (s.name, f"{s.mu_long:.2f}", f"{s.mu_lat:.2f}", f"{s.rolling_resistance:.3f}", s.source)
@@ -56,37 +59,37 @@ def _grid(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[st
         yield f"| {' | '.join(row)} |"
 
 
-def written(page: str, rows: Sequence[Row]) -> str:
-    """Return a page's text with both tables in it renewed.
+def page_with_tables(page: str, rows: Sequence[Row]) -> str:
+    """Return a page's text with both of its tables replaced.
 
     Raises:
-        ReportError: a pair of marker comments is not there.
+        PageError: a pair of marker comments is missing.
     """
-    return _replaced(_replaced(page, "validation", table(rows)), "surfaces", surfaces())
+    return _replaced(_replaced(page, "validation", markdown_table(rows)), "surfaces", surfaces())
 
 
-def between(page: str, name: str) -> str:
-    """Return what stands between ``<!-- name begin -->`` and ``<!-- name end -->``.
+def text_between(page: str, name: str) -> str:
+    """Return the text between ``<!-- name begin -->`` and ``<!-- name end -->``.
 
     Raises:
-        ReportError: they are not there, each once and in that order.
+        PageError: the markers are not there once each, in this order.
     """
     start, end = _marks(page, name)
     return page[start:end].strip("\n") + "\n"
 
 
 def write_report(path: Path, rows: Sequence[Row]) -> None:
-    """Renew both tables of a page in its file.
+    """Replace both tables of a page in its file.
 
     Raises:
-        ReportError: a pair of marker comments is not there.
+        PageError: a pair of marker comments is missing.
         OSError: the file cannot be read or written.
     """
     try:
         page = path.read_text(encoding="utf-8")
-        path.write_text(written(page, rows), encoding="utf-8")
-    except ReportError as error:
-        raise ReportError(f"{path}: {error}") from None
+        path.write_text(page_with_tables(page, rows), encoding="utf-8")
+    except PageError as error:
+        raise PageError(f"{path}: {error}") from None
 
 
 def _replaced(page: str, name: str, text: str) -> str:
@@ -98,5 +101,5 @@ def _marks(page: str, name: str) -> tuple[int, int]:
     """Return where the text between the markers begins and ends."""
     begin, finish = f"<!-- {name} begin -->", f"<!-- {name} end -->"
     if page.count(begin) != 1 or page.count(finish) != 1 or page.index(finish) < page.index(begin):
-        raise ReportError(f"the page needs one {begin} and after it one {finish}")
+        raise PageError(f"the page needs one {begin} and after it one {finish}")
     return page.index(begin) + len(begin), page.index(finish)

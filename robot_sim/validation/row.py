@@ -1,4 +1,4 @@
-"""One line of the validation: what should come out, how near, and what does."""
+"""One row of the validation: a quantity with its target, tolerance, measured value and source."""
 
 from __future__ import annotations
 
@@ -6,50 +6,61 @@ import math
 from dataclasses import dataclass
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """A quantity with its target and how far it may be from it."""
+    """A quantity, its target and the largest deviation allowed."""
 
     group: str
-    """Under which heading it stands."""
+    """Heading under which the row is printed."""
     name: str
+    """What is measured, in words."""
     target: float
+    """The value that theory or a publication gives, in ``unit``."""
     tolerance: float
-    """Largest distance from the target, in the same unit, >= 0; infinite if nothing judges it."""
+    """Largest deviation from the target, in ``unit``, >= 0; infinite for a row that is only reported."""
     value: float
-    """What the simulation gave."""
-    unit: str
-    """Empty for a ratio or a count."""
+    """The value that the simulation gives, in ``unit``."""
+    unit: str = ""
+    """The unit; empty for a ratio or a count."""
     source: str
     """Where the target comes from."""
     digits: int = 3
-    """Decimals with which to print."""
+    """Number of decimals that are printed."""
     relative: bool = False
-    """Whether to print the tolerance as a share of the target."""
+    """Whether the tolerance is printed as a share of the target."""
     control: bool = False
-    """Whether the value must not be near: a rig that cannot fail proves nothing."""
+    """Whether the value must lie outside the tolerance: a test rig that cannot fail proves nothing."""
+    fitted: bool = False
+    """Whether a parameter of the simulation was fitted to this target, so that meeting it proves little."""
+
+    @property
+    def judged(self) -> bool:
+        """Whether the row has a tolerance that it can miss."""
+        return math.isfinite(self.tolerance)
 
     @property
     def passed(self) -> bool:
-        """Whether the value is near enough (a control's: not near); NaN never passes."""
+        """Whether the value is within the tolerance (a control's: outside of it); NaN never passes."""
         if math.isnan(self.value):
             return False
         return (abs(self.value - self.target) <= self.tolerance) is not self.control
 
     @property
     def result(self) -> str:
-        """One word."""
-        if math.isinf(self.tolerance):
-            return "told"
+        """The result as it is printed."""
+        if not self.judged:
+            return "reported"
         if self.control:
             return "fails, as it must" if self.passed else "passes, and must not"
-        return "ok" if self.passed else "missed"
+        if not self.passed:
+            return "missed"
+        return "ok (fitted)" if self.fitted else "ok"
 
     @property
     def cells(self) -> tuple[str, str, str, str, str, str]:
         """Name, target, tolerance, value, result and source as text."""
         unit = f" {self.unit}" if self.unit else ""
-        if math.isinf(self.tolerance):
+        if not self.judged:
             tolerance = "none"
         elif self.relative:
             tolerance = f"± {100.0 * self.tolerance / abs(self.target):.3g} %"
@@ -72,7 +83,7 @@ class Row:
 
     def _text(self, number: float) -> str:
         text = f"{number:.{self.digits}f}"
-        # Rounding leaves a sign on nothing.
+        # Rounding may leave a minus sign before zero.
         return text.removeprefix("-") if float(text) == 0.0 else text
 
 
@@ -86,14 +97,41 @@ def within(
     unit: str = "",
     source: str,
     digits: int = 3,
+    fitted: bool = False,
 ) -> Row:
     """Return a row whose value must be within ``share`` of the target."""
-    tolerance = share * abs(target)
-    return Row(group, name, target, tolerance, value, unit, source, digits, relative=True)
+    return Row(
+        group=group,
+        name=name,
+        target=target,
+        tolerance=share * abs(target),
+        value=value,
+        unit=unit,
+        source=source,
+        digits=digits,
+        relative=True,
+        fitted=fitted,
+    )
 
 
-def told(
-    group: str, name: str, target: float, value: float, unit: str, source: str, digits: int
+def reported(
+    group: str,
+    name: str,
+    target: float,
+    value: float,
+    *,
+    unit: str = "",
+    source: str,
+    digits: int = 3,
 ) -> Row:
-    """Return a row that nothing judges: a value beside one that it need not meet."""
-    return Row(group, name, target, math.inf, value, unit, source, digits)
+    """Return a row without a tolerance: a value is printed beside one that it need not meet."""
+    return Row(
+        group=group,
+        name=name,
+        target=target,
+        tolerance=math.inf,
+        value=value,
+        unit=unit,
+        source=source,
+        digits=digits,
+    )

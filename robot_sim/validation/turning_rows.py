@@ -1,4 +1,4 @@
-"""Rows on turning: how far a skid-steered robot turns for what its wheels do, and what that costs."""
+"""Rows on turning: yaw rate over wheel rates, torque, power and steadiness."""
 
 from __future__ import annotations
 
@@ -16,60 +16,68 @@ from robot_sim.robot.mujoco_body import WHEELS
 from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.scene_objects.floor_surfaces import Surface
-from robot_sim.validation import friction_theory as coulomb
-from robot_sim.validation.row import Row, told, within
-from robot_sim.validation.wheel_bench import BENCH, Bench, Run, chi, ramped
+from robot_sim.validation import friction_theory
+from robot_sim.validation.drive_bench import BENCH, DriveBench, Run, chi, ramped
+from robot_sim.validation.row import Row, reported, within
 
 WEIGHED = 27.1
-"""Mass for which spin torque and power are told [kg]: a P3-AT without scanners."""
+"""Mass for spin torque and power [kg]: a P3-AT without scanners."""
 RATES = (0.2, 1.0, 3.0, 6.4)
-"""Wheel rates in place [rad/s], to the fastest at which the P3-AT drives straight."""
+"""Wheel rates in place [rad/s], up to the fastest at which the P3-AT drives straight."""
 FRICTIONS = (0.3, 0.7, 0.9)
+"""Friction coefficients of the sweep."""
 MASSES = (27.0, 35.0, 50.0)
-"""[kg]"""
+"""Masses of the sweep [kg]."""
 CURVES = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0)
-"""Sum over difference of the rim speeds."""
+"""Values of lambda: sum over difference of the rim speeds."""
 RATIOS = (0.7, 0.85, 1.0, 1.2, 1.43)
-"""Friction across over friction along the wheels."""
+"""Values of friction across over friction along the wheels."""
 OFFSETS = (-0.024, 0.015, 0.024)
-"""Of the centre of mass from the wheels' centre [m]."""
+"""Offsets of the centre of mass from the wheels' centre [m]."""
 _WANG = "Wang et al., Sensors 2015, 15, 9681"
 _CLOSED = "closed form of four Coulomb contacts"
 
 
 def ballasted(robot: SkidSteer, mass: float) -> SkidSteer:
-    """Return the robot with a chassis that makes it weigh ``mass`` [kg]."""
+    """Return the robot with a chassis mass that gives it the total ``mass`` [kg]."""
     return replace(robot, chassis_mass=robot.chassis_mass + mass - robot.mass)
 
 
-def even(friction: float) -> Surface:
-    """Return a floor with that friction in all directions."""
+def uniform_friction(friction: float) -> Surface:
+    """Return a floor with the same friction in all directions."""
     return Surface(f"mu {friction}", friction, friction, 0.0, "swept")
 
 
 def spin(robot: SkidSteer, rate: float, surface: Surface = BENCH, *, seconds: float = 3.0) -> Run:
     """Turn in place at a wheel rate [rad/s]; return the settled part, from 1 s on."""
-    return Bench(robot, surface).run(ramped(-rate, rate, seconds)).after(1.0)
+    return DriveBench(robot, surface).run(ramped(-rate, rate, seconds)).after(1.0)
 
 
 def in_place() -> Iterator[Row]:
-    """Yield the farthest chi of each sweep, and the published figures of the P3-AT."""
+    """Yield the worst chi of each sweep, and the published figures of the P3-AT."""
     robot = P3AT()
     swept = [
-        chi(robot, spin(robot, rate, even(friction))) for rate in RATES for friction in FRICTIONS
+        chi(robot, spin(robot, rate, uniform_friction(friction)))
+        for rate in RATES
+        for friction in FRICTIONS
     ]
     loaded = [chi(r, spin(r, 2.0)) for r in (ballasted(robot, m) for m in MASSES)]
     group = "Turning in place"
-    name = "chi, wheels at 0.2 to 6.4 rad/s, mu 0.3 to 0.9, the farthest of 12"
-    yield within(group, name, robot.chi, 0.03, _farthest(swept, robot.chi), source=_CLOSED)
-    name = "chi, 27 to 50 kg, the farthest of 3"
-    yield within(group, name, robot.chi, 0.03, _farthest(loaded, robot.chi), source=_CLOSED)
+    name = "chi, wheels at 0.2 to 6.4 rad/s, mu 0.3 to 0.9, the worst of 12"
+    yield within(group, name, robot.chi, 0.03, _worst(swept, robot.chi), source=_CLOSED)
+    name = "chi, 27 to 50 kg, the worst of 3"
+    yield within(group, name, robot.chi, 0.03, _worst(loaded, robot.chi), source=_CLOSED)
     run = spin(robot, 2.0)
     here = chi(robot, run)
-    aria = coulomb.ARIA_TRACK / robot.track
+    aria = friction_theory.ARIA_TRACK / robot.track
     yield within(group, "chi, ARIA", aria, 0.03, here, source="ARIA `DiffConvFactor` 0.0034")
     yield within(
-        group, "chi, P3-AT in Wang's curve", coulomb.published_chi(0.0), 0.03, here, source=_WANG
+        group,
+        "chi, P3-AT in Wang's curve",
+        friction_theory.published_chi(0.0),
+        0.03,
+        here,
+        source=_WANG,
     )
     slips = [
         slip_of(robot, vx, vy, turn, rates)
@@ -79,7 +87,7 @@ def in_place() -> Iterator[Row]:
     yield within(
         group,
         "distance of left and right ICR",
-        coulomb.MANDOW_SPAN,
+        friction_theory.MANDOW_SPAN,
         0.03,
         float(np.mean(spans)),
         unit="m",
@@ -90,31 +98,36 @@ def in_place() -> Iterator[Row]:
 
 def _others() -> Iterator[Row]:
     source = "Clearpath `control.yaml`, URDF"
-    for robot, track in ((HUSKY, coulomb.HUSKY_TRACK), (JACKAL, coulomb.JACKAL_TRACK)):
+    for robot, track in (
+        (HUSKY, friction_theory.HUSKY_TRACK),
+        (JACKAL, friction_theory.JACKAL_TRACK),
+    ):
         target = track / robot.track
         rates = (0.1 * robot.wheel_rate, 0.95 * robot.wheel_rate)
         values = [chi(robot, spin(robot, rate)) for rate in rates]
-        name = f"chi, {robot.name.title()}, at a tenth and at all of its wheel rate, the farthest"
-        value = _farthest(values, target)
+        name = f"chi, {robot.name.title()}, at a tenth and at all of its wheel rate, the worst"
+        value = _worst(values, target)
         yield within("Turning in place", name, target, 0.03, value, source=source)
 
 
 def curves() -> Iterator[Row]:
-    """Yield chi in curves of growing radius."""
+    """Yield chi in curves of growing radius; the rule of the tyres' lateral grip was fitted to them."""
     robot = P3AT()
     for curve in CURVES:
         slow, fast = _rates(curve)
         ways = [(slow, fast), (fast, slow), (-slow, -fast), (-fast, -slow)]
-        values = [chi(robot, Bench(robot).run(ramped(*w, 3.0)).after(1.0)) for w in ways]
-        target = coulomb.published_chi(curve)
-        name = f"chi at lambda {curve:g}, the farthest of left, right, forward, back"
-        yield within("Curves", name, target, 0.03, _farthest(values, target), source=_WANG)
+        values = [chi(robot, DriveBench(robot).run(ramped(*w, 3.0)).after(1.0)) for w in ways]
+        target = friction_theory.published_chi(curve)
+        name = f"chi at lambda {curve:g}, the worst of left, right, forward, back"
+        yield within(
+            "Curves", name, target, 0.03, _worst(values, target), source=_WANG, fitted=True
+        )
 
 
 def chi_in_curve(curve: float, *, compliant: bool = True) -> float:
     """Return chi of the P3-AT in a left curve of that lambda, with tyres that bend or do not."""
     robot = P3AT()
-    run = Bench(robot, compliant=compliant).run(ramped(*_rates(curve), 3.0)).after(1.0)
+    run = DriveBench(robot, compliant=compliant).run(ramped(*_rates(curve), 3.0)).after(1.0)
     return chi(robot, run)
 
 
@@ -127,12 +140,12 @@ def _rates(curve: float) -> tuple[float, float]:
 
 
 def anisotropy() -> Iterator[Row]:
-    """Yield chi for floors on which tyres hold better or worse across than along."""
+    """Yield chi on floors with different friction across and along the wheels."""
     robot = P3AT()
     for ratio in RATIOS:
         floor = Surface(f"ratio {ratio}", 0.6, 0.6 * ratio, 0.0, "swept")
         value = chi(robot, spin(robot, 2.0, floor))
-        target = coulomb.anisotropic_chi(robot, ratio)
+        target = friction_theory.anisotropic_chi(robot, ratio)
         name = f"chi, mu across / along {ratio:g}"
         yield within("Anisotropic friction", name, target, 0.01, value, source=_CLOSED)
 
@@ -142,27 +155,29 @@ def offsets() -> Iterator[Row]:
     for offset in OFFSETS:
         robot = replace(P3AT(), imperfections=Imperfections(com_offset=(offset, 0.0, 0.0)))
         value = chi(robot, spin(robot, 2.0))
-        target = coulomb.turning_chi(robot, offset)
+        target = friction_theory.turning_chi(robot, offset)
         name = f"chi, centre of mass {1e3 * offset:+.0f} mm"
-        source = "four Coulomb contacts, loads by lever, solved apart from MuJoCo"
+        source = "four Coulomb contacts, loads by lever, solved independently of MuJoCo"
         yield within("Centre of mass", name, target, 0.02, value, source=source)
 
 
 def width() -> Iterator[Row]:
-    """Yield chi with tyres that touch with their whole width, which no row judges."""
+    """Yield chi with tyres that touch with their whole width, which is only reported."""
     notes = "as first measured with such cylinders"
     cases = (
-        (0.0, coulomb.ARIA_TRACK / P3AT().track, "ARIA"),
+        (0.0, friction_theory.ARIA_TRACK / P3AT().track, "ARIA"),
         (0.024, 1.39, notes),
         (-0.04, 1.28, notes),
     )
     for offset, target, source in cases:
         robot = replace(P3AT(), imperfections=Imperfections(com_offset=(offset, 0.0, 0.0)))
-        bench = Bench(robot, compliant=False)
+        bench = DriveBench(robot, compliant=False)
         widen(bench.model, robot)
         value = chi(robot, bench.run(ramped(-2.0, 2.0, 3.0)).after(1.0))
         name = f"chi, centre of mass {1e3 * offset:+.0f} mm"
-        yield told("Tyres as wide as they look", name, target, value, "", source, 3)
+        yield reported(
+            "Tyres touching with their full width", name, target, value, source=source, digits=3
+        )
 
 
 def widen(model: mujoco.MjModel, robot: SkidSteer) -> None:
@@ -175,10 +190,10 @@ def widen(model: mujoco.MjModel, robot: SkidSteer) -> None:
 
 
 def effort() -> Iterator[Row]:
-    """Yield torque and power in place, which chi alone says nothing of."""
+    """Yield torque and power in place, on which chi has no information."""
     group = "Effort"
     for robot in (ballasted(P3AT(), WEIGHED), P3AT(), HUSKY, JACKAL):
-        target = coulomb.spin_torque(robot, BENCH.mu_long)
+        target = friction_theory.spin_torque(robot, BENCH.mu_long)
         value = float(np.abs(spin(robot, 2.0).torques).mean())
         name = f"torque per wheel, {robot.name}, {robot.mass:.1f} kg, mu 0.7"
         yield within(group, name, target, 0.05, value, unit="N m", source=_CLOSED, digits=2)
@@ -186,7 +201,7 @@ def effort() -> Iterator[Row]:
     for rate in (2.0, 6.0):
         run = spin(light, rate)
         value = float((run.torques * run.wheel_rates).sum(axis=1).mean())
-        target = 4.0 * coulomb.spin_torque(light, BENCH.mu_long) * rate
+        target = 4.0 * friction_theory.spin_torque(light, BENCH.mu_long) * rate
         name = f"power in place, wheels at {rate:g} rad/s, {WEIGHED} kg"
         yield within(group, name, target, 0.05, value, unit="W", source=_CLOSED, digits=1)
     yield from _rolling()
@@ -194,7 +209,7 @@ def effort() -> Iterator[Row]:
 
 def _rolling() -> Iterator[Row]:
     robot, floor = P3AT(), Surface("carpet", 0.8, 0.8, 0.03, "swept")
-    run = Bench(robot, floor).run(ramped(3.0, 3.0, 3.0)).after(1.0)
+    run = DriveBench(robot, floor).run(ramped(3.0, 3.0, 3.0)).after(1.0)
     target = 0.03 * robot.mass * GRAVITY / 4.0 * robot.rolling_radius
     value = float(run.torques.mean())
     name = "torque per wheel, straight, rolling resistance 0.03"
@@ -203,29 +218,63 @@ def _rolling() -> Iterator[Row]:
 
 
 def steadiness() -> Iterator[Row]:
-    """Yield what must not happen while turning in place: walking, ripple, hopping, lost contacts."""
+    """Yield drift, ripple, vibration and lost contacts while turning in place."""
     group = "Steadiness in place"
-    run = Bench(P3AT()).run(ramped(-2.0, 2.0, 12.0), fine=True)
+    run = DriveBench(P3AT()).run(ramped(-2.0, 2.0, 12.0), fine=True)
     walked = float(np.hypot(*run.positions[:, :2].T).max())
-    yield Row(group, "position walk in 12 s", 0.0, 10.0, 1e3 * walked, "mm", "target chosen")
+    yield Row(
+        group=group,
+        name="position drift in 12 s",
+        target=0.0,
+        tolerance=10.0,
+        value=1e3 * walked,
+        unit="mm",
+        source="target chosen",
+    )
     settled = run.after(1.0)
     turn = settled.twists[:, 2]
     turns = (settled.yaws[-1] - settled.yaws[0]) / (2.0 * math.pi)
     ripple = 100.0 * float(np.ptp(turn) / turn.mean())
     name = f"yaw-rate ripple, peak to peak, {turns:.1f} turns"
-    yield Row(group, name, 0.0, 1.0, ripple, "%", "pyramidal cones fail this", 4)
+    yield Row(
+        group=group,
+        name=name,
+        target=0.0,
+        tolerance=1.0,
+        value=ripple,
+        unit="%",
+        source="pyramidal cones fail this",
+        digits=4,
+    )
     for rate, part in ((2.0, settled), (6.0, _fast())):
         shake = float(part.accelerations.std(axis=0).max())
         name = f"accelerometer std, wheels at {rate:g} rad/s, every step"
-        yield Row(group, name, 0.0, 0.05, shake, "m/s²", "MuJoCo's default contacts: 7.7", 4)
+        yield Row(
+            group=group,
+            name=name,
+            target=0.0,
+            tolerance=0.05,
+            value=shake,
+            unit="m/s²",
+            source="MuJoCo's default contacts: 7.7",
+            digits=4,
+        )
         down = int(part.tyres_down.sum(axis=1).min())
         name = f"wheels down, fewest in any step, at {rate:g} rad/s"
-        yield Row(group, name, 4, 0, down, "", "MuJoCo's default contacts: 0", 0)
+        yield Row(
+            group=group,
+            name=name,
+            target=4,
+            tolerance=0,
+            value=down,
+            source="MuJoCo's default contacts: 0",
+            digits=0,
+        )
 
 
 def _fast() -> Run:
-    return Bench(P3AT()).run(ramped(-6.0, 6.0, 4.0), fine=True).after(2.0)
+    return DriveBench(P3AT()).run(ramped(-6.0, 6.0, 4.0), fine=True).after(2.0)
 
 
-def _farthest(values: list[float], target: float) -> float:
+def _worst(values: list[float], target: float) -> float:
     return max(values, key=lambda v: abs(v - target))

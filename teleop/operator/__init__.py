@@ -1,1 +1,1 @@
-"""The operator station: a client of the robot and its display."""
+"""The operator's side: a client of the robot, its display, and ``farsteer operate``."""

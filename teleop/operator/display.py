@@ -1,7 +1,7 @@
-"""The operator's display: robot messages in, a rerun recording out, with every time the robot's own.
+"""The operator's display: the robot's messages as a rerun recording, at the robot's times.
 
-What is drawn comes from the topics that any client can have; truth only if the robot publishes it. The
-display never stops its client: what cannot be shown is counted, said once, and left out.
+It draws topics that any client can subscribe to; ground truth only if the robot publishes it. It never
+raises into its client: messages that cannot be drawn are counted, and the first of each topic is logged.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from localization.display.map_drawing import MapDrawing
 from localization.display.rerun_sink import Canvas, Sink
 from localization.display.time_plots import Level, TimePlots
 from localization.geometry import FloatArray
+from localization.logs.ros_geometry import pose_from_message, pose_from_transform
+from localization.logs.ros_stamps import stamp_from_message
 from localization.maps.cloud import Cloud
 from localization.types import SECOND, Pose
 from teleop.operator import message_decoding as decode
@@ -27,29 +29,29 @@ from teleop.operator.display_layout import LANE_COLOURS, LEGEND_TEXT, SERIES, bl
 from teleop.operator.message_decoding import Message
 
 HINT_SHOWN: Final = 10 * SECOND
-"""A hint's ghost stays this long after its verdict [ns]."""
+"""Time for which a hint stays drawn after its verdict [ns]."""
 _REMEMBERED: Final = 50
-"""Poses kept for the comparison with truth, which may come a little earlier or later."""
+"""Number of poses kept for the comparison with ground truth, which may come earlier or later."""
 _FLUSH: Final = 3.0
-"""How long closing may wait for a viewer that does not take what was sent [s]."""
+"""Largest time that closing waits for a viewer that accepts no data [s]."""
 
 _log = logging.getLogger(__name__)
 
 
 class Display:
-    """A client of the robot's topics that draws them; see ``topics`` for which."""
+    """Draws the robot's topics; see ``topics``."""
 
     def __init__(self, cloud: Cloud, *, sink: Sink, strict: bool = False) -> None:
         """Open the sink and draw the map.
 
         Args:
-            cloud: the prebuilt cloud, this side's copy.
-            sink: where to.
-            strict: raise what would otherwise be counted, as tests want it.
+            cloud: This side's copy of the robot's map.
+            sink: Where the display goes.
+            strict: Whether to raise errors that are otherwise counted.
         """
         self.failures: Counter[str] = Counter()
-        """How many messages could not be shown, by topic."""
-        # rerun swallows mistakes by default, each in its own way; here one place handles them all.
+        """Number of messages that could not be drawn, by topic."""
+        # rerun hides errors by default; here one place handles them all.
         rr.set_strict_mode(True)
         self._cloud, self._strict = cloud, strict
         self._canvas = Canvas(sink, blueprint(*cloud.bounds))
@@ -77,15 +79,15 @@ class Display:
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """The topics it makes use of."""
+        """Topics that it draws."""
         return tuple(self._handlers)
 
     def show(self, topic: str, message: Mapping[str, Any]) -> None:
-        """Draw a message; one of a topic that is not in ``topics`` is left aside.
+        """Draw a message; those of topics that are not in ``topics`` are ignored.
 
         Args:
-            topic: such as ``/tf``.
-            message: as decoded from rosbridge: dictionaries, lists or arrays of numbers, bytes.
+            topic: Name of the topic, such as ``/tf``.
+            message: The message as decoded from rosbridge: dictionaries, lists or arrays of numbers, bytes.
         """
         if (handler := self._handlers.get(topic)) is None:
             return
@@ -94,23 +96,23 @@ class Display:
             handler(message, self._at(self._now if stamp is None else stamp))
 
     def command(self, forward: float, turn: float, deadman: bool, stamp: int) -> None:
-        """Draw what this operator's stick asks for: forward [m/s], turn [rad/s], at a stamp [ns]."""
+        """Draw this operator's request: forward speed [m/s] and turn rate [rad/s], at a stamp [ns]."""
         with self._guarded("command"):
             self._at(stamp)
             self._instruments.plot("speed/stick", forward if deadman else 0.0)
             self._instruments.state("deadman", "held" if deadman else "released")
 
     def hint(self, map_from_base: Pose, covariance: FloatArray, stamp: int) -> None:
-        """Draw the hint that this operator gives: a pose, and its (6, 6) covariance in ROS's order."""
+        """Draw the hint that this operator sends: a pose and its covariance (6, 6) in ROS's order."""
         with self._guarded("hint"):
             self._at(stamp)
             self._scene.hint(map_from_base, "hint", np.asarray(covariance).reshape(6, 6))
             x, y, _ = map_from_base.position
             yaw = np.rad2deg(map_from_base.yaw)
-            self._instruments.event(f"hint given: x {x:.2f} m, y {y:.2f} m, heading {yaw:.0f}°")
+            self._instruments.event(f"hint sent: x {x:.2f} m, y {y:.2f} m, heading {yaw:.0f}°")
 
     def link(self, *, connected: bool, text: str, stamp: int) -> None:
-        """Note that the connection to the robot came or went, and why, at a stamp [ns]."""
+        """Draw that the connection was established or lost, and why, at a stamp [ns]."""
         with self._guarded("link"):
             self._at(stamp)
             if self._instruments.state("link", "connected" if connected else "lost"):
@@ -118,14 +120,14 @@ class Display:
             self._instruments.event(text, Level.INFO if connected else Level.ALARM)
 
     def flush(self) -> None:
-        """Send and write what waits, which otherwise happens within half a second."""
+        """Send and write pending data at once, instead of within half a second."""
         with self._guarded("flush"):
             self._canvas.flush(_FLUSH)
 
     def close(self) -> None:
-        """Send or write what is left, and end the recording; say how much could not be shown."""
+        """Send and write pending data, end the recording, and log how much could not be drawn."""
         if self.failures:
-            _log.warning("could not show %s", dict(self.failures))
+            _log.warning("could not draw %s", dict(self.failures))
         with self._guarded("close"):
             self._canvas.close(_FLUSH)
 
@@ -138,14 +140,14 @@ class Display:
                 raise
             self.failures[source] += 1
             if self.failures[source] == 1:
-                _log.warning("cannot show %s (more like it are counted): %r", source, error)
+                _log.warning("cannot draw %s (further errors are counted): %r", source, error)
 
     def _at(self, stamp: int) -> int:
         self._canvas.set_time(stamp)
         return stamp
 
     def _clock(self, message: Message, _: int) -> None:
-        self._now = self._at(decode.time_of(message["clock"]))
+        self._now = self._at(stamp_from_message(message["clock"]))
         if 0 <= self._hint_until <= self._now:
             self._hint_until = -1
             self._scene.clear_hint()
@@ -171,14 +173,14 @@ class Display:
 
     def _tf_static(self, message: Message, _: int) -> None:
         for link in message["transforms"]:
-            pose = decode.transform_of(link["transform"])
+            pose = pose_from_transform(link["transform"])
             parent, child = link["header"]["frame_id"], link["child_frame_id"]
             self._scene.transform(parent, child, pose, static=True)
 
     def _tf(self, message: Message, stamp: int) -> None:
         moved = set()
         for link in message["transforms"]:
-            pose = decode.transform_of(link["transform"])
+            pose = pose_from_transform(link["transform"])
             parent, child = link["header"]["frame_id"], link["child_frame_id"]
             stamp = self._at(decode.stamp_of(link) or stamp)
             self._frames[child] = pose
@@ -190,7 +192,7 @@ class Display:
             self._compare(self._estimates, self._truths, stamp, map_from_base.position)
 
     def _ground_truth(self, message: Message, stamp: int) -> None:
-        position = decode.pose_of(message["pose"]["pose"]).position
+        position = pose_from_message(message["pose"]["pose"]).position
         self._scene.truth.add(position)
         self._compare(self._truths, self._estimates, stamp, position)
 
@@ -201,7 +203,7 @@ class Display:
         stamp: int,
         position: FloatArray,
     ) -> None:
-        """Plot the distance of estimate and truth once both of a stamp are there."""
+        """Plot the distance of estimate and ground truth once both of a stamp are known."""
         if (twin := other.pop(stamp, None)) is not None:
             error = 1e3 * float(np.linalg.norm(position - twin))
             self._instruments.plot("position/error", error)
@@ -215,7 +217,7 @@ class Display:
 
     def _amcl_pose(self, message: Message, _: int) -> None:
         self._scene.uncertainty(
-            decode.pose_of(message["pose"]["pose"]),
+            pose_from_message(message["pose"]["pose"]),
             decode.covariance_of(message["pose"]["covariance"]),
         )
 
@@ -235,10 +237,10 @@ class Display:
 
     def _hint_verdict(self, message: Message, stamp: int) -> None:
         if stamp == self._verdict_stamp:
-            return  # latched: it comes again with every new connection
+            return  # latched, so that it is sent again on every new connection
         self._verdict_stamp = stamp
-        verdict, hint = str(message["verdict"]), decode.pose_of(message["hint"])
-        candidates = [decode.pose_of(pose) for pose in message["candidates"]]
+        verdict, hint = str(message["verdict"]), pose_from_message(message["hint"])
+        candidates = [pose_from_message(pose) for pose in message["candidates"]]
         scores = [float(score) for score in message["scores"]]
         self._scene.verdict(verdict, hint, candidates, scores)
         self._hint_until = stamp + HINT_SHOWN

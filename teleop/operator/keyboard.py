@@ -1,4 +1,4 @@
-"""Driving from the terminal: keys held down become a twist, for as long as they repeat."""
+"""Keyboard driving: keys that are held down in a terminal, as a twist."""
 
 from __future__ import annotations
 
@@ -13,44 +13,44 @@ from dataclasses import dataclass, field
 from localization.types import Twist
 
 HOLD = 450_000_000
-"""A key counts as held this long after its last repeat [ns]; terminals tell no release, and begin to
-repeat after up to 0.4 s."""
+"""Time after its last repeat for which a key counts as held [ns]; terminals report no release, and start
+repeating after up to 0.4 s."""
 
 HELP = "w/s or arrows drive, a/d turn, shift is faster, space stops, e is the e-stop, r resets it, t takes over, q quits"
 
 _FORWARD = {"w": 1.0, "s": -1.0, "\x1b[A": 1.0, "\x1b[B": -1.0}
 _TURN = {"a": 1.0, "d": -1.0, "\x1b[D": 1.0, "\x1b[C": -1.0}
-_ORDERS = {"e": "estop", "r": "reset", "t": "take_over", "q": "quit", "\x03": "quit"}
+_ACTIONS = {"e": "estop", "r": "reset", "t": "take_over", "q": "quit", "\x03": "quit"}
 
 
 @dataclass(slots=True)
 class Keyboard:
-    """Remembers when each key was last heard; time is an argument."""
+    """Remembers when each key was last pressed; time is an argument."""
 
     speed: float = 0.35
-    """Of a plain key [m/s]."""
+    """Forward speed of a plain key [m/s]."""
     fast: float = 0.7
-    """With shift [m/s]."""
+    """Forward speed with shift [m/s]."""
     turn: float = 0.8
-    """[rad/s]."""
-    _heard: dict[str, int] = field(default_factory=dict)
+    """Turn rate [rad/s]."""
+    _pressed: dict[str, int] = field(default_factory=dict)
     _fast: bool = False
 
     def press(self, key: str, now: int) -> str | None:
-        """Take a key; return what it orders besides motion: estop, reset, take_over or quit."""
+        """Take a key pressed at ``now`` [ns]; return its action: estop, reset, take_over, quit, or None."""
         small = key.lower()
         if small in _FORWARD or small in _TURN or key in _FORWARD or key in _TURN:
             self._fast = key.isupper() and len(key) == 1
-            self._heard[small if len(key) == 1 else key] = now
+            self._pressed[small if len(key) == 1 else key] = now
             return None
         if key == " ":
-            self._heard.clear()
+            self._pressed.clear()
             return None
-        return _ORDERS.get(small)
+        return _ACTIONS.get(small)
 
     def twist(self, now: int) -> tuple[Twist, bool]:
-        """Return the twist that the held keys ask for, and whether any is held (the deadman)."""
-        held = [key for key, heard in self._heard.items() if now - heard <= HOLD]
+        """Return the twist that the held keys request, and whether any is held (the deadman)."""
+        held = [key for key, pressed in self._pressed.items() if now - pressed <= HOLD]
         forward = sum(_FORWARD.get(key, 0.0) for key in held)
         turn = sum(_TURN.get(key, 0.0) for key in held)
         speed = self.fast if self._fast else self.speed
@@ -63,7 +63,7 @@ def _sign(value: float) -> float:
 
 @contextmanager
 def raw_terminal() -> Iterator[int | None]:
-    """Read single keys from the terminal for a while; None where there is no terminal."""
+    """Switch the terminal to single keys and yield its descriptor; None if there is no terminal."""
     if not sys.stdin.isatty():
         yield None
         return
@@ -77,7 +77,7 @@ def raw_terminal() -> Iterator[int | None]:
 
 
 def read_keys(descriptor: int) -> list[str]:
-    """Return the keys that wait on a terminal, arrows as their whole sequence."""
+    """Return the keys that a terminal has received, arrows as their whole escape sequence."""
     text = os.read(descriptor, 64).decode(errors="ignore")
     keys: list[str] = []
     while text:

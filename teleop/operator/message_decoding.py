@@ -1,4 +1,4 @@
-"""Message dictionaries, as a rosbridge client hands them out, into the project's own values."""
+"""Decoding of message dictionaries: header stamps, covariances and point clouds."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from localization.geometry import FloatArray
-from localization.types import SECOND, Pose
+from localization.logs.ros_stamps import stamp_from_message
+from teleop.errors import TeleopError
 
 Message: TypeAlias = Mapping[str, Any]
 Floats: TypeAlias = npt.NDArray[np.float32]
@@ -18,44 +19,21 @@ _FLOAT32 = 7
 """``sensor_msgs/PointField.FLOAT32``."""
 
 
-class DecodeError(ValueError):
-    """A message that cannot be shown; one line says why."""
-
-
-def time_of(time: Message) -> int:
-    """Return the stamp [ns] of a ``builtin_interfaces/Time``; ROS 1 names its fields otherwise."""
-    nanosec = time["nanosec"] if "nanosec" in time else time["nsecs"]
-    return int(time["sec"] if "sec" in time else time["secs"]) * SECOND + int(nanosec)
+class DecodeError(TeleopError, ValueError):
+    """A message cannot be shown; the message of the error says why in one line."""
 
 
 def stamp_of(message: Message) -> int | None:
-    """Return the stamp [ns] in a message's header, or None if it has none."""
+    """Return the stamp [ns] in a message's header; None if it has no header."""
     stamp = message.get("header", {}).get("stamp")
-    return None if stamp is None else time_of(stamp)
-
-
-def pose_of(pose: Message) -> Pose:
-    """Return the pose in a ``geometry_msgs/Pose``."""
-    return _pose(pose["position"], pose["orientation"])
-
-
-def transform_of(transform: Message) -> Pose:
-    """Return ``parent_from_child`` in a ``geometry_msgs/Transform``."""
-    return _pose(transform["translation"], transform["rotation"])
-
-
-def _pose(position: Message, orientation: Message) -> Pose:
-    return Pose(
-        np.array([position[axis] for axis in "xyz"], dtype=float),
-        np.array([orientation[axis] for axis in "wxyz"], dtype=float),
-    )
+    return None if stamp is None else stamp_from_message(stamp)
 
 
 def covariance_of(value: npt.ArrayLike) -> FloatArray:
-    """Return a (6, 6) covariance, as ROS orders it, from its 36 numbers.
+    """Return a covariance (6, 6) in ROS's order from its 36 numbers.
 
     Raises:
-        DecodeError: if there are not 36 finite ones.
+        DecodeError: If there are not 36 finite numbers.
     """
     flat = np.asarray(value, dtype=float).ravel()
     if flat.shape != (36,) or not np.isfinite(flat).all():
@@ -66,10 +44,10 @@ def covariance_of(value: npt.ArrayLike) -> FloatArray:
 def cloud_of(message: Message) -> tuple[Floats, Floats]:
     """Return points (N, 3) and signed distances to the map (N,) [m] of a ``PointCloud2``.
 
-    Points that are not finite are left out. A cloud without ``distance`` gives NaN for all.
+    Points that are not finite are dropped. A cloud without ``distance`` gives NaN for all.
 
     Raises:
-        DecodeError: if it has no ``x y z`` in float32, or fewer bytes than it says.
+        DecodeError: If there is no ``x y z`` in float32, or there are fewer bytes than the size requires.
     """
     order = ">" if message["is_bigendian"] else "<"
     fields = {

@@ -1,18 +1,20 @@
-"""The operator's station: a rosbridge client, what it has heard, and what it can say."""
+"""The operator's rosbridge client: the robot's state as received, and the messages it can send."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
 import numpy as np
 
 from localization.geometry import FloatArray
+from localization.logs.ros_geometry import pose_from_transform, pose_to_dict
+from localization.logs.ros_stamps import stamp_from_message, stamp_to_dict
 from localization.maps.cloud import Cloud
-from localization.types import SECOND, Health, Pose, Twist
-from teleop.joystick import Layout, write_joy
-from teleop.operator.threaded_display import Shows
+from localization.types import Health, Pose, Twist
+from teleop.joystick import JoystickLayout, write_joy
+from teleop.operator.threaded_display import DisplayProtocol
 from teleop.rosbridge.client.client import Client
 
 TOPICS: Final[Mapping[str, str]] = {
@@ -28,55 +30,65 @@ TOPICS: Final[Mapping[str, str]] = {
     "/local_cloud": "sensor_msgs/msg/PointCloud2",
     "/ground_truth/odom": "nav_msgs/msg/Odometry",
 }
-"""What a station listens to; the truth is for the display alone."""
+"""Topics that an operator subscribes to, with their types; the ground truth is for the display alone."""
 
-_OFTEN_ENOUGH: Final[Mapping[str, int]] = {"/clock": 100, "/odom": 100, "/ground_truth/odom": 100}
-"""Topics that come faster than an eye follows are asked for at this period [ms]."""
+_THROTTLE: Final[Mapping[str, int]] = {"/clock": 100, "/odom": 100, "/ground_truth/odom": 100}
+"""Least periods of topics that come faster than an eye follows [ms]."""
 
 JOY: Final = "/joy"
 INITIALPOSE: Final = "/initialpose"
 
 
-class Station:
-    """Joins a client and a display; knows the robot's time, its believed pose and its health."""
+class OperatorClient:
+    """Joins a client and a display; knows the robot's time, its estimated pose and its health."""
 
     def __init__(
         self,
         client: Client,
         cloud: Cloud,
-        display: Shows | None = None,
+        display: DisplayProtocol | None = None,
         *,
-        layout: Layout | None = None,
-        tell: Callable[[str, Mapping[str, Any]], None] = lambda topic, message: None,
+        layout: JoystickLayout | None = None,
+        on_message: Callable[[str, Mapping[str, Any]], None] = lambda topic, message: None,
     ) -> None:
-        """Build on a client that need not be connected yet; ``tell`` gets each message as well."""
+        """Build on a client.
+
+        Args:
+            client: The connection, which need not be established yet.
+            cloud: This side's copy of the robot's map.
+            display: Draws what is received and sent.
+            layout: Assignment of the joystick that is sent; the default one if not given.
+            on_message: Called with the topic and each message received.
+        """
         self.client, self._cloud, self._display = client, cloud, display
-        self._layout, self._tell = layout or Layout(), tell
+        self._layout, self._on_message = layout or JoystickLayout(), on_message
         self.now = 0
         """The robot's time [ns]."""
         self.map_from_base: Pose | None = None
+        """The estimated pose; None before the robot is localised."""
         self.health = Health.WAITING
+        """Health of the robot's localisation."""
         self.map_sha256 = ""
-        """Of the robot's map; empty until it is known."""
+        """Hash of the robot's map; empty until it is received."""
 
     async def start(self) -> None:
-        """Ask for the topics and announce what will be published."""
-        # A wish that is not followed is answered at this level.
+        """Subscribe to the topics and advertise what will be published."""
+        # A rejected velocity request is reported at this level.
         await self.client.set_level("warning")
         for topic, kind in TOPICS.items():
-            hear = partial(self.hear, topic)
-            throttle = _OFTEN_ENOUGH.get(topic, 0)
+            receive = partial(self.receive, topic)
+            throttle = _THROTTLE.get(topic, 0)
             await self.client.subscribe(
-                topic, kind, hear, throttle_rate=throttle, compression="cbor"
+                topic, kind, receive, throttle_rate=throttle, compression="cbor"
             )
         await self.client.advertise(JOY, "sensor_msgs/msg/Joy")
         await self.client.advertise(INITIALPOSE, "geometry_msgs/msg/PoseWithCovarianceStamped")
 
-    def hear(self, topic: str, message: Mapping[str, Any]) -> None:
-        """Take in one message."""
+    def receive(self, topic: str, message: Mapping[str, Any]) -> None:
+        """Take a message of a topic."""
         match topic:
             case "/clock":
-                self.now = read_stamp(message["clock"])
+                self.now = stamp_from_message(message["clock"])
             case "/map_info":
                 self.map_sha256 = str(message["sha256"])
             case "/localization/status":
@@ -85,79 +97,66 @@ class Station:
                 self.map_from_base = map_from_base(message["transforms"])
         if self._display is not None:
             self._display.show(topic, message)
-        self._tell(topic, message)
+        self._on_message(topic, message)
 
     async def step(self, ticks: int) -> str | None:
-        """In lockstep, have the robot advance; return why it did not, if so.
+        """Advance a robot in lockstep; return why it did not advance, or None.
 
-        All messages of these ticks have been heard when this returns.
+        All messages of these ticks have been received when this returns.
+
+        Args:
+            ticks: Number of ticks of 20 ms.
 
         Raises:
-            ServiceCallError: if the robot is not in lockstep, or another client steps it.
+            ServiceCallError: If the robot is not in lockstep, or another client steps it.
         """
         answer = await self.client.call("/sim/step", {"ticks": ticks}, timeout=60.0)
-        self.now = read_stamp(answer["stamp"])
+        self.now = stamp_from_message(answer["stamp"])
         return None if answer["success"] else str(answer["message"])
 
     @property
-    def map_complaint(self) -> str | None:
-        """What is wrong with the two sides' maps, if they are not the same file."""
+    def map_mismatch(self) -> str | None:
+        """How the two sides' maps differ; None if they are the same file, or not yet known."""
         if self.map_sha256 in ("", self._cloud.sha256):
             return None
         return (
             f"the robot's map has hash {self.map_sha256[:12]}, ours {self._cloud.sha256[:12]}: "
-            "both sides must hold the same file"
+            "both sides must have the same file"
         )
 
     async def drive(self, twist: Twist, *, enabled: bool) -> None:
-        """Send a Joy that asks for a twist, with the deadman held or not."""
+        """Send a Joy message that requests a twist, with the deadman button held or not."""
         axes, buttons = write_joy(twist, self._layout, enabled=enabled)
         if self._display is not None:
             forward, turn = float(twist.linear[0]), float(twist.angular[2])
             self._display.command(forward, turn, enabled, self.now)
-        header = {"stamp": time_message(self.now), "frame_id": "operator"}
+        header = {"stamp": stamp_to_dict(self.now), "frame_id": "operator"}
         await self.client.publish(JOY, {"header": header, "axes": axes, "buttons": buttons})
 
     async def hint(self, pose: Pose, covariance: FloatArray) -> None:
-        """Tell the robot where it might be; covariance (6, 6) in ROS's order, all zeros for default."""
+        """Send a pose hint.
+
+        Args:
+            pose: Approximate ``map_from_base``.
+            covariance: Its covariance (6, 6) in ROS's order [m, rad]; all zeros for the robot's default.
+        """
         if self._display is not None:
             self._display.hint(pose, covariance, self.now)
-        w, x, y, z = pose.quaternion_wxyz.tolist()
-        px, py, pz = pose.position.tolist()
         await self.client.publish(
             INITIALPOSE,
             {
-                "header": {"stamp": time_message(self.now), "frame_id": "map"},
+                "header": {"stamp": stamp_to_dict(self.now), "frame_id": "map"},
                 "pose": {
-                    "pose": {
-                        "position": {"x": px, "y": py, "z": pz},
-                        "orientation": {"x": x, "y": y, "z": z, "w": w},
-                    },
+                    "pose": pose_to_dict(pose),
                     "covariance": np.asarray(covariance).ravel().tolist(),
                 },
             },
         )
 
 
-def read_stamp(time: Mapping[str, int]) -> int:
-    """Return the stamp [ns] of a time message."""
-    return int(time["sec"]) * SECOND + int(time["nanosec"])
-
-
-def time_message(stamp: int) -> dict[str, int]:
-    """Return the time message of a stamp [ns]."""
-    sec, nanosec = divmod(stamp, SECOND)
-    return {"sec": sec, "nanosec": nanosec}
-
-
-def map_from_base(transforms: list[Mapping[str, Any]]) -> Pose | None:
-    """Chain ``map`` to ``odom`` to ``base_link``; None before the robot is placed."""
-    poses = {t["child_frame_id"]: _pose(t["transform"]) for t in transforms}
+def map_from_base(transforms: Sequence[Mapping[str, Any]]) -> Pose | None:
+    """Chain ``map`` to ``odom`` to ``base_link``; None before the robot is localised."""
+    poses = {t["child_frame_id"]: pose_from_transform(t["transform"]) for t in transforms}
     if "odom" not in poses or "base_link" not in poses:
         return None
     return poses["odom"] @ poses["base_link"]
-
-
-def _pose(transform: Mapping[str, Any]) -> Pose:
-    p, q = transform["translation"], transform["rotation"]
-    return Pose(np.array([p["x"], p["y"], p["z"]]), np.array([q["w"], q["x"], q["y"], q["z"]]))

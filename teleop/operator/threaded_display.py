@@ -1,82 +1,89 @@
-"""A display on a thread of its own, so that drawing never holds up driving."""
+"""A display on a thread of its own, so that drawing never delays driving."""
 
 from __future__ import annotations
 
-import queue
-import threading
+import logging
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from concurrent.futures import Future, ThreadPoolExecutor
+from threading import Semaphore
+from typing import Any, Final, Protocol
 
 from localization.geometry import FloatArray
 from localization.types import Pose
 
+_LOG: Final = logging.getLogger(__name__)
 
-class Shows(Protocol):
-    """What a station needs of a display."""
+
+class DisplayProtocol(Protocol):
+    """The methods of a display that a client of the robot calls."""
 
     def show(self, topic: str, message: Mapping[str, Any]) -> None:
-        """Draw a message."""
+        """Draw a message of a topic."""
 
     def command(self, forward: float, turn: float, deadman: bool, stamp: int) -> None:
-        """Draw what this operator's stick asks for."""
+        """Draw the velocity that this operator requests."""
 
     def hint(self, map_from_base: Pose, covariance: FloatArray, stamp: int) -> None:
-        """Draw the hint that this operator gives."""
+        """Draw the hint that this operator sends."""
 
     def link(self, *, connected: bool, text: str, stamp: int) -> None:
-        """Note that the connection came or went."""
+        """Draw that the connection was established or lost."""
 
     def close(self) -> None:
-        """End it."""
+        """End the display."""
 
 
-class Aside:
-    """Hands everything to a display in another thread, in order.
+class ThreadedDisplay:
+    """Calls a display in another thread, in order.
 
-    A patient one waits when too much has piled up, so that a recording is complete; an impatient one
-    leaves messages out instead, so that the operator's hands are never tied.
+    A blocking one waits when too many calls are pending, so that a recording is complete; the other drops
+    calls instead, so that the operator is never held up.
     """
 
-    def __init__(self, display: Shows, *, patient: bool, most: int = 2000) -> None:
-        """Start the thread; ``most`` things may pile up."""
-        self._display, self._patient = display, patient
-        self._waiting: queue.Queue[Callable[[], None] | None] = queue.Queue(most)
-        self.left_out = 0
-        """How much an impatient one did not show."""
-        self._thread = threading.Thread(target=self._work, name="display", daemon=True)
-        self._thread.start()
+    def __init__(
+        self, display: DisplayProtocol, *, blocking: bool, max_pending: int = 2000
+    ) -> None:
+        """Start the thread.
+
+        Args:
+            display: The display to call.
+            blocking: Whether to wait, instead of dropping calls, when too many are pending.
+            max_pending: Number of calls that may be pending.
+        """
+        self._display, self._blocking = display, blocking
+        self._free = Semaphore(max_pending)
+        self._executor = ThreadPoolExecutor(1, thread_name_prefix="display")
+        self.dropped = 0
+        """Number of calls that were dropped because too many were pending."""
 
     def show(self, topic: str, message: Mapping[str, Any]) -> None:
-        """Draw a message, soon."""
-        self._put(lambda: self._display.show(topic, message))
+        """Draw a message of a topic, soon."""
+        self._submit(lambda: self._display.show(topic, message))
 
     def command(self, forward: float, turn: float, deadman: bool, stamp: int) -> None:
-        """Draw what this operator's stick asks for, soon."""
-        self._put(lambda: self._display.command(forward, turn, deadman, stamp))
+        """Draw the velocity that this operator requests, soon."""
+        self._submit(lambda: self._display.command(forward, turn, deadman, stamp))
 
     def hint(self, map_from_base: Pose, covariance: FloatArray, stamp: int) -> None:
-        """Draw the hint that this operator gives, soon."""
-        self._put(lambda: self._display.hint(map_from_base, covariance, stamp))
+        """Draw the hint that this operator sends, soon."""
+        self._submit(lambda: self._display.hint(map_from_base, covariance, stamp))
 
     def link(self, *, connected: bool, text: str, stamp: int) -> None:
-        """Note that the connection came or went, soon."""
-        self._put(lambda: self._display.link(connected=connected, text=text, stamp=stamp))
+        """Draw that the connection was established or lost, soon."""
+        self._submit(lambda: self._display.link(connected=connected, text=text, stamp=stamp))
 
     def close(self) -> None:
-        """Draw what is left, and end the display."""
-        self._waiting.put(None)
-        self._thread.join()
+        """Draw what is pending, and end the display."""
+        self._executor.shutdown()
         self._display.close()
 
-    def _put(self, work: Callable[[], None]) -> None:
-        if self._patient:
-            self._waiting.put(work)
+    def _submit(self, call: Callable[[], None]) -> None:
+        if not self._free.acquire(blocking=self._blocking):
+            self.dropped += 1
             return
-        try:
-            self._waiting.put_nowait(work)
-        except queue.Full:
-            self.left_out += 1
+        self._executor.submit(call).add_done_callback(self._done)
 
-    def _work(self) -> None:
-        while (work := self._waiting.get()) is not None:
-            work()
+    def _done(self, call: Future[None]) -> None:
+        self._free.release()
+        if (error := call.exception()) is not None:
+            _LOG.error("the display failed: %r", error)

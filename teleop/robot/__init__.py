@@ -1,1 +1,1 @@
-"""The robot: one tick that turns commands and readings into a snapshot."""
+"""The robot's side: its tick, its safety, its rosbridge topics, and ``farsteer serve``."""

@@ -1,97 +1,25 @@
-"""The robot: one tick drives, senses and localises, and hands out a record of it."""
+"""The robot: each tick applies commands, advances the simulation and updates the estimate."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
-from typing import TypeAlias
 
 from localization.pipeline.localizer import Localizer
-from localization.types import Estimate, Hint, Inertial, Reading, Twist
-from robot_sim.drive.aria_packets import StandardPacket
-from robot_sim.drive.robot_condition import Condition
-from robot_sim.simulation import Simulation, Truth
-from teleop.joystick import Wish
-from teleop.robot.safety import ControlState, Safety
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Drive:
-    """A client wants the robot to move so."""
-
-    client: str
-    wish: Wish
-    stamp: int = 0
-    """When the client says it wished so [ns]; told for statistics, never acted upon."""
-
-
-@dataclass(frozen=True, slots=True)
-class TakeOver:
-    """A client wants to drive instead of whoever does."""
-
-    client: str
-
-
-@dataclass(frozen=True, slots=True)
-class Stop:
-    """A client latches the e-stop."""
-
-    client: str
-
-
-@dataclass(frozen=True, slots=True)
-class Reset:
-    """A client releases the e-stop."""
-
-    client: str
-
-
-@dataclass(frozen=True, slots=True)
-class Undo:
-    """A client takes back the last accepted hint, or where a search has placed the robot."""
-
-    client: str
-
-
-@dataclass(frozen=True, slots=True)
-class Gone:
-    """A client is no longer there."""
-
-    client: str
-
-
-Message: TypeAlias = Drive | TakeOver | Stop | Reset | Undo | Gone | Hint
-"""What may come in from outside."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Snapshot:
-    """All there is to know about one tick; the only value in which truth travels."""
-
-    stamp: int
-    inbox: tuple[Message, ...]
-    """What had come in, in order."""
-    readings: tuple[Reading, ...]
-    """In the order in which the localiser got them, hints first."""
-    estimates: tuple[Estimate, ...]
-    """One for each inertial reading of the tick; the last one is the newest."""
-    matched: Estimate | None
-    """The newest estimate that a registration went into, of this tick or an earlier one."""
-    control: ControlState
-    """Who drives, and the command in force."""
-    refusals: tuple[tuple[str, str], ...]
-    """Clients whose wish was not followed, and why."""
-    truth: Truth
-    condition: Condition
-    """Bumpers, tilt and stalls; what was touched by name is truth as well."""
-    packet: StandardPacket | None
-    """What a controller with firmware sent, if one was due."""
-
-    @property
-    def estimate(self) -> Estimate:
-        """The newest estimate."""
-        return self.estimates[-1]
+from localization.types import Estimate, Hint, Inertial, Reading
+from robot_sim.simulation import Simulation
+from teleop.robot.inbox import (
+    Disconnected,
+    DriveCommand,
+    EStop,
+    EStopReset,
+    InboxMessage,
+    TakeOver,
+    Undo,
+)
+from teleop.robot.safety import Safety
+from teleop.robot.speed_limits import SpeedLimits
+from teleop.robot.tick_record import Rejection, TickRecord
 
 
 class Robot:
@@ -105,19 +33,27 @@ class Robot:
         *,
         stage: Callable[[str], AbstractContextManager[object]] = lambda _: nullcontext(),
     ) -> None:
+        """Join the parts.
+
+        Args:
+            simulation: The simulated robot in its world.
+            localizer: Its localiser.
+            safety: Its command arbitration; by default one with the limits of the simulated drive.
+            stage: Returns a context that measures the named stage of a tick.
+        """
         self.simulation, self.localizer, self._stage = simulation, localizer, stage
-        self.safety = safety if safety is not None else Safety()
+        self.safety = safety or Safety(SpeedLimits.of(simulation.config.drive))
         self._matched: Estimate | None = None
 
-    def tick(self, now: int, inbox: Sequence[Message]) -> Snapshot:
+    def tick(self, now: int, inbox: Sequence[InboxMessage]) -> TickRecord:
         """Advance the world by one tick.
 
         Args:
-            now: the time by which commands age [ns]; simulated time in lockstep.
-            inbox: what came in since the last tick, in order.
+            now: Time by which commands age [ns]; simulated time in lockstep.
+            inbox: Messages that arrived since the last tick, in order.
         """
-        hints, refusals = self._drain(now, inbox)
-        command: Twist = self.safety.command(now)
+        hints, rejections = self._drain(now, inbox)
+        command = self.safety.command(now)
         with self._stage("simulation"):
             self.simulation.command(command)
             readings = (*hints, *self.simulation.step())
@@ -127,42 +63,45 @@ class Robot:
         for estimate in estimates:
             if estimate.match is not None:
                 self._matched = estimate
-        return Snapshot(
+        return TickRecord(
             stamp=self.simulation.stamp,
+            robot=self.simulation.world.robot,
             inbox=tuple(inbox),
             readings=readings,
             estimates=estimates,
             matched=self._matched,
             control=self.safety.state(now),
-            refusals=refusals,
+            rejections=rejections,
             truth=self.simulation.truth(),
             condition=self.simulation.condition,
             packet=self.simulation.packet,
         )
 
     def _drain(
-        self, now: int, inbox: Sequence[Message]
-    ) -> tuple[list[Reading], tuple[tuple[str, str], ...]]:
-        """Let safety hear what came in; of each client's wishes in one tick only the newest counts."""
+        self, now: int, inbox: Sequence[InboxMessage]
+    ) -> tuple[list[Reading], tuple[Rejection, ...]]:
+        """Apply the messages; of each client's drive commands in one tick only the newest counts."""
         hints: list[Reading] = []
-        refusals: list[tuple[str, str]] = []
-        newest = {message.client: message for message in inbox if isinstance(message, Drive)}
+        rejections: list[Rejection] = []
+        newest = {m.client: m for m in inbox if isinstance(m, DriveCommand)}
         for message in inbox:
+            why = None
             match message:
                 case Hint():
                     hints.append(message)
-                case Drive():
+                case DriveCommand():
                     if message is newest[message.client]:
-                        why = self.safety.wish(message.client, message.wish, now)
-                        refusals += [(message.client, why)] if why else []
+                        why = self.safety.request(message.client, message.request, now)
                 case TakeOver():
                     self.safety.take_over(message.client, now)
-                case Stop():
-                    self.safety.stop(message.client)
-                case Reset():
-                    self.safety.reset(message.client)
+                case EStop():
+                    self.safety.stop(message)
+                case EStopReset():
+                    why = self.safety.reset(message)
                 case Undo():
                     self.localizer.undo()
-                case Gone():
+                case Disconnected():
                     self.safety.disconnected(message.client)
-        return hints, tuple(refusals)
+            if why is not None and not isinstance(message, Hint):
+                rejections.append(Rejection(message.client, why))
+        return hints, tuple(rejections)

@@ -1,7 +1,7 @@
-"""What a simulated robot is fitted out with, and what kind of day it is where it drives.
+"""Options of a simulated robot and its world: sensors, drive, tyres, people, moved furniture.
 
-The heavy imports wait until something is built, so that the command line can offer these settings
-without loading a physics engine.
+The physics engine is imported when something is built, so that the command line can offer these options
+without loading it.
 """
 
 from __future__ import annotations
@@ -12,36 +12,39 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from robot_sim import SimulationConfig, World
-    from robot_sim.drive.drivetrain import WheelSlip
+    from robot_sim.drive.drivetrain import SlipFault
 
 
 @dataclass(frozen=True, slots=True)
-class Outfit:
-    """Sensors, drive and tyres of the robot, and the state of its world; the default is the plain one."""
+class RobotOptions:
+    """Sensors, drive and tyres of the robot, and the state of its world."""
 
     scanner: str = "default"
-    """Model of both scanners: sick_lms200, sick_lms111, hokuyo_utm30lx; an LMS1xx at 10 Hz by default."""
+    """Model of both scanners: sick_lms200, sick_lms111, hokuyo_utm30lx; by default an LMS1xx at 10 Hz."""
     inertial: str = "default"
-    """Model of the inertial unit: xsens_mti630, bosch_bmi088; a small MEMS unit by default."""
+    """Model of the inertial unit: xsens_mti630, bosch_bmi088; by default a small MEMS unit."""
     effects: bool = False
-    """Whether the scanners' light does what light does: mixed pixels, dark and slanting surfaces, glass."""
+    """Simulate beam effects: mixed pixels, dark and slanting surfaces, glass."""
     sun: float = 0.0
-    """Daylight as a share of full sun, for the effects; 0 is indoors."""
+    """Daylight as a share of full sun, for the beam effects; 0 is indoors."""
     firmware: bool = False
-    """Whether wheels are reported as the P3-AT's own controller does, in ten packets a second."""
+    """Report wheel speeds as the P3-AT's own controller does, in ten packets a second."""
     uneven_tyres: bool = False
-    """Whether the tyres roll as those identified on a real P3-AT, left unlike right."""
+    """Use the tyre radii identified on a real P3-AT, which differ between left and right."""
     alive: bool = False
-    """Whether people walk about, doors swing and carts are pushed."""
+    """Simulate walking people, swinging doors and pushed carts."""
     rearranged: int | None = None
-    """Seed by which furniture was moved since the map was made; None leaves it in its place."""
+    """Seed by which furniture has moved since the map was made; unless given, it has not."""
 
     def world(self, scene: str, seed: int = 0) -> World:
-        """Build a scene with such a robot, on such a day.
+        """Build a scene with this robot.
 
         Args:
-            scene: name of a scene, or the path of a folder, a floor plan or an MJCF file.
-            seed: of when those who live there are where.
+            scene: Name of a scene, or path of a scene folder, a floor plan or an MJCF file.
+            seed: Seed of the times at which people and doors move.
+
+        Raises:
+            SimulationError: If the scene is unknown or cannot be built.
         """
         from robot_sim import P3AT, WorldOptions, load_world
         from robot_sim.robot.imperfections import MANDOW_2007
@@ -52,14 +55,14 @@ class Outfit:
         options = WorldOptions(alive=self.alive, rearranged=self.rearranged, timing=seed)
         return load_world(scene, robot=robot, options=options)
 
-    def simulation(self, slips: Sequence[WheelSlip] = ()) -> SimulationConfig:
-        """Return the settings of a simulation with such sensors and such a drive.
+    def simulation(self, slips: Sequence[SlipFault] = ()) -> SimulationConfig:
+        """Return the settings of a simulation with these sensors and this drive.
 
         Args:
-            slips: faults of the encoders.
+            slips: Injected faults of the encoders.
 
         Raises:
-            SensorError: a sensor of that name does not exist; the message lists those that do.
+            SensorError: If there is no sensor of that name; the message lists those there are.
         """
         from robot_sim import DriveConfig, FirmwareConfig, SimulationConfig, sensor_suite
 

@@ -1,46 +1,39 @@
-"""The robot behind a rosbridge server: what comes in becomes its inbox, what comes out its topics."""
+"""The robot behind a rosbridge server: clients' messages fill its inbox, its state goes out on topics."""
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
-
-import numpy as np
+from typing import Any, Final
 
 from localization.maps.cloud import Cloud
-from localization.types import SECOND, Hint, InvalidReadingError, Pose, Twist
+from localization.types import SECOND, Hint, InvalidReadingError
 from robot_sim import TICK_NS
-from teleop.joystick import JoystickError, Layout, Wish, read_joy
-from teleop.robot import topics
-from teleop.robot.audit_log import Audit
-from teleop.robot.robot import (
-    Drive,
-    Gone,
-    Message,
-    Reset,
-    Robot,
-    Snapshot,
-    Stop,
-    TakeOver,
-    Undo,
-)
+from teleop.joystick import JoystickError, JoystickLayout
+from teleop.robot.audit.audit_log import AuditLog
+from teleop.robot.inbox import Disconnected, EStop, EStopReset, InboxMessage, TakeOver, Undo
+from teleop.robot.input_messages import hint_reading, joy_command, twist_command
+from teleop.robot.robot import Robot
+from teleop.robot.safety import estop_after, reset_rejection
+from teleop.robot.tick_record import TickRecord
+from teleop.robot.topics.topic_table import INPUTS, OUTPUTS, latched_messages
 from teleop.rosbridge.auth.permissions import Role
-from teleop.rosbridge.compat.client_traffic import announce_traffic
+from teleop.rosbridge.compat.client_traffic import publish_client_traffic
 from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.errors import MessageError, ServiceError
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.server.server import Server
 
-Sink = Callable[[Snapshot], None]
-"""Gets each snapshot, as a recorder or a referee does."""
+TickObserver = Callable[[TickRecord], None]
+"""Receives the record of each tick."""
+
+_Reader = Callable[[str, dict[str, Any]], InboxMessage]
+
+_TRIGGER: Final = "std_srvs/srv/Trigger"
 
 
-_ORDERS = {Stop: "e-stop", Reset: "e-stop reset", TakeOver: "take-over"}
-"""What the audit log calls them."""
-
-
-class Host:
+class RosbridgeAdapter(Observer):
     """Joins robot and server; owns the inbox and nothing else."""
 
     def __init__(
@@ -49,233 +42,144 @@ class Host:
         server: Server,
         cloud: Cloud,
         *,
-        layout: Layout | None = None,
-        audit: Audit | None = None,
-        sinks: tuple[Sink, ...] = (),
+        layout: JoystickLayout | None = None,
+        audit: AuditLog | None = None,
+        observers: tuple[TickObserver, ...] = (),
     ) -> None:
-        self.robot, self.server = robot, server
-        self._layout, self._sinks = layout or Layout(), sinks
-        self._audit = audit
-        self._stopper: str | None = None
-        """Holder of the token that the e-stop was latched with; None while it is not."""
+        """Advertise the robot's topics and services on the server.
 
-        self._inbox: list[Message] = []
+        Args:
+            robot: The robot.
+            server: Its server, not yet started.
+            cloud: The robot's map, of which clients get the hash.
+            layout: Assignment of joysticks; the default one if not given.
+            audit: Log of what clients do to the robot.
+            observers: Called with the record of each tick.
+        """
+        self.robot, self.server = robot, server
+        self._layout, self._observers = layout or JoystickLayout(), observers
+        self._audit = audit
+        self._inbox: list[InboxMessage] = []
         self._clients: dict[str, int] = {}
-        for topic in topics.OUTPUTS:
-            server.advertise(topic.name, topic.type, latch=topic.latch)
-        for latched, message in topics.latched(cloud, robot.simulation.mounts).items():
-            server.advertise(latched.name, latched.type, latch=True)
-            server.publish(latched.name, message, 0)
-        readers: Mapping[str, Callable[[str, dict[str, Any]], Message]] = {
+        for topic in OUTPUTS:
+            server.protocol.topics.advertise(topic.name, topic.type, latch=topic.latch)
+        for latched, message in latched_messages(cloud, robot.simulation.mounts).items():
+            server.protocol.topics.advertise(latched.name, latched.type, latch=True)
+            server.protocol.topics.publish(latched.name, message, 0)
+        readers: Mapping[str, _Reader] = {
             "/joy": self._joy,
             "/unity/joy": self._joy,
-            "/cmd_vel": self._cmd_vel,
+            "/cmd_vel": twist_command,
             "/initialpose": self._hint,
         }
-        for entry in topics.INPUTS:
-            server.listen(entry.name, entry.type, partial(self._receive, readers[entry.name]))
-        for name, kind, done in (
-            ("/teleop/estop", Stop, "stopped"),
-            ("/teleop/estop_reset", Reset, "reset; show a neutral stick to drive"),
-            ("/teleop/take_over", TakeOver, "yours; show a neutral stick to drive"),
-        ):
-            server.serve(name, "std_srvs/srv/Trigger", partial(self._order, kind, done))
-        server.serve("/localization/undo", "std_srvs/srv/Trigger", self._undo)
+        for entry in INPUTS:
+            server.protocol.topics.subscribe(
+                entry.name, entry.type, partial(self._receive, readers[entry.name])
+            )
+        server.protocol.services.serve("/teleop/estop", _TRIGGER, self._estop)
+        server.protocol.services.serve("/teleop/estop_reset", _TRIGGER, self._estop_reset)
+        server.protocol.services.serve("/teleop/take_over", _TRIGGER, self._take_over)
+        server.protocol.services.serve("/localization/undo", _TRIGGER, self._undo)
         serve_standard(server.protocol)
-        announce_traffic(server)
-        server.on_disconnect(self._gone)
+        publish_client_traffic(server)
+        server.protocol.observers.add(self)
 
-    def tick(self, now: int) -> Snapshot:
-        """Advance the robot by one tick and publish what came of it."""
+    def tick(self, now: int) -> TickRecord:
+        """Advance the robot by one tick and publish the result.
+
+        Args:
+            now: Time by which commands age [ns].
+        """
         inbox, self._inbox = self._inbox, []
-        snapshot = self.robot.tick(now, inbox)
-        for name, why in snapshot.refusals:
-            if name in self._clients:
-                self.server.protocol.status(self._clients[name], "warning", why)
-        ticks = snapshot.stamp // TICK_NS
-        for topic in topics.OUTPUTS:
-            due = not topic.every or ticks % topic.every == 0
-            if due and (topic.latch or self.server.wanted(topic.name)):
-                for message in topic.messages(snapshot):
-                    self.server.publish(topic.name, message, snapshot.stamp)
+        tick = self.robot.tick(now, inbox)
+        for rejection in tick.rejections:
+            if rejection.client in self._clients:
+                client = self._clients[rejection.client]
+                self.server.protocol.connections.send_status(client, "warning", rejection.reason)
+        self._publish(tick)
         if self._audit is not None:
-            self._audit.hear(snapshot)
-        for sink in self._sinks:
-            sink(snapshot)
-        return snapshot
+            self._audit.tick(tick)
+        for observe in self._observers:
+            observe(tick)
+        return tick
 
-    def post(self, message: Message) -> None:
-        """Put a message of our own into the inbox."""
+    def post(self, message: InboxMessage) -> None:
+        """Put a message that no client sent into the inbox."""
         self._inbox.append(message)
 
-    def _receive(
-        self,
-        read: Callable[[str, dict[str, Any]], Message],
-        client: int,
-        message: dict[str, Any],
-        now: int,
-    ) -> None:
+    def _publish(self, tick: TickRecord) -> None:
+        ticks = tick.stamp // TICK_NS
+        for topic in OUTPUTS:
+            due = not topic.every or ticks % topic.every == 0
+            if due and (topic.latch or self.server.protocol.topics.wanted(topic.name)):
+                for message in topic.build(tick):
+                    self.server.protocol.topics.publish(topic.name, message, tick.stamp)
+
+    def _receive(self, read: _Reader, client: int, message: dict[str, Any], now: int) -> None:
         name = self._name(client)
         try:
-            heard = read(name, message)
+            received = read(name, message)
         except (JoystickError, InvalidReadingError) as error:
             raise MessageError(str(error)) from None
-        self._inbox.append(heard)
-        if self._audit is not None and isinstance(heard, Hint):
-            self._audit.hint(name, heard)
+        self._inbox.append(received)
+        if self._audit is not None and isinstance(received, Hint):
+            self._audit.hint(name, received)
 
     def _name(self, client: int) -> str:
-        name = self.server.name(client)
+        name = self.server.protocol.connections.name(client)
         self._clients[name] = client
         return name
 
-    def _joy(self, client: str, message: dict[str, Any]) -> Message:
-        wish = read_joy(list(message["axes"]), list(message["buttons"]), self._layout)
-        stamp = message["header"]["stamp"]
-        return Drive(client, wish, int(stamp["sec"]) * SECOND + int(stamp["nanosec"]))
+    def _joy(self, client: str, message: dict[str, Any]) -> InboxMessage:
+        return joy_command(client, message, self._layout)
 
-    def _cmd_vel(self, client: str, message: dict[str, Any]) -> Message:
-        forward, turn = float(message["linear"]["x"]), float(message["angular"]["z"])
-        if not np.isfinite([forward, turn]).all():
-            raise JoystickError(f"cmd_vel must be finite, got {forward}, {turn}")
-        return Drive(client, Wish(Twist.planar(forward, turn), enabled=True))
+    def _hint(self, client: str, message: dict[str, Any]) -> InboxMessage:
+        return hint_reading(message, self.robot.simulation.stamp)
 
-    def _hint(self, client: str, message: dict[str, Any]) -> Message:
-        frame = message["header"]["frame_id"]
-        if frame not in ("map", "/map"):
-            raise InvalidReadingError(f"hint header.frame_id must be 'map', got {frame!r}")
-        p, q = message["pose"]["pose"]["position"], message["pose"]["pose"]["orientation"]
-        pose = Pose(
-            np.array([p["x"], p["y"], p["z"]], dtype=float),
-            np.array([q["w"], q["x"], q["y"], q["z"]], dtype=float),
-        )
-        covariance = np.asarray(message["pose"]["covariance"], dtype=float).reshape(6, 6)
-        # The operator's stamp is of a clock we do not know; the hint is of now.
-        return Hint(self.robot.simulation.stamp, pose, covariance)
+    def _estop(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        name = self._name(client)
+        self._record(name, "e-stop")
+        self._inbox.append(EStop(name, self._holder(client)))
+        return {"success": True, "message": "stopped"}
 
-    def _order(
-        self,
-        kind: type[Stop] | type[Reset] | type[TakeOver],
-        done: str,
-        client: int,
-        request: dict[str, Any],
-        now: int,
-    ) -> dict[str, Any]:
-        name, refused = self._name(client), ""
-        access = self.server.protocol.access(client)
-        holder = access.holder if access else ""
-        if kind is Stop and self._stopper is None:
-            self._stopper = holder
-        elif kind is Reset:
-            if self._stopper in (None, holder) or (access and access.role is Role.ADMIN):
-                self._stopper = None
-            else:
-                refused = (
-                    f"{self._stopper} stopped the robot; only that token or an admin resets it"
-                )
-        if self._audit is not None:
-            self._audit.order(name, _ORDERS[kind], refused)
-        if refused:
-            raise ServiceError(refused)
-        self._inbox.append(kind(name))
-        return {"success": True, "message": done}
+    def _estop_reset(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        name, access = self._name(client), self.server.protocol.connections.access(client)
+        admin = access is not None and access.role is Role.ADMIN
+        reset = EStopReset(name, self._holder(client), admin)
+        # The rule is the robot's; it is asked here for what holds once the inbox is drained.
+        rejection = reset_rejection(estop_after(self.robot.safety.estop, self._inbox), reset)
+        self._record(name, "e-stop reset", rejection)
+        if rejection is not None:
+            raise ServiceError(rejection)
+        self._inbox.append(reset)
+        return {"success": True, "message": "reset; send a neutral stick to drive"}
+
+    def _take_over(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        name = self._name(client)
+        self._record(name, "take-over")
+        self._inbox.append(TakeOver(name))
+        return {"success": True, "message": "you hold the lease; send a neutral stick to drive"}
 
     def _undo(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
-        name, refused = self._name(client), ""
+        name, rejection = self._name(client), None
         if not self.robot.localizer.undoable:
             seconds = self.robot.localizer.config.undo_memory / SECOND
-            refused = f"no hint or search has placed the robot within the last {seconds:.0f} s"
-        if self._audit is not None:
-            self._audit.order(name, "undo", refused)
-        if refused:
-            return {"success": False, "message": refused}
+            rejection = f"no hint or search has set the pose within the last {seconds:.0f} s"
+        self._record(name, "undo", rejection)
+        if rejection is not None:
+            return {"success": False, "message": rejection}
         self._inbox.append(Undo(name))
-        return {"success": True, "message": "taken back with the next tick"}
+        return {"success": True, "message": "undone with the next tick"}
 
-    def _gone(self, client: int, name: str) -> None:
-        self._clients.pop(name, None)
-        self._inbox.append(Gone(name))
+    def _holder(self, client: int) -> str:
+        access = self.server.protocol.connections.access(client)
+        return access.holder if access else ""
 
+    def _record(self, client: str, action: str, rejection: str | None = None) -> None:
+        if self._audit is not None:
+            self._audit.action(client, action, rejection)
 
-class Stepper:
-    """Lockstep: the world advances only when its owner asks, through ``/sim/step``.
-
-    The first caller owns the stepping until it leaves. To it nothing is dropped, and the answer queues
-    behind all messages of its ticks.
-    """
-
-    MOST_TICKS = 500
-    """In one call: ten seconds of robot time."""
-    _REST_TICKS = 150
-    """In which the robot has come to rest from any speed."""
-
-    def __init__(self, host: Host, *, last_stamp: int | None = None) -> None:
-        """Serve ``/sim/step`` on a host's server; no tick goes beyond ``last_stamp`` [ns]."""
-        self._host, self._last_stamp = host, last_stamp
-        self._owner: int | None = None
-        self._busy = False
-        self.error: Exception | None = None
-        """What ended the simulation, if something did."""
-        host.server.serve("/sim/step", "farsteer_msgs/srv/Step", self._step)
-        host.server.on_disconnect(self._leave)
-
-    @property
-    def _stamp(self) -> int:
-        return self._host.robot.simulation.stamp
-
-    @property
-    def _over(self) -> bool:
-        return self._last_stamp is not None and self._stamp >= self._last_stamp
-
-    async def _step(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
-        ticks = int(request["ticks"])
-        if self._owner not in (None, client):
-            owner = self._host.server.name(self._owner or 0)
-            raise ServiceError(f"{owner} owns the stepping; wait until it leaves")
-        if not 1 <= ticks <= self.MOST_TICKS:
-            raise ServiceError(f"ticks must be 1 to {self.MOST_TICKS}, got {ticks}")
-        if self._busy or self.error is not None:
-            raise ServiceError(str(self.error or "the last step is not done yet"))
-        self._owner = client
-        self._host.server.protocol.lossless(client)
-        self._busy = True
-        try:
-            for _ in range(ticks):
-                if self._owner != client:
-                    raise ServiceError("its caller has left")
-                if self._over:
-                    return {"success": False, "message": "time is up", "stamp": _time(self._stamp)}
-                self._tick()
-                # The sockets get their turn, so that a long step does not pile up its messages.
-                await asyncio.sleep(0)
-        finally:
-            self._busy = False
-        return {"success": True, "message": "", "stamp": _time(self._stamp)}
-
-    def _tick(self) -> Snapshot:
-        try:
-            snapshot = self._host.tick(self._stamp)
-        except Exception as error:
-            self.error = error
-            raise ServiceError(str(error)) from error
-        self._host.server.tick(snapshot.stamp)
-        return snapshot
-
-    def _leave(self, client: int, name: str) -> None:
-        """When the owner leaves, the robot brakes to rest and waits for the next."""
-        if client != self._owner:
-            return
-        self._owner = None
-        for _ in range(self._REST_TICKS):
-            if self.error is not None or self._over or _resting(self._tick()):
-                return
-
-
-def _resting(snapshot: Snapshot) -> bool:
-    twist = snapshot.truth.twist
-    return bool(np.abs(twist.linear).max() < 0.002 and np.abs(twist.angular).max() < 0.002)
-
-
-def _time(stamp: int) -> dict[str, int]:
-    sec, nanosec = divmod(stamp, 1_000_000_000)
-    return {"sec": sec, "nanosec": nanosec}
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """Have the robot release what the client controls."""
+        self._clients.pop(connection.name, None)
+        self._inbox.append(Disconnected(connection.name))

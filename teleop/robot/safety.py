@@ -1,124 +1,169 @@
-"""Safety on the robot: one driver at a time, who must hold on; silence means stop, e-stop stays.
+"""Command arbitration of the robot: driver's lease, deadman, watchdog and latched e-stop.
 
-It holds for every client alike. All times are the ``now`` of the tick: simulated in lockstep, monotonic
-in real time, and never a client's stamp.
+The same rules apply to every client. All times are the ``now`` of the tick: simulated in lockstep,
+monotonic in real time, and never a client's stamp.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
-import numpy as np
-
 from localization.types import SECOND, Twist
-from teleop.joystick import Wish
+from teleop.joystick import VelocityRequest
+from teleop.robot.inbox import EStop, EStopReset, InboxMessage
+from teleop.robot.speed_limits import SpeedLimits
 
-_STOP = Twist.planar(0.0, 0.0)
+_STANDSTILL = Twist.planar(0.0, 0.0)
 
 
-class Control(StrEnum):
-    """Who drives, if anybody."""
+class ControlMode(StrEnum):
+    """Whether the robot can be driven, and why not."""
 
     IDLE = "idle"
-    """Nobody holds the lease."""
+    """No client holds the lease."""
     ARMED = "armed"
-    """A driver holds it and may drive."""
+    """A driver holds the lease and its commands are followed."""
     DISARMED = "disarmed"
-    """A driver holds it but must first show a neutral stick."""
+    """A driver holds the lease but must first send a neutral stick."""
     ESTOP = "estop"
-    """Latched: nobody drives until it is reset."""
+    """The e-stop is latched: no command is followed until it is reset."""
 
 
 @dataclass(frozen=True, slots=True)
 class SafetyConfig:
-    """Times and limits of the command path."""
+    """Timeouts of the command path."""
 
     watchdog: int = SECOND // 2
-    """A command holds this long [ns]; then the robot brakes and the driver must re-arm."""
+    """Time for which a command stays in force [ns]; then the robot brakes and the driver must re-arm."""
     lease: int = 2 * SECOND
-    """A driver silent for this long loses the lease [ns]."""
-    max_speed: float = 0.7
-    """[m/s]."""
-    max_turn: float = float(np.deg2rad(140.0))
-    """[rad/s]."""
+    """Silence after which a driver loses the lease [ns]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ControlState:
-    """What ``/teleop/state`` says."""
+    """State of the command path, as published on ``/teleop/state``."""
 
-    control: Control
+    control: ControlMode
+    """Whether the robot can be driven."""
     reason: str
+    """Why the state was entered, for people."""
     controller: str
-    """Name of the client that holds the lease; empty if none does."""
+    """Name of the client that holds the lease; empty if there is no driver."""
     command_age: int
-    """Since the controller's last command [ns]; 0 if there is no controller."""
+    """Time since the driver's last command [ns]; 0 if there is no driver."""
     twist: Twist
     """The command in force."""
 
 
+def reset_rejection(latched: EStop | None, reset: EStopReset) -> str | None:
+    """Return why an e-stop may not be reset by a client; None if it may.
+
+    Only the holder of the token that latched it, or an administrator, may reset it.
+
+    Args:
+        latched: The latched e-stop; None if there is none.
+        reset: The request.
+    """
+    if latched is None or reset.admin or reset.holder == latched.holder:
+        return None
+    return f"{latched.holder or latched.client} stopped the robot; only that token or an admin resets it"
+
+
+def estop_after(latched: EStop | None, messages: Iterable[InboxMessage]) -> EStop | None:
+    """Return the e-stop that is latched once pending messages have taken effect.
+
+    Args:
+        latched: The e-stop that is latched now; None if there is none.
+        messages: Pending messages, in order.
+    """
+    for message in messages:
+        if isinstance(message, EStop):
+            latched = latched or message
+        elif isinstance(message, EStopReset) and reset_rejection(latched, message) is None:
+            latched = None
+    return latched
+
+
 class Safety:
-    """Owns lease, deadman, watchdog and e-stop; turns wishes into the command in force."""
+    """Owns lease, deadman, watchdog and e-stop; turns requests into the command in force."""
 
-    def __init__(self, config: SafetyConfig = SafetyConfig()) -> None:
-        self.config = config
+    def __init__(self, limits: SpeedLimits, config: SafetyConfig = SafetyConfig()) -> None:
+        """Start idle.
+
+        Args:
+            limits: Speed limits of the platform.
+            config: Timeouts.
+        """
+        self.limits, self.config = limits, config
         self._controller = ""
-        self._wish_stamp = 0
-        self._twist = _STOP
+        self._request_stamp = 0
+        self._twist = _STANDSTILL
         self._armed = False
-        self._estop = ""
-        self._reason = "nobody drives yet"
+        self._estop: EStop | None = None
+        self._reason = "no driver yet"
 
-    def wish(self, client: str, wish: Wish, now: int) -> str | None:
-        """Take a client's wish; return why it is not followed, if it is not."""
+    @property
+    def estop(self) -> EStop | None:
+        """The latched e-stop, with the client that latched it; None if it is released."""
+        return self._estop
+
+    def request(self, client: str, request: VelocityRequest, now: int) -> str | None:
+        """Take a client's velocity request; return why it is rejected, or None."""
         self.expire(now)
-        if self._estop:
-            return f"e-stop by {self._estop} is latched; reset it first"
+        if self._estop is not None:
+            return f"e-stop by {self._estop.client} is latched; reset it first"
         if not self._controller:
-            if not wish.enabled:
+            if not request.enabled:
                 return None
             self._give_lease(client, "took the free lease")
         elif client != self._controller:
-            return f"{self._controller} drives; ask for /teleop/take_over" if wish.enabled else None
-        self._wish_stamp = now
-        if wish.neutral:
-            self._armed, self._twist = True, _STOP
+            return f"{self._controller} drives; call /teleop/take_over" if request.enabled else None
+        self._request_stamp = now
+        if request.neutral:
+            self._armed, self._twist = True, _STANDSTILL
             self._reason = "neutral"
             return None
         if not self._armed:
-            return "show a neutral stick first"
-        self._twist = self._limited(wish.twist)
+            return "send a neutral stick first"
+        self._twist = self.limits.limited(request.twist)
         self._reason = "driving"
         return None
 
     def take_over(self, client: str, now: int) -> None:
-        """Give the lease to a client that asks for it; it must re-arm."""
+        """Give the lease to a client that requests it; it must re-arm."""
         self._give_lease(client, f"taken over from {self._controller or 'nobody'}")
-        self._wish_stamp = now
+        self._request_stamp = now
 
     def disconnected(self, client: str) -> None:
-        """Note that a client is gone; if it drove, the robot brakes at once."""
+        """Note that a client has disconnected; if it was the driver, the robot brakes at once."""
         if client == self._controller:
             self._end(f"{client} disconnected")
 
-    def stop(self, client: str) -> None:
-        """Latch the e-stop; any client may."""
-        self._estop = self._estop or client
-        self._end(f"e-stop by {self._estop}")
+    def stop(self, order: EStop) -> None:
+        """Latch the e-stop, which every client may do; the first one to do so stays its owner."""
+        self._estop = self._estop or order
+        self._end(f"e-stop by {self._estop.client}")
 
-    def reset(self, client: str) -> None:
-        """Release the e-stop; whoever drives next must show a neutral stick first."""
-        self._estop = ""
-        self._end(f"e-stop reset by {client}")
+    def reset(self, order: EStopReset) -> str | None:
+        """Release the e-stop; return why the client may not, or None.
+
+        The next driver must send a neutral stick first.
+        """
+        rejection = reset_rejection(self._estop, order)
+        if rejection is None:
+            self._estop = None
+            self._end(f"e-stop reset by {order.client}")
+        return rejection
 
     def expire(self, now: int) -> None:
-        """Let time tell: silence stops the robot, then costs the lease."""
-        silence = now - self._wish_stamp
+        """Apply the timeouts: silence first stops the robot, then ends the lease."""
+        silence = now - self._request_stamp
         if self._controller and silence > self.config.lease:
             self._end(f"{self._controller} was silent for {silence / SECOND:.1f} s")
         elif self._controller and silence > self.config.watchdog and self._armed:
-            self._armed, self._twist = False, _STOP
+            self._armed, self._twist = False, _STANDSTILL
             self._reason = f"no command for {silence / SECOND:.2f} s"
 
     def command(self, now: int) -> Twist:
@@ -127,26 +172,20 @@ class Safety:
         return self._twist
 
     def state(self, now: int) -> ControlState:
-        """Return what there is to tell about control."""
+        """Return the state of the command path."""
         self.expire(now)
-        control = Control.IDLE
-        if self._estop:
-            control = Control.ESTOP
+        control = ControlMode.IDLE
+        if self._estop is not None:
+            control = ControlMode.ESTOP
         elif self._controller:
-            control = Control.ARMED if self._armed else Control.DISARMED
-        age = now - self._wish_stamp if self._controller else 0
+            control = ControlMode.ARMED if self._armed else ControlMode.DISARMED
+        age = now - self._request_stamp if self._controller else 0
         return ControlState(control, self._reason, self._controller, age, self._twist)
 
     def _give_lease(self, client: str, reason: str) -> None:
         self._controller, self._reason = client, f"{client} {reason}"
-        self._armed, self._twist = False, _STOP
+        self._armed, self._twist = False, _STANDSTILL
 
     def _end(self, reason: str) -> None:
-        self._controller, self._armed, self._twist, self._reason = "", False, _STOP, reason
-
-    def _limited(self, twist: Twist) -> Twist:
-        c = self.config
-        return Twist.planar(
-            float(np.clip(twist.linear[0], -c.max_speed, c.max_speed)),
-            float(np.clip(twist.angular[2], -c.max_turn, c.max_turn)),
-        )
+        """End the lease, if there is one, and stop the robot."""
+        self._controller, self._armed, self._twist, self._reason = "", False, _STANDSTILL, reason

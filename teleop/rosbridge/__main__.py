@@ -1,4 +1,4 @@
-"""``python -m teleop.rosbridge``: a rosbridge server without a robot, for clients among themselves."""
+"""``python -m teleop.rosbridge``: a rosbridge server without a robot, which relays between clients."""
 
 from __future__ import annotations
 
@@ -10,31 +10,33 @@ import sys
 from pathlib import Path
 
 from teleop.rosbridge.auth.origins import LOOPBACK
-from teleop.rosbridge.compat.client_traffic import announce_traffic
+from teleop.rosbridge.compat.client_traffic import publish_client_traffic
 from teleop.rosbridge.compat.conformance_fixtures import serve_fixtures
 from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.errors import RosbridgeError
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Serve until told to stop; return the exit status."""
+    """Serve until interrupted; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m teleop.rosbridge", description=__doc__)
-    parser.add_argument("--host", default="127.0.0.1", help="address to listen at")
-    parser.add_argument("--port", type=int, default=9090, help="port to listen at; 0 takes any")
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on")
+    parser.add_argument(
+        "--port", type=int, default=9090, help="port to listen on; 0 selects a free one"
+    )
     parser.add_argument(
         "--messages",
         type=Path,
         action="append",
         default=[],
         metavar="FOLDER",
-        help="add the .msg, .srv and .action files of a package's folder; may be given again",
+        help="add the .msg, .srv and .action files of a package's folder; may be repeated",
     )
-    parser.add_argument("--ros1", action="store_true", help="claim to be ROS 1")
+    parser.add_argument("--ros1", action="store_true", help="report ROS 1 to clients")
     parser.add_argument(
-        "--conformance", action="store_true", help="offer what clients' test suites look for"
+        "--conformance", action="store_true", help="provide what the test suites of clients expect"
     )
     options = parser.parse_args(arguments)
     try:
@@ -46,10 +48,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 async def _serve(options: argparse.Namespace) -> None:
-    protocol = Protocol(Registry(options.messages), flavour="ros1" if options.ros1 else "ros2")
+    protocol = Protocol(
+        TypeRegistry(options.messages), ros_version="ros1" if options.ros1 else "ros2"
+    )
     server = Server(protocol, options.host, options.port)
     serve_standard(protocol)
-    announce_traffic(server)
+    publish_client_traffic(server)
     if options.conformance:
         serve_fixtures(protocol)
     stop = asyncio.Event()
@@ -60,7 +64,7 @@ async def _serve(options: argparse.Namespace) -> None:
     async with server:
         sys.stdout.write(f"rosbridge at {server.url}; Ctrl-C ends\n")
         if options.host not in LOOPBACK:
-            sys.stdout.write("warning: anybody who reaches this address can join\n")
+            sys.stdout.write("warning: any program that can reach this address can connect\n")
         sys.stdout.flush()
         await stop.wait()
 

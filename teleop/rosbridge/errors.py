@@ -1,50 +1,50 @@
-"""What can go wrong; each error's text is one line, fit to be shown to whoever caused it.
+"""Exceptions of the rosbridge library; the text of each is one line that may be sent to a client.
 
 RosbridgeError
-├── TypeNameError       no such message or service type
-├── MessageError        a value that does not fit its type
-├── FrameError          a frame that holds no operation
-├── OperationError      an operation that cannot be done
-├── ServiceError        a service that says no
-├── ServiceCallError    a call that got no, or no good, answer
-├── ServerError         a server that cannot start
-└── ClientError         a connection that cannot be made or used
+├── TypeNameError       unknown or unreadable message, service or action type
+├── MessageError        value that does not fit its type
+├── FrameError          frame without a readable operation
+├── OperationError      readable operation that is rejected
+├── ServiceError        failure reported by a service handler
+├── ServiceCallError    service call without a valid response
+├── ServerError         server that cannot start
+└── ClientError         connection that cannot be opened or used
 """
 
 from __future__ import annotations
 
 
 class RosbridgeError(Exception):
-    """Root of this package's errors."""
+    """Base class of the exceptions of this package."""
 
 
 class TypeNameError(RosbridgeError, ValueError):
-    """No message or service type of this name, or a definition that cannot be read."""
+    """The type name is unknown, or its definition cannot be parsed."""
 
 
 class MessageError(RosbridgeError, ValueError):
-    """A value that does not fit its message type."""
+    """The value does not fit its message type."""
 
 
 class FrameError(RosbridgeError, ValueError):
-    """A frame that holds no operation."""
+    """The frame does not contain a readable operation."""
 
 
 class OperationError(RosbridgeError):
-    """An operation that cannot be done, though its frame can be read."""
+    """The operation can be read but is rejected."""
 
 
 class ServiceError(RosbridgeError):
-    """Raised by a service's handler: the caller is answered ``result: false`` with this text."""
+    """Raised by a service handler; the caller receives ``result: false`` with this text."""
 
 
 class ServiceCallError(RosbridgeError):
-    """A call that was refused, timed out or lost its connection."""
+    """The service call was rejected, timed out, or lost its connection."""
 
 
 class ServerError(RosbridgeError):
-    """A server that cannot start."""
+    """The server cannot start."""
 
 
 class ClientError(RosbridgeError):
-    """A connection that cannot be made, or is used while there is none."""
+    """The connection cannot be opened, or is used while it is closed."""

@@ -1,1 +1,1 @@
-"""Missions with a world, faults and limits, driven, judged and reported."""
+"""Simulated missions: world, faults and limits; driving, recording and evaluating them."""

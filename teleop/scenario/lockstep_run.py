@@ -1,4 +1,4 @@
-"""Run a mission as two processes that share nothing but a map file and a socket, in lockstep."""
+"""A mission in lockstep by two processes, robot and operator, that share a map file and a socket."""
 
 from __future__ import annotations
 
@@ -7,23 +7,28 @@ import contextlib
 import os
 import signal
 import sys
+from collections import deque
 from pathlib import Path
 
 from localization.maps.cloud import Cloud
 from localization.types import SECOND
 from robot_sim import PhysicsError, World
 from teleop.interfaces import registry
-from teleop.robot.robot import Robot, Snapshot
-from teleop.robot.rosbridge_adapter import Host, Stepper
-from teleop.rosbridge.protocol.outgoing_messages import Outgoing, Output
+from teleop.robot.lockstep_service import LockstepService
+from teleop.robot.robot import Robot
+from teleop.robot.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.tick_record import TickRecord
+from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame, Output
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.server import Server
 from teleop.scenario.mission import HINT_STAMP, Mission
-from teleop.scenario.referee import Referee, RunRecord
-from teleop.scenario.run import Progress, build
-from teleop.scenario.run_report import Summary, TopicTraffic
-from teleop.scenario.scripted_operator import Script
+from teleop.scenario.mission_run import Progress, build
+from teleop.scenario.run_recorder import RunRecord, RunRecorder
+from teleop.scenario.run_summary import RunSummary, TopicTraffic
+from teleop.scenario.scripted_operator import OperatorScript
 
 
 def run_over_wire(
@@ -35,106 +40,113 @@ def run_over_wire(
     *,
     cache: Path | None = None,
     progress: Progress = lambda share, text: None,
-) -> tuple[Summary, RunRecord]:
-    """Serve the robot here and let a scripted operator, in a process of its own, drive it.
+) -> tuple[RunSummary, RunRecord]:
+    """Serve the robot here, and have a scripted operator in a process of its own drive it.
 
     Args:
-        mission: what to do.
-        world: the mission's scene.
-        cloud: its prebuilt cloud, for the robot.
-        map_path: the same file, for the operator to load by itself.
-        folder: where the files go, the operator's recording among them.
-        cache: folder for derived files.
-        progress: told how far the run is.
+        mission: The mission.
+        world: Its scene.
+        cloud: The scene's prebuilt cloud, for the robot.
+        map_path: File of the cloud, which the operator loads itself.
+        folder: Folder of the run, for the operator's recording as well.
+        cache: Folder for derived files.
+        progress: Called with the progress.
     """
-    robot, referee = build(mission, world, cloud, folder, cache=cache, progress=progress)
-    with referee:
+    robot, recorder = build(mission, world, cloud, folder, cache=cache, progress=progress)
+    with recorder:
         ending, traffic = asyncio.run(
-            _serve_and_operate(mission, robot, referee, cloud, map_path, progress)
+            _serve_and_operate(mission, robot, recorder, cloud, map_path, progress)
         )
-        return referee.finish(ending, traffic)
+        return recorder.finish(ending, traffic)
 
 
 async def _serve_and_operate(
     mission: Mission,
     robot: Robot,
-    referee: Referee,
+    recorder: RunRecorder,
     cloud: Cloud,
     map_path: Path,
     progress: Progress,
 ) -> tuple[str, tuple[TopicTraffic, ...]]:
     simulation = robot.simulation
 
-    def report(snapshot: Snapshot) -> None:
-        referee.take(snapshot)
-        if snapshot.stamp % SECOND == 0:
-            share = referee.progress
-            seconds = snapshot.stamp // SECOND
-            progress(share, f"{seconds} s at {referee.factor:.1f}x, {snapshot.estimate.health}")
+    # Recording waits until the operator has its response, and happens while it decides.
+    unrecorded: deque[TickRecord] = deque()
 
-    protocol = Protocol(registry(), limits=Limits.unhurried())
+    def record() -> None:
+        while unrecorded:
+            tick = unrecorded.popleft()
+            recorder.take(tick)
+            if tick.stamp % SECOND == 0:
+                share = recorder.progress
+                seconds = tick.stamp // SECOND
+                progress(share, f"{seconds} s at {recorder.factor:.1f}x, {tick.estimate.health}")
+
+    protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
-    meter = Meter(protocol)
-    host = Host(robot, server, cloud, sinks=(report,))
-    stepper = Stepper(host, last_stamp=mission.time_limit)
+    meter = Meter()
+    protocol.observers.add(meter)
+    adapter = RosbridgeAdapter(robot, server, cloud, observers=(unrecorded.append,))
+    service = LockstepService(adapter, last_stamp=mission.time_limit, deferred=record)
     await server.start()
-    script_path = _write_script(mission, robot, server.url, map_path, referee.folder)
-    operator = await asyncio.create_subprocess_exec(
-        sys.executable,
-        "-m",
-        "teleop.scenario.scripted_operator",
-        str(script_path),
-        stderr=asyncio.subprocess.PIPE,
-        # Ctrl-C is for this process; it ends the operator itself.
-        start_new_session=True,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "RUST_LOG": "error"},
-    )
+    script_path = _write_script(mission, robot, server.url, map_path, recorder.folder)
     interrupted = asyncio.Event()
     loop = asyncio.get_running_loop()
     with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
         loop.add_signal_handler(signal.SIGINT, interrupted.set)
+    operator_error = await _run_operator(script_path, interrupted)
+    await server.close()
+    record()
+    if service.error is not None and not isinstance(service.error, PhysicsError):
+        raise service.error
+    if service.error is not None:
+        ending = str(service.error)
+    elif interrupted.is_set():
+        ending = "interrupted"
+    else:
+        ending = operator_error or "completed"
+    return ending, meter.traffic()
+
+
+async def _run_operator(script: Path, interrupted: asyncio.Event) -> str:
+    """Run the operator's process until it ends or is interrupted; return its error, or nothing."""
+    operator = await asyncio.create_subprocess_exec(
+        sys.executable,
+        "-m",
+        "teleop.scenario.scripted_operator",
+        str(script),
+        stderr=asyncio.subprocess.PIPE,
+        # Ctrl-C interrupts this process only, which then ends the operator.
+        start_new_session=True,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "RUST_LOG": "error"},
+    )
     ended = asyncio.create_task(operator.communicate())
     cut = asyncio.create_task(interrupted.wait())
     await asyncio.wait({ended, cut}, return_when=asyncio.FIRST_COMPLETED)
     if interrupted.is_set() and operator.returncode is None:
         operator.terminate()
-    _, said = await ended
+    _, errors = await ended
     cut.cancel()
-    await server.close()
-    traffic = meter.traffic()
-    error = stepper.error
-    if isinstance(error, PhysicsError):
-        return str(error), traffic
-    if error is not None:
-        raise error
-    if interrupted.is_set():
-        return "interrupted", traffic
-    if operator.returncode != 0:
-        last = said.decode(errors="replace").strip().splitlines()[-1:]
-        return "; ".join(last) or f"the operator ended with {operator.returncode}", traffic
-    return "completed", traffic
+    if operator.returncode == 0:
+        return ""
+    last = errors.decode(errors="replace").strip().splitlines()[-1:]
+    return "; ".join(last) or f"the operator ended with {operator.returncode}"
 
 
-class Meter:
-    """Counts what goes over the wire, by topic, between a protocol and its server."""
+class Meter(Observer):
+    """Counts the frames and bytes of each topic that are sent and received."""
 
-    def __init__(self, protocol: Protocol) -> None:
-        """Stand between the two; the server must have been made already."""
+    def __init__(self) -> None:
         self._counts: dict[str, list[int]] = {}
-        sink, receive = protocol.sink, protocol.receive
 
-        def outward(client: int, output: Output) -> None:
-            if isinstance(output, Outgoing):
-                self._add(output.topic or "(answers)", len(output.payload))
-            if sink is not None:
-                sink(client, output)
+    def received(self, connection: Connection, frame: str | bytes) -> None:
+        """Count a received frame."""
+        self._add("(to the robot)", len(frame))
 
-        def inward(client: int, frame: str | bytes, now: int) -> None:
-            self._add("(to the robot)", len(frame))
-            receive(client, frame, now)
-
-        protocol.sink = outward
-        protocol.receive = inward  # type: ignore[method-assign]
+    def sent(self, connection: Connection, output: Output) -> None:
+        """Count a sent frame."""
+        if isinstance(output, OutgoingFrame):
+            self._add(output.topic or "(answers)", len(output.payload))
 
     def _add(self, topic: str, size: int) -> None:
         count = self._counts.setdefault(topic, [0, 0])
@@ -149,7 +161,7 @@ class Meter:
 
 def _write_script(mission: Mission, robot: Robot, url: str, map_path: Path, folder: Path) -> Path:
     hint = mission.hint(robot.simulation.truth().map_from_base)
-    script = Script(
+    script = OperatorScript(
         url=url,
         map_path=str(map_path),
         tour=robot.simulation.world.tour,

@@ -1,4 +1,4 @@
-"""A run as one picture: map and paths, the local cloud by its distance to the map, and the errors."""
+"""Picture of a run: map and paths, the last sweep coloured by its distance to the map, and the errors."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from localization.filter.pose_error import difference
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
-from localization.matching.registration import difference
 from localization.types import SECOND, Estimate, Health
-from teleop.robot.robot import Snapshot
-from teleop.scenario.referee import RunRecord
+from teleop.robot.tick_record import TickRecord
+from teleop.scenario.run_recorder import RunRecord
 
 _HEALTH_COLOUR = {
     Health.WAITING: "#bbbbbb",
@@ -25,7 +25,7 @@ _HEALTH_COLOUR = {
     Health.LOST: "#d55e00",
     Health.RELOCALISING: "#cc79a7",
 }
-"""Okabe and Ito's palette, which the colour-blind can tell apart."""
+"""Colour of each state: Okabe and Ito's palette, which colour-blind people can distinguish."""
 
 
 def draw(record: RunRecord, cloud: Cloud, path: Path, *, title: str) -> None:
@@ -44,11 +44,11 @@ def draw(record: RunRecord, cloud: Cloud, path: Path, *, title: str) -> None:
 def _draw_plan(axes: Axes, figure: Figure, record: RunRecord, cloud: Cloud) -> None:
     walls = cloud.points[(cloud.points[:, 2] > 0.2) & (cloud.points[:, 2] < 2.0)]
     axes.scatter(walls[:, 0], walls[:, 1], s=1.2, c="#9a9a9a", linewidths=0, label="map")
-    true = np.array([s.truth.map_from_base.position for s in record.snapshots]).reshape(-1, 3)
+    true = np.array([s.truth.map_from_base.position for s in record.ticks]).reshape(-1, 3)
     axes.plot(true[:, 0], true[:, 1], color="#000000", lw=2.2, label="true path")
-    known = [s for s in record.snapshots if s.estimate.map_from_base is not None]
-    believed = np.array([_position(s.estimate) for s in known]).reshape(-1, 3)
-    axes.plot(believed[:, 0], believed[:, 1], color="#e69f00", lw=1.0, label="estimate")
+    known = [s for s in record.ticks if s.estimate.map_from_base is not None]
+    estimated = np.array([_position(s.estimate) for s in known]).reshape(-1, 3)
+    axes.plot(estimated[:, 0], estimated[:, 1], color="#e69f00", lw=1.0, label="estimate")
     _draw_sweep(axes, figure, known)
     for verdict in record.verdicts:
         hint = verdict.hint.map_from_base
@@ -68,10 +68,10 @@ def _draw_plan(axes: Axes, figure: Figure, record: RunRecord, cloud: Cloud) -> N
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, markerscale=3)
 
 
-def _draw_sweep(axes: Axes, figure: Figure, known: list[Snapshot]) -> None:
-    """The last sweep that was registered: where the scanners see the walls, on top of the map."""
-    for snapshot in reversed(known):
-        estimate = snapshot.estimate
+def _draw_sweep(axes: Axes, figure: Figure, known: list[TickRecord]) -> None:
+    """Draw the last registered sweep over the map."""
+    for tick in reversed(known):
+        estimate = tick.estimate
         if estimate.match is None or estimate.sweep is None or estimate.map_from_base is None:
             continue
         points = estimate.map_from_base.apply(estimate.sweep.points)
@@ -97,7 +97,7 @@ def _draw_sweep(axes: Axes, figure: Figure, known: list[Snapshot]) -> None:
 
 def _draw_errors(axes: list[Axes], record: RunRecord) -> None:
     position, heading, fit, health = axes
-    rows = np.array([_error_row(s) for s in record.snapshots if s.estimate.map_from_base]).reshape(
+    rows = np.array([_error_row(s) for s in record.ticks if s.estimate.map_from_base]).reshape(
         -1, 5
     )
     time = rows[:, 0]
@@ -113,9 +113,7 @@ def _draw_errors(axes: list[Axes], record: RunRecord) -> None:
     widest = np.rad2deg(np.percentile(rows[:, 4], 99)) if len(rows) else 1.0
     heading.set_ylim(-1.5 * widest, 1.5 * widest)
     matched = [
-        (s.stamp / SECOND, s.estimate.match.inlier_ratio)
-        for s in record.snapshots
-        if s.estimate.match
+        (s.stamp / SECOND, s.estimate.match.inlier_ratio) for s in record.ticks if s.estimate.match
     ]
     fits = np.array(matched).reshape(-1, 2)
     fit.plot(fits[:, 0], fits[:, 1] * 100, color="#009e73", lw=0.7)
@@ -123,14 +121,14 @@ def _draw_errors(axes: list[Axes], record: RunRecord) -> None:
     fit.set_ylim(0, 105)
     _draw_health(health, record)
     for a in axes:
-        a.set_xlim(0, record.snapshots[-1].stamp / SECOND if record.snapshots else 1)
+        a.set_xlim(0, record.ticks[-1].stamp / SECOND if record.ticks else 1)
         a.grid(alpha=0.3)
     health.set_xlabel("time [s]")
 
 
 def _draw_health(axes: Axes, record: RunRecord) -> None:
-    states = [s.estimate.health for s in record.snapshots]
-    times = [s.stamp / SECOND for s in record.snapshots]
+    states = [s.estimate.health for s in record.ticks]
+    times = [s.stamp / SECOND for s in record.ticks]
     begin = 0
     shown: set[Health] = set()
     for i in range(1, len(states) + 1):
@@ -151,14 +149,14 @@ def _position(estimate: Estimate) -> FloatArray:
     return estimate.map_from_base.position
 
 
-def _error_row(snapshot: Snapshot) -> tuple[float, float, float, float, float]:
-    """Time [s], position error, its 3 sigma [m], heading error, its 3 sigma [rad]."""
-    estimate = snapshot.estimate
+def _error_row(tick: TickRecord) -> tuple[float, float, float, float, float]:
+    """Return time [s], position error, its 3 sigma [m], heading error, its 3 sigma [rad]."""
+    estimate = tick.estimate
     assert estimate.map_from_base is not None
-    off = difference(estimate.map_from_base, snapshot.truth.map_from_base)
+    off = difference(estimate.map_from_base, tick.truth.map_from_base)
     sigma = np.sqrt(np.diag(estimate.covariance))
     return (
-        snapshot.stamp / SECOND,
+        tick.stamp / SECOND,
         float(np.linalg.norm(off[:3])),
         3.0 * float(np.linalg.norm(sigma[:3])),
         float(off[5]),

@@ -1,7 +1,7 @@
-"""A scripted operator as a process of its own: it has the map file and a socket, and nothing else.
+"""A scripted operator in a process of its own, which has the map file and a socket, and nothing else.
 
-``python -m teleop.scenario.scripted_operator script.json`` connects, compares maps, gives the hint, drives the
-tour by Joy from what it receives, steps the robot in lockstep and records its display.
+``python -m teleop.scenario.scripted_operator script.json`` connects, compares the maps, sends the hint, drives
+the tour by Joy messages from the received estimate, steps the robot in lockstep and records its display.
 """
 
 from __future__ import annotations
@@ -19,46 +19,53 @@ import numpy as np
 from localization.display.rerun_sink import Sink
 from localization.maps.map_files import load_cloud
 from localization.types import SECOND, Pose
+from teleop.errors import TeleopError
 from teleop.interfaces import registry
 from teleop.operator.display import Display
-from teleop.operator.operator_client import Station
-from teleop.operator.threaded_display import Aside
+from teleop.operator.operator_client import OperatorClient
+from teleop.operator.threaded_display import ThreadedDisplay
 from teleop.rosbridge.client.client import Client
 from teleop.scenario.tour_driver import TourDriver
 
 TICKS_PER_STEP = 5
-"""The operator looks and steers ten times a second, as a Unity scene with ROS# does."""
+"""Number of ticks between Joy messages: ten messages a second, as from a Unity scene with ROS#."""
 _TICK = 20_000_000
+"""Duration of a tick [ns]."""
 
 
-class OperatorError(RuntimeError):
-    """The operator cannot do its work; one line says why."""
+class ScriptError(TeleopError):
+    """The script cannot be followed; the message is one line."""
 
 
 @dataclass(frozen=True, slots=True)
-class Script:
-    """What the scripted operator is told; it knows nothing else of the mission."""
+class OperatorScript:
+    """Instructions for the scripted operator; it knows nothing else of the mission."""
 
     url: str
+    """Address of the robot."""
     map_path: str
+    """File of the map (PLY)."""
     tour: tuple[tuple[float, float], ...]
+    """Way-points (x, y) in ``map`` [m]."""
     hint_stamp: int
-    """When to give the hint [ns]."""
+    """Robot time at which to send the hint [ns]."""
     hint_position: tuple[float, float, float]
+    """Position of the hinted pose in ``map`` [m]."""
     hint_quaternion_wxyz: tuple[float, float, float, float]
+    """Orientation of the hinted pose in ``map``."""
     hint_covariance: tuple[float, ...]
-    """36 numbers, row by row."""
+    """Covariance of the hinted pose, 36 numbers row by row [m, rad]."""
     duration: float | None
-    """Stop after so much robot time [s]."""
+    """Robot time after which to stop [s]; None to drive the whole tour."""
     recording: str | None
-    """Where the display is recorded (.rrd)."""
+    """File for the recording of the display (.rrd); None for no display."""
 
     def save(self, path: Path) -> None:
         """Write it as JSON."""
         path.write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
 
     @classmethod
-    def load(cls, path: Path) -> Script:
+    def load(cls, path: Path) -> OperatorScript:
         """Read what ``save`` wrote."""
         values = json.loads(path.read_text(encoding="utf-8"))
         values["tour"] = tuple((float(x), float(y)) for x, y in values["tour"])
@@ -68,16 +75,16 @@ class Script:
 
     @property
     def hint(self) -> Pose:
-        """The hint's pose."""
+        """The hinted pose, ``map_from_base``."""
         return Pose(np.array(self.hint_position), np.array(self.hint_quaternion_wxyz))
 
     def over(self, now: int) -> bool:
-        """Return whether the time for the tour is up."""
+        """Return whether the duration has passed at a robot time [ns]."""
         return self.duration is not None and now >= self.duration * SECOND
 
 
-async def operate(script: Script) -> None:
-    """Do what the script says.
+async def operate(script: OperatorScript) -> None:
+    """Follow the script.
 
     Raises:
         OperatorError: if the maps differ or the robot does not step.
@@ -85,33 +92,37 @@ async def operate(script: Script) -> None:
     cloud = load_cloud(script.map_path)
     display = None
     if script.recording is not None:
-        display = Aside(Display(cloud, sink=Sink(file=Path(script.recording))), patient=True)
-    # In lockstep the robot may think for long; a dead one ends the socket.
+        display = ThreadedDisplay(
+            Display(cloud, sink=Sink(file=Path(script.recording))), blocking=True
+        )
+    # In lockstep a step may take long; if the robot's process ends, so does the socket.
     client = Client(script.url, registry=registry(), reconnect=False, keepalive=None, timeout=60.0)
-    station = Station(client, cloud, display)
+    operator = OperatorClient(client, cloud, display)
     driver = TourDriver(script.tour)
     hinted = False
     try:
         await client.connect()
-        await station.start()
-        await _step(station, 1)
-        if station.map_complaint or not station.map_sha256:
-            raise OperatorError(station.map_complaint or "the robot does not say what map it has")
-        while not driver.done and not script.over(station.now):
-            if not hinted and station.now >= script.hint_stamp:
+        await operator.start()
+        await _step(operator, 1)
+        if operator.map_mismatch or not operator.map_sha256:
+            raise ScriptError(
+                operator.map_mismatch or "the robot has not published the hash of its map"
+            )
+        while not driver.done and not script.over(operator.now):
+            if not hinted and operator.now >= script.hint_stamp:
                 hinted = True
-                await station.hint(script.hint, np.array(script.hint_covariance).reshape(6, 6))
-            twist = driver.command(station.map_from_base, station.health)
-            await station.drive(twist, enabled=True)
-            await _step(station, TICKS_PER_STEP - station.now // _TICK % TICKS_PER_STEP)
+                await operator.hint(script.hint, np.array(script.hint_covariance).reshape(6, 6))
+            twist = driver.command(operator.map_from_base, operator.health)
+            await operator.drive(twist, enabled=True)
+            await _step(operator, TICKS_PER_STEP - operator.now // _TICK % TICKS_PER_STEP)
     finally:
         await client.close()
         if display is not None:
             display.close()
 
 
-async def _until_told(script: Script) -> None:
-    """Do what the script says; told to terminate, end the recording before the process."""
+async def _operate_until_terminated(script: OperatorScript) -> None:
+    """Follow the script; on SIGTERM, complete the recording before the process ends."""
     task = asyncio.current_task()
     if task is not None:
         with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
@@ -119,19 +130,21 @@ async def _until_told(script: Script) -> None:
     await operate(script)
 
 
-async def _step(station: Station, ticks: int) -> None:
-    complaint = await station.step(ticks)
-    if complaint is not None:
-        raise OperatorError(f"the robot does not step: {complaint}")
+async def _step(operator: OperatorClient, ticks: int) -> None:
+    failure = await operator.step(ticks)
+    if failure is not None:
+        raise ScriptError(f"the robot does not step: {failure}")
 
 
 def main() -> int:
     """Read the script named on the command line and follow it."""
+    # The robot waits for the main thread, which must not wait 5 ms for the thread of the display.
+    sys.setswitchinterval(0.0005)
     try:
-        asyncio.run(_until_told(Script.load(Path(sys.argv[1]))))
+        asyncio.run(_operate_until_terminated(OperatorScript.load(Path(sys.argv[1]))))
     except (KeyboardInterrupt, asyncio.CancelledError):
         return 130
-    except (OperatorError, ValueError, OSError, RuntimeError) as error:
+    except (ScriptError, ValueError, OSError, RuntimeError) as error:
         sys.stderr.write(f"operator: {error}\n")
         return 1
     return 0

@@ -1,4 +1,4 @@
-"""A scripted operator that drives a tour by what the robot believes, never by where it is."""
+"""Pure-pursuit driver of a tour, steered by the estimated pose."""
 
 from __future__ import annotations
 
@@ -16,32 +16,36 @@ _RELIABLE = {Health.TRACKING, Health.DEGRADED, Health.SLIPPING, Health.SUSPECT}
 
 @dataclass(frozen=True, slots=True)
 class DriverConfig:
-    """How the tour is driven."""
+    """Speeds and distances of the driver."""
 
     speed: float = 0.6
-    """On straight stretches [m/s]."""
+    """Forward speed on straight stretches [m/s]."""
     look_ahead: float = 0.45
-    """Distance along the path of the point that is steered at [m]."""
+    """Distance along the path of the point that the driver steers at [m]."""
     turn_gain: float = 2.0
     """Yaw rate per heading error [1/s]."""
     turn_limit: float = 1.2
-    """[rad/s]."""
+    """Largest yaw rate [rad/s]."""
     arrival: float = 0.25
-    """The tour is done this near to its end [m]."""
+    """Distance from the last way-point at which the tour is complete [m]."""
 
 
 class TourDriver:
-    """Follows a polyline by pure pursuit; stands still whenever the robot does not know where it is."""
+    """Follows a polyline by pure pursuit; stands still while the robot is not localised."""
 
     def __init__(
         self,
         waypoints: Sequence[tuple[float, float]],
         config: DriverConfig = DriverConfig(),
     ) -> None:
-        """Take the way-points (x, y) in ``map`` [m]; at least two.
+        """Prepare the path.
+
+        Args:
+            waypoints: Way-points (x, y) in ``map`` [m]; at least two.
+            config: Speeds and distances.
 
         Raises:
-            ValueError: with fewer.
+            ValueError: If there are fewer than two way-points.
         """
         if len(waypoints) < 2:
             raise ValueError(f"a tour needs at least two way-points, got {len(waypoints)}")
@@ -51,16 +55,16 @@ class TourDriver:
 
     @property
     def progress(self) -> float:
-        """Share of the tour that lies behind, in [0, 1]."""
+        """Completed share of the tour, in [0, 1]."""
         return self._at / (len(self._path) - 1)
 
     @property
     def done(self) -> bool:
-        """Whether the end was reached."""
+        """Whether the end of the tour was reached."""
         return self._at >= len(self._path) - 1
 
     def command(self, pose: Pose | None, health: Health) -> Twist:
-        """Return the twist that follows the tour from a believed pose."""
+        """Return the twist that follows the tour from an estimated pose, ``map_from_base``."""
         if pose is None or health not in _RELIABLE or self.done:
             return Twist.planar(0.0, 0.0)
         c = self.config
@@ -76,7 +80,7 @@ class TourDriver:
         return Twist.planar(c.speed * max(0.0, 1.0 - abs(error) / np.deg2rad(60.0)), turn)
 
     def _nearest(self, here: FloatArray) -> int:
-        """Index of the nearest path point, searched ahead only, so that crossings do not confuse."""
+        """Return the index of the nearest path point, searched ahead only, for paths may cross themselves."""
         ahead = self._path[self._at : self._at + 30]
         return self._at + int(np.argmin(np.hypot(*(ahead - here).T)))
 

@@ -1,1 +1,1 @@
-"""Making and mapping worlds: generated buildings, surveys, scene folders and their pictures."""
+"""Worlds and their maps: generated buildings, survey drives, scene folders and figures of scenes."""

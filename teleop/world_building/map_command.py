@@ -10,6 +10,7 @@ import tyro
 
 from localization.cli.map_log import LogMapping, map_file, save_drive, save_map
 from localization.cli.terminal import Progress, say
+from teleop.errors import SettingError
 
 if TYPE_CHECKING:
     from robot_sim import SimulationConfig
@@ -43,28 +44,31 @@ class Map(LogMapping):
     def __call__(self) -> int:
         """Run it."""
         if self.source is not None and self.scene is not None:
-            raise ValueError(f"give a log or a scene, not both {self.source!r} and {self.scene!r}")
+            raise SettingError(
+                f"give a log or a scene, not both {self.source!r} and {self.scene!r}"
+            )
         if self.source is not None and not _is_scene(self.source):
             if self.quick or self.without_truth or self.effects:
-                raise ValueError(
+                raise SettingError(
                     f"{self.source}: --quick, --without-truth and --effects are for scenes, not for logs"
                 )
             return self.map_log(Path(self.source), self.out)
         scene = self.scene or self.source or "office"
         if self.start is not None or self.motion is not None or self.mount or self.topics:
-            raise ValueError(
+            raise SettingError(
                 "--start, --motion, --mount and --topics are for logs; a scene has its own"
             )
         if self.quick and (self.effects or self.without_truth):
-            raise ValueError(
+            raise SettingError(
                 "--quick scans from stops: --effects and --without-truth need the drive"
             )
         return self._map_without_truth(scene) if self.without_truth else self._map_scene(scene)
 
     def _map_scene(self, scene: str) -> int:
         from robot_sim import load_world
-        from teleop.scenario.run import cloud_path
-        from teleop.world_building.survey import survey, survey_from_stations
+        from teleop.scene_clouds import scene_cloud_path
+        from teleop.world_building.station_survey import survey_from_stations
+        from teleop.world_building.survey import survey
 
         world = load_world(scene)
         bar = Progress()
@@ -73,15 +77,16 @@ class Map(LogMapping):
         else:
             cloud = survey(world, seed=self.seed, sensors=self._sensors(), progress=bar)
         bar.end()
-        save_map(cloud, self.out or cloud_path(scene))
+        save_map(cloud, self.out or scene_cloud_path(scene))
         return 0
 
     def _map_without_truth(self, scene: str) -> int:
         from localization.evaluation.tum_file import write_tum
         from localization.logs.mcap_log import read_log
         from robot_sim import load_world
+        from teleop.world_building.map_quality import map_quality
         from teleop.world_building.survey import mapping_config
-        from teleop.world_building.survey_without_truth import judge, record_survey
+        from teleop.world_building.survey_recording import record_survey
 
         world = load_world(scene)
         bar = Progress()
@@ -93,7 +98,7 @@ class Map(LogMapping):
         survey, cloud = self.survey(
             read_log(readings), world.spawn, world.name, bar, mapping_config(world)
         )
-        quality = judge(survey, cloud, truth, world)
+        quality = map_quality(survey, cloud, truth, world)
         bar.end()
         save_map(cloud, out)
         save_drive(survey, out)
@@ -103,9 +108,9 @@ class Map(LogMapping):
         return 0
 
     def _sensors(self) -> SimulationConfig:
-        from teleop.robot.robot_options import Outfit
+        from teleop.robot.robot_options import RobotOptions
 
-        return Outfit(effects=self.effects).simulation()
+        return RobotOptions(effects=self.effects).simulation()
 
 
 def _is_scene(source: str) -> bool:

@@ -1,4 +1,4 @@
-"""A scene as one picture: its plan with places and tour, and its cloud from above."""
+"""Picture of a scene: its plan with places and tour, and its cloud from above."""
 
 from __future__ import annotations
 
@@ -14,12 +14,11 @@ from matplotlib.figure import Figure
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from robot_sim.floorplan.plan import Plan
-from robot_sim.layout.footprints import footprints
-from robot_sim.layout.route_planning import Footprint
+from robot_sim.layout.footprints import Footprint, footprints
 
 _CORNERS: Final = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
 _BELOW_CEILING: Final = 2.2
-"""Only points lower than this are drawn, for one looks in from above [m]."""
+"""Height up to which points are drawn, so that ceilings do not hide the rooms [m]."""
 _MOST_LABELS: Final = 40
 
 

@@ -1,7 +1,7 @@
-"""Pictures of the scenes for their pages: a photograph of each world, and its cloud from the same spot.
+"""Pictures of the scenes for their pages: a rendering of each world, and its cloud from the same viewpoint.
 
-Run ``MUJOCO_GL=egl python -m teleop.world_building.scene_pictures`` from the repository to draw them anew;
-scenes can be named. They go to ``docs/images/world_<scene>.jpg``.
+``MUJOCO_GL=egl python -m teleop.world_building.scene_pictures [SCENE ...]`` in the repository draws them
+again, to ``docs/images/world_<scene>.jpg``.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from matplotlib.figure import Figure
 
 from localization.maps.cloud import Cloud
 from robot_sim import load_world, scene_names
-from robot_sim.survey.photograph import Camera, photograph
-from robot_sim.worlds.worlds import World
-from teleop.scenario.run import cloud_of
+from robot_sim.survey.rendering import Camera, render_world
+from robot_sim.worlds.world import World
+from teleop.scene_clouds import load_scene_cloud
 
 _SIZE: Final = (1000, 640)
 """Width and height of each half [pixels]."""
@@ -31,7 +31,7 @@ _HIDDEN: Final[dict[str, tuple[str, ...]]] = {
     "courtyard": ("ceiling", "south", "arcade_roof"),
     "glasshouse": ("ceiling", "roof_slope"),
 }
-"""What would stand in the way of the eye."""
+"""Geoms that would hide the scene from the camera."""
 _CAMERAS: Final = {
     "corridor": Camera((13.0, 4.0, 0.0), 19.0, math.radians(8.0), math.radians(24.0)),
     "warehouse": Camera((27.5, 16.0, 1.0), 50.0, math.radians(72.0), math.radians(40.0)),
@@ -42,7 +42,7 @@ _OVERHEAD: Final = math.radians(62.0)
 
 
 def camera_for(world: World) -> Camera:
-    """Return the spot from which a world looks well: chosen by hand, or above all of it."""
+    """Return the camera of a world: chosen by hand, or one above all of it."""
     x0, y0, x1, y1 = world.bounds
     middle = (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0)
     far = 1.05 * max(x1 - x0, 1.5 * (y1 - y0))
@@ -53,13 +53,13 @@ def draw_cloud(cloud: Cloud, camera: Camera, *, highest: float) -> npt.NDArray[n
     """Return a cloud as seen by a camera, coloured by height, (height, width, 3).
 
     Args:
-        cloud: in ``map``.
-        camera: where from.
-        highest: points above this are left out [m]; the colours span what is left.
+        cloud: The cloud, in ``map``.
+        camera: The viewpoint.
+        highest: Height above which points are dropped [m]; the colours span the rest.
     """
     width, height = _SIZE
     points = cloud.points[cloud.points[:, 2] < highest]
-    # Only faces that look at the camera: the backs of walls would hide the rooms.
+    # Only surfaces that face the camera: the backs of walls would hide the rooms.
     eye = np.array(camera.at) - camera.distance * camera.axes[2]
     facing = np.einsum("ij,ij->i", cloud.normals[cloud.points[:, 2] < highest], eye - points) > 0.0
     points = points[facing]
@@ -82,7 +82,7 @@ def draw(world: World, cloud: Cloud, path: Path) -> None:
     room = world.plan.height if world.plan is not None else 3.0
     highest = room - 0.1 if world.plan is not None and world.plan.ceiling else 7.0
     halves = (
-        photograph(world, camera, width=width, height=height, hidden=hidden),
+        render_world(world, camera, width=width, height=height, hidden=hidden),
         draw_cloud(cloud, camera, highest=highest),
     )
     titles = (
@@ -100,10 +100,10 @@ def draw(world: World, cloud: Cloud, path: Path) -> None:
 
 
 def main(names: list[str]) -> None:
-    """Draw the scenes of those names, or all."""
+    """Draw the named scenes, or all."""
     folder = Path(__file__).parents[2] / "docs" / "images"
     for name in names or scene_names():
-        draw(load_world(name), cloud_of(name), folder / f"world_{name}.jpg")
+        draw(load_world(name), load_scene_cloud(name), folder / f"world_{name}.jpg")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Scene folders that we write: the plan, its cloud, a picture and a page that tells what is there."""
+"""Writing of scene folders: plan, cloud, picture and a page that describes the scene."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from localization.maps.map_files import save_cloud
 from robot_sim.floorplan.plan import Plan
 from robot_sim.floorplan.scene_folders import PLAN_FILE
 from robot_sim.layout.route_planning import length
-from robot_sim.worlds.worlds import World, build_world
-from teleop.world_building.survey import survey_from_stations
+from robot_sim.worlds.from_floorplan import build_world
+from robot_sim.worlds.world import World
+from teleop.world_building.station_survey import survey_from_stations
 
 Progress = Callable[[float, str], None]
-"""Called now and then with the share done and a line of text."""
+"""Called now and then with the completed share, in [0, 1], and a line of text."""
 
 
 def write_scene(
@@ -30,19 +31,19 @@ def write_scene(
     """Write a scene's folder and return its world and its cloud.
 
     Args:
-        folder: made if need be; files of these names in it are overwritten.
-        plan: what the scene is.
-        text: the plan as TOML.
-        origin: a sentence on what the scene was made from.
-        command: that made it.
-        cloud: whether to survey the world and write its cloud.
-        progress: told what is being done.
+        folder: The folder, which is created; files of these names in it are overwritten.
+        plan: The scene's plan.
+        text: The plan as TOML.
+        origin: A sentence about the origin of the scene.
+        command: The command that wrote it.
+        cloud: Whether to survey the world and write its cloud.
+        progress: Called with the progress.
 
     Raises:
-        WorldError: the plan cannot be built.
-        ImportError: a cloud is wanted, but what builds it is not installed.
+        WorldError: If the plan cannot be built.
+        ImportError: If a cloud is wanted, but the library that builds it is not installed.
     """
-    # Imported here, for drawing is slow to load and most commands draw nothing.
+    # Imported here, for matplotlib is slow to load.
     from teleop.world_building.plan_picture import draw_scene
 
     progress(0.0, "building")
@@ -62,7 +63,7 @@ def write_scene(
 def _page(folder: Path, world: World, cloud: Cloud | None, origin: str, command: str) -> str:
     x0, y0, x1, y1 = world.bounds
     about = (
-        f"`cloud.ply` is its map: {len(cloud.points)} points with normals, looked at from stops along"
+        f"`cloud.ply` is its map: {len(cloud.points)} points with normals, scanned from stops along"
         f" the survey route; `farsteer map {folder}` drives that route instead."
         if cloud is not None
         else f"It has no cloud yet: `farsteer map {folder} --quick` makes one."

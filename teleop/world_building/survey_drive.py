@@ -1,6 +1,6 @@
-"""The drive of a survey: along a world's survey route, steered by where the robot truly is.
+"""Survey drive: along a world's survey route, steered by ground truth.
 
-So steers a hand at the joystick that looks at the robot. What is made of the readings is the mapper's.
+A person at the joystick who watches the robot steers like this. The readings are all that mapping gets.
 """
 
 from __future__ import annotations
@@ -12,17 +12,18 @@ import numpy as np
 
 from localization.types import SECOND, Health, Pose, Reading, Twist
 from robot_sim import Simulation
+from teleop.errors import TeleopError
 from teleop.scenario.tour_driver import DriverConfig, TourDriver
 
 Progress = Callable[[float, str], None]
-"""Called now and then with the share done and a line of text."""
+"""Called now and then with the completed share, in [0, 1], and a line of text."""
 
 _SPEED: Final = 0.4
-"""Of the drive [m/s]."""
+"""Forward speed of the drive [m/s]."""
 
 
-class SurveyError(RuntimeError):
-    """A survey that could not be made to its end."""
+class SurveyError(TeleopError):
+    """A survey drive could not be completed."""
 
 
 def survey_drive(
@@ -31,15 +32,15 @@ def survey_drive(
     rest: int = 0,
     progress: Progress = lambda share, text: None,
 ) -> Iterator[tuple[tuple[Reading, ...], Pose]]:
-    """Drive the survey route; yield each tick's readings and where the robot is after it.
+    """Drive the survey route; yield each tick's readings and the true pose after it.
 
     Args:
-        simulation: of a scene with a survey route, at its beginning.
-        rest: how long the robot stands before it begins [ns].
-        progress: called with the share done and a line of text.
+        simulation: A simulation of a scene with a survey route, before its first tick.
+        rest: Time for which the robot stands still first [ns].
+        progress: Called with the completed share and a line of text.
 
     Raises:
-        SurveyError: if the route took four times as long as its length lets expect.
+        SurveyError: If the drive takes four times as long as the route's length requires.
     """
     route = simulation.world.survey
     driver = TourDriver(route, DriverConfig(speed=_SPEED))
@@ -57,4 +58,4 @@ def survey_drive(
             progress(driver.progress, f"driving, {simulation.stamp // SECOND} s")
         if simulation.stamp > time_limit:
             at = np.round(pose.position[:2], 1).tolist()
-            raise SurveyError(f"the survey got stuck near {at}, {driver.progress:.0%} done")
+            raise SurveyError(f"the survey drive got stuck near {at}, {driver.progress:.0%} done")

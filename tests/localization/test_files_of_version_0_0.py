@@ -17,7 +17,7 @@ from localization.logs.mcap_log import McapLog, read_log
 from localization.pipeline.localizer import LocalizerConfig
 from localization.pipeline.log_replay import config_of, localize, settings_left_out
 from localization.types import Health, Verdict
-from teleop.scenario.run import cloud_path
+from teleop.scene_clouds import scene_cloud_path
 
 WRITTEN = Path(__file__).parents[1] / "data/written_by_0_0"
 RUN = WRITTEN / "run"
@@ -48,7 +48,7 @@ def test_configuration_in_the_log_is_understood(log: McapLog) -> None:
 @pytest.mark.slow
 def test_log_is_localised_as_it_was(cache: Path) -> None:
     """Machines differ in the last bits, so the positions are compared to a micrometre."""
-    run = localize(RUN / "readings.mcap", cloud_path("office"), cache=cache)
+    run = localize(RUN / "readings.mcap", scene_cloud_path("office"), cache=cache)
     before = read_tum(RUN / "estimate.tum")
     now = Trajectory.from_estimates(run.estimates)
     assert [v.verdict for v in run.verdicts] == [Verdict.ACCEPTED]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from robot_sim.worlds.worlds import World, parse_world
+from robot_sim.worlds.loading import parse_world
+from robot_sim.worlds.world import World
 
 ROOM = """
 bounds = [0.0, 0.0, 10.0, 8.0]

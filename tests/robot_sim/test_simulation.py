@@ -14,9 +14,11 @@ from localization.types import Inertial, Pose, Reading, Scan, Twist, WheelSpeeds
 from robot_sim.errors import PhysicsError, SimulationError, UnknownSceneError, WorldError
 from robot_sim.physics import Physics
 from robot_sim.robot.mujoco_body import FLOOR_BIT, OBSTACLE_BIT, add_robot, set_physics
+from robot_sim.robot_placement import place_robot
 from robot_sim.sensors.lidar import ScannerConfig
 from robot_sim.simulation import STEPS_PER_TICK, TICK_NS, Simulation, SimulationConfig
-from robot_sim.worlds.worlds import TIMESTEP_NS, World, parse_world, place_robot
+from robot_sim.worlds.loading import parse_world
+from robot_sim.worlds.world import TIMESTEP_NS, World
 
 BARE = "bounds = [-9, -9, 9, 9]\nspawn = [0, 0, 0]\nceiling = false"
 
@@ -47,7 +49,7 @@ def test_same_seed_gives_the_same_bits_and_another_seed_does_not(room: World) ->
     assert all(fingerprint(a) != fingerprint(b) for a, b in moving)
 
 
-def test_a_sensor_less_leaves_the_others_as_they_are(room: World) -> None:
+def test_removing_a_sensor_does_not_change_the_others(room: World) -> None:
     def without_horizontal(readings: list[Reading]) -> list[bytes]:
         return [fingerprint(r) for r in readings
                 if not (isinstance(r, Scan) and r.scanner == "laser_horizontal")]  # fmt: skip
@@ -61,7 +63,7 @@ def end(reading: Reading) -> int:
     return reading.end_stamp if isinstance(reading, Scan) else reading.stamp
 
 
-def test_readings_come_in_the_order_in_which_they_end_and_when_due(room: World) -> None:
+def test_readings_are_returned_when_due_in_order_of_their_ends(room: World) -> None:
     simulation = Simulation(room)
     seen: list[Reading] = []
     for tick in range(1, 51):
@@ -87,14 +89,14 @@ def test_robot_cannot_start_inside_a_wall(room: World) -> None:
         Simulation(room, start=Pose.planar(9.95, 4.0, 0.0))
 
 
-def test_unknown_scene_lists_those_there_are() -> None:
+def test_unknown_scene_lists_the_available_ones() -> None:
     with pytest.raises(UnknownSceneError, match=r"'moon'; available: .*office") as caught:
         Simulation("moon")
     assert "office" in caught.value.available
 
 
 @pytest.mark.parametrize("poison", [np.nan, np.inf, 1e11])
-def test_unstable_physics_is_one_clear_line_and_leaves_no_file(
+def test_unstable_physics_raises_one_line_and_writes_no_file(
     field: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, poison: float
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -122,7 +124,7 @@ def test_spinning_robot_has_the_twist_that_its_poses_show(field: World) -> None:
     assert moved.yaw / 0.02 == pytest.approx(before.twist.angular[2], rel=1e-3)
 
 
-def test_a_tick_is_bit_for_bit_what_single_steps_give(office: World) -> None:
+def test_tick_is_bit_for_bit_what_single_steps_give(office: World) -> None:
     physics = Physics(office.model, office.spawn, steps_per_tick=STEPS_PER_TICK)
     model, data = physics.model, mujoco.MjData(physics.model)
     place_robot(model, data, office.spawn)
@@ -149,7 +151,7 @@ def with_a_floor() -> mujoco.MjSpec:
     return spec
 
 
-def test_forces_and_moved_bodies_hold_through_a_tick() -> None:
+def test_forces_and_mocap_poses_are_constant_through_a_tick() -> None:
     spec = with_a_floor()
     cart = spec.worldbody.add_body(name="cart", mocap=True, pos=(5.0, 5.0, 1.0))
     cart.add_geom(size=(0.1, 0.0, 0.0))
@@ -164,7 +166,7 @@ def test_forces_and_moved_bodies_hold_through_a_tick() -> None:
     assert motion.poses[-1, 2] == pytest.approx(0.5 * 27.2 * 0.06**2, rel=0.1)
 
 
-def test_simulations_share_a_world_and_nothing_that_changes(field: World) -> None:
+def test_simulations_share_a_world_but_no_state(field: World) -> None:
     friction = field.model.pair_friction.copy()
     first, second = (Simulation(field, config=SimulationConfig(scanners=())) for _ in range(2))
     first._model.pair_friction[:] = 0.1
@@ -189,7 +191,7 @@ def springs(stiffness: float) -> World:
     return replace(parse_world(BARE, name="springs"), model=model)
 
 
-def test_a_blow_up_names_the_joint_and_says_when_and_where() -> None:
+def test_instability_names_the_joint_the_time_and_the_place() -> None:
     calm = Simulation(springs(0.1), config=SimulationConfig(scanners=()))
     for _ in range(50):
         calm.step()
@@ -205,21 +207,21 @@ def test_a_blow_up_names_the_joint_and_says_when_and_where() -> None:
         simulation.step()
 
 
-def test_a_robot_faster_than_any_is_no_motion_to_go_on_with(field: World) -> None:
+def test_absurd_speed_is_an_error(field: World) -> None:
     simulation = Simulation(field, config=SimulationConfig(scanners=()))
     simulation._data.qvel[1] = 5000.0
     with pytest.raises(PhysicsError, match=r"body 'base_link' moves at \S+ m/s or rad/s"):
         simulation.step()
 
 
-def test_a_model_of_another_time_step_is_refused(field: World) -> None:
+def test_model_with_another_time_step_is_rejected(field: World) -> None:
     model = copy.copy(field.model)
     model.opt.timestep = 0.01
     with pytest.raises(PhysicsError, match=r"time step is 0\.01 s"):
         Physics(model, field.spawn, steps_per_tick=STEPS_PER_TICK)
 
 
-def test_a_crate_sleeps_until_the_robot_pushes_it() -> None:
+def test_crate_sleeps_until_the_robot_pushes_it() -> None:
     spec = with_a_floor()
     crate = spec.worldbody.add_body(name="crate", pos=(1.0, 0.0, 0.2))
     crate.add_freejoint()

@@ -1,4 +1,4 @@
-"""What a program that wants the simulation alone has to load."""
+"""Libraries that a program with the simulation alone has to load."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ HEAVY = {"scipy", "kiss_icp", "filterpy", "rosbags", "pydantic", "open3d", "matp
 """Each of these takes as long to import as the office takes to build."""
 
 
-def test_a_simulation_starts_without_the_localisers_libraries() -> None:
+@pytest.mark.process
+def test_simulation_starts_without_the_localisers_libraries() -> None:
     program = (
         "import sys; from robot_sim import Simulation; Simulation('office').step();"
         "print(*{name.partition('.')[0] for name in sys.modules})"
@@ -23,7 +24,7 @@ def test_a_simulation_starts_without_the_localisers_libraries() -> None:
     assert done.stderr == ""
 
 
-def test_the_localisers_names_are_there_when_asked_for() -> None:
+def test_localisers_names_are_imported_on_demand() -> None:
     import localization
 
     homes = localization._HOMES

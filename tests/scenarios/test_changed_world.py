@@ -1,4 +1,4 @@
-"""A place that is not as it was mapped: what is new, gone or unknown moves no pose, and is told."""
+"""A place that differs from its map: changes are reported, and do not move the pose."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from localization.maps.prepared_map import PreparedMap, prepare
 from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Estimate, Pose
 from robot_sim import World, WorldOptions
-from robot_sim.worlds.worlds import parse_world
-from teleop.world_building.survey import StationConfig, survey_from_stations
+from robot_sim.worlds.loading import parse_world
+from teleop.world_building.station_survey import StationConfig, survey_from_stations
 
 pytestmark = [pytest.mark.slow]
 
 FAR = 0.25
-"""Farther off is no pose to drive by [m]."""
+"""Position error beyond which a pose is useless for driving [m]."""
 
 OPEN_DOOR, CLOSED_DOOR = "doors = [{ at = 2.5, width = 1.4 }]", ""
 INTO_THE_ROOM = "[[1.5, 2.5], [8.6, 2.5], [8.6, 3.2], [8.4, 2.5], [2.5, 2.5]]"
@@ -98,7 +98,7 @@ def world(cloud: Cloud) -> PreparedMap:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Told:
+class Moment:
     estimate: Estimate
     truth: Pose
 
@@ -110,74 +110,74 @@ class Told:
         return float(np.hypot(*step[:2]))
 
 
-def drive(actual: World, world: PreparedMap, seconds: float) -> list[Told]:
-    """What the localiser says at each sweep of a tour, from a second after it was placed."""
+def drive(actual: World, world: PreparedMap, seconds: float) -> list[Moment]:
+    """Return the estimate and the truth at each sweep of a tour, from a second after the hint."""
     recording = record(actual, name=actual.name, seed=3, seconds=seconds)
-    localizer, told = Localizer(world, recording.mounts), []
+    localizer, moments = Localizer(world, recording.mounts), []
     for reading in recording.readings:
         e = localizer.add(reading)
         if e.sweep is not None and e.map_from_base is not None and e.consistency is not None:
-            told.append(Told(e, recording.truth[e.stamp]))
-    return told[10:]
+            moments.append(Moment(e, recording.truth[e.stamp]))
+    return moments[10:]
 
 
-def kinds(told: Sequence[Told]) -> dict[str, float]:
-    """Mean shares of what is not explained."""
-    seen = [t.estimate.consistency for t in told]
+def kinds(moments: Sequence[Moment]) -> dict[str, float]:
+    """Return the mean share of each kind of unexplained beam."""
+    seen = [t.estimate.consistency for t in moments]
     names = ("occluded", "free_space_violation", "unmapped", "unexplained")
     return {n: float(np.mean([getattr(m, n) for m in seen])) for n in names}
 
 
-def said(told: Sequence[Told]) -> str:
-    return "\n".join(reason for t in told for reason in t.estimate.reasons)
+def reasons_of(moments: Sequence[Moment]) -> str:
+    return "\n".join(reason for t in moments for reason in t.estimate.reasons)
 
 
 def test_place_as_it_was_mapped_is_explained(world: PreparedMap) -> None:
-    told = drive(place(options=WorldOptions()), world, 9.0)
-    assert max(t.off for t in told) < 0.03
-    assert kinds(told)["unexplained"] < 0.08
-    assert "the map explains" not in said(told)
+    moments = drive(place(options=WorldOptions()), world, 9.0)
+    assert max(t.off for t in moments) < 0.03
+    assert kinds(moments)["unexplained"] < 0.08
+    assert "the map explains" not in reasons_of(moments)
 
 
 def test_people_are_seen_before_the_walls_and_not_followed(world: PreparedMap) -> None:
-    told = drive(place(options=WorldOptions(alive=True)), world, 12.0)
-    assert max(t.off for t in told) < 0.05
-    seen = kinds(told)
+    moments = drive(place(options=WorldOptions(alive=True)), world, 12.0)
+    assert max(t.off for t in moments) < 0.05
+    seen = kinds(moments)
     assert seen["occluded"] > 0.04
     assert seen["occluded"] > 2.0 * max(seen["free_space_violation"], seen["unmapped"])
-    assert not any(t.estimate.health in FLAGGED for t in told)
+    assert not any(t.estimate.health in FLAGGED for t in moments)
 
 
 def test_moved_furniture_is_not_followed(world: PreparedMap) -> None:
-    told = drive(place(options=WorldOptions(rearranged=4)), world, 9.0)
-    assert max(t.off for t in told) < 0.05
-    seen = kinds(told)
-    assert seen["share"] > 0.05
+    moments = drive(place(options=WorldOptions(rearranged=4)), world, 9.0)
+    assert max(t.off for t in moments) < 0.05
+    seen = kinds(moments)
+    assert seen["unexplained"] > 0.05
     assert seen["occluded"] + seen["free_space_violation"] > seen["unmapped"]
 
 
-def test_closed_door_is_told_as_something_new_and_moves_nothing(world: PreparedMap) -> None:
-    told = drive(place(door=CLOSED_DOOR, options=WorldOptions()), world, 9.0)
-    assert max(t.off for t in told) < 0.05
-    near = kinds(told[-10:])
+def test_closed_door_counts_as_occlusion_and_moves_nothing(world: PreparedMap) -> None:
+    moments = drive(place(door=CLOSED_DOOR, options=WorldOptions()), world, 9.0)
+    assert max(t.off for t in moments) < 0.05
+    near = kinds(moments[-10:])
     assert near["occluded"] > 0.06
     assert near["occluded"] > 2.0 * max(near["free_space_violation"], near["unmapped"])
-    assert not any(t.estimate.health in FLAGGED for t in told)
+    assert not any(t.estimate.health in FLAGGED for t in moments)
 
 
-def test_robot_in_a_room_that_the_map_lacks_says_so_and_is_right_again_when_it_is_back(
+def test_unmapped_room_is_reported_and_the_pose_recovers_on_return(
     cloud: Cloud,
 ) -> None:
     mapped = cloud.points[:, 0] < 6.25
     lacking = prepare(replace(cloud, points=cloud.points[mapped], normals=cloud.normals[mapped]))
-    told = drive(place(tour=INTO_THE_ROOM, options=WorldOptions()), lacking, 60.0)
-    inside = [t for t in told if t.truth.position[0] > 7.0]
-    back = [t for t in told if t.estimate.stamp > inside[-1].estimate.stamp]
-    assert "ends where nothing is mapped" in said(inside)
+    moments = drive(place(tour=INTO_THE_ROOM, options=WorldOptions()), lacking, 60.0)
+    inside = [t for t in moments if t.truth.position[0] > 7.0]
+    back = [t for t in moments if t.estimate.stamp > inside[-1].estimate.stamp]
+    assert "ends where nothing is mapped" in reasons_of(inside)
     assert kinds(inside)["unmapped"] > 0.5
     assert all(t.estimate.health in FLAGGED for t in inside)
-    assert "has left the map and goes by its own motion" in said(inside)
-    assert max(t.off for t in told) < FAR
+    assert "has left the map and goes by its own motion" in reasons_of(inside)
+    assert max(t.off for t in moments) < FAR
     assert len(back) * 0.1 > 5.0
     for t in back[-10:]:
         assert t.off < 0.05

@@ -16,13 +16,13 @@ from localization.logs.frame_tree import SensorLayout
 from localization.logs.motion_messages import WHEEL_RADIUS
 from localization.logs.ros_messages import reading_message
 from localization.logs.ros_types import IMU, JOINT_STATE, POINT_CLOUD, TYPES, to_cdr
-from localization.motion.deskew import OdometryTrack
+from localization.motion.odometry_track import OdometryTrack
 from localization.pipeline.log_replay import LogRun
 from localization.types import SECOND, Health, Inertial, PointScan, Pose, Twist, WheelSpeeds
 from robot_sim import Simulation, SimulationConfig, load_world
 from robot_sim.survey.total_station import TotalStation
-from teleop.scenario.run import cloud_path
 from teleop.scenario.tour_driver import TourDriver
+from teleop.scene_clouds import scene_cloud_path
 
 PLANES, COLUMNS = 16, 1800
 """As a VLP-16 has at 10 Hz: 28 800 points in each turn."""
@@ -47,7 +47,7 @@ def drive(path: Path, seconds: float) -> Trajectory:
     rng = np.random.default_rng(1)
     truth = simulation.truth()
     poses = [(truth.stamp, truth.map_from_base)]
-    track.add(*poses[0])
+    track = track.extended(*poses[0])
     begun = 0
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         topics = {
@@ -66,7 +66,7 @@ def drive(path: Path, seconds: float) -> Trajectory:
             readings = list(simulation.step())
             truth = simulation.truth()
             poses.append((truth.stamp, truth.map_from_base))
-            track.add(*poses[-1])
+            track = track.extended(*poses[-1])
             if simulation.stamp >= begun + TURN:
                 position, rotation = track.at(begun + offsets)
                 eyes = position + rotation @ MOUNT.position
@@ -87,7 +87,7 @@ def test_scanner_of_sixteen_planes_is_localised_to_a_centimetre(tmp_path: Path) 
     truth = drive(tmp_path / "bag", 6.0)
     layout = SensorLayout(mounts={"velodyne": MOUNT})
     start = truth.pose(0) @ Pose.planar(0.5, -0.4, 0.2)
-    run = LogRun(tmp_path / "bag", cloud_path("office"), layout=layout, start=start)
+    run = LogRun(tmp_path / "bag", scene_cloud_path("office"), layout=layout, start=start)
     history = History()
     sizes = []
     for estimate in run:
@@ -98,7 +98,7 @@ def test_scanner_of_sixteen_planes_is_localised_to_a_centimetre(tmp_path: Path) 
     settled = known.take(slice(int(np.searchsorted(known.stamps, 2 * SECOND)), None))
     assert ate(settled, truth).position.rmse < 0.01
     covariances = history.covariances()[-len(settled) :][: len(errors(settled, truth).vectors)]
-    told = consistency(nees(errors(settled, truth).vectors, covariances), 6)
-    assert told.mean_ratio < 2.0
+    found = consistency(nees(errors(settled, truth).vectors, covariances), 6)
+    assert found.mean_ratio < 2.0
     assert len(sizes) > 50
     assert max(sizes) <= 2000

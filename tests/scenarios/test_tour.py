@@ -13,21 +13,21 @@ from localization.maps.cloud import Cloud
 from localization.types import Verdict
 from robot_sim import World
 from teleop.scenario.mission import Mission
-from teleop.scenario.referee import RunRecord
-from teleop.scenario.run import run_here
-from teleop.scenario.run_report import Summary
+from teleop.scenario.mission_run import run_in_process
+from teleop.scenario.run_recorder import RunRecord
+from teleop.scenario.run_summary import RunSummary
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 
 def drive(
     mission: Mission, office: World, cloud: Cloud, cache: Path, folder: Path
-) -> tuple[Summary, RunRecord]:
-    return run_here(mission, office, cloud, folder, cache=cache)
+) -> tuple[RunSummary, RunRecord]:
+    return run_in_process(mission, office, cloud, folder, cache=cache)
 
 
 @pytest.mark.parametrize("seed", [0, 7])
-def test_robot_knows_where_it_is_all_the_way_round_the_office(
+def test_robot_stays_localised_all_the_way_round_the_office(
     seed: int, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
     summary, record = drive(Mission(seed=seed), office, office_cloud, cache, tmp_path)
@@ -54,12 +54,12 @@ def test_slip_is_noticed_even_when_it_sets_in_too_gently_for_the_tyre_test(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Wheels 30 % too fast gain no impossible speed; KISS-ICP has to contradict them."""
-    from robot_sim import WheelSlip
+    from robot_sim import SlipFault
 
-    slips = (WheelSlip(20 * 10**9, 2 * 10**9, 1.3),)
+    slips = (SlipFault(20 * 10**9, 2 * 10**9, 1.3),)
     monkeypatch.setattr(Mission, "slips", property(lambda self: slips))
     summary, record = drive(Mission(seed=3, duration=30.0), office, office_cloud, cache, tmp_path)
-    slipping = [s.stamp / 1e9 for s in record.snapshots if s.estimate.health == "slipping"]
+    slipping = [s.stamp / 1e9 for s in record.ticks if s.estimate.health == "slipping"]
     assert slipping
     assert 20.0 <= slipping[0] <= 20.6
     assert summary.ate is not None
@@ -88,4 +88,4 @@ def test_robot_waits_for_a_better_hint_when_the_first_is_far_off(
     assert not summary.passed
     with pytest.raises(EmptyTrajectoryError):
         read_tum(tmp_path / "estimate.tum")
-    assert np.ptp([s.truth.map_from_base.position[0] for s in record.snapshots]) < 0.01
+    assert np.ptp([s.truth.map_from_base.position[0] for s in record.ticks]) < 0.01

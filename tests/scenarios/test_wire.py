@@ -20,12 +20,13 @@ from localization.maps.cloud import Cloud
 from localization.types import Verdict
 from robot_sim import World
 from teleop.operator.operator_client import TOPICS
-from teleop.robot.topics import OUTPUTS
+from teleop.robot.topics.topic_table import OUTPUTS
 from teleop.scenario.lockstep_run import run_over_wire
 from teleop.scenario.mission import Mission
-from teleop.scenario.referee import RunRecord
-from teleop.scenario.run import cloud_path
-from teleop.scenario.run_report import Summary, read_summary, table
+from teleop.scenario.run_recorder import RunRecord
+from teleop.scenario.run_report import summary_table
+from teleop.scenario.run_summary import RunSummary, read_summary
+from teleop.scene_clouds import scene_cloud_path
 
 ROOT = Path(__file__).resolve().parents[2]
 BITS = ("readings.mcap", "estimate.tum", "truth.tum", "trace.csv")
@@ -35,8 +36,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 def drive(
     mission: Mission, office: World, cloud: Cloud, cache: Path, folder: Path
-) -> tuple[Summary, RunRecord]:
-    return run_over_wire(mission, office, cloud, cloud_path("office"), folder, cache=cache)
+) -> tuple[RunSummary, RunRecord]:
+    return run_over_wire(mission, office, cloud, scene_cloud_path("office"), folder, cache=cache)
 
 
 def operators(folder: Path) -> list[int]:
@@ -57,15 +58,15 @@ def operators(folder: Path) -> list[int]:
 def test_robot_and_operator_drive_together_over_the_wire(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
-    told: list[tuple[float, str]] = []
+    progress: list[tuple[float, str]] = []
     summary, record = run_over_wire(
         Mission(seed=2, duration=12.0),
         office,
         office_cloud,
-        cloud_path("office"),
+        scene_cloud_path("office"),
         tmp_path,
         cache=cache,
-        progress=lambda share, text: told.append((share, text)),
+        progress=lambda share, text: progress.append((share, text)),
     )
     assert record.ending == "completed"
     assert summary.passed, summary.checks
@@ -74,9 +75,9 @@ def test_robot_and_operator_drive_together_over_the_wire(
     assert summary.facts.robot_seconds == 12.0
     assert (tmp_path / "operator.rrd").stat().st_size > 1_000_000
     assert operators(tmp_path) == []
-    assert [share for share, _ in told[1:]] == [second / 12 for second in range(1, 13)]
+    assert [share for share, _ in progress[1:]] == [second / 12 for second in range(1, 13)]
 
-    # Joy to motion: a tick to hear it, and the ramp up to what counts as motion.
+    # Joy to motion: a tick to take it, and the ramp up to what counts as motion.
     assert summary.facts.joy_to_motion
     assert all(0.02 <= seconds <= 0.2 for seconds in summary.facts.joy_to_motion)
 
@@ -88,8 +89,8 @@ def test_robot_and_operator_drive_together_over_the_wire(
             assert 100 <= traffic[topic.name].messages <= 600 // topic.every, topic.name
     assert traffic["(to the robot)"].messages > 200
     assert sum(t.bytes for t in traffic.values()) < 12 * 1_000_000
-    assert "joy to motion" in table(summary)
-    assert "/local_cloud" in table(summary)
+    assert "joy to motion" in summary_table(summary)
+    assert "/local_cloud" in summary_table(summary)
     again = read_summary(tmp_path)
     assert again.facts == summary.facts
     assert again.checks == summary.checks
@@ -121,7 +122,7 @@ def test_operator_that_dies_ends_the_run_and_leaves_its_files(
         Mission(duration=12.0),
         office,
         office_cloud,
-        cloud_path("office"),
+        scene_cloud_path("office"),
         tmp_path,
         cache=cache,
         progress=kill,
@@ -130,7 +131,7 @@ def test_operator_that_dies_ends_the_run_and_leaves_its_files(
     assert record.ending == "the operator ended with -9"
     assert not summary.passed
     assert 3.0 < summary.facts.robot_seconds < 12.0
-    last = record.snapshots[-1]
+    last = record.ticks[-1]
     assert abs(last.truth.twist.linear[0]) < 0.005, "the robot has braked to rest"
 
 

@@ -7,8 +7,9 @@ import json
 import socket
 import struct
 import sys
+import typing
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
-from contextlib import asynccontextmanager
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
@@ -24,13 +25,17 @@ from localization.pipeline.localizer import Localizer
 from localization.types import Hint
 from robot_sim import Simulation, World
 from teleop.interfaces import registry
+from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.robot import Robot
-from teleop.robot.rosbridge_adapter import Host, Stepper
-from teleop.robot.serve import ServeConfig, serve
-from teleop.robot.topics import OUTPUTS
-from teleop.rosbridge.messages.codec import read_cbor
+from teleop.robot.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.serve import serve
+from teleop.robot.serve_config import ServeConfig
+from teleop.robot.topics.topic_table import OUTPUTS
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.cbor import read_cbor
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from teleop.rosbridge.server.server import Server
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -60,13 +65,13 @@ async def soon(work: Awaitable[T]) -> T:
 
 
 class Peer:
-    """A client without manners of its own: sends what it is told to and notes what it gets."""
+    """A bare rosbridge client: sends what a test gives it and keeps what it receives."""
 
     def __init__(self, connection: ClientConnection) -> None:
         self.connection = connection
         self.frames: list[str | bytes] = []
         """As they came."""
-        self.heard: list[dict[str, Any]] = []
+        self.received: list[dict[str, Any]] = []
         """The same, decoded."""
         self.gone = asyncio.Event()
         self._news = asyncio.Condition()
@@ -77,7 +82,7 @@ class Peer:
         try:
             async for frame in self.connection:
                 self.frames.append(frame)
-                self.heard.append(read_cbor(frame) if isinstance(frame, bytes) else _read(frame))
+                self.received.append(read_cbor(frame) if isinstance(frame, bytes) else _read(frame))
                 async with self._news:
                     self._news.notify_all()
         except ConnectionClosed:
@@ -87,7 +92,7 @@ class Peer:
             self._news.notify_all()
 
     async def until(self, true: Callable[[], object], what: str = "it") -> None:
-        """Wait for something to have been heard."""
+        """Wait until a condition on the received messages holds."""
 
         def ended() -> bool:
             return bool(true()) or self.gone.is_set()
@@ -134,7 +139,9 @@ class Peer:
 
     def answer(self, identity: str) -> dict[str, Any] | None:
         """Return a service's answer, if it is there."""
-        found = (o for o in self.heard if o["op"] == "service_response" and o.get("id") == identity)
+        found = (
+            o for o in self.received if o["op"] == "service_response" and o.get("id") == identity
+        )
         return next(found, None)
 
     async def step(self, ticks: int = 1) -> int:
@@ -148,12 +155,12 @@ class Peer:
         """Have the server do all it was asked; return the status that came since the last time."""
         begun = getattr(self, "_settled", 0)
         await self.ask("/no/such/service")
-        self._settled = len(self.heard)
-        return [o for o in self.heard[begun:] if o["op"] == "status"]
+        self._settled = len(self.received)
+        return [o for o in self.received[begun:] if o["op"] == "status"]
 
     def messages(self, topic: str) -> list[dict[str, Any]]:
         """Return what came on a topic."""
-        return [o["msg"] for o in self.heard if o["op"] == "publish" and o["topic"] == topic]
+        return [o["msg"] for o in self.received if o["op"] == "publish" and o["topic"] == topic]
 
     def last(self, topic: str) -> dict[str, Any]:
         """Return the newest message of a topic."""
@@ -195,23 +202,50 @@ async def peer(url: str, *, source: socket.socket | None = None) -> AsyncIterato
             await client.close()
 
 
+class _Departures(Observer):
+    """Collects the names of clients that disconnect."""
+
+    def __init__(self, names: asyncio.Queue[str]) -> None:
+        self._names = names
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        self._names.put_nowait(connection.name)
+
+
+SPAWN = (24.2, 3.0, np.pi)
+"""First pose of the robot in the office: x, y [m], heading [rad]."""
+
+
+async def drive(client: Peer, forward: float, *, steps: int, ticks: int = 5) -> None:
+    """Hold the stick while the world advances."""
+    for _ in range(steps):
+        await client.joy(forward)
+        await client.step(ticks)
+
+
+async def arm(client: Peer) -> None:
+    """Send a neutral stick for a tick, without which nothing moves."""
+    await client.joy(0.0)
+    await client.step()
+
+
 @dataclass
 class Rig:
     """A robot in lockstep behind a server on a free port."""
 
     robot: Robot
     server: Server
-    host: Host
-    stepper: Stepper
+    host: RosbridgeAdapter
+    stepper: LockstepService
 
     def place(self) -> None:
-        """Tell the robot where it is; it answers within a second of robot time."""
+        """Give the robot its true pose as a hint; the verdict takes less than a second of robot time."""
         truth = self.robot.simulation.truth().map_from_base
         self.host.post(Hint(self.robot.simulation.stamp, truth, np.zeros((6, 6))))
 
     def __post_init__(self) -> None:
         self._departures: asyncio.Queue[str] = asyncio.Queue()
-        self.server.on_disconnect(lambda client, name: self._departures.put_nowait(name))
+        self.server.protocol.observers.add(_Departures(self._departures))
 
     async def departure(self) -> str:
         """Wait until the next client has left, and the robot knows; return its name."""
@@ -223,12 +257,19 @@ async def lockstep(world: World, cloud: Cloud, cache: Path, *, seed: int = 0) ->
     """Serve a robot whose time passes only when a client asks."""
     simulation = Simulation(world, seed=seed)
     robot = Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
-    protocol = Protocol(registry(), limits=Limits.unhurried())
+    protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
-    host = Host(robot, server, cloud)
-    stepper = Stepper(host)
+    host = RosbridgeAdapter(robot, server, cloud)
+    stepper = LockstepService(host)
     async with server:
         yield Rig(robot, server, host, stepper)
+
+
+class Robots(typing.Protocol):
+    """Serves robots in lockstep, each in a world of its own."""
+
+    def __call__(self, *, seed: int = 0) -> AbstractAsyncContextManager[Rig]:
+        """Serve a robot with a seed of its sensor noise."""
 
 
 @asynccontextmanager

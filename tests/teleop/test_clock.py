@@ -1,4 +1,4 @@
-"""Pacing: ticks come, and stop when told."""
+"""Pacing of ticks in real time."""
 
 from __future__ import annotations
 

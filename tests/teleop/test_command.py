@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -91,7 +93,7 @@ def test_impossible_settings_are_refused_by_name(capsys: pytest.CaptureFixture[s
     assert "pose_error" in error_line(["sim", "--pose-error", "nan"], capsys)
 
 
-def test_hint_outside_the_map_is_answered_and_the_run_goes_on(
+def test_hint_outside_the_map_is_rejected_and_the_run_continues(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = [
@@ -105,9 +107,9 @@ def test_hint_outside_the_map_is_answered_and_the_run_goes_on(
         str(tmp_path),
     ]
     assert main(words) == 1
-    said = capsys.readouterr().out
-    assert "rejected" in said
-    assert "outside the map" in said
+    output = capsys.readouterr().out
+    assert "rejected" in output
+    assert "outside the map" in output
 
 
 def test_ctrl_c_in_the_middle_leaves_files_that_can_be_read(tmp_path: Path) -> None:
@@ -135,14 +137,14 @@ def test_ctrl_c_in_the_middle_leaves_files_that_can_be_read(tmp_path: Path) -> N
     assert done.returncode == 1
 
 
-def test_localize_says_what_was_wrong_with_a_log(
+def test_localize_reports_rejected_readings(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Readings that come twice are refused, counted and told; the rest is used."""
+    """Repeated readings are rejected, counted and reported; the rest is used."""
     from localization.logs.mcap_writer import ReadingsWriter
     from robot_sim import Simulation
     from teleop.scenario.mission import Mission
-    from teleop.scenario.run import cloud_path
+    from teleop.scene_clouds import scene_cloud_path
 
     simulation = Simulation("office", seed=0)
     path = tmp_path / "log.mcap"
@@ -158,9 +160,65 @@ def test_localize_says_what_was_wrong_with_a_log(
         for reading in simulation.step():
             log.write(reading, simulation.stamp)
     assert (
-        main(["localize", str(path), "--map", str(cloud_path("office")), "--out", str(tmp_path)])
+        main(
+            [
+                "localize",
+                str(path),
+                "--map",
+                str(scene_cloud_path("office")),
+                "--out",
+                str(tmp_path),
+            ]
+        )
         == 0
     )
-    said = capsys.readouterr().out
-    assert "1 readings refused" in said
-    assert "must have a stamp of its own" in said
+    output = capsys.readouterr().out
+    assert "1 readings refused" in output
+    assert "must have a stamp of its own" in output
+
+
+def test_help_needs_neither_numpy_nor_the_simulation(tmp_path: Path) -> None:
+    """What ``--help`` imports decides how long it takes."""
+    code = "import sys, teleop.__main__; print(*sorted({'numpy', 'robot_sim'} & set(sys.modules)))"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.split() == []
+
+
+def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert re.fullmatch(r"farsteer \d+\.\d+\.\d+\n", capsys.readouterr().out)
+
+
+def test_defect_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(self: object) -> int:
+        raise ValueError("not the user's mistake")
+
+    monkeypatch.setattr("teleop.scenario.commands.Evaluate.__call__", broken)
+    with pytest.raises(ValueError, match="not the user's mistake"):
+        main(["evaluate", "runs/x"])
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (ModuleNotFoundError("x", name="mujoco"), "pip install 'farsteer[sim]'"),
+        (ImportError("building a map needs Open3D"), "needs Open3D"),
+        (FileNotFoundError(2, "No such file or directory", "map.ply"), "map.ply"),
+        (OSError(errno.ENOSPC, "No space left on device"), "No space left"),
+    ],
+)
+def test_errors_of_the_environment_are_reported_in_one_line(
+    error: Exception, text: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def failing(self: object) -> int:
+        raise error
+
+    monkeypatch.setattr("teleop.scenario.commands.Evaluate.__call__", failing)
+    assert text in error_line(["evaluate", "runs/x"], capsys)

@@ -6,38 +6,38 @@ import pytest
 from hypothesis import given, strategies as st
 
 from localization.types import Twist
-from teleop.joystick import JoystickError, Layout, layouts, read_joy, write_joy
+from teleop.joystick import JoystickError, JoystickLayout, layouts, read_joy, write_joy
 
 
 def test_default_layout_is_shipped_and_is_the_default() -> None:
-    assert layouts()["default"] == Layout()
+    assert layouts()["default"] == JoystickLayout()
 
 
 @given(st.floats(-0.7, 0.7), st.floats(-1.2, 1.2), st.booleans())
 def test_written_joy_reads_back_as_the_same_twist(forward: float, turn: float, held: bool) -> None:
-    axes, buttons = write_joy(Twist.planar(forward, turn), Layout(), enabled=held)
+    axes, buttons = write_joy(Twist.planar(forward, turn), JoystickLayout(), enabled=held)
     assert max(map(abs, axes)) <= 1.0
-    wish = read_joy(axes, buttons, Layout())
+    wish = read_joy(axes, buttons, JoystickLayout())
     assert wish.enabled is held
-    scale = 1.0 if held else Layout().speed / Layout().turbo_speed
+    scale = 1.0 if held else JoystickLayout().speed / JoystickLayout().turbo_speed
     assert wish.twist.linear[0] == pytest.approx(forward * scale, abs=1e-9)
     assert wish.twist.angular[2] == pytest.approx(turn, abs=1e-9)
 
 
 def test_up_is_forward_left_is_left_and_turbo_is_faster() -> None:
-    wish = read_joy([1.0, 1.0], [0, 0, 0, 0, 1, 0], Layout())
+    wish = read_joy([1.0, 1.0], [0, 0, 0, 0, 1, 0], JoystickLayout())
     assert wish.twist.linear[0] == 0.5
     assert wish.twist.angular[2] > 0.0
-    assert read_joy([0.0, 1.0], [0, 0, 0, 0, 1, 1], Layout()).twist.linear[0] == 0.7
+    assert read_joy([0.0, 1.0], [0, 0, 0, 0, 1, 1], JoystickLayout()).twist.linear[0] == 0.7
 
 
 def test_small_deflections_are_none_and_large_ones_are_cut() -> None:
-    assert read_joy([0.04, -0.04], [], Layout()).neutral
-    assert read_joy([0.0, 99.0], [1] * 6, Layout()).twist.linear[0] == 0.7
+    assert read_joy([0.04, -0.04], [], JoystickLayout()).neutral
+    assert read_joy([0.0, 99.0], [1] * 6, JoystickLayout()).twist.linear[0] == 0.7
 
 
 def test_missing_deadman_button_is_a_released_one() -> None:
-    wish = read_joy([0.0, 1.0], [1, 1], Layout())
+    wish = read_joy([0.0, 1.0], [1, 1], JoystickLayout())
     assert not wish.enabled
     assert wish.neutral
 
@@ -45,4 +45,4 @@ def test_missing_deadman_button_is_a_released_one() -> None:
 @pytest.mark.parametrize("axes", [[], [1.0], [float("nan"), 0.0], [0.0, float("inf")]])
 def test_joy_without_its_axes_is_refused_by_name(axes: list[float]) -> None:
     with pytest.raises(JoystickError, match=r"joy\.axes"):
-        read_joy(axes, [1] * 6, Layout())
+        read_joy(axes, [1] * 6, JoystickLayout())

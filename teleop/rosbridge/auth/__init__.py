@@ -1,1 +1,1 @@
-"""Who may connect and what each client may do: tokens, roles, origins, TLS."""
+"""Authentication and permissions of clients: tokens, rosauth codes, roles, origins, TLS."""

@@ -1,4 +1,4 @@
-"""Who is let in: by a token, or by a code that rosauth's clients make from a secret."""
+"""Authentication of clients by token, or by a rosauth message authentication code."""
 
 from __future__ import annotations
 
@@ -9,79 +9,79 @@ from dataclasses import dataclass
 from typing import Any, Final
 from urllib.parse import parse_qs, urlsplit
 
-from teleop.rosbridge.auth.credentials import Key, Keyring
+from teleop.rosbridge.auth.credentials import Credential, Credentials
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.errors import OperationError
 
 _WINDOW: Final = 5.0
-"""Difference between a client's clock and ours at which its code is still good [s] (rosauth)."""
+"""Largest difference between the clocks of client and server for a valid code [s] (rosauth)."""
 
 _TEXTS: Final = ("mac", "client", "dest", "rand", "level")
-_LONGEST: Final = 256
-_MOST_USED: Final = 1024
-"""Codes remembered within the window; with more, none is let in until some are forgotten."""
+_MAX_LENGTH: Final = 256
+_MAX_USED: Final = 1024
+"""Number of used codes that are kept; with more, further ones are rejected until some expire."""
 
 
 @dataclass(frozen=True, slots=True)
 class Admission:
-    """A client is let in."""
+    """Result of a successful ``auth`` operation."""
 
     access: Access
-    lasts: float | None = None
-    """How long [s]; None for as long as it stays."""
+    duration: float | None = None
+    """Validity [s]; None for unlimited."""
 
 
-class Gate:
-    """Judges what clients bring; remembers the codes it has seen, so that none is good twice."""
+class Authenticator:
+    """Verifies tokens and codes; each code is accepted only once."""
 
-    def __init__(self, keyring: Keyring, wall: Callable[[], float]) -> None:
-        """Make a gate.
+    def __init__(self, credentials: Credentials, wall: Callable[[], float]) -> None:
+        """Create an authenticator.
 
         Args:
-            keyring: Who may come in.
-            wall: Returns the time since 1970 [s], by which rosauth's codes expire.
+            credentials: Tokens and secrets with their permissions.
+            wall: Returns the Unix time [s], by which rosauth codes expire.
         """
-        self._keyring = keyring
+        self._credentials = credentials
         self._wall = wall
         self._used: dict[str, float] = {}
-        """When each code seen is too old anyway [s]."""
+        """Unix time at which each used code expires [s]."""
 
     @property
     def anonymous(self) -> Access | None:
-        """What those may do who bring nothing; None if they must bring something."""
-        return self._keyring.anonymous
+        """Permissions of clients without a token; None if a token is required."""
+        return self._credentials.anonymous
 
-    def renew(self, keyring: Keyring) -> None:
-        """Let in by other keys from now on."""
-        self._keyring = keyring
+    def replace_credentials(self, credentials: Credentials) -> None:
+        """Verify by other credentials from now on."""
+        self._credentials = credentials
 
-    def confirms(self, access: Access) -> bool:
-        """Return whether a client that was let in with an access would be let in with it now."""
-        return self._keyring.confirms(access)
+    def still_grants(self, access: Access) -> bool:
+        """Return whether an authenticated client would be given the same permissions now."""
+        return self._credentials.still_grant(access)
 
-    def token(self, token: str) -> Access | None:
-        """Return what a token gives access to; None if it is not known."""
-        return self._keyring.find(token)
+    def verify_token(self, token: str) -> Access | None:
+        """Return the permissions of a token; None if it is unknown."""
+        return self._credentials.find(token)
 
-    def operation(self, operation: dict[str, Any]) -> Admission | None:
-        """Return what an ``auth`` operation gives access to; None if it is not good.
+    def verify_operation(self, operation: dict[str, Any]) -> Admission | None:
+        """Return the permissions for an ``auth`` operation; None if it is rejected.
 
-        It has a ``token``, or rosauth's ``mac`` with what goes into it.
+        It contains a ``token``, or rosauth's ``mac`` and the fields from which it is computed.
 
         Raises:
-            OperationError: If it lacks something.
+            OperationError: If a field is missing.
         """
         token = operation.get("token")
         if isinstance(token, str):
-            access = self.token(token)
+            access = self.verify_token(token)
             return None if access is None else Admission(access)
         mac, client, dest, rand, level = (_text(operation, key) for key in _TEXTS)
         made, end = _seconds(operation, "t"), _seconds(operation, "end")
         now = self._wall()
-        # What rosauth's server adds up: GT-RAIL/rosauth, src/ros_mac_authentication.cpp.
+        # The concatenation of rosauth's server: GT-RAIL/rosauth, src/ros_mac_authentication.cpp.
         message = f"{client}{dest}{rand}{made}{level}{end}"
-        found: Key | None = None
-        for key in self._keyring.keys:
+        found: Credential | None = None
+        for key in self._credentials.keys:
             code = hashlib.sha512((key.secret + message).encode(errors="surrogatepass"))
             good = hmac.compare_digest(
                 code.hexdigest().encode(), mac.lower().encode(errors="replace")
@@ -89,20 +89,20 @@ class Gate:
             if good and key.secret:
                 found = key
         fresh = abs(now - made) < _WINDOW and end > now
-        if found is None or not fresh or not self._first(mac.lower(), now):
+        if found is None or not fresh or not self._unused(mac.lower(), now):
             return None
-        return Admission(self._keyring.lowered(found.holding, level), end - now)
+        return Admission(self._credentials.restricted(found.granted, level), end - now)
 
-    def _first(self, mac: str, now: float) -> bool:
+    def _unused(self, mac: str, now: float) -> bool:
         self._used = {code: until for code, until in self._used.items() if until > now}
-        if mac in self._used or len(self._used) >= _MOST_USED:
+        if mac in self._used or len(self._used) >= _MAX_USED:
             return False
         self._used[mac] = now + 2 * _WINDOW
         return True
 
 
 def token_in(target: str, authorization: str | None) -> str | None:
-    """Return the token in a request's header or, if that has none, in its URL's query."""
+    """Return the token in a request's header, otherwise that in its URL's query."""
     if authorization is not None:
         scheme, _, token = authorization.strip().partition(" ")
         if scheme.lower() == "bearer":
@@ -113,16 +113,16 @@ def token_in(target: str, authorization: str | None) -> str | None:
 
 def _text(operation: dict[str, Any], key: str) -> str:
     value = operation.get(key)
-    if not isinstance(value, str) or len(value) > _LONGEST:
-        raise OperationError(f"it needs a token, or the short strings {', '.join(_TEXTS)}")
+    if not isinstance(value, str) or len(value) > _MAX_LENGTH:
+        raise OperationError(f"a token is required, or the short strings {', '.join(_TEXTS)}")
     return value
 
 
 def _seconds(operation: dict[str, Any], key: str) -> int:
-    """Return a time that is written as a number, or in any of the ways ROS has it [s]."""
+    """Return a time [s] that is given as a number or as a ROS stamp."""
     value = operation.get(key)
     if isinstance(value, dict):
         value = value.get("secs", value.get("sec"))
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < 2**40:
-        raise OperationError(f"it needs {key}, a time in seconds")
+        raise OperationError(f"{key} must be a time in seconds")
     return int(value)

@@ -1,4 +1,4 @@
-"""Tokens and secrets, and whose they are: read from a file, compared without telling how nearly."""
+"""Tokens and secrets with their permissions: read from a file, compared in constant time."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
-from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Access, Role, Rules
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Access, Role, RoleRules
 from teleop.rosbridge.errors import ServerError
 
-_SHORTEST: Final = 16
-"""Characters of a token or secret; fewer could be guessed."""
+_MIN_LENGTH: Final = 16
+"""Length of a token or secret [characters]; shorter ones could be guessed."""
 
 _DIGEST: Final = re.compile(r"[0-9a-f]{64}")
 
 
 @dataclass(frozen=True, slots=True)
-class Key:
-    """What lets a client in: the digest of a token, or a secret for rosauth's codes."""
+class Credential:
+    """The digest of a token, or a secret for rosauth codes, with its permissions."""
 
     access: Access
     digest: bytes = field(default=b"", repr=False)
-    """SHA-256 of the token; empty if it has a secret."""
+    """SHA-256 of the token; empty for a secret."""
 
     secret: str = field(default="", repr=False)
 
     @property
-    def holding(self) -> Access:
-        """The access of who brought it, by which it can be found again."""
+    def granted(self) -> Access:
+        """The permissions, marked with the credential that granted them."""
         return replace(self.access, key=self._mark)
 
-    def fits(self, access: Access) -> bool:
-        """Return whether this is what an access was got by."""
+    def matches(self, access: Access) -> bool:
+        """Return whether this credential granted an access."""
         return hmac.compare_digest(self._mark, access.key)
 
     @property
@@ -47,71 +47,71 @@ class Key:
 
 
 @dataclass(frozen=True, slots=True)
-class Keyring:
-    """All keys, and what becomes of those who bring none."""
+class Credentials:
+    """All tokens and secrets, and the permissions of clients without."""
 
-    keys: tuple[Key, ...] = ()
+    keys: tuple[Credential, ...] = ()
     anonymous: Access | None = None
-    """Of clients without a token; None if each needs one."""
+    """Permissions of clients without a token; None if a token is required."""
 
-    rules: Mapping[Role, Rules] = field(default_factory=lambda: DEFAULT_RULES)
-    """What each role may do."""
+    rules: Mapping[Role, RoleRules] = field(default_factory=lambda: DEFAULT_RULES)
+    """Rules of each role."""
 
     def find(self, token: str) -> Access | None:
-        """Return what a token gives access to, in a time that does not depend on how near it is."""
+        """Return the permissions of a token; None if it is unknown. Takes constant time."""
         digest = _digest(token)
         found = None
         for key in self.keys:
             if hmac.compare_digest(key.digest, digest):
-                found = key.holding
+                found = key.granted
         return found
 
-    def confirms(self, access: Access) -> bool:
-        """Return whether who has an access would get the same now."""
+    def still_grant(self, access: Access) -> bool:
+        """Return whether an authenticated client would be given the same permissions now."""
         if not access.key:
             return access == self.anonymous
         for key in self.keys:
-            if key.fits(access):
-                return access == self.lowered(key.access, access.role)
+            if key.matches(access):
+                return access == self.restricted(key.access, access.role)
         return False
 
-    def lowered(self, access: Access, level: str) -> Access:
-        """Return the access of a role that is less than an access's own, else the access itself."""
+    def restricted(self, access: Access, level: str) -> Access:
+        """Return the access of a lower role, if ``level`` is one; otherwise the access itself."""
         if level not in list(Role) or Role(level).rank >= access.role.rank:
             return access
         return replace(access, role=Role(level), rules=self.rules[Role(level)])
 
 
-def read_keyring(path: Path, rules: Mapping[Role, Rules] = DEFAULT_RULES) -> Keyring:
-    """Read a file of tokens; ``docs/security.md`` has its form.
+def read_credentials(path: Path, rules: Mapping[Role, RoleRules] = DEFAULT_RULES) -> Credentials:
+    """Read a token file; ``docs/security.md`` describes its format.
 
     Args:
-        path: The file, which nobody but its owner may read.
-        rules: What each role may do where the file does not say.
+        path: The file, which only its owner may be able to read.
+        rules: Rules of each role, unless the file changes them.
 
     Raises:
-        ServerError: If it cannot be used; one line says why, and tells none of its secrets.
+        ServerError: If it is invalid; the message is one line and contains no secret.
     """
     try:
         with path.open("rb") as file:
             mode = os.fstat(file.fileno()).st_mode
             if mode & (stat.S_IRWXG | stat.S_IRWXO):
                 raise ServerError(
-                    f"{path} holds secrets and is open to others: chmod 600 {path.name}"
+                    f"{path} contains secrets but is accessible to others: chmod 600 {path.name}"
                 )
             content = tomllib.load(file)
     except OSError as error:
         raise ServerError(f"cannot read the tokens in {path}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError):
-        # The parser's own words may quote the line.
-        raise ServerError(f"{path} is not TOML, which a file of tokens is") from None
+        # The text of the parser's error may contain a secret.
+        raise ServerError(f"{path} is not valid TOML") from None
     try:
-        return _keyring(content, rules)
+        return _parse(content, rules)
     except ValueError as error:
         raise ServerError(f"{path}: {error}") from None
 
 
-def _keyring(content: dict[str, Any], defaults: Mapping[Role, Rules]) -> Keyring:
+def _parse(content: dict[str, Any], defaults: Mapping[Role, RoleRules]) -> Credentials:
     _only(content, ("anonymous", "roles", "tokens"), "the file")
     rules = {role: defaults[role] for role in Role}
     for name, changes in _tables(content, "roles").items():
@@ -126,29 +126,29 @@ def _keyring(content: dict[str, Any], defaults: Mapping[Role, Rules]) -> Keyring
         role = _role(content["anonymous"])
         anonymous = Access("", role, rules[role])
     if not keys and anonymous is None:
-        raise ValueError("there are no tokens, so nobody could connect")
-    return Keyring(keys, anonymous, rules)
+        raise ValueError("it has no tokens, so no client could connect")
+    return Credentials(keys, anonymous, rules)
 
 
-def _key(name: str, entry: dict[str, Any], rules: Mapping[Role, Rules]) -> Key:
+def _key(name: str, entry: dict[str, Any], rules: Mapping[Role, RoleRules]) -> Credential:
     where = f"tokens.{name}"
     kinds = ("token", "sha256", "secret")
     _only(entry, ("role", *kinds), where)
     role = _role(entry.get("role"))
     given = [kind for kind in kinds if kind in entry]
     if len(given) != 1:
-        raise ValueError(f"{where} needs one of token, sha256 and secret")
+        raise ValueError(f"{where} must have one of token, sha256 and secret")
     value = entry[given[0]]
-    if not isinstance(value, str) or len(value) < _SHORTEST:
-        raise ValueError(f"{where}.{given[0]} must be a string of {_SHORTEST} or more characters")
+    if not isinstance(value, str) or len(value) < _MIN_LENGTH:
+        raise ValueError(f"{where}.{given[0]} must be a string of {_MIN_LENGTH} or more characters")
     access = Access(name, role, rules[role])
     if given[0] == "secret":
-        return Key(access, secret=value)
+        return Credential(access, secret=value)
     if given[0] == "token":
-        return Key(access, digest=_digest(value))
+        return Credential(access, digest=_digest(value))
     if not _DIGEST.fullmatch(value.lower()):
         raise ValueError(f"{where}.sha256 must be 64 hexadecimal digits")
-    return Key(access, digest=bytes.fromhex(value))
+    return Credential(access, digest=bytes.fromhex(value))
 
 
 def _digest(token: str) -> bytes:
@@ -159,11 +159,11 @@ def _role(name: object) -> Role:
     try:
         return Role(str(name))
     except ValueError:
-        raise ValueError(f"a role is one of {', '.join(Role)}") from None
+        raise ValueError(f"a role must be one of {', '.join(Role)}") from None
 
 
 def _patterns(changes: dict[str, Any], where: str) -> dict[str, tuple[str, ...]]:
-    _only(changes, tuple(act.name for act in fields(Rules)), where)
+    _only(changes, tuple(act.name for act in fields(RoleRules)), where)
     for act, patterns in changes.items():
         if not isinstance(patterns, list) or not all(isinstance(p, str) for p in patterns):
             raise ValueError(f'{where}.{act} must be a list of patterns, such as ["/joy"]')

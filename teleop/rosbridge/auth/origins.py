@@ -1,4 +1,4 @@
-"""Which web pages may connect: any page that a browser on this machine shows could try."""
+"""Origin check of web pages: any page that a browser on this machine shows could connect."""
 
 from __future__ import annotations
 
@@ -12,51 +12,51 @@ from urllib.parse import urlsplit
 from teleop.rosbridge.errors import ServerError
 
 FILES: Final = "file://"
-"""Origin of pages that were opened as files, and of programs that are pages, as Foxglove's."""
+"""Origin of pages opened as files, and of programs made of pages such as Foxglove."""
 
 LOOPBACK: Final = ("localhost", "127.0.0.1", "::1")
-"""What this machine alone can reach."""
+"""Addresses that only this machine can reach."""
 
 
 @dataclass(frozen=True, slots=True)
 class Origins:
-    """Pages of this machine, of the server's own address, and those named."""
+    """Accepted origins: this machine, the server's own address, and those listed."""
 
     host: str
-    """What the server listens at."""
+    """Address that the server listens on."""
 
     named: frozenset[str] = frozenset()
-    """Further origins, as browsers write them: ``https://x.org``."""
+    """Further origins in the form of browsers, ``https://x.org``."""
 
     @classmethod
     def of(cls, host: str, named: Collection[str]) -> Origins:
-        """Return origins that have been checked.
+        """Return the accepted origins after validation.
 
         Raises:
-            ServerError: If one is not as browsers write them, and would never be met.
+            ServerError: If one does not have the form of browsers, and so would never match.
         """
         for origin in named:
             plain = origin.isascii() and origin == origin.lower()
             parts = origin.split("/")
             whole = len(parts) == 3 and parts[0].endswith(":") and not parts[1] and _host(origin)
             if not (plain and whole) and origin != FILES:
-                raise ServerError(f"{origin!r} is no origin; one is https://lab.example")
+                raise ServerError(f"{origin!r} is not a valid origin such as https://lab.example")
         return cls(host, frozenset(named))
 
     def allow(self, origin: str, host: str) -> bool:
-        """Return whether a page of ``origin`` may connect, having asked for ``host``.
+        """Return whether a page of ``origin`` may connect by the ``Host`` header ``host``.
 
-        A host name proves nothing, as its owner can point it at any machine; an address does.
+        A host name is not sufficient, as its owner can point it at any machine; an address is.
         """
         if origin in self.named:
             return True
         if origin == host and origin not in ("", "null"):
-            return True  # a program such as jrosbridge: no browser leaves the scheme out
-        page, asked = _host(origin), _host(f"//{host}")
+            return True  # a program such as jrosbridge: no browser omits the scheme
+        page, requested = _host(origin), _host(f"//{host}")
         if page is None:
             return False
         with suppress(ValueError):
-            return page in (*LOOPBACK, self.host, str(ip_address(asked or "")))
+            return page in (*LOOPBACK, self.host, str(ip_address(requested or "")))
         return page in (*LOOPBACK, self.host)
 
 

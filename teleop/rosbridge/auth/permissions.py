@@ -1,4 +1,4 @@
-"""What a client may do: its role, and which names each role may use."""
+"""Permissions of clients: roles, and the names that each role may use."""
 
 from __future__ import annotations
 
@@ -8,108 +8,108 @@ from fnmatch import fnmatchcase
 from functools import lru_cache
 from typing import Final, Literal, TypeAlias
 
-from teleop.rosbridge.messages.topic_names import canonical
+from teleop.rosbridge.topic_names import canonical
 
 Act: TypeAlias = Literal["subscribe", "publish", "call", "provide"]
-"""What is done with a name; a goal is a call, and who advertises is going to publish."""
+"""Use of a name; sending a goal is a call, and advertising is publishing."""
 
 
 class Role(StrEnum):
-    """How far a client is trusted; each may do what those before it may."""
+    """Roles in ascending order of permissions."""
 
     VIEW = "view"
-    """Looks on."""
+    """Subscribes only."""
 
     OPERATE = "operate"
-    """Publishes and calls services as well: drives."""
+    """Also publishes and calls services, so it can drive."""
 
     ADMIN = "admin"
-    """Changes the server as well: its parameters, and who provides what."""
+    """Also sets parameters and provides services and actions."""
 
     @property
     def rank(self) -> int:
-        """Place among the roles, 0 for the least."""
+        """Position among the roles, 0 for the lowest."""
         return list(Role).index(self)
 
 
 @dataclass(frozen=True, slots=True)
-class Rules:
-    """Patterns of names, as a shell's; one that begins with ``!`` takes names out again."""
+class RoleRules:
+    """Shell patterns of names; one that begins with ``!`` excludes names."""
 
     subscribe: tuple[str, ...] = ()
-    """Topics to hear."""
+    """Topics that may be subscribed."""
 
     publish: tuple[str, ...] = ()
-    """Topics to advertise and to publish on."""
+    """Topics that may be advertised and published."""
 
     call: tuple[str, ...] = ()
-    """Services and actions to call."""
+    """Services and actions that may be called."""
 
     provide: tuple[str, ...] = ()
-    """Services and actions to offer to other clients."""
+    """Services and actions that may be provided to other clients."""
 
     def __post_init__(self) -> None:
         for act in fields(self):
             for pattern in getattr(self, act.name):
                 if not pattern.removeprefix("!").startswith(("/", "*")):
                     raise ValueError(
-                        f"{act.name}: {pattern!r} fits no name, since all names begin with a /"
+                        f"{act.name}: {pattern!r} matches no name, since all names begin with a /"
                     )
 
     def allow(self, act: Act, name: str) -> bool:
-        """Return whether a name may be used so."""
+        """Return whether a name may be used in this way."""
         patterns: tuple[str, ...] = getattr(self, act)
-        return patterns == ("*",) or _fits(patterns, canonical(name))
+        return patterns == ("*",) or _matches(patterns, canonical(name))
 
 
 _CHANGES: Final = ("/rosapi/set_param", "/rosapi/delete_param")
-"""Services of ``/rosapi`` that change what others read."""
+"""Services of ``/rosapi`` that change parameters."""
 
 DEFAULT_RULES: Final = {
-    Role.VIEW: Rules(
+    Role.VIEW: RoleRules(
         subscribe=("*",),
-        # The first roslib asks for transforms by topics, later ones by service or action.
+        # roslib 1 requests transforms by topics, later versions by service or action.
         publish=("/tf2_web_republisher/goal", "/tf2_web_republisher/cancel"),
         call=(
             *("/rosapi/*", "/republish_tfs", "/tf2_web_republisher"),
             *(f"!{service}" for service in _CHANGES),
         ),
     ),
-    Role.OPERATE: Rules(
+    Role.OPERATE: RoleRules(
         subscribe=("*",), publish=("*",), call=("*", *(f"!{service}" for service in _CHANGES))
     ),
-    Role.ADMIN: Rules(("*",), ("*",), ("*",), ("*",)),
+    Role.ADMIN: RoleRules(("*",), ("*",), ("*",), ("*",)),
 }
-"""What each role may do unless a file of tokens says otherwise."""
+"""Rules of each role, unless a token file changes them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """A client that has been let in."""
+    """Permissions of an authenticated client."""
 
     holder: str
-    """Whose token it brought; empty if it brought none."""
+    """Name of the token's holder; empty without a token."""
 
     role: Role
-    rules: Rules
+    rules: RoleRules
     key: bytes = field(default=b"", repr=False, compare=False)
-    """Digest of what it brought, by which it is found again; empty if it brought nothing."""
+    """Digest of the credential that granted the access; empty without one."""
 
     def refusal(self, act: Act, name: str) -> str | None:
-        """Return why a name may not be used so; None if it may."""
+        """Return why a name may not be used in this way; None if it may."""
         if self.rules.allow(act, name):
             return None
-        return f"the role {self.role} may not {act} {name[:256]}"
+        return f"role {self.role} may not {act} {name[:256]}"
 
 
 UNGUARDED: Final = Access("", Role.ADMIN, DEFAULT_RULES[Role.ADMIN])
-"""Of every client, where nobody asks who it is."""
+"""Access of every client on a server without authentication."""
 
 
 @lru_cache(maxsize=4096)
-def _fits(patterns: tuple[str, ...], name: str) -> bool:
-    chosen = [pattern for pattern in patterns if not pattern.startswith("!")]
-    barred = [pattern[1:] for pattern in patterns if pattern.startswith("!")]
-    return any(fnmatchcase(name, pattern) for pattern in chosen) and not any(
-        fnmatchcase(name, pattern) for pattern in barred
+def _matches(patterns: tuple[str, ...], name: str) -> bool:
+    included = [pattern for pattern in patterns if not pattern.startswith("!")]
+    excluded = [pattern[1:] for pattern in patterns if pattern.startswith("!")]
+    return any(fnmatchcase(name, pattern) for pattern in included) and not any(
+        fnmatchcase(name, pattern) for pattern in excluded
     )

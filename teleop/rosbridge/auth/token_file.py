@@ -1,4 +1,4 @@
-"""A file of tokens that is read again when it changes, by a thread of its own: no disk holds up the rest."""
+"""Token file that is reloaded when it changes, by a thread, so that no slow disk blocks the server."""
 
 from __future__ import annotations
 
@@ -8,49 +8,49 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final, TypeAlias
 
-from teleop.rosbridge.auth.credentials import Keyring, read_keyring
-from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, Rules
+from teleop.rosbridge.auth.credentials import Credentials, read_credentials
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, RoleRules
 from teleop.rosbridge.errors import ServerError
 
 _LOG: Final = logging.getLogger(__name__)
 
 _INTERVAL: Final = 1.0
-"""Time between two looks at the file [s]."""
+"""Time between two checks of the file [s]."""
 
-_Look: TypeAlias = tuple[int, ...] | None
-"""What changes when a file does; None if there is none."""
+_Signature: TypeAlias = tuple[int, ...] | None
+"""File attributes that change with the file; None if it does not exist."""
 
 
 class TokenFile:
-    """What a file of tokens says, and whether it says something else now."""
+    """A token file with its credentials, and the detection of changes."""
 
-    def __init__(self, path: Path, rules: Mapping[Role, Rules] = DEFAULT_RULES) -> None:
-        """Read the file; see ``read_keyring``, also for what is raised."""
+    def __init__(self, path: Path, rules: Mapping[Role, RoleRules] = DEFAULT_RULES) -> None:
+        """Read the file; see ``read_credentials``, also for the exceptions."""
         self._path = path
         self._rules = rules
-        self._read = self._seen = self._look()
-        self.keyring = read_keyring(path, rules)
-        """What it said when it was good last."""
+        self._read = self._seen = self._signature()
+        self.credentials = read_credentials(path, rules)
+        """Credentials of the last valid version of the file."""
 
-    def poll(self, *, hurry: bool = False) -> Keyring | None:
-        """Return what the file says if it has changed since, and is as it was at the last look.
+    def poll(self, *, immediately: bool = False) -> Credentials | None:
+        """Return the new credentials if the file has changed, and not since the last check.
 
-        So no file is read that is still being written, unless one is in a hurry. A file that cannot
-        be used is complained of once, and what was read before holds.
+        The latter avoids reading a file that is still being written, unless ``immediately`` is set.
+        For an invalid file an error is logged once, and the previous credentials remain valid.
         """
-        look = self._look()
-        steady, self._seen = look == self._seen, look
-        if look == self._read or not (steady or hurry):
+        signature = self._signature()
+        steady, self._seen = signature == self._seen, signature
+        if signature == self._read or not (steady or immediately):
             return None
-        self._read = look
+        self._read = signature
         try:
-            self.keyring = read_keyring(self._path, self._rules)
+            self.credentials = read_credentials(self._path, self._rules)
         except ServerError as error:
-            _LOG.error("%s; the tokens that were read before hold", error)
+            _LOG.error("%s; the previous tokens remain valid", error)
             return None
-        return self.keyring
+        return self.credentials
 
-    def _look(self) -> _Look:
+    def _signature(self) -> _Signature:
         try:
             found = self._path.stat()
         except OSError:
@@ -62,35 +62,39 @@ class TokenFile:
 
 
 class TokenWatch:
-    """Looks at a file of tokens again and again until it is closed."""
+    """Thread that reloads a token file when it changes, until it is closed."""
 
     def __init__(
-        self, file: TokenFile, renewed: Callable[[Keyring], object], *, interval: float = _INTERVAL
+        self,
+        file: TokenFile,
+        changed: Callable[[Credentials], object],
+        *,
+        interval: float = _INTERVAL,
     ) -> None:
-        """Begin; ``renewed`` is called in this watch's thread, ``interval`` is in [s]."""
+        """Start; ``changed`` is called in this thread, ``interval`` is in [s]."""
         self._file = file
-        self._renewed = renewed
+        self._changed = changed
         self._interval = interval
         self._wake = threading.Event()
-        self._ends = False
+        self._stopping = False
         self._thread = threading.Thread(target=self._run, name="tokens", daemon=True)
         self._thread.start()
 
-    def hurry(self) -> None:
-        """Look at once."""
+    def check_now(self) -> None:
+        """Check the file at once."""
         self._wake.set()
 
     def close(self) -> None:
-        """Look no more."""
-        self._ends = True
+        """Stop the thread."""
+        self._stopping = True
         self._wake.set()
         self._thread.join(self._interval)  # if the disk hangs, it ends with the program
 
     def _run(self) -> None:
         while True:
-            hurry = self._wake.wait(self._interval)
+            immediately = self._wake.wait(self._interval)
             self._wake.clear()
-            if self._ends:
+            if self._stopping:
                 return
-            if (fresh := self._file.poll(hurry=hurry)) is not None:
-                self._renewed(fresh)
+            if (credentials := self._file.poll(immediately=immediately)) is not None:
+                self._changed(credentials)

@@ -1,4 +1,4 @@
-"""How a client gets its connection, the first time and after a loss; one line says why it did not."""
+"""Opening of client connections, first and after a loss, with one-line error messages."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from websockets.exceptions import InvalidHandshake, InvalidStatus, InvalidURI
 from teleop.rosbridge.errors import ClientError
 
 _WIRE: Final = logging.getLogger(f"{__name__}.wire")
-_WIRE.setLevel(logging.CRITICAL)  # what concerns us is raised
+_WIRE.setLevel(logging.CRITICAL)  # errors that matter are raised
 
 
-class Dialler:
+class Connector:
     """Opens connections to one server."""
 
     def __init__(
@@ -30,24 +30,24 @@ class Dialler:
         compression: Literal["deflate"] | None,
         keepalive: float | None,
         timeout: float,
-        largest: int,
+        max_frame: int,
         token: str | None,
         tls: ssl.SSLContext | None,
     ) -> None:
-        """Take what ``Client`` is given."""
+        """Take the arguments of ``Client``."""
         self.url = url.partition("?")[0]
-        """The server's, for people: what stands behind it may be a token."""
+        """URL of the server for messages, without its query, which may contain a token."""
 
         self._target = url
         self._timeout = timeout
         self._options: dict[str, Any] = {
             "compression": compression,
-            "proxy": None,  # nothing arrives from the environment
+            "proxy": None,  # no proxy from the environment
             "open_timeout": timeout,
             "ping_interval": keepalive,
             "ping_timeout": timeout,
             "close_timeout": 2,
-            "max_size": largest,
+            "max_size": max_frame,
             "additional_headers": {} if token is None else {"Authorization": f"Bearer {token}"},
             "logger": _WIRE,
         }
@@ -58,10 +58,10 @@ class Dialler:
         """Return a new connection.
 
         Args:
-            patience: How long to go on trying [s] while nobody listens there.
+            patience: Time for which to retry while no server listens [s].
 
         Raises:
-            ClientError: If there is none to be had.
+            ClientError: If the connection cannot be opened.
         """
         loop = asyncio.get_running_loop()
         end = loop.time() + patience
@@ -73,8 +73,8 @@ class Dialler:
                     raise
                 await asyncio.sleep(0.1)
 
-    async def again(self, failed: Callable[[str], None]) -> AsyncIterator[ClientConnection]:
-        """Yield connections without end, each when it can be had; ``failed`` hears why one cannot."""
+    async def reopen(self, failed: Callable[[str], None]) -> AsyncIterator[ClientConnection]:
+        """Yield new connections without end; ``failed`` is called with the reason of each failure."""
         while True:
             for pause in itertools.chain((0.1, 0.25, 0.5, 1.0, 2.0), itertools.repeat(5.0)):
                 await asyncio.sleep(pause)
@@ -89,23 +89,25 @@ class Dialler:
     async def _open(self) -> ClientConnection:
         try:
             return await connect(self._target, **self._options)
-        except ssl.SSLError as error:  # one of a certificate is a ValueError
+        except ssl.SSLError as error:  # certificate errors are ValueErrors, too
             why = getattr(error, "verify_message", "") or error.reason or "no TLS"
-            raise ClientError(f"{self.url} cannot be trusted: {why}") from error
-        except (InvalidURI, ValueError) as error:  # the latter for ports and brackets
-            raise ClientError(f"{self.url!r} is no address; one is ws://127.0.0.1:9090") from error
+            raise ClientError(f"{self.url} is not trusted: {why}") from error
+        except (InvalidURI, ValueError) as error:  # the latter for invalid ports and brackets
+            raise ClientError(
+                f"{self.url!r} is not a valid URL such as ws://127.0.0.1:9090"
+            ) from error
         except InvalidStatus as error:
             if error.response.status_code == HTTPStatus.UNAUTHORIZED:
                 raise ClientError(f"{self.url} does not accept this client's token") from error
-            raise ClientError(f"{self.url} is no rosbridge server: {error}") from error
+            raise ClientError(f"{self.url} is not a rosbridge server: {error}") from error
         except (InvalidHandshake, EOFError) as error:
-            raise ClientError(f"{self.url} is no rosbridge server: {error}") from error
+            raise ClientError(f"{self.url} is not a rosbridge server: {error}") from error
         except TimeoutError as error:
             raise ClientError(f"{self.url} does not answer within {self._timeout:g} s") from error
         except OSError as error:
-            raise ClientError(f"nobody listens at {self.url}: {_cause(error)}") from error
+            raise ClientError(f"no server listens at {self.url}: {_cause(error)}") from error
 
 
 def _cause(error: OSError) -> str:
-    """Return the error in words, without the addresses that asyncio puts there."""
+    """Return the text of an error without the addresses that asyncio adds."""
     return os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)

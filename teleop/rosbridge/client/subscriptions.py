@@ -1,4 +1,4 @@
-"""What a client hears: its subscriptions, and who is called with each message."""
+"""The subscriptions of a client, and the delivery of messages to their callbacks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Final
 from teleop.rosbridge.errors import RosbridgeError
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -23,46 +23,46 @@ class _Subscription:
     operation: Message
 
 
-class Hearing:
-    """A client's subscriptions, by id."""
+class Subscriptions:
+    """Subscriptions by id."""
 
-    def __init__(self, registry: Registry, complain: Callable[[str, str], None]) -> None:
-        """Hear nothing yet; ``complain(level, text)`` is told of messages that do not fit."""
+    def __init__(self, registry: TypeRegistry, report: Callable[[str, str], None]) -> None:
+        """Start empty; ``report(level, text)`` is called for messages that do not fit."""
         self._registry = registry
-        self._complain = complain
+        self._report = report
         self._subscriptions: dict[str, _Subscription] = {}
 
     @property
     def operations(self) -> list[Message]:
-        """What says to a server what is to be heard."""
+        """The ``subscribe`` operations of all subscriptions."""
         return [subscription.operation for subscription in self._subscriptions.values()]
 
     def add(self, operation: Message, callback: Callable[[Message], None]) -> None:
-        """Have ``callback`` called with the messages that a ``subscribe`` asks for."""
+        """Call ``callback`` with the messages requested by a ``subscribe`` operation."""
         self._subscriptions[operation["id"]] = _Subscription(
             operation["topic"], operation["type"], callback, operation
         )
 
     def remove(self, identity: str) -> str | None:
-        """End a subscription; return its topic, if there was one."""
+        """Remove a subscription; return its topic, or None if there was none."""
         subscription = self._subscriptions.pop(identity, None)
         return None if subscription is None else subscription.topic
 
-    def hear(self, topic: str, message: Message) -> None:
-        """Hand a message to all who want it, completed by the type that each one named."""
-        done: dict[str, Message] = {}
+    def deliver(self, topic: str, message: Message) -> None:
+        """Pass a message to all callbacks of its topic, completed by the type of each."""
+        completed: dict[str, Message] = {}
         for subscription in list(self._subscriptions.values()):
             if subscription.topic != topic:
                 continue
-            kind = subscription.type
+            type = subscription.type
             try:
-                if kind not in done:
-                    known = kind in self._registry
-                    done[kind] = (
-                        complete(self._registry, kind, message, finite=False) if known else message
+                if type not in completed:
+                    known = type in self._registry
+                    completed[type] = (
+                        complete(self._registry, type, message, finite=False) if known else message
                     )
-                subscription.callback(done[kind])
+                subscription.callback(completed[type])
             except RosbridgeError as error:
-                self._complain("error", f"{topic}: {error}")
+                self._report("error", f"{topic}: {error}")
             except Exception:
                 _LOG.exception("a callback of %s failed", topic)

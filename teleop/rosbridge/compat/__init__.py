@@ -1,1 +1,1 @@
-"""What clients of other rosbridge servers expect besides the protocol: rosapi, rosout, actionlib, tf2."""
+"""Services and topics of other rosbridge servers that clients expect: rosapi, rosout, actionlib, tf2."""

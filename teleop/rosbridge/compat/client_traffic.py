@@ -1,74 +1,80 @@
-"""The topic ``/client_traffic``: what waits for each client, what was dropped, and how far away it is."""
+"""The topic ``/client_traffic``: queue size, dropped messages and round-trip time of each client."""
 
 from __future__ import annotations
 
 from typing import Final
 
-from teleop.rosbridge.messages.message_completion import stamp
 from teleop.rosbridge.messages.message_types import Message
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
+from teleop.rosbridge.ros_time import SECOND, stamp
 from teleop.rosbridge.server.server import Server
-from teleop.rosbridge.server.server_connection import Traffic
+from teleop.rosbridge.server.socket_writer import Traffic
 
 TOPIC: Final = "/client_traffic"
 
-_PERIOD_NS: Final = 1_000_000_000
+_PERIOD_NS: Final = SECOND
 
 _OK, _WARN = 0, 1
-"""Of ``diagnostic_msgs/DiagnosticStatus``."""
+"""Levels of ``diagnostic_msgs/DiagnosticStatus``."""
 
 
-def announce_traffic(server: Server) -> None:
-    """Tell once a second, while somebody hears it, how each connection fares.
+def publish_client_traffic(server: Server) -> None:
+    """Publish the state of each connection once a second while the topic is subscribed.
 
-    Not in lockstep, in which the same run gives the same messages: this is of the wire alone.
+    Not in lockstep, in which the same run yields the same messages: these depend on the network.
     """
-    if server.lockstep:
-        return
-    protocol = server.protocol
-    protocol.advertise(TOPIC, "diagnostic_msgs/DiagnosticArray")
-    dropped: dict[int, int] = {}
-    running = False
+    if not server.lockstep:
+        server.protocol.topics.advertise(TOPIC, "diagnostic_msgs/DiagnosticArray")
+        server.protocol.observers.add(_Publisher(server))
 
-    def begin(client: int, name: str) -> None:
-        nonlocal running
-        if not running:
-            running = True
-            protocol.at(server.now + _PERIOD_NS, tell)
 
-    def tell(now: int) -> None:
-        nonlocal running
-        running = bool(server.client_count)
-        if running:
-            protocol.at(now + _PERIOD_NS, tell)
-        if protocol.wanted(TOPIC):
-            protocol.publish(TOPIC, {"header": {"stamp": stamp(now)}, "status": statuses()}, now)
+class _Publisher(Observer):
+    def __init__(self, server: Server) -> None:
+        self._server = server
+        self._protocol = server.protocol
+        self._dropped: dict[int, int] = {}
+        """Number of dropped messages in the last publication, by client."""
 
-    def statuses() -> list[Message]:
-        found = []
-        for client, name in protocol.clients.items():
-            traffic = server.traffic(client)
+        self._running = False
+
+    def connected(self, connection: Connection, now: int) -> None:
+        if not self._running:
+            self._running = True
+            self._protocol.timers.at(now + _PERIOD_NS, self._publish)
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        self._dropped.pop(connection.id, None)
+
+    def _publish(self, now: int) -> None:
+        self._running = bool(len(self._protocol.connections))
+        if self._running:
+            self._protocol.timers.at(now + _PERIOD_NS, self._publish)
+        if self._protocol.topics.wanted(TOPIC):
+            message = {"header": {"stamp": stamp(now)}, "status": self._statuses()}
+            self._protocol.topics.publish(TOPIC, message, now)
+
+    def _statuses(self) -> list[Message]:
+        statuses = []
+        for connection in self._protocol.connections:
+            traffic = self._server.traffic(connection.id)
             if traffic is not None:
-                found.append(_status(name, traffic, dropped.get(client, 0)))
-                dropped[client] = traffic.dropped
-        return found
-
-    def forget(client: int, name: str) -> None:
-        dropped.pop(client, None)
-
-    server.on_connect(begin)
-    server.on_disconnect(forget)
+                before = self._dropped.get(connection.id, 0)
+                statuses.append(_status(connection.name, traffic, before))
+                self._dropped[connection.id] = traffic.dropped
+        return statuses
 
 
 def _status(name: str, traffic: Traffic, before: int) -> Message:
-    lost = traffic.dropped - before
+    dropped = traffic.dropped - before
     values = {
         "waiting [bytes]": traffic.waiting,
         "dropped [messages]": traffic.dropped,
         "round trip [ms]": f"{traffic.round_trip * 1e3:.1f}",
     }
     return {
-        "level": _WARN if lost else _OK,
+        "level": _WARN if dropped else _OK,
         "name": name,
-        "message": f"reads too slowly: {lost} messages dropped" if lost else "keeps up",
+        "message": f"reads too slowly: {dropped} messages dropped" if dropped else "ok",
         "values": [{"key": key, "value": str(value)} for key, value in values.items()],
     }

@@ -1,7 +1,7 @@
-"""What the test suites of rosbridge clients expect to find behind a server, besides the standard.
+"""Topics, services and actions that the test suites of rosbridge clients expect of a server.
 
-Sources: ``tests/`` in the source distribution of roslibpy 2.1.0, ``test/`` of roslibjs. Where their
-actions need time, so that a goal can be cancelled, a step takes half a second here.
+Sources: ``tests/`` in the source distribution of roslibpy 2.1.0, ``test/`` of roslibjs. Where an
+action must take time, so that a goal can be cancelled, a step takes half a second.
 """
 
 from __future__ import annotations
@@ -13,29 +13,32 @@ from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.graph.goals import Goal
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.ros_time import SECOND
+from teleop.rosbridge.timers import Timers
 
-_STEP_NS: Final = 500_000_000
-_HIGHEST_ORDER: Final = 44
-"""The last Fibonacci number that an int32 holds is the 47th, and two are given."""
+_STEP_NS: Final = SECOND // 2
+_MAX_ORDER: Final = 44
+"""An int32 holds 47 Fibonacci numbers, of which two are given."""
 
 
 def serve_fixtures(protocol: Protocol) -> None:
-    """Offer the topics, services and actions that client suites use."""
-    protocol.advertise("/listener", "std_msgs/String", latch=True)
-    protocol.publish("/listener", {"data": "Hello, World"}, 0)
-    protocol.serve("/add_two_ints", "rospy_tutorials/AddTwoInts", _add)
-    protocol.advertise("/tf_static", "tf2_msgs/TFMessage", latch=True)
+    """Provide the topics, services and actions of the test suites."""
+    topics, timers = protocol.topics, protocol.timers
+    topics.advertise("/listener", "std_msgs/String", latch=True)
+    topics.publish("/listener", {"data": "Hello, World"}, 0)
+    protocol.services.serve("/add_two_ints", "rospy_tutorials/AddTwoInts", _add)
+    topics.advertise("/tf_static", "tf2_msgs/TFMessage", latch=True)
     frame = {"header": {"frame_id": "world"}, "child_frame_id": "turtle1"}
-    protocol.publish("/tf_static", {"transforms": [frame]}, 0)
-    # The tutorials of the two ROS count differently: by the numbers given, and by those added.
-    protocol.serve_action(
-        "/fibonacci", "example_interfaces/Fibonacci", lambda goal: _Fibonacci(protocol, goal, 1)
+    topics.publish("/tf_static", {"transforms": [frame]}, 0)
+    # The order is the number of terms in the tutorial of ROS 2, and of added terms in ROS 1.
+    protocol.actions.serve(
+        "/fibonacci", "example_interfaces/Fibonacci", lambda goal: _Fibonacci(timers, goal, 1)
     )
     serve_actionlib(
         protocol,
         "/fibonacci",
         "actionlib_tutorials/Fibonacci",
-        lambda goal: _Fibonacci(protocol, goal, 0),
+        lambda goal: _Fibonacci(timers, goal, 0),
     )
 
 
@@ -47,17 +50,17 @@ def _add(client: int, request: Message, now: int) -> Message:
 
 
 class _Fibonacci:
-    """Counts up, a step at a time, and tells of each."""
+    """Appends a term per step, with feedback."""
 
-    def __init__(self, protocol: Protocol, goal: Goal, fewer: int) -> None:
-        self._protocol = protocol
+    def __init__(self, timers: Timers, goal: Goal, given: int) -> None:
+        self._timers = timers
         self._goal = goal
-        self._steps = goal.request["order"] - fewer
-        if not 0 <= self._steps <= _HIGHEST_ORDER:
-            raise ServiceError(f"an order is 0 to {_HIGHEST_ORDER}, got {goal.request['order']}")
+        self._steps = goal.request["order"] - given
+        if not 0 <= self._steps <= _MAX_ORDER:
+            raise ServiceError(f"order must be 0 to {_MAX_ORDER}, got {goal.request['order']}")
         self._sequence = [0, 1]
         goal.on_cancel(lambda: goal.canceled({"sequence": self._sequence}))
-        protocol.at(goal.accepted, self._step)
+        timers.at(goal.accepted, self._step)
 
     def _step(self, now: int) -> None:
         if not self._goal.active:
@@ -68,4 +71,4 @@ class _Fibonacci:
         self._steps -= 1
         self._sequence.append(self._sequence[-1] + self._sequence[-2])
         self._goal.feedback({"sequence": self._sequence})
-        self._protocol.at(now + _STEP_NS, self._step)
+        self._timers.at(now + _STEP_NS, self._step)

@@ -1,28 +1,39 @@
-"""Tells clients of each other: how many there are, and from where."""
+"""The topics ``/client_count`` and ``/connected_clients``."""
 
 from __future__ import annotations
 
-from teleop.rosbridge.messages.message_completion import stamp
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.ros_time import stamp
 
 
-def announce_clients(protocol: Protocol) -> None:
-    """Keep the latched topics ``/client_count`` and ``/connected_clients`` up to date."""
-    protocol.advertise("/client_count", "std_msgs/Int32", latch=True)
-    protocol.advertise("/connected_clients", "rosbridge_msgs/ConnectedClients", latch=True)
+def publish_connected_clients(protocol: Protocol) -> None:
+    """Publish number, addresses and connection times of the clients on latched topics."""
+    protocol.topics.advertise("/client_count", "std_msgs/Int32", latch=True)
+    protocol.topics.advertise("/connected_clients", "rosbridge_msgs/ConnectedClients", latch=True)
+    publisher = _Publisher(protocol)
+    publisher.publish(0)
+    protocol.observers.add(publisher)
 
-    def announce(client: int, now: int) -> None:
-        here = protocol.connections
+
+class _Publisher(Observer):
+    def __init__(self, protocol: Protocol) -> None:
+        self._protocol = protocol
+
+    def connected(self, connection: Connection, now: int) -> None:
+        self.publish(now)
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        self.publish(now)
+
+    def publish(self, now: int) -> None:
         clients = [
             {"ip_address": _host(each.address), "connection_time": stamp(each.since)}
-            for each in here
+            for each in self._protocol.connections
         ]
-        protocol.publish("/client_count", {"data": len(here)}, now)
-        protocol.publish("/connected_clients", {"clients": clients}, now)
-
-    announce(0, 0)
-    protocol.on_connect(announce)
-    protocol.on_disconnect(announce)
+        self._protocol.topics.publish("/client_count", {"data": len(clients)}, now)
+        self._protocol.topics.publish("/connected_clients", {"clients": clients}, now)
 
 
 def _host(address: str) -> str:

@@ -1,6 +1,6 @@
-"""The topic ``/rosout``, on which every ROS tells what happens: here, who comes, goes and says who it is.
+"""The topic ``/rosout``: log of connections, disconnections and authentication.
 
-Foxglove knows by its type which ROS it talks to, and reads all other topics accordingly.
+Foxglove derives the ROS version from the type of this topic and reads all others accordingly.
 """
 
 from __future__ import annotations
@@ -8,14 +8,16 @@ from __future__ import annotations
 from typing import Final
 
 from teleop.rosbridge.auth.permissions import Access
-from teleop.rosbridge.messages.message_completion import stamp
 from teleop.rosbridge.messages.message_types import Message
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.ros_time import stamp
 
 TOPIC: Final = "/rosout"
 
 _NAME: Final = "rosbridge_websocket"
-"""Of the node, as in rosbridge_suite."""
+"""Name of the node, as in rosbridge_suite."""
 
 _TYPES: Final = {"ros1": "rosgraph_msgs/Log", "ros2": "rcl_interfaces/Log"}
 
@@ -23,31 +25,32 @@ _LEVELS: Final = {"ros1": {"info": 2, "warning": 4}, "ros2": {"info": 20, "warni
 """``INFO`` and ``WARN`` of the two types."""
 
 
-def announce_log(protocol: Protocol) -> None:
-    """Publish on ``/rosout`` which clients come and go, and whose token is good or not."""
-    flavour = protocol.flavour
-    protocol.advertise(TOPIC, _TYPES[flavour])
-    names = protocol.clients
+def publish_rosout(protocol: Protocol) -> None:
+    """Publish on ``/rosout`` which clients connect, disconnect and authenticate."""
+    protocol.topics.advertise(TOPIC, _TYPES[protocol.ros_version])
+    protocol.observers.add(_Publisher(protocol))
 
-    def log(level: str, text: str, now: int) -> None:
-        when: Message = {"stamp": stamp(now)}
-        head = {"header": when} if flavour == "ros1" else when
-        rest = {"level": _LEVELS[flavour][level], "name": _NAME, "msg": text}
-        protocol.publish(TOPIC, {**head, **rest}, now)
 
-    def came(client: int, now: int) -> None:
-        names[client] = protocol.clients[client]
-        log("info", f"{names[client]} has connected", now)
+class _Publisher(Observer):
+    def __init__(self, protocol: Protocol) -> None:
+        self._protocol = protocol
 
-    def left(client: int, now: int) -> None:
-        log("info", f"{names.pop(client, 'a client')} has left", now)
+    def connected(self, connection: Connection, now: int) -> None:
+        self._log("info", f"{connection.name} has connected", now)
 
-    def judged(client: int, access: Access | None, now: int) -> None:
+    def disconnected(self, connection: Connection, now: int) -> None:
+        self._log("info", f"{connection.name} has disconnected", now)
+
+    def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
         if access is None:
-            log("warning", f"{names[client]}: its auth is not accepted", now)
+            self._log("warning", f"{connection.name}: authentication rejected", now)
         else:
-            log("info", f"{names[client]} is {access.holder}, role {access.role}", now)
+            text = f"{connection.name} authenticated as {access.holder}, role {access.role}"
+            self._log("info", text, now)
 
-    protocol.on_connect(came)
-    protocol.on_disconnect(left)
-    protocol.on_auth(judged)
+    def _log(self, level: str, text: str, now: int) -> None:
+        ros_version = self._protocol.ros_version
+        when: Message = {"stamp": stamp(now)}
+        head = {"header": when} if ros_version == "ros1" else when
+        rest = {"level": _LEVELS[ros_version][level], "name": _NAME, "msg": text}
+        self._protocol.topics.publish(TOPIC, {**head, **rest}, now)

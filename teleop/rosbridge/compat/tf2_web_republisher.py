@@ -1,7 +1,7 @@
-"""``tf2_web_republisher``: transforms worked out here, for browsers that hold no tree of them.
+"""``tf2_web_republisher``: transforms between requested frames, for browsers without a tf tree.
 
-Browsers ask by the action of ROS 1 or of ROS 2 or by the service ``/republish_tfs``, for frames to
-be told of in another frame. They hear of each that has moved enough, at the rate they asked for.
+Clients request them by the action of ROS 1 or ROS 2, or by the service ``/republish_tfs``. They
+receive each transform that has changed enough, at the requested rate.
 """
 
 from __future__ import annotations
@@ -15,74 +15,81 @@ from teleop.rosbridge.compat.actionlib import serve_actionlib
 from teleop.rosbridge.compat.transform_tree import Transform, TransformTree, frame
 from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.graph.goals import Goal
-from teleop.rosbridge.messages.message_completion import stamp
 from teleop.rosbridge.messages.message_types import Message
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.timers import Timer
+from teleop.rosbridge.ros_time import SECOND, nanoseconds, stamp
+from teleop.rosbridge.timers import Timer
 
 _NAME: Final = "/tf2_web_republisher"
 _SOURCES: Final = ("/tf", "/tf_static")
-_SECOND: Final = 1_000_000_000
 
 _RATES: Final = (0.1, 50.0)
-"""Slowest and fastest updates [Hz]."""
+"""Lowest and highest update rate [Hz]."""
 
 _DEFAULT_RATE: Final = 10.0
-_DEFAULT_TIMEOUT_NS: Final = 10 * _SECOND
-"""For which a topic of the service waits for its subscriber."""
+"""Update rate of a request without one [Hz]."""
 
-_MOST_STREAMS: Final = 16
-"""Of one client."""
+_DEFAULT_TIMEOUT_NS: Final = 10 * SECOND
+"""Time for which a topic of the service exists without subscribers [ns]."""
 
-_MOST_FRAMES: Final = 256
-"""Of one stream."""
+_MAX_STREAMS: Final = 16
+"""Simultaneous requests of one client."""
+
+_MAX_FRAMES: Final = 256
+"""Frames of one request."""
 
 
 def serve_republisher(protocol: Protocol) -> None:
-    """Offer the action and the service; while nobody uses them, nothing is listened to."""
+    """Provide the action and the service; ``/tf`` is monitored only while they are in use."""
     republisher = _Republisher(protocol)
-    protocol.serve("/republish_tfs", "tf2_web_republisher/RepublishTFs", republisher.serve)
-    kind = "tf2_web_republisher_interfaces/TFSubscription"
-    protocol.serve_action(_NAME, kind, republisher.begin)
+    service_type = "tf2_web_republisher/RepublishTFs"
+    protocol.services.serve("/republish_tfs", service_type, republisher.serve)
+    action_type = "tf2_web_republisher_interfaces/TFSubscription"
+    protocol.actions.serve(_NAME, action_type, republisher.begin)
     serve_actionlib(protocol, _NAME, "tf2_web_republisher/TFSubscription", republisher.begin)
+    protocol.observers.add(republisher)
 
 
 @dataclass(slots=True)
 class _Stream:
-    """What one request asks for, and what it has been told."""
+    """A request, and the transforms sent for it."""
 
     client: int
     sources: list[str]
     target: str
     angle: float
-    """Turn that is worth telling [rad]."""
+    """Rotation from which on a transform is sent again [rad]."""
 
     distance: float
-    """Way that is worth telling [m]."""
+    """Translation from which on a transform is sent again [m]."""
 
     period: int
-    """Between two looks [ns]."""
+    """Time between two updates [ns]."""
 
     send: Callable[[Message, int], bool]
-    """Takes a ``TFArray``; returns whether somebody heard it."""
+    """Sends a ``TFArray``; returns whether there was a receiver."""
 
     abandon: Callable[[int], object] = lambda now: None
-    """Called when the client has left."""
+    """Called when the client has disconnected."""
 
-    told: dict[str, Transform] = field(default_factory=dict)
+    sent: dict[str, Transform] = field(default_factory=dict)
+    """The last transform that was sent of each source frame."""
+
     timer: Timer | None = None
 
 
-class _Republisher:
+class _Republisher(Observer):
     def __init__(self, protocol: Protocol) -> None:
-        self._protocol = protocol
+        self._topics = protocol.topics
+        self._timers = protocol.timers
         self._tree = TransformTree()
         self._streams: list[_Stream] = []
         self._number = 0
-        protocol.on_disconnect(self._leave)
 
     def begin(self, goal: Goal) -> None:
-        """Carry out a goal: until it is cancelled."""
+        """Execute a goal until it is cancelled."""
 
         def send(message: Message, now: int) -> bool:
             goal.feedback(message)
@@ -94,67 +101,73 @@ class _Republisher:
         self._start(stream, goal.accepted)
 
     def serve(self, client: int, request: Message, now: int) -> Message:
-        """Answer with a topic, which there is for as long as somebody subscribes to it."""
+        """Respond with the name of a topic, which exists while it has subscribers."""
         topic = f"/tf_repub_{self._number}"
-        wait = request["timeout"]["sec"] * _SECOND + request["timeout"]["nanosec"]
-        wait = wait if wait > 0 else _DEFAULT_TIMEOUT_NS
-        heard = now
+        timeout = nanoseconds(request["timeout"])
+        timeout = timeout if timeout > 0 else _DEFAULT_TIMEOUT_NS
+        last_wanted = now
 
         def send(message: Message, now: int) -> bool:
-            nonlocal heard
-            if self._protocol.wanted(topic):
-                heard = now
+            nonlocal last_wanted
+            if self._topics.wanted(topic):
+                last_wanted = now
                 if message["transforms"]:
-                    self._protocol.publish(topic, message, now)
+                    self._topics.publish(topic, message, now)
                 return True
-            if now - heard >= wait:
-                end(now)
+            if now - last_wanted >= timeout:
+                end()
             return False
 
-        def end(now: int) -> None:
+        def end() -> None:
             self._stop(stream)
-            self._protocol.unadvertise(topic, now)
+            self._topics.unadvertise(topic)
 
         def abandon(now: int) -> None:
-            nonlocal wait
-            wait = 0  # others may have subscribed, and it ends when they have left as well
-            if not self._protocol.wanted(topic):
-                end(now)
+            nonlocal timeout
+            timeout = 0  # other clients may have subscribed; it ends when they have left, too
+            if not self._topics.wanted(topic):
+                end()
 
         stream = self._stream(client, request, send)
         stream.abandon = abandon
         self._number += 1
-        self._protocol.advertise(topic, "tf2_web_republisher/TFArray")
+        self._topics.advertise(topic, "tf2_web_republisher/TFArray")
         self._start(stream, now)
         return {"topic_name": topic}
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """Stop the requests of the client."""
+        for stream in list(self._streams):
+            if stream.client == connection.id:
+                stream.abandon(now)
 
     def _stream(
         self, client: int, request: Message, send: Callable[[Message, int], bool]
     ) -> _Stream:
-        if sum(stream.client == client for stream in self._streams) >= _MOST_STREAMS:
-            raise ServiceError(f"at most {_MOST_STREAMS} requests of a client are followed")
+        if sum(stream.client == client for stream in self._streams) >= _MAX_STREAMS:
+            raise ServiceError(f"a client may have at most {_MAX_STREAMS} requests")
         sources = [frame(source) for source in request["source_frames"]]
-        if len(sources) > _MOST_FRAMES:
-            raise ServiceError(f"at most {_MOST_FRAMES} frames can be asked for")
+        if len(sources) > _MAX_FRAMES:
+            raise ServiceError(f"a request may have at most {_MAX_FRAMES} frames")
         rate = request["rate"] if request["rate"] > 0 else _DEFAULT_RATE
         rate = min(max(rate, _RATES[0]), _RATES[1])
         return _Stream(
             client,
             sources,
             frame(request["target_frame"]),
-            math.radians(request["angular_thres"]),  # in degrees, as its clients have it
+            math.radians(request["angular_thres"]),  # requests contain degrees
             request["trans_thres"],
-            int(_SECOND / rate),
+            int(SECOND / rate),
             send,
         )
 
     def _start(self, stream: _Stream, now: int) -> None:
         if not self._streams:
             for source in _SOURCES:
-                self._protocol.tap(source, "tf2_msgs/TFMessage", self._hear, now)
+                self._topics.monitor(source, "tf2_msgs/TFMessage", self._add)
         self._streams.append(stream)
-        # Not at once: the answer, which tells the topic, comes first.
-        stream.timer = self._protocol.at(now, lambda now: self._look(stream, now))
+        # By a timer, as the response with the name of the topic is sent first.
+        stream.timer = self._timers.at(now, lambda now: self._update(stream, now))
 
     def _stop(self, stream: _Stream) -> None:
         if stream.timer is not None:
@@ -164,38 +177,34 @@ class _Republisher:
         if not self._streams:
             self._tree.clear()
             for source in _SOURCES:
-                self._protocol.untap(source, self._hear, self._protocol.now)
+                self._topics.unmonitor(source, self._add)
 
-    def _leave(self, client: int, now: int) -> None:
-        for stream in list(self._streams):
-            if stream.client == client:
-                stream.abandon(now)
-
-    def _hear(self, message: Message, now: int) -> None:
+    def _add(self, message: Message, now: int) -> None:
         self._tree.add(message)
 
-    def _look(self, stream: _Stream, now: int) -> None:
-        """Tell what has moved, and look again a period later."""
-        stream.timer = self._protocol.at(now + stream.period, lambda now: self._look(stream, now))
-        moved = {}
+    def _update(self, stream: _Stream, now: int) -> None:
+        """Send the transforms that have changed, and schedule the next update."""
+        stream.timer = self._timers.at(now + stream.period, lambda now: self._update(stream, now))
+        changed = {}
         for source in stream.sources:
             transform = self._tree.find(stream.target, source)
-            if transform is not None and self._worth(stream, source, transform):
-                moved[source] = transform
+            if transform is not None and _has_changed(stream, source, transform):
+                changed[source] = transform
         header = {"stamp": stamp(now), "frame_id": stream.target}
         message = {
             "transforms": [
                 {"header": header, "child_frame_id": source, "transform": transform.write()}
-                for source, transform in moved.items()
+                for source, transform in changed.items()
             ]
         }
-        if stream.send(message, now) and moved:
-            stream.told |= moved
+        if stream.send(message, now) and changed:
+            stream.sent |= changed
 
-    def _worth(self, stream: _Stream, source: str, transform: Transform) -> bool:
-        told = stream.told.get(source)
-        if told is None:
-            return True
-        if told == transform:
-            return False
-        return transform.distance(told) >= stream.distance or transform.angle(told) >= stream.angle
+
+def _has_changed(stream: _Stream, source: str, transform: Transform) -> bool:
+    sent = stream.sent.get(source)
+    if sent is None:
+        return True
+    if sent == transform:
+        return False
+    return transform.distance(sent) >= stream.distance or transform.angle(sent) >= stream.angle

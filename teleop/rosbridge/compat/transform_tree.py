@@ -1,4 +1,4 @@
-"""Where frames are in each other, as ``/tf`` tells."""
+"""Tree of coordinate frames from ``/tf``, and the transforms between them."""
 
 from __future__ import annotations
 
@@ -8,59 +8,59 @@ from typing import Final, Self
 
 from teleop.rosbridge.messages.message_types import Message
 
-_MOST: Final = 4096
-"""Frames: whoever may publish ``/tf`` must not fill the memory."""
+_MAX_FRAMES: Final = 4096
+"""Frames of a tree, which bounds the memory that publishers of ``/tf`` can occupy."""
 
-_DEEPEST: Final = 100
-"""Frames between one and its root that are looked at."""
+_MAX_DEPTH: Final = 100
+"""Frames on the way to the root that are followed."""
 
 Vector = tuple[float, float, float]
 Rotation = tuple[float, float, float, float]
-"""Unit quaternion, x, y, z, w as ROS has it."""
+"""Unit quaternion x, y, z, w."""
 
 
 @dataclass(frozen=True, slots=True)
 class Transform:
-    """Takes points of a frame into its parent: rotation, then translation [m]."""
+    """Transform from a frame to its parent: rotation, then translation [m]."""
 
     translation: Vector = (0.0, 0.0, 0.0)
     rotation: Rotation = (0.0, 0.0, 0.0, 1.0)
 
     def __matmul__(self, other: Transform) -> Transform:
-        """Return the transform that does ``other`` first."""
+        """Return the composition that applies ``other`` first."""
         x, y, z = _rotated(self.rotation, other.translation)
         a, b, c = self.translation
         return Transform((a + x, b + y, c + z), _product(self.rotation, other.rotation))
 
     @property
     def inverse(self) -> Transform:
-        """What undoes it."""
+        """The inverse transform."""
         x, y, z, w = self.rotation
-        back = (-x, -y, -z, w)
-        a, b, c = _rotated(back, self.translation)
-        return Transform((-a, -b, -c), back)
+        conjugate = (-x, -y, -z, w)
+        a, b, c = _rotated(conjugate, self.translation)
+        return Transform((-a, -b, -c), conjugate)
 
     def distance(self, other: Transform) -> float:
-        """Return how far the two translations are apart [m]."""
+        """Return the distance between the two translations [m]."""
         return math.dist(self.translation, other.translation)
 
     def angle(self, other: Transform) -> float:
-        """Return by how much the two rotations differ [rad]."""
+        """Return the angle between the two rotations [rad]."""
         dot = abs(sum(a * b for a, b in zip(self.rotation, other.rotation, strict=True)))
         return 2 * math.acos(min(dot, 1.0))
 
     @classmethod
     def read(cls, message: Message) -> Self | None:
-        """Return what a ``geometry_msgs/Transform`` says; None if it turns by no quaternion."""
+        """Return a ``geometry_msgs/Transform``; None if its quaternion is invalid."""
         t, q = message["translation"], message["rotation"]
         norm = math.hypot(q["x"], q["y"], q["z"], q["w"])
-        if not 0.5 < norm < 2.0:  # rounding moves a norm by far less; zeros are a mistake
+        if not 0.5 < norm < 2.0:  # far beyond rounding errors; zeros are an error
             return None
         rotation = q["x"] / norm, q["y"] / norm, q["z"] / norm, q["w"] / norm
         return cls((t["x"], t["y"], t["z"]), rotation)
 
     def write(self) -> Message:
-        """Return a ``geometry_msgs/Transform``."""
+        """Return the ``geometry_msgs/Transform``."""
         return {
             "translation": dict(zip("xyz", self.translation, strict=True)),
             "rotation": dict(zip("xyzw", self.rotation, strict=True)),
@@ -68,26 +68,26 @@ class Transform:
 
 
 class TransformTree:
-    """The last known transforms, each of a frame in its parent."""
+    """The latest transform of each frame to its parent."""
 
     def __init__(self) -> None:
         self._parents: dict[str, tuple[str, Transform]] = {}
 
     def add(self, message: Message) -> None:
-        """Take in a ``tf2_msgs/TFMessage``; what is no transform is left out."""
+        """Add the transforms of a ``tf2_msgs/TFMessage``; invalid ones are ignored."""
         for entry in message["transforms"]:
             child, parent = frame(entry["child_frame_id"]), frame(entry["header"]["frame_id"])
             transform = Transform.read(entry["transform"])
-            known = child in self._parents or len(self._parents) < _MOST
+            known = child in self._parents or len(self._parents) < _MAX_FRAMES
             if transform is not None and known and child and parent and child != parent:
                 self._parents[child] = parent, transform
 
     def clear(self) -> None:
-        """Forget all."""
+        """Remove all transforms."""
         self._parents.clear()
 
     def find(self, target: str, source: str) -> Transform | None:
-        """Return what takes points of ``source`` into ``target``; None if nothing connects them."""
+        """Return the transform from ``source`` to ``target``; None if they are not connected."""
         if target == source:
             return Transform()
         up, down = self._ancestors(source), self._ancestors(target)
@@ -97,19 +97,19 @@ class TransformTree:
         return None
 
     def _ancestors(self, name: str) -> dict[str, Transform]:
-        """Return a frame, its parent and so on, each with what takes points of the frame there."""
+        """Return a frame and its ancestors, each with the transform from the frame to it."""
         transform = Transform()
         found = {name: transform}
         while (step := self._parents.get(name)) is not None and step[0] not in found:
             name, transform = step[0], step[1] @ transform
             found[name] = transform
-            if len(found) > _DEEPEST:
+            if len(found) > _MAX_DEPTH:
                 break
         return found
 
 
 def frame(name: str) -> str:
-    """Return a frame's name as ROS 2 has it, without a slash before it."""
+    """Return a frame's name without leading slash, as in ROS 2."""
     return name.lstrip("/")
 
 

@@ -1,4 +1,4 @@
-"""Actions of ROS 2: goals between clients, and to the host, by operations of their own."""
+"""ROS 2 actions of the host and of clients, and the goals sent to them."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from functools import partial
 from typing import TypeAlias
 
 from teleop.rosbridge.errors import OperationError, RosbridgeError, ServiceError
+from teleop.rosbridge.framing.operation_fields import Operation, check_name
+from teleop.rosbridge.framing.outgoing_frames import PLAIN, ReplyFormat
 from teleop.rosbridge.graph.goals import Goal, GoalHandler, GoalStatus
-from teleop.rosbridge.messages.codec import Codec, write_json
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import ActionType, Message
-from teleop.rosbridge.messages.topic_names import HOST, canonical
-from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.connections import PLAIN, Wrapping
-from teleop.rosbridge.protocol.operation_fields import Operation
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.messages.type_registry import TypeRegistry
+from teleop.rosbridge.topic_names import HOST, canonical
 
-Say: TypeAlias = Callable[[int, str, Wrapping], None]
-"""Sends an operation's JSON text to a client."""
+SendJson: TypeAlias = Callable[[int, str, ReplyFormat], None]
+"""Sends the JSON text of an operation to a client."""
 
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """An action, whoever provides it."""
+    """An action of the host or of a client."""
 
     name: str
     kind: ActionType
@@ -38,19 +38,21 @@ class _Provider:
     client: int
     name: str
     type: str
-    """Both as the client wrote them."""
+    """Name and type of the action as the client spells them."""
 
     goals: dict[str, Goal] = field(default_factory=dict)
 
 
 class Actions:
-    """All actions by name, and the goals that have not ended."""
+    """All actions by name, and the active goals."""
 
-    def __init__(self, registry: Registry, codec: Codec, limits: Limits, say: Say) -> None:
+    def __init__(
+        self, registry: TypeRegistry, codec: Codec, limits: ClientLimits, send: SendJson
+    ) -> None:
         self._registry = registry
         self._codec = codec
         self._limits = limits
-        self._say = say
+        self._send = send
         self._actions: dict[str, Action] = {}
         self._providers: dict[tuple[int, str], _Provider] = {}
         self._goals: dict[int, dict[_Caller, Goal]] = {}
@@ -58,19 +60,19 @@ class Actions:
 
     @property
     def all(self) -> list[Action]:
-        """Those that there are."""
+        """All actions."""
         return list(self._actions.values())
 
-    # Who provides
+    # Providers
 
-    def serve(self, name: str, kind: str, handler: GoalHandler) -> None:
-        """Offer an action of the host."""
-        key = canonical(name)
-        self._actions[key] = Action(key, self._registry.action(kind), handler)
+    def serve(self, name: str, type: str, handler: GoalHandler) -> None:
+        """Provide an action of the host; the handler starts each goal and ends it later."""
+        key = canonical(check_name(name, "action"))
+        self._actions[key] = Action(key, self._registry.action(type), handler)
 
-    def advertise(self, client: int, name: str, kind: str) -> None:
-        """Note that a client provides an action."""
-        key, wanted = canonical(name), self._registry.action(kind)
+    def advertise(self, client: int, name: str, type: str) -> None:
+        """Add an action that a client provides."""
+        key, wanted = canonical(name), self._registry.action(type)
         there = self._actions.get(key)
         if there is not None and there.provider == HOST:
             raise OperationError(f"action {name} is provided by the server only")
@@ -78,12 +80,12 @@ class Actions:
             raise OperationError(f"action {name} is provided by another client")
         self.unadvertise(client, name)
         if sum(owner == client for owner, _ in self._providers) >= self._limits.services:
-            raise OperationError(f"at most {self._limits.services} actions can be provided")
-        provider = self._providers[client, key] = _Provider(client, name, kind)
+            raise OperationError(f"at most {self._limits.services} actions may be provided")
+        provider = self._providers[client, key] = _Provider(client, name, type)
         self._actions[key] = Action(key, wanted, partial(self._forward, provider, wanted), client)
 
     def unadvertise(self, client: int, name: str) -> None:
-        """Note that a client provides an action no more; goals it has not ended fail."""
+        """Remove an action that a client provides; its active goals fail."""
         key = canonical(name)
         provider = self._providers.pop((client, key), None)
         if provider is None:
@@ -92,28 +94,28 @@ class Actions:
         for goal in list(provider.goals.values()):
             goal.abort(f"Action {name}: its provider has left")
 
-    def leave(self, client: int) -> None:
-        """Forget a client: what it provides, and what it wants."""
+    def remove_client(self, client: int) -> None:
+        """Remove the actions that a client provides and cancel its goals."""
         for owner, key in list(self._providers):
             if owner == client:
                 self.unadvertise(client, key)
         for goal in list(self._goals.pop(client, {}).values()):
             goal.cancel()
 
-    # Who asks
+    # Goals
 
     def send(
         self,
         client: int,
         operation: Operation,
-        wrapping: Wrapping,
+        wrapping: ReplyFormat,
         now: int,
         refusal: str | None = None,
     ) -> None:
-        """Take a goal; whatever is wrong with it is its result, as is why it may not be sent."""
+        """Process a goal; a rejection, as by ``refusal``, is sent as its result."""
         name = operation.get("action")
         if not isinstance(name, str):
-            raise OperationError("it needs an action, which is a string")
+            raise OperationError("action must be given as a string")
         caller = _Caller(self, client, name, operation, wrapping)
         goals = self._goals.setdefault(client, {})
         action = self._actions.get(canonical(name))
@@ -123,9 +125,9 @@ class Actions:
             if action is None:
                 raise ServiceError(f"Action {name} does not exist")
             if any(other.identity == caller.identity for other in goals if caller.identity):
-                raise ServiceError(f"a goal {caller.identity} is under way")
+                raise ServiceError(f"goal {caller.identity} is active already")
             if len(goals) >= self._limits.calls:
-                raise ServiceError(f"at most {self._limits.calls} goals can be under way")
+                raise ServiceError(f"at most {self._limits.calls} goals may be active")
             caller.kind = action.kind
             arguments = operation.get("args")
             request = complete(
@@ -142,15 +144,15 @@ class Actions:
             raise
 
     def cancel(self, client: int, identity: object) -> None:
-        """Ask that a goal be ended; one that is not under way has ended already."""
+        """Request cancellation of a goal, if it is active."""
         for caller, goal in list(self._goals.get(client, {}).items()):
             if caller.identity == identity:
                 goal.cancel()
 
-    # What providers say
+    # Feedback and results of providers
 
     def feedback(self, client: int, operation: Operation) -> bool:
-        """Pass on how far a goal is; return whether it is under way."""
+        """Forward feedback of a provider; return whether its goal is active."""
         found = self._find(client, operation)
         if found is None:
             return False
@@ -159,13 +161,13 @@ class Actions:
         return True
 
     def result(self, client: int, operation: Operation) -> bool:
-        """Pass on how a goal ended; return whether it was under way."""
+        """Forward the result of a provider; return whether its goal was active."""
         found = self._find(client, operation)
         if found is None:
             return False
         kind, goal = found
         values, good = operation.get("values"), operation.get("result") is not False
-        # Older clients leave the status out, and mean that all is well.
+        # Older clients omit the status on success.
         status = operation.get("status", GoalStatus.SUCCEEDED if good else GoalStatus.ABORTED)
         if values is None and good:
             values = {}
@@ -175,7 +177,7 @@ class Actions:
         try:
             whole = complete(self._registry, kind.result, values)
         except RosbridgeError as error:
-            goal.abort(f"the action gave no good result: {error}")
+            goal.abort(f"the action returned an invalid result: {error}")
             raise
         if status == GoalStatus.CANCELED:
             goal.canceled(whole)
@@ -193,14 +195,14 @@ class Actions:
         return None
 
     def _forward(self, provider: _Provider, kind: ActionType, goal: Goal) -> None:
-        """Pass a goal on to the client that provides the action."""
+        """Forward a goal to the client that provides the action."""
         identity = f"action_goal:{provider.name}:{next(self._numbers)}"
         provider.goals[identity] = goal
         goal.on_end(lambda: provider.goals.pop(identity, None))
         client, name = provider.client, write_json(provider.name)
         head = f'"id":{write_json(identity)},"action":{name}'
-        goal.on_cancel(lambda: self._say(client, f'{{"op":"cancel_action_goal",{head}}}', PLAIN))
-        self._say(
+        goal.on_cancel(lambda: self._send(client, f'{{"op":"cancel_action_goal",{head}}}', PLAIN))
+        self._send(
             client,
             f'{{"op":"send_action_goal",{head},"action_type":{write_json(provider.type)},'
             f'"args":{self._codec.json(kind.goal, goal.request)},"feedback":true}}',
@@ -208,11 +210,11 @@ class Actions:
         )
 
     def answer(self, caller: _Caller, text: str) -> None:
-        """Send a caller what became of its goal."""
-        self._say(caller.client, text, caller.wrapping)
+        """Send feedback or a result to the client that sent the goal."""
+        self._send(caller.client, text, caller.wrapping)
 
-    def ended(self, caller: _Caller) -> None:
-        """Forget a goal."""
+    def remove(self, caller: _Caller) -> None:
+        """Remove an ended goal."""
         self._goals.get(caller.client, {}).pop(caller, None)
 
     def json(self, caller: _Caller, values: Message, *, result: bool) -> str:
@@ -222,10 +224,10 @@ class Actions:
 
 
 class _Caller:
-    """The client that wants a goal, as its sink."""
+    """Forwards feedback and result to the client that sent the goal."""
 
     def __init__(
-        self, actions: Actions, client: int, name: str, operation: Operation, wrapping: Wrapping
+        self, actions: Actions, client: int, name: str, operation: Operation, wrapping: ReplyFormat
     ) -> None:
         self.client = client
         self.identity = operation.get("id")
@@ -242,11 +244,11 @@ class _Caller:
             self._actions.answer(self, f'{{"op":"action_feedback",{self._head},"values":{text}}}')
 
     def done(self, status: GoalStatus, values: Message, text: str) -> None:
-        self._actions.ended(self)
+        self._actions.remove(self)
         if text:
             self.fail(status, text)
             return
-        # Whatever way it went, there is a result: ``false`` is for goals that were never pursued.
+        # ``result`` is false only for goals that were never executed.
         self._result(status, self._actions.json(self, values, result=True), "true")
 
     def fail(self, status: GoalStatus, text: str) -> None:

@@ -1,4 +1,4 @@
-"""One goal of an action, from being accepted to its end."""
+"""A goal of an action, from acceptance to its end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from teleop.rosbridge.messages.message_types import Message
 
 
 class GoalStatus(IntEnum):
-    """Of ``action_msgs/GoalStatus``."""
+    """Values of ``action_msgs/GoalStatus``."""
 
     UNKNOWN = 0
     ACCEPTED = 1
@@ -21,31 +21,31 @@ class GoalStatus(IntEnum):
     ABORTED = 6
 
 
-class GoalSink(Interface):
-    """Who hears what becomes of a goal."""
+class GoalObserver(Interface):
+    """Receives feedback and result of a goal."""
 
     def feedback(self, values: Message) -> None:
-        """Hear how far it is."""
+        """Receive feedback."""
 
     def done(self, status: GoalStatus, values: Message, text: str) -> None:
-        """Hear how it ended; ``text`` says why it did not go well."""
+        """Receive the result; ``text`` is the reason of a failure."""
 
 
 class Goal:
-    """What a client asked an action for; whoever carries it out ends it in one of three ways."""
+    """A goal that a client sent; the action's handler ends it by one of three methods."""
 
-    def __init__(self, client: int, request: Message, now: int, sink: GoalSink) -> None:
+    def __init__(self, client: int, request: Message, now: int, observer: GoalObserver) -> None:
         self.client = client
-        """Who asked."""
+        """Id of the client that sent it."""
 
         self.request = request
-        """The goal's fields, all of them."""
+        """The completed goal message."""
 
         self.accepted = now
-        """When it came [ns]."""
+        """Time of acceptance [ns]."""
 
         self.status = GoalStatus.EXECUTING
-        self._sink = sink
+        self._observer = observer
         self._on_cancel: list[Callable[[], object]] = []
         self._on_end: list[Callable[[], object]] = []
 
@@ -56,36 +56,36 @@ class Goal:
 
     @property
     def cancelling(self) -> bool:
-        """Whether the client wants it no more."""
+        """Whether the client has cancelled it and it has not ended."""
         return self.status is GoalStatus.CANCELING
 
     def feedback(self, values: Message) -> None:
-        """Tell how far it is."""
+        """Send feedback."""
         if self.active:
-            self._sink.feedback(values)
+            self._observer.feedback(values)
 
     def succeed(self, values: Message) -> None:
-        """End it: it is reached."""
+        """End the goal as reached."""
         self._end(GoalStatus.SUCCEEDED, values, "")
 
     def canceled(self, values: Message | None = None) -> None:
-        """End it, since the client wanted it no more."""
+        """End the goal as cancelled."""
         self._end(GoalStatus.CANCELED, values or {}, "")
 
     def abort(self, text: str, values: Message | None = None) -> None:
-        """End it: it cannot be reached, and why."""
+        """End the goal as failed, with the reason."""
         self._end(GoalStatus.ABORTED, values or {}, text)
 
     def on_cancel(self, callback: Callable[[], object]) -> None:
-        """Have a function called when the client wants it no more."""
+        """Call a function when the client cancels the goal."""
         self._on_cancel.append(callback)
 
     def on_end(self, callback: Callable[[], object]) -> None:
-        """Have a function called when it has ended, whichever way."""
+        """Call a function when the goal has ended, in whichever way."""
         self._on_end.append(callback)
 
     def cancel(self) -> None:
-        """Ask that it be ended; whoever carries it out decides."""
+        """Request cancellation; the action's handler decides when the goal ends."""
         if self.status is GoalStatus.EXECUTING:
             self.status = GoalStatus.CANCELING
             for callback in self._on_cancel:
@@ -96,8 +96,8 @@ class Goal:
             self.status = status
             for callback in self._on_end:
                 callback()
-            self._sink.done(status, values, text)
+            self._observer.done(status, values, text)
 
 
 GoalHandler: TypeAlias = Callable[[Goal], object]
-"""Begins to carry out a goal, and keeps it; a ServiceError refuses it."""
+"""Starts executing a goal; a ServiceError rejects it."""

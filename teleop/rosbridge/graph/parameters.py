@@ -1,4 +1,4 @@
-"""Parameters: JSON values by name, as ROS keeps them for whoever asks."""
+"""ROS parameters: JSON values by name."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import json
 from typing import Any, Final
 
 from teleop.rosbridge.errors import ServiceError
-from teleop.rosbridge.protocol.frames import read_json
+from teleop.rosbridge.framing.json_frames import read_json
 
-_MOST: Final = 1000
-_LARGEST: Final = 65_536
-"""Of one value's text [characters]."""
+_MAX_PARAMETERS: Final = 1000
+_MAX_LENGTH: Final = 65_536
+"""Length of the text of one value [characters]."""
 
 
 class Parameters:
-    """Values by name; a name with ``/`` in it lies in a namespace, which has a value as well.
+    """Values by name; ``/`` separates namespaces, which have a value as well.
 
-    Names of ROS 2 (``node:parameter``) and of ROS 1 (``/node/parameter``) are different names.
+    The names of ROS 2 (``node:parameter``) and of ROS 1 (``/node/parameter``) are different.
     """
 
     def __init__(self) -> None:
@@ -24,13 +24,13 @@ class Parameters:
 
     @property
     def names(self) -> list[str]:
-        """Of those that are set."""
+        """Names of all parameters that are set."""
         return sorted(self._values)
 
     def get(self, name: str) -> Any:
-        """Return a value; of a namespace, all in it as a dict; None if there is neither.
+        """Return a value, or a namespace as a nested dict; None if there is neither.
 
-        A parameter in ROS is never null, so nothing else is None.
+        A ROS parameter is never null, so None is unambiguous.
         """
         key = _key(name)
         if key in self._values:
@@ -45,26 +45,26 @@ class Parameters:
         return found or None
 
     def set(self, name: str, value: Any) -> None:
-        """Set a value, in the place of a namespace of this name, or of a value where one is to be.
+        """Set a value; it replaces a namespace of its name and values of its parent namespaces.
 
         Raises:
-            ServiceError: If there are too many already, or the name is none.
+            ServiceError: If there are too many parameters, or the name is empty.
         """
         key = _key(name)
         if key == "/":
-            raise ServiceError("a parameter needs a name")
+            raise ServiceError("the name of a parameter must not be empty")
         if value is None:
             self.delete(name)
             return
         above = [other for other in self._values if key.startswith(other + "/")]
         for other in (*self._inside(key), *above):
             del self._values[other]
-        if key not in self._values and len(self._values) >= _MOST:
-            raise ServiceError(f"at most {_MOST} parameters can be set")
+        if key not in self._values and len(self._values) >= _MAX_PARAMETERS:
+            raise ServiceError(f"at most {_MAX_PARAMETERS} parameters may be set")
         self._values[key] = value
 
     def delete(self, name: str) -> bool:
-        """Forget a value, or all in a namespace; return whether there was any."""
+        """Delete a value, or all in a namespace; return whether there was any."""
         key = _key(name)
         gone = [other for other in (key, *self._inside(key)) if other in self._values]
         for other in gone:
@@ -77,12 +77,12 @@ class Parameters:
 
 
 def read_value(text: str) -> Any:
-    """Return what JSON text says; what is not JSON stands for itself, as rosapi has it."""
-    if len(text) > _LARGEST:
-        raise ServiceError(f"a parameter has at most {_LARGEST} characters")
+    """Return the value of a JSON text; other text is a string, as in rosapi."""
+    if len(text) > _MAX_LENGTH:
+        raise ServiceError(f"a parameter value may have at most {_MAX_LENGTH} characters")
     try:
         value = read_json(text)
-        write_value(value)  # which finds numbers too large to be written again
+        write_value(value)  # rejects numbers that are too large to be written
     except ValueError:
         return text
     return value
@@ -96,5 +96,5 @@ def write_value(value: Any) -> str:
 def _key(name: str) -> str:
     key = "/" + name.strip("/")
     if len(key) > 256:
-        raise ServiceError("a parameter's name has at most 255 characters")
+        raise ServiceError("a parameter name may have at most 255 characters")
     return key

@@ -1,143 +1,120 @@
-"""Services: of the host and of clients, and calls whose answers come later."""
+"""Services of the host and of clients, and calls to them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 from teleop.rosbridge.errors import OperationError, RosbridgeError, ServiceError
-from teleop.rosbridge.messages.codec import Codec, write_json
+from teleop.rosbridge.framing.operation_fields import Operation, check_name
+from teleop.rosbridge.graph.deferred_response import DeferredResponse
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import Message, ServiceType
-from teleop.rosbridge.messages.topic_names import HOST, canonical
-from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.operation_fields import Operation
-from teleop.rosbridge.protocol.rate_limits import Limits
-from teleop.rosbridge.protocol.timers import Timers
+from teleop.rosbridge.messages.type_registry import TypeRegistry
+from teleop.rosbridge.ros_time import SECOND
+from teleop.rosbridge.timers import Timers
+from teleop.rosbridge.topic_names import HOST, canonical
 
-_SECOND: Final = 1_000_000_000
+Handler: TypeAlias = Callable[[int, Message, int], Message | DeferredResponse]
+"""Takes client id, request and time [ns]; returns the response or raises ServiceError."""
 
-
-class Later:
-    """An answer that a handler owes: return one, and settle it when there is something to say.
-
-    The answer leaves in the moment it is settled, behind everything published before.
-    """
-
-    def __init__(self) -> None:
-        self._done: list[Callable[[Message | ServiceError], object]] = []
-        self._result: Message | ServiceError | None = None
-
-    @property
-    def settled(self) -> bool:
-        """Whether there is an answer."""
-        return self._result is not None
-
-    def answer(self, response: Message) -> None:
-        """Answer with a response; all but the first answer are ignored."""
-        self._settle(response)
-
-    def refuse(self, text: str) -> None:
-        """Answer ``result: false`` with a text."""
-        self._settle(ServiceError(text))
-
-    def when_settled(self, done: Callable[[Message | ServiceError], object]) -> None:
-        """Have ``done`` called with the result; at once if there is one."""
-        if self._result is not None:
-            done(self._result)
-        else:
-            self._done.append(done)
-
-    def _settle(self, result: Message | ServiceError) -> None:
-        if self._result is None:
-            self._result = result
-            for done in self._done:
-                done(result)
-
-
-Handler: TypeAlias = Callable[[int, Message, int], Message | Later]
-"""Takes a client's id, the request and the time [ns]; returns the response, raises ServiceError."""
-
-Say: TypeAlias = Callable[[int, str], None]
-"""Sends an operation's JSON text to a client."""
+SendJson: TypeAlias = Callable[[int, str], None]
+"""Sends the JSON text of an operation to a client."""
 
 
 @dataclass(frozen=True, slots=True)
 class Service:
-    """A service, whoever provides it."""
+    """A service of the host or of a client."""
 
     name: str
     kind: ServiceType
     handler: Handler
     provider: int = HOST
-    """The client that provides it."""
+    """Id of the client that provides it."""
 
     timeout: float | None = None
-    """Time for an answer if the caller names none [s]; None for no bound."""
+    """Time for the response unless the caller sets one [s]; None for unlimited."""
 
 
 @dataclass(slots=True)
 class _Provider:
-    """A client that provides a service, and the calls that wait for it."""
+    """A client that provides a service, and the pending calls to it."""
 
     client: int
     name: str
-    """As the client wrote it."""
+    """Name of the service as the client spells it."""
 
-    calls: dict[str, Later] = field(default_factory=dict)
+    calls: dict[str, DeferredResponse] = field(default_factory=dict)
     number: int = 0
+    """Number of the last call, which is part of its id."""
 
 
 class Services:
-    """All services by name; of several clients that provide one, the last to come answers."""
+    """All services by name; if several clients provide one, the latest provider is called."""
 
     def __init__(
-        self, registry: Registry, codec: Codec, limits: Limits, timers: Timers, say: Say
+        self,
+        registry: TypeRegistry,
+        codec: Codec,
+        limits: ClientLimits,
+        timers: Timers,
+        send: SendJson,
     ) -> None:
         self._registry = registry
         self._codec = codec
         self._limits = limits
         self._timers = timers
-        self._say = say
+        self._send = send
         self._services: dict[str, list[Service]] = {}
         self._providers: dict[tuple[int, str], _Provider] = {}
-        self._waiting: dict[int, set[Later]] = {}
+        self._pending: dict[int, set[DeferredResponse]] = {}
+        """Pending calls by caller."""
+
         self._numbers: dict[tuple[int, str], int] = {}
-        """Of calls, where the last provision of a service left some unanswered."""
+        """Last call number of withdrawn services that had pending calls."""
 
     @property
     def all(self) -> list[Service]:
-        """Those that would answer now."""
+        """All services, each with its current provider."""
         return [stack[-1] for stack in self._services.values()]
 
     def find(self, name: str) -> Service | None:
-        """Return the service of a name, if anybody provides it."""
+        """Return the service of a name; None if there is none."""
         stack = self._services.get(canonical(name))
         return stack[-1] if stack else None
 
-    # Who provides
+    # Providers
 
-    def serve(self, name: str, kind: str, handler: Handler) -> None:
-        """Offer a service of the host; no client can take its place."""
-        key = canonical(name)
-        self._services[key] = [Service(key, self._registry.service(kind), handler)]
+    def serve(self, name: str, type: str, handler: Handler) -> None:
+        """Provide a service of the host, which no client can replace.
 
-    def advertise(self, client: int, name: str, kind: str) -> None:
-        """Note that a client provides a service."""
-        key, wanted = canonical(name), self._registry.service(kind)
+        Args:
+            name: Name of the service.
+            type: Service type.
+            handler: Returns the response, or a DeferredResponse, or raises ServiceError.
+        """
+        key = canonical(check_name(name, "service"))
+        self._services[key] = [Service(key, self._registry.service(type), handler)]
+
+    def advertise(self, client: int, name: str, type: str) -> None:
+        """Add a service that a client provides."""
+        key, wanted = canonical(name), self._registry.service(type)
         stack = self._services.get(key, [])
         if stack and stack[-1].provider == HOST:
             raise OperationError(f"service {name} is provided by the server only")
         if stack and stack[-1].kind.name != wanted.name:
-            raise OperationError(f"service {name} is already there with type {stack[-1].kind.name}")
+            raise OperationError(f"service {name} already exists with type {stack[-1].kind.name}")
         if (client, key) in self._providers:
             self._providers[client, key].name = name
             return
         if sum(owner == client for owner, _ in self._providers) >= self._limits.services:
-            raise OperationError(f"at most {self._limits.services} services can be provided")
-        number = self._numbers.pop((client, key), 0)  # so that no late answer meets a new call
+            raise OperationError(f"at most {self._limits.services} services may be provided")
+        # Continuing the numbers keeps a late response from completing a call of the same id.
+        number = self._numbers.pop((client, key), 0)
         provider = self._providers[client, key] = _Provider(client, name, number=number)
         service = Service(
             key, wanted, partial(self._forward, provider, wanted), client, self._limits.call_timeout
@@ -145,7 +122,7 @@ class Services:
         self._services[key] = [*stack, service]
 
     def unadvertise(self, client: int, name: str) -> None:
-        """Note that a client provides a service no more; calls that wait for it fail."""
+        """Remove a service that a client provides; pending calls to it fail."""
         key = canonical(name)
         provider = self._providers.pop((client, key), None)
         if provider is None:
@@ -157,22 +134,22 @@ class Services:
             del self._services[key]
         if provider.calls:
             self._numbers[client, key] = provider.number
-            mine = [other for other in self._numbers if other[0] == client]
-            for oldest in mine[: -self._limits.services]:
+            own = [other for other in self._numbers if other[0] == client]
+            for oldest in own[: -self._limits.services]:
                 del self._numbers[oldest]
-        for later in list(provider.calls.values()):
-            later.refuse(f"Service {name}: its provider has left")
+        for call in list(provider.calls.values()):
+            call.fail(f"Service {name}: its provider has left")
 
-    def leave(self, client: int) -> None:
-        """Forget a client: what it provides, and what it waits for."""
+    def remove_client(self, client: int) -> None:
+        """Remove the services that a client provides and its pending calls."""
         for owner, key in list(self._providers):
             if owner == client:
                 self.unadvertise(client, key)
         for owner, key in list(self._numbers):
             if owner == client:
                 del self._numbers[owner, key]
-        for later in list(self._waiting.pop(client, ())):
-            later.refuse("the caller has left")
+        for call in list(self._pending.pop(client, ())):
+            call.fail("the caller has left")
 
     # Calls
 
@@ -183,88 +160,88 @@ class Services:
         arguments: object,
         timeout: float | None,
         now: int,
-    ) -> Message | Later:
+    ) -> Message | DeferredResponse:
         """Call a service.
 
         Args:
-            caller: The client.
-            service: What it calls.
-            arguments: The request by names, or in order.
-            timeout: Time for an answer [s], none if not positive; the service's own if None.
-            now: The time [ns].
+            caller: Id of the client.
+            service: The service.
+            arguments: Fields of the request by name, or a list in their order.
+            timeout: Time for the response [s], unlimited if not positive; None for the default.
+            now: Current time [ns].
 
         Raises:
-            RosbridgeError: If there is no good answer; its text is for the caller.
+            RosbridgeError: If the call is rejected or fails; its text is for the caller.
         """
-        if len(self._waiting.get(caller, ())) >= self._limits.calls:
-            raise ServiceError(f"at most {self._limits.calls} calls can wait for their answers")
+        if len(self._pending.get(caller, ())) >= self._limits.calls:
+            raise ServiceError(f"at most {self._limits.calls} calls may be pending")
         request = complete(
             self._registry, service.kind.request, _by_name(service, arguments), now=now
         )
-        answer = service.handler(caller, request, now)
-        if not isinstance(answer, Later) or answer.settled:
-            return answer
-        waiting = self._waiting.setdefault(caller, set())
-        waiting.add(answer)
-        answer.when_settled(lambda _: waiting.discard(answer))
+        response = service.handler(caller, request, now)
+        if not isinstance(response, DeferredResponse) or response.done:
+            return response
+        pending = self._pending.setdefault(caller, set())
+        pending.add(response)
+        response.on_done(lambda _: pending.discard(response))
         wait = service.timeout if timeout is None else timeout
         if wait is not None and wait > 0:
             timer = self._timers.at(
-                now + int(wait * _SECOND),
-                lambda _: answer.refuse(
+                now + int(wait * SECOND),
+                lambda _: response.fail(
                     f"Timeout exceeded while waiting for service response: {wait:g} s"
                 ),
             )
-            answer.when_settled(lambda _: timer.cancel())
-        return answer
+            response.on_done(lambda _: timer.cancel())
+        return response
 
     def respond(self, client: int, operation: Operation) -> bool:
-        """Take a provider's answer; return whether somebody waited for it.
+        """Process a provider's ``service_response``; return whether its call was pending.
 
-        A provider's ``result`` counts only if there are no values: there are clients whose service
-        functions return false, or nothing, when all is well.
+        ``result`` counts only without values: some clients' service functions return false, or
+        nothing, on success.
         """
         identity, values = operation.get("id"), operation.get("values")
         for (owner, key), provider in self._providers.items():
-            later = provider.calls.get(str(identity)) if owner == client else None
-            if later is None:
+            call = provider.calls.get(str(identity)) if owner == client else None
+            if call is None:
                 continue
             kind = self._services[key][-1].kind
             if values is None and operation.get("result") is True:
                 values = {}
             if not isinstance(values, dict):
-                why = (
+                reason = (
                     values if isinstance(values, str) and values else "its provider gave no reason"
                 )
-                later.refuse(f"Service {provider.name} failed: {why}"[:1000])
+                call.fail(f"Service {provider.name} failed: {reason}"[:1000])
                 return True
             try:
-                later.answer(complete(self._registry, kind.response, values))
+                call.complete(complete(self._registry, kind.response, values))
             except RosbridgeError as error:
-                later.refuse(f"Service {provider.name} gave no good response: {error}")
+                call.fail(f"Service {provider.name} returned an invalid response: {error}")
                 raise
             return True
         return False
 
     def _forward(
         self, provider: _Provider, kind: ServiceType, caller: int, request: Message, now: int
-    ) -> Later:
-        """Pass a call on to the client that provides the service."""
+    ) -> DeferredResponse:
+        """Forward a call to the client that provides the service."""
         provider.number += 1
         identity = f"service_request:{provider.name}:{provider.number}"
-        later = provider.calls[identity] = Later()
-        later.when_settled(lambda _: provider.calls.pop(identity, None))
-        self._say(
+        call = provider.calls[identity] = DeferredResponse()
+        call.on_done(lambda _: provider.calls.pop(identity, None))
+        self._send(
             provider.client,
             f'{{"op":"call_service","id":{write_json(identity)},'
             f'"service":{write_json(provider.name)},'
             f'"args":{self._codec.json(kind.request, request)}}}',
         )
-        return later
+        return call
 
 
 def _by_name(service: Service, arguments: object) -> object:
-    """Return the arguments by name; roslibjs may send them in order."""
+    """Return the arguments by name; roslibjs may send them as a list."""
     if arguments is None:
         return {}
     if not isinstance(arguments, list):

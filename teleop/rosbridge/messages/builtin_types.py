@@ -1,4 +1,4 @@
-"""Types that clients expect of any server, and that are not in the type store of rosbags."""
+"""Types that clients expect of every server and that the type store of rosbags lacks."""
 
 from __future__ import annotations
 

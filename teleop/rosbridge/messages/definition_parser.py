@@ -1,4 +1,4 @@
-"""Reads ``.msg``, ``.srv`` and ``.action`` text, with the parser of rosbags."""
+"""Parser of ``.msg``, ``.srv`` and ``.action`` definitions, based on rosbags."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ Definition: TypeAlias = Any
 """Constants and fields in the form of rosbags' type stores."""
 
 PADDING: Final = "structure_needs_at_least_one_member"
-"""What ROS 2 puts into empty messages in memory and in CDR; nobody sees it in JSON."""
+"""Field that ROS 2 adds to empty messages in memory and in CDR, but not in JSON."""
 
 ENDINGS: Final = ("msg", "srv", "action")
 
 
-@lru_cache(maxsize=1024)  # the parser takes a millisecond for each, and every server reads the same
+@lru_cache(maxsize=1024)  # parsing takes 1 ms each, and every server parses the same
 def parse(name: str, text: str) -> tuple[str, Definition]:
     """Return a message type's canonical name and its definition, from ``.msg`` text.
 
     Raises:
-        TypeNameError: If the text cannot be read; one line says why.
+        TypeNameError: If the text cannot be parsed; the message is one line.
     """
     package, _, rest = name.partition("/")
     canonical = f"{package}/msg/{rest.rpartition('/')[2]}"
@@ -36,11 +36,11 @@ def parse(name: str, text: str) -> tuple[str, Definition]:
         return canonical, get_types_from_msg(text.strip() + "\n", canonical)[canonical]
     except (TypesysError, KeyError, ValueError) as error:
         line = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise TypeNameError(f"the definition of {name} cannot be read: {line}") from error
+        raise TypeNameError(f"the definition of {name} cannot be parsed: {line}") from error
 
 
 def parts(name: str, text: str, count: int, what: str) -> list[str]:
-    """Return the parts of a ``.srv`` or ``.action`` text, which lines of dashes divide."""
+    """Return the parts of a ``.srv`` or ``.action`` text, which are separated by lines of dashes."""
     found = [""]
     for line in text.splitlines():
         if line.rstrip() == "---":
@@ -49,12 +49,12 @@ def parts(name: str, text: str, count: int, what: str) -> list[str]:
             found[-1] += line + "\n"
     if len(found) != count:
         lines = "a line '---'" if count == 2 else f"{count - 1} lines '---'"
-        raise TypeNameError(f"{name}: {what}'s definition needs {lines}")
+        raise TypeNameError(f"{name}: {what}'s definition must contain {lines}")
     return found
 
 
 def message_type(name: str, definition: Definition) -> MessageType:
-    """Return a definition as the rest of the library sees it."""
+    """Return a definition as a MessageType."""
     constants, fields = definition
     return MessageType(
         name,
@@ -64,9 +64,9 @@ def message_type(name: str, definition: Definition) -> MessageType:
 
 
 def definitions(folder: Traversable) -> Iterator[tuple[str, str, str]]:
-    """Yield ending, name and text of each definition in a package's folder.
+    """Yield suffix, type name and text of each definition in a package's folder.
 
-    The folder's name is the package's. The files lie in it, or in ``msg``, ``srv`` and ``action``.
+    The folder has the name of the package and contains the files, or ``msg``, ``srv`` and ``action``.
     """
     files = []
     for entry in folder.iterdir():
@@ -84,7 +84,7 @@ def _field(name: str, description: Any) -> Field:
     node, content = description
     match node:
         case Nodetype.BASE:
-            # JSON and CBOR have one kind of string.
+            # JSON and CBOR have only one string type.
             kind = "string" if content[0] == "wstring" else content[0]
             return Field(name, kind, longest=content[1])
         case Nodetype.NAME:

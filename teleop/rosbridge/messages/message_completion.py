@@ -1,7 +1,7 @@
-"""Fill a message with what its type says, and refuse what does not fit.
+"""Completion of partial messages with defaults, and validation against their type.
 
-A completed message has every field. Arrays of numbers are numpy arrays of the field's type,
-``uint8[]`` and ``char[]`` are ``bytes``, and stamps have ``sec`` and ``nanosec``.
+In a completed message every field is present. Arrays of numbers are numpy arrays of the field's
+type, ``uint8[]`` and ``char[]`` are ``bytes``, and stamps have ``sec`` and ``nanosec``.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import pybase64
 from numpy.typing import NDArray
 
 from teleop.rosbridge.errors import MessageError
+from teleop.rosbridge.messages.message_defaults import BLOBS, DTYPES, default_value
 from teleop.rosbridge.messages.message_types import (
     DURATION,
     HEADER,
@@ -24,138 +25,84 @@ from teleop.rosbridge.messages.message_types import (
     MessageType,
     short_name,
 )
-from teleop.rosbridge.messages.type_registry import Registry
-
-DTYPES: Final[dict[str, np.dtype[Any]]] = {
-    "int8": np.dtype("i1"),
-    "uint8": np.dtype("u1"),
-    "char": np.dtype("u1"),
-    "byte": np.dtype("u1"),
-    "int16": np.dtype("<i2"),
-    "uint16": np.dtype("<u2"),
-    "int32": np.dtype("<i4"),
-    "uint32": np.dtype("<u4"),
-    "int64": np.dtype("<i8"),
-    "uint64": np.dtype("<u8"),
-    "float32": np.dtype("<f4"),
-    "float64": np.dtype("<f8"),
-}
-"""How the elements of an array of numbers are held."""
-
-BLOBS: Final = ("uint8", "char")
-"""Kinds whose arrays are ``bytes`` (and base64 in JSON), as rosbridge has it."""
+from teleop.rosbridge.messages.type_registry import TypeRegistry
+from teleop.rosbridge.ros_time import stamp
 
 _RANGES: Final = {
     kind: (int(np.iinfo(dtype).min), int(np.iinfo(dtype).max))
     for kind, dtype in DTYPES.items()
     if dtype.kind in "iu"
 }
-_LARGEST_FLOAT32: Final = float(np.finfo(np.float32).max)
+_FLOAT32_MAX: Final = float(np.finfo(np.float32).max)
 
-_DEFAULTS: Final = {("geometry_msgs/msg/Quaternion", "w"): 1.0}
-"""Where ROS 2's own definitions have a default; the store forgets them."""
+_STAMP_FIELDS: Final = {"sec": "sec", "secs": "sec", "nanosec": "nanosec", "nsecs": "nanosec"}
 
-_STAMPS: Final = {"sec": "sec", "secs": "sec", "nanosec": "nanosec", "nsecs": "nanosec"}
+FREE_DEFAULTS: Final = 1000
+"""Nested messages that may be omitted in any case; beyond, two for each field that is given.
 
-_SECOND: Final = 1_000_000_000
-
-FREE: Final = 1000
-"""Messages within one that may be left out in any case; beyond, two for each field that is given.
-
-A megabyte of ``{}`` would else be a third of a million poses that stand nowhere.
+Otherwise a megabyte of ``{}`` would expand to a third of a million default poses.
 """
 
 
-def stamp(now: int) -> Message:
-    """Return ``builtin_interfaces/Time`` of a time [ns]."""
-    return {"sec": now // _SECOND, "nanosec": now % _SECOND}
-
-
-def default(registry: Registry, kind: MessageType) -> Message:
-    """Return a message with nothing in it but defaults."""
-    return {field.name: default_value(registry, kind, field) for field in kind.fields}
-
-
-def default_value(registry: Registry, kind: MessageType, field: Field) -> Any:
-    """Return what a field holds when nobody says."""
-    if field.repeated:
-        if field.kind in BLOBS:
-            return bytes(field.size)
-        if field.kind in DTYPES:
-            return np.zeros(field.size, DTYPES[field.kind])
-        return [_default_element(registry, kind, field) for _ in range(field.size)]
-    return _default_element(registry, kind, field)
-
-
-def _default_element(registry: Registry, kind: MessageType, field: Field) -> Any:
-    if field.nested:
-        return default(registry, registry[field.kind])
-    if field.kind == "string":
-        return ""
-    if field.kind == "bool":
-        return False
-    if field.kind.startswith("float"):
-        return _DEFAULTS.get((kind.name, field.name), 0.0)
-    return 0
-
-
 def complete(
-    registry: Registry,
+    registry: TypeRegistry,
     kind: MessageType | str,
     partial: object,
     *,
     now: int | None = None,
     finite: bool = True,
 ) -> Message:
-    """Return a message of all fields from one of some.
+    """Return a message with all fields, from one with some of them.
 
     Args:
-        registry: Where the types of the fields are looked up.
-        kind: The type, or its name.
+        registry: The types of nested fields.
+        kind: The message type, or its name.
         partial: A dict with any of the fields.
-        now: What the stamp ``"now"`` stands for [ns], and the stamp of a header without one.
-        finite: Whether to refuse NaN and infinity, which JSON does not have.
+        now: Value of the stamp ``"now"`` and of a header without a stamp [ns].
+        finite: Whether NaN and infinity, which JSON cannot represent, are rejected.
 
     Raises:
-        MessageError: If a field is unknown, of the wrong kind or out of range.
+        MessageError: If a field is unknown, of the wrong type or out of range.
     """
     kind = registry[kind] if isinstance(kind, str) else kind
     return _Completion(registry, short_name(kind.name), now, finite).message(kind, partial, "")
 
 
 class _Completion:
-    """One message being completed; ``path`` is where in it we are, with a dot at the end."""
+    """Completion of one message; ``path`` is the position in it, with a trailing dot."""
 
-    def __init__(self, registry: Registry, root: str, now: int | None, finite: bool) -> None:
+    def __init__(self, registry: TypeRegistry, root: str, now: int | None, finite: bool) -> None:
         self._registry = registry
         self._root = root
         self._now = now
         self._finite = finite
         self._given = 0
-        self._made = 0
-        """Fields that are there, and messages in fields that are not, so far."""
+        """Number of fields that were given so far."""
+
+        self._defaulted = 0
+        """Number of nested messages that were omitted so far."""
 
     def message(self, kind: MessageType, value: object, path: str) -> Message:
         if kind.name in (TIME, DURATION):
             value = self._stamp(kind, value, path)
-        if type(value) is not dict and not isinstance(value, Mapping):  # the first is the quicker
+        if type(value) is not dict and not isinstance(value, Mapping):  # the first is faster
             raise self._mismatch(short_name(kind.name), path[:-1], value)
         given: Mapping[str, Any] = value
         if kind.name == HEADER:
             given = {name: part for name, part in given.items() if name != "seq"}
-            if self._now is not None:  # as rosbridge does; a header left out keeps a stamp of zero
+            if self._now is not None:  # as rosbridge does; an omitted header keeps a zero stamp
                 given.setdefault("stamp", "now")
         done: Message = {}
         used = 0
         for field in kind.fields:
             name = field.name
             if name not in given:
-                self._made += field.nested and not field.repeated
+                self._defaulted += field.nested and not field.repeated
                 done[name] = default_value(self._registry, kind, field)
                 continue
             used += 1
             part = given[name]
-            # What most messages are made of needs no more than the first look.
+            # The fast path of most fields.
             plain = type(part) is float and field.kind == "float64" and not field.repeated
             if plain and math.isfinite(part):
                 done[name] = part
@@ -167,23 +114,24 @@ class _Completion:
                 f"Message type {self._root} does not have a field {path}{str(stray)[:80]}"
             )
         self._given += len(given)
-        if self._made > FREE + 2 * self._given:
+        if self._defaulted > FREE_DEFAULTS + 2 * self._given:
             raise MessageError(
-                f"{self._root} message leaves out more than it says: {self._made} parts by {path[:-1]}"
+                f"{self._root} message has too many omitted fields for its size: "
+                f"{self._defaulted} by {path[:-1]}"
             )
         return done
 
     def _stamp(self, kind: MessageType, value: object, path: str) -> object:
-        """Return a stamp in ROS 2's spelling, whichever it came in."""
+        """Return a stamp with the field names of ROS 2."""
         if value == "now" and kind.name == TIME:
             if self._now is None:
-                raise MessageError(f"{self._root} field {path[:-1]}: nobody here knows what now is")
+                raise MessageError(f"{self._root} field {path[:-1]}: 'now' is not available")
             return stamp(self._now)
         if not isinstance(value, Mapping):
             return value
-        # Who writes both spellings means the same by both; ROS 2's comes last and stays.
+        # If both spellings are given, that of ROS 2 takes precedence.
         ordered = sorted(value.items(), key=lambda item: item[0] in ("sec", "nanosec"))
-        return {_STAMPS.get(name, name): part for name, part in ordered}
+        return {_STAMP_FIELDS.get(name, name): part for name, part in ordered}
 
     def _value(self, field: Field, value: object, path: str) -> Any:
         if not field.repeated:
@@ -216,7 +164,7 @@ class _Completion:
             if isinstance(value, bool | np.bool_):
                 return bool(value)
             raise self._mismatch(kind, path, value)
-        # In Python True is an int, and 1.0 may stand for a number that did not fit: neither is one.
+        # True is an int in Python, and 1.0 may be a rounded larger integer: both are rejected.
         if isinstance(value, bool):
             raise self._mismatch(kind, path, value)
         if kind in _RANGES:
@@ -238,7 +186,7 @@ class _Completion:
         if not math.isfinite(number):
             if self._finite:
                 raise self._overflow(kind, path)
-        elif kind == "float32" and abs(number) > _LARGEST_FLOAT32:
+        elif kind == "float32" and abs(number) > _FLOAT32_MAX:
             raise self._overflow(kind, path)
         return number
 
@@ -249,7 +197,9 @@ class _Completion:
             try:
                 length = len(value.encode())
             except UnicodeEncodeError:
-                raise MessageError(f"{self._root} field {path} holds half a character") from None
+                raise MessageError(
+                    f"{self._root} field {path} contains an unpaired surrogate"
+                ) from None
             if field.longest and length > field.longest:
                 raise MessageError(
                     f"{self._root} field {path} has at most {field.longest} bytes, but got {length}"

@@ -1,22 +1,22 @@
-"""All ways of writing a message, made when they are needed first."""
+"""The encoders of one server: JSON and CBOR, and the serialisations of ROS 1 and ROS 2."""
 
 from __future__ import annotations
 
-from teleop.rosbridge.messages.cdr import Flavour, RawCodec
-from teleop.rosbridge.messages.codec import Codec, Stamps
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.json_cbor_codec import Codec, StampFields
+from teleop.rosbridge.messages.ros_serialization import RosSerializer, RosVersion
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 
-class Encoders:
-    """JSON and CBOR by one codec, ROS's own bytes by one for each ROS."""
+class MessageEncoders:
+    """The JSON and CBOR codec, and a serialiser for each ROS that is created on first use."""
 
-    def __init__(self, registry: Registry, stamps: Stamps) -> None:
+    def __init__(self, registry: TypeRegistry, stamps: StampFields) -> None:
         self.codec = Codec(registry, stamps=stamps)
         self._registry = registry
-        self._raw: dict[Flavour, RawCodec] = {}
+        self._serializers: dict[RosVersion, RosSerializer] = {}
 
-    def raw(self, flavour: Flavour) -> RawCodec:
-        """Return the codec of a ROS's own bytes."""
-        if flavour not in self._raw:
-            self._raw[flavour] = RawCodec(self._registry, flavour)
-        return self._raw[flavour]
+    def serializer(self, ros_version: RosVersion) -> RosSerializer:
+        """Return the serialiser of a ROS version."""
+        if ros_version not in self._serializers:
+            self._serializers[ros_version] = RosSerializer(self._registry, ros_version)
+        return self._serializers[ros_version]

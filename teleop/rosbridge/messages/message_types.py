@@ -1,7 +1,7 @@
-"""What messages, services and actions are made of.
+"""Descriptions of message, service and action types.
 
-A message itself is a plain dict in the shape of ROS's JSON. Which types there are is in
-``registry.py``, what fills and checks a message in ``messages.py``, what writes one in ``codec.py``.
+A message itself is a plain dict, as in ROS's JSON. ``type_registry`` has the known types,
+``message_completion`` validates messages, ``json_cbor_codec`` and ``ros_serialization`` encode them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
 Message: TypeAlias = dict[str, Any]
-"""Field names to numbers, strings, arrays, lists and further messages."""
+"""Maps field names to numbers, strings, arrays, lists and nested messages."""
 
 TIME: Final = "builtin_interfaces/msg/Time"
 DURATION: Final = "builtin_interfaces/msg/Duration"
@@ -22,47 +22,47 @@ class Field:
     """One field of a message type."""
 
     name: str
-    """As in the definition."""
+    """Name in the definition."""
 
     kind: str
-    """A primitive as in ``.msg`` text (``float64``), or the canonical name of a message type."""
+    """Primitive type as in ``.msg`` text (``float64``), or canonical name of a message type."""
 
     repeated: bool = False
     """Whether it is an array or a sequence."""
 
     size: int = 0
-    """Elements of a fixed array; 0 for a sequence."""
+    """Number of elements of a fixed array; 0 for a sequence."""
 
     bound: int = 0
-    """Most elements of a sequence; 0 for no bound."""
+    """Largest number of elements of a sequence; 0 for unbounded."""
 
     longest: int = 0
-    """Most bytes of a string; 0 for no bound."""
+    """Largest size of a string [bytes]; 0 for unbounded."""
 
     @property
     def nested(self) -> bool:
-        """Whether it is made of messages."""
+        """Whether its elements are messages."""
         return "/" in self.kind
 
     @property
     def text(self) -> str:
-        """The type as in ``.msg`` text, as messages to people use it."""
+        """The type as in ``.msg`` text, for error messages."""
         kind = short_name(self.kind) if self.nested else self.kind
         return f"{kind}[{self.size or ''}]" if self.repeated else kind
 
 
 @dataclass(frozen=True, slots=True)
 class MessageType:
-    """What a message is made of."""
+    """Fields and constants of a message type."""
 
     name: str
-    """Canonical: ``pkg/msg/Type``."""
+    """Canonical name, ``pkg/msg/Type``."""
 
     fields: tuple[Field, ...]
-    """In the order of the definition."""
+    """Fields in the order of the definition."""
 
     constants: tuple[tuple[str, str], ...] = ()
-    """Names and values, as text."""
+    """Names and values of the constants, as text."""
 
     @property
     def names(self) -> frozenset[str]:
@@ -72,10 +72,10 @@ class MessageType:
 
 @dataclass(frozen=True, slots=True)
 class ServiceType:
-    """What a service takes and gives."""
+    """Request and response of a service type."""
 
     name: str
-    """Canonical: ``pkg/srv/Type``."""
+    """Canonical name, ``pkg/srv/Type``."""
 
     request: MessageType
     response: MessageType
@@ -83,10 +83,10 @@ class ServiceType:
 
 @dataclass(frozen=True, slots=True)
 class ActionType:
-    """What an action is asked for, gives in the end, and tells meanwhile."""
+    """Goal, result and feedback of an action type."""
 
     name: str
-    """Canonical: ``pkg/action/Type``."""
+    """Canonical name, ``pkg/action/Type``."""
 
     goal: MessageType
     result: MessageType
@@ -94,6 +94,6 @@ class ActionType:
 
 
 def short_name(name: str) -> str:
-    """Return ``pkg/Type`` of ``pkg/msg/Type``: the name ROS 1 has, and people read."""
+    """Return ``pkg/Type`` for ``pkg/msg/Type``: the name in ROS 1, and in error messages."""
     package, _, rest = name.partition("/")
     return f"{package}/{rest.rpartition('/')[2]}"

@@ -1,4 +1,4 @@
-"""Which message, service and action types there are."""
+"""Registry of the known message, service and action types."""
 
 from __future__ import annotations
 
@@ -30,25 +30,26 @@ _ACTIONLIB: Final = {
         "{0}ActionGoal action_goal\n{0}ActionResult action_result\n{0}ActionFeedback action_feedback"
     ),
 }
-"""What ROS 1 makes of an action: messages for its topics."""
+"""Messages of the topics of an action in ROS 1."""
 
-_BEGIN: Final = 4
-"""Letters that a name shares with those that it may be a slip of, unless it ends alike."""
+_COMMON_PREFIX: Final = 4
+"""Letters that a misspelt name shares with a suggestion, unless the last part is the same."""
 
-_SLIP: Final = 6
-"""Letters by which it may be longer or shorter than these."""
+_LENGTH_DIFFERENCE: Final = 6
+"""Largest difference in length between a misspelt name and a suggestion [letters]."""
 
 
-class Registry:
-    """Types by name; ``pkg/Type``, ``pkg/msg/Type`` and any case are the same name.
+class TypeRegistry:
+    """Types by name; ``pkg/Type`` and ``pkg/msg/Type`` are the same name, as is any case.
 
-    Those of ROS 2 Jazzy, those that only ROS 1 Noetic has, those in ``wellknown.py``, and those added.
+    It contains the types of ROS 2 Jazzy, those of ROS 1 Noetic that Jazzy lacks, those in
+    ``builtin_types``, and those that are added.
     """
 
     def __init__(self, folders: Iterable[Traversable] = ()) -> None:
-        """Load the types of ROS and those in ``folders`` (see ``load``)."""
+        """Load the types of ROS and those in ``folders``, see ``load``."""
         self.version = 0
-        """Changes when a message type is added or replaced."""
+        """Number that changes when a message type is added or replaced."""
 
         self._types: dict[str, MessageType] = {}
         self._definitions: dict[str, Definition] = {}
@@ -71,16 +72,16 @@ class Registry:
             self.load(folder)
 
     def load(self, folder: Traversable) -> None:
-        """Add the ``*.msg``, ``*.srv`` and ``*.action`` of a package's folder, or of several in one.
+        """Add the ``*.msg``, ``*.srv`` and ``*.action`` files of a package, or of several.
 
-        A package's files lie in its folder or in ``msg``, ``srv`` and ``action`` there; the folder's
-        name is the package's.
+        A package is a folder of its name that contains the files directly or in ``msg``, ``srv``
+        and ``action``. ``folder`` is such a folder, or contains several.
 
         Raises:
-            TypeNameError: If there are none, one cannot be read, or a field's type is unknown.
+            TypeNameError: If there are no files, one cannot be parsed, or a field's type is unknown.
         """
         if not folder.is_dir():
-            raise TypeNameError(f"no folder {folder}")
+            raise TypeNameError(f"{folder} is not a folder")
         found = list(definitions(folder))
         if not found:
             packages = sorted((e for e in folder.iterdir() if e.is_dir()), key=lambda e: e.name)
@@ -105,7 +106,7 @@ class Registry:
             self._canonical_service[key] = canonical
 
     def add_action(self, name: str, text: str) -> None:
-        """Add or replace an action type by its ``.action`` text, and actionlib's messages of it."""
+        """Add or replace an action type by its ``.action`` text, and its actionlib messages."""
         canonical = _canonical(name, "action")
         ends = ("Goal", "Result", "Feedback")
         three = self._parts(name, canonical, text, ends, "an action")
@@ -122,7 +123,7 @@ class Registry:
         """Return the canonical ``pkg/msg/Type`` of a message type's name.
 
         Raises:
-            TypeNameError: If there is none; the text names those that are written alike.
+            TypeNameError: If the name is unknown; the text suggests similar names.
         """
         return _look_up(self._canonical, name, "message")
 
@@ -136,11 +137,11 @@ class Registry:
 
     def __getitem__(self, name: str) -> MessageType:
         """Return a message type by any of its names."""
-        # Canonical names, which inner loops use, are found at once.
+        # The fast path of canonical names, which inner loops use.
         return self._types.get(name) or self._types[self.resolve(name)]
 
     def definition(self, name: str) -> Definition:
-        """Return what a message type is made of in the form of rosbags' type stores."""
+        """Return the definition of a message type, in the form of rosbags' type stores."""
         return self._definitions[self.resolve(name)]
 
     def service(self, name: str) -> ServiceType:
@@ -160,13 +161,13 @@ class Registry:
         return isinstance(name, str) and name.lower() in self._canonical
 
     def _check(self) -> None:
-        """Refuse fields of types that nobody knows, before a message has them."""
+        """Reject fields of unknown types."""
         inner = [part for s in self._services.values() for part in (s.request, s.response)]
         for kind in (*self._types.values(), *inner):
             for field in kind.fields:
                 if field.nested and field.kind not in self._types:
                     where = f"field {field.name} of {short_name(kind.name)}"
-                    raise TypeNameError(f"{where} is of an unknown type {short_name(field.kind)}")
+                    raise TypeNameError(f"{where} has the unknown type {short_name(field.kind)}")
 
     def _parts(
         self, name: str, canonical: str, text: str, ends: tuple[str, ...], what: str
@@ -198,17 +199,20 @@ def _look_up(canonical: dict[str, str], name: object, what: str) -> str:
     if isinstance(name, str) and (found := canonical.get(name.lower())):
         return found
     if not isinstance(name, str) or len(name) > 200:
-        raise TypeNameError(f"a {what} type's name must be a short string")
+        raise TypeNameError(f"the name of a {what} type must be a short string")
     wanted = name.lower()
     last = wanted.rpartition("/")[2]
-    # Comparing with all takes 15 ms, which a flood of wrong names would make use of.
+    # Comparing with all names takes 15 ms, which a flood of wrong names could exploit.
     alike = [
         key
         for key in canonical
-        if (key[:_BEGIN] == wanted[:_BEGIN] and abs(len(key) - len(wanted)) <= _SLIP)
+        if (
+            key[:_COMMON_PREFIX] == wanted[:_COMMON_PREFIX]
+            and abs(len(key) - len(wanted)) <= _LENGTH_DIFFERENCE
+        )
         or key.rpartition("/")[2] == last
     ]
     near = get_close_matches(wanted, alike, n=6, cutoff=0.6)
     names = list(dict.fromkeys(short_name(canonical[key]) for key in near))
     hint = f"; did you mean {' or '.join(names)}?" if names else ""
-    raise TypeNameError(f"no {what} type {name!r}{hint}")
+    raise TypeNameError(f"unknown {what} type {name!r}{hint}")

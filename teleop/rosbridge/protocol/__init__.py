@@ -1,1 +1,1 @@
-"""The rosbridge v2 protocol without sockets: operations in, frames out."""
+"""The rosbridge protocol without sockets: connections, dispatch of operations, observers."""

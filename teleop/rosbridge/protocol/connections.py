@@ -1,175 +1,191 @@
-"""The clients: what each may do, what it wants to hear, and how anything reaches it."""
+"""The connected clients: sending frames to them, and enforcing their rate limits."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
-from typing import Final
+from dataclasses import replace
+from typing import Protocol as Interface
 
 from teleop.rosbridge.auth.permissions import Access
-from teleop.rosbridge.auth.refusals import Refusal, Refused
-from teleop.rosbridge.compat.png_compression import packed
-from teleop.rosbridge.messages.codec import write_json
-from teleop.rosbridge.protocol.fragments import Assembly
-from teleop.rosbridge.protocol.operation_fields import Operation
-from teleop.rosbridge.protocol.outgoing_messages import Close, Kind, Outgoing, Output, Sink
-from teleop.rosbridge.protocol.rate_limits import Allowance, Limits
-
-LEVELS: Final = {"none": 0, "error": 1, "warning": 2, "info": 3}
-
-POLICY: Final = 1008
-"""Code of a close frame (RFC 6455, section 7.4.1)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Wrapping:
-    """How a client wants an answer to be packed."""
-
-    png: bool = False
-    fragment: int = 0
-    """Largest piece [bytes]; 0 for the whole in one."""
+from teleop.rosbridge.framing.fragments import Reassembly
+from teleop.rosbridge.framing.operation_fields import Operation
+from teleop.rosbridge.framing.outgoing_frames import (
+    PLAIN,
+    POLICY_VIOLATION,
+    CloseFrame,
+    FrameKind,
+    OutgoingFrame,
+    Output,
+    ReplyFormat,
+)
+from teleop.rosbridge.framing.png_compression import png_operation
+from teleop.rosbridge.limits import ClientLimits, TokenBucket
+from teleop.rosbridge.messages.json_cbor_codec import write_json
+from teleop.rosbridge.protocol.connection import STATUS_LEVELS, Connection
+from teleop.rosbridge.protocol.observers import Observer
+from teleop.rosbridge.protocol.refusals import Refusal
 
 
-PLAIN: Final = Wrapping()
+class Transport(Interface):
+    """Sends the frames of a protocol, and wakes it when its timers are due."""
 
+    def send(self, client: int, output: Output) -> None:
+        """Queue a frame for a client."""
 
-@dataclass(slots=True)
-class Connection:
-    """One client."""
-
-    id: int
-    name: str
-    """For people: its number and address."""
-
-    address: str
-    since: int
-    """When it came [ns]."""
-
-    messages: Allowance
-    bytes: Allowance
-    assembly: Assembly
-    access: Access | None
-    """What it may do; None until it has said who it is."""
-
-    level: int = LEVELS["error"]
-    lossless: bool = False
-    refused: int = 0
-    """Operations over the limit since the last one within it."""
-
-    closing: bool = False
-    fragmented: int = field(default=0)
-    """Messages that went out in fragments, which have numbers for ids."""
+    def wake(self) -> None:
+        """Process a change of the protocol's ``timers.due`` to an earlier time."""
 
 
 class Connections:
-    """All clients, by id."""
+    """All connected clients, by id."""
 
-    def __init__(self, limits: Limits, sink: Sink | None) -> None:
-        self.sink = sink
-        self.refused: Refused = lambda client, refusal: None
-        """Called when a client asks for too much, and by those who refuse it other things."""
-
+    def __init__(self, limits: ClientLimits, observer: Observer) -> None:
         self._limits = limits
+        self._observer = observer
+        self._transport: Transport | None = None
         self._all: dict[int, Connection] = {}
         self._next = 1
-        self._out: list[tuple[int, Output]] = []
+        self._undelivered: list[tuple[int, Output]] = []
 
     def __iter__(self) -> Iterator[Connection]:
         return iter(list(self._all.values()))
-
-    def __contains__(self, client: object) -> bool:
-        return client in self._all
 
     def __len__(self) -> int:
         return len(self._all)
 
     def get(self, client: int) -> Connection | None:
-        """Return a client, if it is there."""
+        """Return a client's connection; None if it has disconnected."""
         return self._all.get(client)
 
+    def name(self, client: int) -> str:
+        """Return a client's number and address, for logs; after it has left, its number."""
+        connection = self._all.get(client)
+        return f"client {client}" if connection is None else connection.name
+
+    def access(self, client: int) -> Access | None:
+        """Return a client's permissions; None if it has not authenticated or has left."""
+        connection = self._all.get(client)
+        return None if connection is None else connection.access
+
+    def set_lossless(self, client: int) -> None:
+        """Send a client every frame from now on, in their order."""
+        if connection := self._all.get(client):
+            connection.lossless = True
+
     def add(self, now: int, address: str, access: Access | None) -> Connection:
-        """Take in a new client."""
+        """Add a client; ``now`` is in [ns]."""
         client, self._next = self._next, self._next + 1
         limits = self._limits
         self._all[client] = connection = Connection(
-            client,
-            f"client {client} ({address})" if address else f"client {client}",
-            address,
-            now,
-            Allowance(limits.messages, limits.burst, now),
-            Allowance(limits.bytes, limits.burst, now),
-            Assembly(limits.assembly),
-            access,
+            id=client,
+            name=f"client {client} ({address})" if address else f"client {client}",
+            address=address,
+            since=now,
+            operation_rate=TokenBucket(limits.messages, limits.burst, now),
+            byte_rate=TokenBucket(limits.bytes, limits.burst, now),
+            reassembly=Reassembly(limits.assembly),
+            access=access,
         )
         return connection
 
     def remove(self, client: int) -> Connection | None:
-        """Forget a client, and at once what it has sent of messages that are not whole."""
-        gone = self._all.pop(client, None)
-        if gone is not None:
-            gone.assembly.clear()
-        return gone
+        """Remove a client and its incomplete messages; return it if it was connected."""
+        removed = self._all.pop(client, None)
+        if removed is not None:
+            removed.reassembly.clear()
+        return removed
 
-    # What goes out
+    # Sending
+
+    def attach(self, transport: Transport) -> None:
+        """Send through a transport instead of collecting frames for ``drain``.
+
+        Raises:
+            ValueError: If there is a transport already.
+        """
+        if self._transport is not None:
+            raise ValueError("the protocol has a transport already")
+        self._transport = transport
+
+    def detach(self) -> None:
+        """Remove the transport."""
+        self._transport = None
+
+    def wake(self) -> None:
+        """Notify the transport that a timer is due earlier."""
+        if self._transport is not None:
+            self._transport.wake()
 
     def drain(self) -> list[tuple[int, Output]]:
-        """Return what has gone out while there was no sink."""
-        out, self._out = self._out, []
-        return out
+        """Return the frames sent since the last call, if there is no transport."""
+        frames, self._undelivered = self._undelivered, []
+        return frames
 
-    def emit(self, client: int, output: Output) -> None:
-        """Let something go out to a client, if it is still there."""
-        state = self._all.get(client)
-        if state is None:  # it left while its answer was on the way
+    def send(self, client: int, output: Output) -> None:
+        """Send a frame to a client, if it is connected."""
+        connection = self._all.get(client)
+        if connection is None:
             return
-        if isinstance(output, Outgoing):
-            if state.lossless:
+        if isinstance(output, OutgoingFrame):
+            if connection.lossless:
                 output = replace(output, lossless=True)
             if output.fragment and len(output.payload) > output.fragment:
-                state.fragmented += 1
-                output = replace(output, fragment_id=f"fragment:{state.fragmented}")
-        if self.sink is not None:
-            self.sink(client, output)
+                connection.fragmented += 1
+                output = replace(output, fragment_id=f"fragment:{connection.fragmented}")
+        self._observer.sent(connection, output)
+        if self._transport is not None:
+            self._transport.send(client, output)
         else:
-            self._out.append((client, output))
+            self._undelivered.append((client, output))
 
-    def say(self, client: int, text: str, wrapping: Wrapping = PLAIN) -> None:
-        """Send an operation's JSON text, packed as wished."""
+    def send_json(self, client: int, text: str, reply_format: ReplyFormat = PLAIN) -> None:
+        """Send the JSON text of an operation."""
         payload = text.encode("ascii")
-        if wrapping.png:
-            payload = packed(payload)
-        self.emit(client, Outgoing(Kind.CONTROL, payload, fragment=wrapping.fragment))
+        if reply_format.png:
+            payload = png_operation(payload)
+        frame = OutgoingFrame(FrameKind.CONTROL, payload, fragment=reply_format.fragment)
+        self.send(client, frame)
 
-    def tell(self, client: Connection, level: str, text: str, identity: object = None) -> None:
-        """Send a ``status``, if the client wants to hear things of this level."""
-        if LEVELS[level] <= client.level:
+    def send_status(self, client: int, level: str, text: str, identity: object = None) -> None:
+        """Send a ``status``, if the client receives this level."""
+        connection = self._all.get(client)
+        if connection is not None and STATUS_LEVELS[level] <= connection.level:
             status: Operation = {"op": "status", "level": level, "msg": text}
             if identity is not None:
                 status["id"] = identity
-            self.say(client.id, write_json(status))
+            self.send_json(client, write_json(status))
+
+    def close(self, client: int, code: int, reason: str) -> None:
+        """Disconnect a client; its further frames are ignored."""
+        connection = self._all.get(client)
+        if connection is not None and not connection.closing:
+            connection.closing = True
+            self.send(client, CloseFrame(code, reason))
 
     # Limits
 
-    def admit(self, client: Connection, now: int) -> bool:
-        """Return whether a client may do one more operation now."""
-        if client.messages.take(1, now):
-            client.refused = 0
+    def admit(self, connection: Connection, now: int) -> bool:
+        """Return whether a client's next operation is within its rate."""
+        if connection.operation_rate.take(1, now):
+            connection.excess = 0
             return True
-        self.refuse(client, f"more than {self._limits.messages:g} operations a second")
+        self._reject_excess(connection, f"{self._limits.messages:g} operations/s")
         return False
 
-    def refuse(self, client: Connection, text: str) -> None:
-        """Tell a client that it is not heard; close it if it does not take the hint."""
-        client.refused += 1
-        if client.refused == 1:  # one is enough: the client is flooded or floods already
-            self.refused(client.id, Refusal.of({}, text))
-            self.tell(client, "error", f"{text}: not heard")
-        elif client.refused > self._limits.messages * self._limits.burst:
-            self.refused(client.id, Refusal.of({}, f"{text}: disconnected"))
-            self.close(client, POLICY, text)
+    def admit_bytes(self, connection: Connection, size: int, now: int) -> bool:
+        """Return whether a client's next frame is within its rate."""
+        if connection.byte_rate.take(size, now):
+            return True
+        self._reject_excess(connection, f"{self._limits.bytes:g} bytes/s")
+        return False
 
-    def close(self, client: Connection, code: int, reason: str) -> None:
-        """Have a client disconnected, and hear it no more."""
-        if not client.closing:
-            client.closing = True
-            self.emit(client.id, Close(code, reason))
+    def _reject_excess(self, connection: Connection, rate: str) -> None:
+        """Report the first excess operation, and disconnect a client that sends too many."""
+        text = f"rate limit of {rate} exceeded"
+        connection.excess += 1
+        if connection.excess == 1:
+            self._observer.refused(connection, Refusal.of({}, text))
+            self.send_status(connection.id, "error", f"{text}: operation dropped")
+        elif connection.excess > self._limits.messages * self._limits.burst:
+            self._observer.refused(connection, Refusal.of({}, f"{text}: disconnected"))
+            self.close(connection.id, POLICY_VIOLATION, text)

@@ -1,1 +1,1 @@
-"""The protocol on WebSockets: listener, connections, send queues, HTTP pages."""
+"""WebSocket server of the protocol: listener, handshake, send queues, HTTP pages."""

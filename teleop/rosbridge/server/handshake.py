@@ -1,4 +1,4 @@
-"""The server's door: which requests may come in, and which want only a page."""
+"""Decision on each HTTP request: reject it, upgrade it to a WebSocket, or answer it with a page."""
 
 from __future__ import annotations
 
@@ -7,90 +7,101 @@ from typing import Final
 
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
-from websockets.protocol import State
 
 from teleop.rosbridge.auth.authenticator import token_in
 from teleop.rosbridge.auth.origins import Origins
-from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.server.http_pages import OPEN_PAGES, Pages
-from teleop.rosbridge.server.http_upgrade import Opening, upgrades
-from teleop.rosbridge.server.outbox import BULK
+from teleop.rosbridge.server.http_connection import (
+    HttpConnection,
+    page_response,
+    wants_websocket,
+)
+from teleop.rosbridge.server.http_pages import OPEN_PAGES, HttpPages
+from teleop.rosbridge.server.outbox import BULK_BYTES
 
-_MOST_DOWNLOADS: Final = 4
-"""Large files that go out at one time; each waits in memory until it has been taken."""
+_MAX_DOWNLOADS: Final = 4
+"""Simultaneous downloads of large files; each is kept in memory until it has been received."""
 
-_MOST_STRANGERS: Final = 8
-"""Clients at one time that have not said who they are; they must not keep out those who have."""
+_MAX_UNAUTHENTICATED: Final = 8
+"""Simultaneous clients that have not authenticated, so that they cannot block those that have."""
 
 
-class Door:
-    """Judges each request before there is a WebSocket, and answers those for pages."""
+class Handshake:
+    """Processes each request before there is a WebSocket."""
 
-    def __init__(self, protocol: Protocol, origins: Origins, pages: Pages) -> None:
+    def __init__(self, protocol: Protocol, origins: Origins, pages: HttpPages) -> None:
         self._protocol = protocol
         self._origins = origins
         self._pages = pages
-        self._takers: set[ServerConnection] = set()
-        """Connections that are given large files."""
+        self._downloads: set[HttpConnection] = set()
 
-    def screen(self, socket: ServerConnection, request: Request) -> Response | None:
-        """Return the answer to a request that gets no WebSocket; None lets it in.
+    async def process(self, socket: ServerConnection, request: Request) -> Response | None:
+        """Return the response to a request that is not upgraded to a WebSocket, otherwise None.
 
-        Foreign web pages are refused, since any browser on this machine would let them through.
+        Foreign web pages are rejected, since a browser on this machine would let them connect.
         """
+        assert isinstance(socket, HttpConnection)
         origin, host = request.headers.get("Origin"), request.headers.get("Host", "")
         if origin is not None and not self._origins.allow(origin, host):
-            return socket.respond(HTTPStatus.FORBIDDEN, f"pages of {origin} may not connect here\n")
-        if refusal := self._identify(socket, request):
+            return socket.respond(HTTPStatus.FORBIDDEN, f"origin {origin} is not allowed\n")
+        if refusal := self._authenticate(socket, request):
             return refusal
-        if not upgrades(request):
-            return self._page(socket, request, origin)
-        clients = self._protocol.connections
-        if len(clients) >= self._protocol.limits.clients:
+        if not wants_websocket(request):
+            return await self._page(socket, request, origin)
+        connections = self._protocol.connections
+        if len(connections) >= self._protocol.limits.clients:
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many clients\n")
-        strangers = sum(client.access is None for client in clients)
-        assert isinstance(socket, Opening)
-        if socket.access is None and strangers >= _MOST_STRANGERS:
+        unauthenticated = sum(connection.access is None for connection in connections)
+        if socket.access is None and unauthenticated >= _MAX_UNAUTHENTICATED:
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many without a token\n")
         return None
 
-    def _identify(self, socket: ServerConnection, request: Request) -> Response | None:
-        """Let a request in by its token; who has none may still use the ``auth`` operation."""
-        gate = self._protocol.gate
-        if gate is None:
+    def abort_downloads(self) -> None:
+        """Disconnect the clients that are downloading a file."""
+        for socket in self._downloads:
+            socket.transport.abort()
+
+    def _authenticate(self, socket: HttpConnection, request: Request) -> Response | None:
+        """Verify the token of a request; without one, the ``auth`` operation may follow."""
+        authenticator = self._protocol.authenticator
+        if authenticator is None:
             return None
-        assert isinstance(socket, Opening)
         given = request.headers.get_all("Authorization")
         token = token_in(request.path, given[0] if given else None)
-        access: Access | None = gate.anonymous if token is None else gate.token(token)
-        socket.access = access
-        open_to_all = request.path.partition("?")[0] in OPEN_PAGES
-        waits = token is None and (upgrades(request) or open_to_all)
-        if access is not None or waits:
+        if token is None:
+            socket.access = authenticator.anonymous
+        else:
+            socket.access = authenticator.verify_token(token)
+        open_page = request.path.partition("?")[0] in OPEN_PAGES
+        may_follow = token is None and (wants_websocket(request) or open_page)
+        if socket.access is not None or may_follow:
             return None
-        text = "a token is needed\n" if token is None else "this token is not accepted\n"
+        text = "a token is required\n" if token is None else "the token is not accepted\n"
         response = socket.respond(HTTPStatus.UNAUTHORIZED, text)
         response.headers["WWW-Authenticate"] = "Bearer"
         return response
 
-    def _page(
-        self, socket: ServerConnection, request: Request, origin: str | None
+    async def _page(
+        self, socket: HttpConnection, request: Request, origin: str | None
     ) -> Response | None:
-        """Answer plain HTTP."""
-        page = self._pages.answer(request.method, request.path, request.headers)
+        """Return the response to a request for a page; a large one has been sent already."""
+        page = self._pages.respond(request.method, request.path, request.headers)
         if page is None:
             if request.path.partition("?")[0] == "/":
-                return None  # the library says that a WebSocket is expected here
-            return socket.respond(HTTPStatus.NOT_FOUND, "there is no such page\n")
-        assert isinstance(socket, Opening)
-        if len(page.body) > BULK:
-            self._takers = {taker for taker in self._takers if taker.state is not State.CLOSED}
-            if len(self._takers) >= _MOST_DOWNLOADS:
-                return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many downloads\n")
-            self._takers.add(socket)
-        more = {"Vary": "Origin"}
+                return None  # websockets responds that a WebSocket is expected
+            return socket.respond(HTTPStatus.NOT_FOUND, "page not found\n")
+        headers = {"Vary": "Origin"}
         if origin is not None:
-            more["Access-Control-Allow-Origin"] = origin
-            more["Access-Control-Expose-Headers"] = "ETag"
-        return socket.page(page, more)
+            headers["Access-Control-Allow-Origin"] = origin
+            headers["Access-Control-Expose-Headers"] = "ETag"
+        response = page_response(page, headers)
+        if len(page.body) <= BULK_BYTES:
+            return response
+        if len(self._downloads) >= _MAX_DOWNLOADS:
+            return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many downloads\n")
+        self._downloads.add(socket)
+        try:
+            await socket.download(response)
+        finally:
+            self._downloads.discard(socket)
+        return response  # which websockets does not send, as the connection is closed

@@ -1,4 +1,4 @@
-"""How a client that is dead, or silent, is found out."""
+"""Timeouts by which unresponsive clients are detected."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Pulse:
-    """How a dead client is found out."""
+class Keepalive:
+    """Timeouts by which unresponsive clients are detected."""
 
     ping_interval: float | None = 5.0
     """Time between two pings [s]; None for no pings."""
 
     ping_timeout: float | None = 10.0
-    """Time a client has to answer one [s]."""
+    """Time for the answer to a ping [s]; None for unlimited."""
 
     write_timeout: float | None = 10.0
-    """Time a client has to take a frame off its socket [s]."""
+    """Time in which a client must read a frame from its socket [s]; None for unlimited."""
 
     auth_timeout: float = 5.0
-    """Time a client has to say who it is, where it is asked [s]."""
+    """Time in which a client must authenticate, if required [s]."""
 
     @classmethod
-    def none(cls) -> Pulse:
-        """Return a pulse that waits for ever, for lockstep, where a client may think for long."""
+    def off(cls) -> Keepalive:
+        """Return unlimited timeouts, for lockstep, where a client may pause for long."""
         return cls(None, None, None)

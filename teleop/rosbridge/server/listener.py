@@ -1,4 +1,4 @@
-"""The address that is listened at."""
+"""The listening socket of the server."""
 
 from __future__ import annotations
 
@@ -13,20 +13,24 @@ from websockets.asyncio.server import Server as WebSocketServer, ServerConnectio
 from websockets.http11 import Request, Response
 
 from teleop.rosbridge.errors import ServerError
-from teleop.rosbridge.server.http_upgrade import DOWNLOAD_TIMEOUT, HEADER_TIMEOUT, Opening
-from teleop.rosbridge.server.keepalive import Pulse
-from teleop.rosbridge.server.server_connection import PATIENCE
+from teleop.rosbridge.server.http_connection import (
+    DOWNLOAD_TIMEOUT,
+    HEADER_TIMEOUT,
+    HttpConnection,
+)
+from teleop.rosbridge.server.keepalive import Keepalive
+from teleop.rosbridge.server.socket_writer import CLOSE_TIMEOUT
 
-# websockets tells of each port scan with a traceback; what concerns us is raised.
+# websockets logs a traceback for each port scan; errors that matter are raised.
 _WIRE: Final = logging.getLogger(f"{__name__}.wire")
 _WIRE.setLevel(logging.CRITICAL)
 
 
-class Endpoint:
-    """A host and a port, with TLS or without."""
+class Listener:
+    """A host and a port to listen on, with TLS or without."""
 
     def __init__(self, host: str, port: int, tls: ssl.SSLContext | None) -> None:
-        """Make an endpoint that does not listen yet; port 0 takes a free one."""
+        """Create a listener that does not listen yet; port 0 selects a free one."""
         self.host = host
         self._port = port
         self._tls = tls
@@ -34,35 +38,35 @@ class Endpoint:
 
     async def start(
         self,
-        attend: Callable[[ServerConnection], Awaitable[None]],
-        screen: Callable[[ServerConnection, Request], Response | None],
-        pulse: Pulse,
-        largest: int,
+        handle: Callable[[ServerConnection], Awaitable[None]],
+        process_request: Callable[[ServerConnection, Request], Awaitable[Response | None]],
+        keepalive: Keepalive,
+        max_size: int,
     ) -> None:
         """Listen.
 
         Args:
-            attend: Is called with each connection, which ends with it.
-            screen: Answers requests that get no connection.
-            pulse: How a dead client is found out.
-            largest: Bound on a frame that comes in [bytes].
+            handle: Called with each WebSocket, which is closed when it returns.
+            process_request: Returns the response to a request that is not upgraded.
+            keepalive: Timeouts of unresponsive clients.
+            max_size: Largest received frame [bytes].
 
         Raises:
-            ServerError: If the address cannot be had; one line says which and what to do.
+            ServerError: If the address is not available; the message is one line.
         """
         try:
             self._server = await serve(
-                attend,
+                handle,
                 self.host,
                 self._port,
                 compression=None,  # websockets' default costs 47 ms a megabyte
-                max_size=largest,
-                ping_interval=pulse.ping_interval,
-                ping_timeout=pulse.ping_timeout,
-                open_timeout=DOWNLOAD_TIMEOUT,  # for the request, Opening has its own
+                max_size=max_size,
+                ping_interval=keepalive.ping_interval,
+                ping_timeout=keepalive.ping_timeout,
+                open_timeout=DOWNLOAD_TIMEOUT,  # the request has a shorter deadline
                 close_timeout=2,
-                create_connection=Opening,
-                process_request=screen,
+                create_connection=HttpConnection,
+                process_request=process_request,
                 logger=_WIRE,
                 ssl=self._tls,
                 ssl_handshake_timeout=None if self._tls is None else HEADER_TIMEOUT,
@@ -70,49 +74,49 @@ class Endpoint:
         except OSError as error:
             raise ServerError(_cannot_listen(self.host, self._port, error)) from error
 
-    async def close(self, cut: Callable[[], None]) -> None:
-        """Stop listening and say goodbye to all; ``cut`` is called if somebody does not hear it."""
+    async def close(self, abort_clients: Callable[[], None]) -> None:
+        """Stop listening and close all connections; unresponsive ones by ``abort_clients``."""
         if self._server is None:
             return
-        self._server.close(reason="the server ends")
+        self._server.close(reason="the server is shutting down")
         try:
-            async with asyncio.timeout(PATIENCE):
+            async with asyncio.timeout(CLOSE_TIMEOUT):
                 await self._server.wait_closed()
-        except TimeoutError:  # somebody does not even read that we go
-            cut()
+        except TimeoutError:
+            abort_clients()
             await self._server.wait_closed()
         self._server = None
 
     @property
     def addresses(self) -> list[str]:
-        """Where it listens."""
+        """Addresses of the listening sockets."""
         if self._server is None:
             return []
         return [listening.getsockname()[0] for listening in self._server.sockets]
 
     @property
     def port(self) -> int:
-        """The port listened at, also if any would do."""
+        """The port that is listened on, also if 0 was requested."""
         if self._server is not None and self._server.sockets:
             return int(self._server.sockets[0].getsockname()[1])
         return self._port
 
     @property
     def url(self) -> str:
-        """What a client on this machine connects to."""
+        """URL for clients on this machine."""
         scheme = "wss" if self.encrypted else "ws"
         return f"{scheme}://{f'[{self.host}]' if ':' in self.host else self.host}:{self.port}"
 
     @property
     def encrypted(self) -> bool:
-        """Whether what goes over the wire is encrypted."""
+        """Whether connections are encrypted."""
         return self._tls is not None
 
 
 def _cannot_listen(host: str, port: int, error: OSError) -> str:
     where = f"port {port} of {host}"
     if error.errno == errno.EADDRINUSE:
-        return f"{where} is in use: end the program that holds it, or take another port (0: any)"
+        return f"{where} is in use: end the program that uses it, or choose another port (0: any)"
     if error.errno == errno.EACCES:
-        return f"{where} may not be used by this user: take one above 1023"
-    return f"cannot listen at {where}: {error.strerror or error}"
+        return f"{where} is not permitted for this user: choose one above 1023"
+    return f"cannot listen on {where}: {error.strerror or error}"

@@ -1,4 +1,4 @@
-"""The protocol on a socket: one asyncio loop, one reader and one writer for each client."""
+"""WebSocket server of a protocol: one asyncio loop, a reader and a writer task for each client."""
 
 from __future__ import annotations
 
@@ -6,32 +6,30 @@ import asyncio
 import contextlib
 import ssl
 from collections.abc import Callable, Collection
-from types import TracebackType
 from typing import Self
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from teleop.rosbridge.auth.origins import Origins
-from teleop.rosbridge.graph.async_handlers import AsyncHandler, Coroutines
-from teleop.rosbridge.graph.goals import GoalHandler
-from teleop.rosbridge.graph.services import Handler
-from teleop.rosbridge.graph.topic_routing import Listener
-from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.protocol.connections import POLICY
-from teleop.rosbridge.protocol.outgoing_messages import Output
+from teleop.rosbridge.framing.outgoing_frames import POLICY_VIOLATION, Output
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.server.handshake import Door
-from teleop.rosbridge.server.http_pages import Pages
-from teleop.rosbridge.server.http_upgrade import Opening
-from teleop.rosbridge.server.keepalive import Pulse
-from teleop.rosbridge.server.listener import Endpoint
-from teleop.rosbridge.server.outbox import Bounds
-from teleop.rosbridge.server.server_connection import Link, Traffic
+from teleop.rosbridge.ros_time import SECOND
+from teleop.rosbridge.server.async_handlers import AsyncHandlers
+from teleop.rosbridge.server.handshake import Handshake
+from teleop.rosbridge.server.http_connection import HttpConnection
+from teleop.rosbridge.server.http_pages import HttpPages
+from teleop.rosbridge.server.keepalive import Keepalive
+from teleop.rosbridge.server.listener import Listener
+from teleop.rosbridge.server.outbox import QueueLimits
+from teleop.rosbridge.server.socket_writer import SocketWriter, Traffic
 
 
 class Server:
-    """Serves a protocol's clients; its methods are called in the loop's thread."""
+    """Serves the clients of a protocol; all methods are called in the event loop's thread.
+
+    Topics, services and actions are those of ``protocol``. The server is its transport.
+    """
 
     def __init__(
         self,
@@ -41,226 +39,172 @@ class Server:
         *,
         clock: Callable[[], int] | None = None,
         lockstep: bool = False,
-        bounds: Bounds | None = None,
-        pulse: Pulse | None = None,
+        queue_limits: QueueLimits | None = None,
+        keepalive: Keepalive | None = None,
         origins: Collection[str] = (),
         tls: ssl.SSLContext | None = None,
     ) -> None:
-        """Make a server that does not listen yet.
+        """Create a server that does not listen yet.
 
         Args:
-            protocol: What the clients speak; its sink becomes this server.
-            host: Address to listen at, and at no other.
-            port: Port to listen at; 0 takes a free one, see ``port``.
-            clock: Returns the time [ns] that the protocol lives in; the loop's time by default.
-            lockstep: Whether time is simulated: no time-outs, and the host calls ``tick``.
-            bounds: How much may wait for a client that reads slowly.
-            pulse: How a dead client is found out.
+            protocol: The protocol; a running server is its transport.
+            host: The only address to listen on.
+            port: Port to listen on; 0 selects a free one, see ``port``.
+            clock: Returns the protocol's time [ns]; the event loop's time by default.
+            lockstep: Whether time is simulated: without timeouts, and the host ticks the timers.
+            queue_limits: Limits of the send queue of each client.
+            keepalive: Timeouts by which unresponsive clients are detected.
             origins: Web pages that may connect, besides those of this machine (``https://x.org``).
             tls: Certificate and key, see ``tls_context``; without them nothing is encrypted.
 
         Raises:
-            ServerError: If an origin is none.
+            ServerError: If an origin is invalid.
         """
         self.protocol = protocol
         self.host = host
         self.lockstep = lockstep
         """Whether time is simulated."""
 
+        self.pages = HttpPages(lambda: len(protocol.connections))
+        """Files that are offered over HTTP on the same port."""
+
+        self.async_handlers = AsyncHandlers()
+        """Wraps service handlers that are coroutine functions."""
+
         self._clock = clock
-        self._bounds = bounds or Bounds()
-        self._pulse = pulse or (Pulse.none() if lockstep else Pulse())
-        self._endpoint = Endpoint(host, port, tls)
-        self._links: dict[int, Link] = {}
-        self._pages = Pages(lambda: len(self._links))
-        self._door = Door(protocol, Origins.of(host, origins), self._pages)
-        self._coroutines = Coroutines()
-        self._came: list[Callable[[int, str], None]] = []
-        self._left: list[Callable[[int, str], None]] = []
+        self._queue_limits = queue_limits or QueueLimits()
+        self._keepalive = keepalive or (Keepalive.off() if lockstep else Keepalive())
+        self._listener = Listener(host, port, tls)
+        self._writers: dict[int, SocketWriter] = {}
+        self._handshake = Handshake(protocol, Origins.of(host, origins), self.pages)
         self._timer: asyncio.TimerHandle | None = None
 
-        protocol.sink = self._push
-
-    # Life
+    # Life cycle
 
     async def start(self) -> None:
         """Listen.
 
         Raises:
-            ServerError: If the address cannot be had; one line says which and what to do.
+            ServerError: If the address is not available; the message is one line.
         """
-        largest = self.protocol.limits.frame
-        await self._endpoint.start(self._attend, self._door.screen, self._pulse, largest)
+        await self._listener.start(
+            self._handle, self._handshake.process, self._keepalive, self.protocol.limits.frame
+        )
+        self.protocol.connections.attach(self)
+        self.wake()
 
     async def close(self) -> None:
-        """Stop listening and say goodbye to all clients."""
+        """Stop listening and disconnect all clients."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        await self._endpoint.close(self._cut)
-        self._coroutines.cancel()
+        await self._listener.close(self._abort_clients)
+        self.protocol.connections.detach()
+        self.async_handlers.cancel()
 
     async def __aenter__(self) -> Self:
         await self.start()
         return self
 
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        at: TracebackType | None,
-    ) -> None:
+    async def __aexit__(self, *exc_info: object) -> None:
         await self.close()
 
     @property
     def port(self) -> int:
-        """The port listened at, also if any would do."""
-        return self._endpoint.port
+        """The port that is listened on, also if 0 was requested."""
+        return self._listener.port
 
     @property
     def url(self) -> str:
-        """What a client on this machine connects to."""
-        return self._endpoint.url
+        """URL for clients on this machine."""
+        return self._listener.url
 
     @property
     def encrypted(self) -> bool:
-        """Whether what goes over the wire is encrypted."""
-        return self._endpoint.encrypted
+        """Whether connections are encrypted."""
+        return self._listener.encrypted
 
     @property
     def now(self) -> int:
         """The protocol's time [ns]."""
-        return self._clock() if self._clock else int(asyncio.get_running_loop().time() * 1e9)
+        return self._clock() if self._clock else int(asyncio.get_running_loop().time() * SECOND)
 
-    # What the host does
-
-    def advertise(self, topic: str, type: str, *, latch: bool = False) -> None:
-        """Make a topic the host's; see ``Protocol.advertise``."""
-        self.protocol.advertise(topic, type, latch=latch)
-
-    def publish(
-        self, topic: str, message: Message | Callable[[], Message], now: int | None = None
-    ) -> None:
-        """Publish on a topic of the host's; a callable is called only if somebody subscribes."""
-        self.protocol.publish(topic, message, self.now if now is None else now)
-        self._plan()
-
-    def wanted(self, topic: str) -> bool:
-        """Return whether anybody subscribes to a topic."""
-        return self.protocol.wanted(topic)
-
-    def listen(self, topic: str, type: str, listener: Listener) -> None:
-        """Hear what clients publish; see ``Protocol.listen``."""
-        self.protocol.listen(topic, type, listener)
-
-    def serve(self, service: str, type: str, handler: Handler | AsyncHandler) -> None:
-        """Offer a service; see ``Protocol.serve``. The handler may be a coroutine function."""
-        self.protocol.serve(service, type, self._coroutines.handler(handler))
-
-    def serve_action(self, action: str, type: str, handler: GoalHandler) -> None:
-        """Offer an action; see ``Protocol.serve_action``."""
-        self.protocol.serve_action(action, type, handler)
-
-    def offer(self, path: str, body: bytes, kind: str = "application/octet-stream") -> str:
-        """Offer a file over HTTP on the same port; return its SHA-256, which is its ETag too."""
-        return self._pages.offer(path, body, kind)
-
-    def tick(self, now: int) -> None:
-        """Send throttled messages that are due; only a host in lockstep needs to call this."""
-        self.protocol.tick(now)
-
-    def on_connect(self, callback: Callable[[int, str], None]) -> None:
-        """Have ``callback(client, name)`` called for each client that comes."""
-        self._came.append(callback)
-
-    def on_disconnect(self, callback: Callable[[int, str], None]) -> None:
-        """Have ``callback(client, name)`` called for each client that has left, for any reason."""
-        self._left.append(callback)
-
-    @property
-    def client_count(self) -> int:
-        """How many clients are connected."""
-        return len(self._links)
-
-    def name(self, client: int) -> str:
-        """Return a client's name for people: its number and address."""
-        return self.protocol.clients.get(client, f"client {client}")
+    # Send queues
 
     def waiting(self, client: int) -> int:
-        """Return the bytes that wait to be sent to a client."""
-        link = self._links.get(client)
-        return link.waiting if link else 0
+        """Return the bytes queued for a client."""
+        writer = self._writers.get(client)
+        return writer.waiting if writer else 0
 
     def traffic(self, client: int) -> Traffic | None:
-        """Return how a client's connection fares; None if it has left."""
-        link = self._links.get(client)
-        return link.traffic if link else None
+        """Return the state of a client's connection; None if it has left."""
+        writer = self._writers.get(client)
+        return writer.traffic if writer else None
 
     async def flush(self, client: int) -> None:
-        """Wait until nothing waits to be sent to a client, or it has left."""
-        if link := self._links.get(client):
-            await link.flush()
+        """Wait until a client's queue is empty, or it has left."""
+        if writer := self._writers.get(client):
+            await writer.flush()
 
-    # One client
+    # Transport of the protocol
 
-    async def _attend(self, socket: ServerConnection) -> None:
-        link = Link(socket, self._bounds)
-        access = socket.access if isinstance(socket, Opening) else None
-        client = self.protocol.connect(self.now, link.address, access)
-        name = self.protocol.clients[client]
-        self._links[client] = link
-        for callback in self._came:
-            callback(client, name)
-        if self.protocol.access(client) is None:
-            asyncio.get_running_loop().call_later(self._pulse.auth_timeout, self._expel, client)
-        writer = asyncio.create_task(link.write(self._pulse.write_timeout))
-        try:
-            async for frame in socket:
-                self.protocol.receive(client, frame, self.now)
-                self._plan()
-                await asyncio.sleep(0)  # whoever floods must not keep the others from their turn
-        except ConnectionClosed:
-            pass
-        finally:
-            del self._links[client]
-            self.protocol.disconnect(client, self.now)
-            link.leave()
-            for callback in self._left:
-                callback(client, name)
-            writer.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await writer
+    def send(self, client: int, output: Output) -> None:
+        """Queue a frame for a client."""
+        if writer := self._writers.get(client):
+            writer.push(output)
 
-    def _expel(self, client: int) -> None:
-        """Disconnect a client that has not said who it is."""
-        if client in self._links and self.protocol.access(client) is None:
-            what = f"no auth within {self._pulse.auth_timeout:g} s"
-            self.protocol.close(client, POLICY, what)
-
-    def _push(self, client: int, output: Output) -> None:
-        if link := self._links.get(client):
-            link.push(output)
-
-    def _cut(self) -> None:
-        for link in self._links.values():
-            link.socket.transport.abort()
-
-    # Time
-
-    def _plan(self) -> None:
-        """Have the clock wake us when a throttled message is due."""
-        due = None if self.lockstep else self.protocol.due
+    def wake(self) -> None:
+        """Schedule the next tick of the protocol's timers; in lockstep the host does."""
+        due = None if self.lockstep else self.protocol.timers.due
         if due is None:
             return
         loop = asyncio.get_running_loop()
-        when = loop.time() + max(due - self.now, 0) / 1e9
+        when = loop.time() + max(due - self.now, 0) / SECOND
         if self._timer is not None:
             if self._timer.when() <= when:
                 return
             self._timer.cancel()
-        self._timer = loop.call_at(when, self._ring)
+        self._timer = loop.call_at(when, self._tick)
 
-    def _ring(self) -> None:
+    def _tick(self) -> None:
         self._timer = None
-        self.protocol.tick(self.now)
-        self._plan()
+        self.protocol.timers.tick(self.now)
+        self.wake()
+
+    # Clients
+
+    async def _handle(self, socket: ServerConnection) -> None:
+        """Serve a client until it disconnects."""
+        writer = SocketWriter(socket, self._queue_limits)
+        access = socket.access if isinstance(socket, HttpConnection) else None
+        client = self.protocol.connect(self.now, writer.address, access)
+        self._writers[client] = writer
+        if self.protocol.connections.access(client) is None:
+            loop = asyncio.get_running_loop()
+            loop.call_later(self._keepalive.auth_timeout, self._require_auth, client)
+        writing = asyncio.create_task(writer.run(self._keepalive.write_timeout))
+        try:
+            async for frame in socket:
+                self.protocol.receive(client, frame, self.now)
+                await asyncio.sleep(0)  # lets other clients run while one floods
+        except ConnectionClosed:
+            pass
+        finally:
+            del self._writers[client]
+            self.protocol.disconnect(client, self.now)
+            writer.release_waiters()
+            writing.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await writing
+
+    def _require_auth(self, client: int) -> None:
+        """Disconnect a client that has not authenticated."""
+        connections = self.protocol.connections
+        if client in self._writers and connections.access(client) is None:
+            reason = f"no auth within {self._keepalive.auth_timeout:g} s"
+            connections.close(client, POLICY_VIOLATION, reason)
+
+    def _abort_clients(self) -> None:
+        self._handshake.abort_downloads()
+        for writer in self._writers.values():
+            writer.socket.transport.abort()

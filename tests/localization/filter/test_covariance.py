@@ -14,11 +14,12 @@ from localization.filter.covariance import (
     planar_covariance,
     pose_covariance,
 )
-from localization.filter.ekf import SkidSteerEkf
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import register
-from localization.relocalization.window_search import SearchConfig, window_of
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_window import window_of
 from localization.types import Match, Pose, Sweep
+from tests.localization.filter.driven_filter import DrivenFilter
 from tests.support import bits
 
 FLOOR = np.repeat([SUREST_POSITION, SUREST_ANGLE], 3)
@@ -86,7 +87,7 @@ def test_information_without_an_inverse_is_named() -> None:
 @given(rank=st.integers(0, 6), seed=st.integers(0, 1000))
 @settings(max_examples=20)
 def test_filter_that_is_placed_by_a_singular_covariance_works_on(rank: int, seed: int) -> None:
-    ekf = SkidSteerEkf()
+    ekf = DrivenFilter()
     ekf.reset_pose(Pose.planar(1.0, 2.0, 0.3), of_rank(rank, seed))
     for _ in range(5):
         ekf.predict(0.02, np.zeros(3), np.array([0, 0, 9.81]), 0.3, 0.3, slipping=False)
@@ -100,7 +101,7 @@ def test_filter_that_is_placed_by_a_singular_covariance_works_on(rank: int, seed
 
 
 def test_filter_refuses_what_is_no_covariance_and_stays_as_it_was() -> None:
-    ekf = SkidSteerEkf()
+    ekf = DrivenFilter()
     pose, before = ekf.pose, ekf.full_covariance
     blind = Match(0, pose, np.zeros((6, 6)), np.eye(6), np.zeros(0), 1.0)
     attempts: list[Callable[[], object]] = [

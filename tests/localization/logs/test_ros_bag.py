@@ -29,7 +29,7 @@ from localization.logs.ros_types import (
     vector_message,
 )
 from localization.maps.map_files import save_cloud
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.log_replay import localize
 from localization.types import (
     SECOND,

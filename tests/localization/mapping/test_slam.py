@@ -19,7 +19,7 @@ from localization.mapping.slam import Survey, map_drive
 from localization.mapping.slam_config import MappingError, SlamConfig
 from localization.mapping.submap import Submap
 from localization.maps.prepared_map import prepare
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import Health, Hint, Inertial, Pose, Reading, Scan, WheelSpeeds
 from tests.support_rooms import HALL, MOUNTS, SQUARE, TICK, Drive, Place, box

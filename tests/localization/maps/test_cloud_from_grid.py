@@ -11,7 +11,7 @@ from localization.maps.cloud import CloudError
 from localization.maps.cloud_from_grid import cloud_from_grid
 from localization.maps.map_files import load_map
 from localization.maps.prepared_map import prepare
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import Hint, Odometry, Pose, Reading, Scan, WheelSpeeds
 from tests.support import floats

@@ -7,9 +7,9 @@ from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.maps.ground_height import Ground, ground_of
 from localization.maps.prepared_map import PreparedMap, prepare
-from localization.relocalization.hint_search import HintSearch
-from localization.relocalization.window_search import FloorPlan
+from localization.relocalization.floor_plan import FloorPlan
 from localization.types import Hint, Pose, Sweep, Verdict
+from tests.localization.relocalization.driven_search import DrivenSearch
 from tests.support_rooms import CORRIDOR, HALL, SQUARE, Place, box
 
 RISE = 0.4
@@ -100,16 +100,16 @@ def answer_of(
     world: PreparedMap, sweep: Sweep, at: Pose, *, everywhere: bool = False
 ) -> tuple[Verdict, Pose]:
     """Hint level and at height zero, half a metre off; or search the whole map."""
-    desk = HintSearch(world, FloorPlan(world, 0.35, cell=0.05, sigma=0.12))
+    search = DrivenSearch(world, FloorPlan(world, 0.35, cell=0.05, sigma=0.12))
     if everywhere:
-        desk.search_everywhere(sweep, Pose.identity(), Pose.identity())
+        search.search_window(None, sweep, Pose.identity(), Pose.identity())
     else:
         x, y, _ = at.position.tolist()
         hint = Hint(0, Pose.planar(x + 0.4, y - 0.3, at.yaw + 0.15), np.zeros((6, 6)))
-        desk.receive(hint, 0, Pose.identity())
-        desk.begin(sweep, Pose.identity(), Pose.identity())
+        search.receive(hint, 0, Pose.identity())
+        search.begin(sweep, Pose.identity(), Pose.identity())
     for _ in range(10_000):
-        found = desk.advance(Pose.identity(), None)
+        found = search.advance(Pose.identity(), None)
         if found is not None:
             return found.verdict, found.candidates[0].map_from_base
     raise AssertionError("the search does not end")

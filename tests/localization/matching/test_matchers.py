@@ -12,7 +12,7 @@ from localization.config import from_json, to_json
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import FixedCovariance, Matcher, match_at, matcher_of
 from localization.matching.registration import RegistrationConfig, register, residuals
-from localization.motion.kiss_odometry import KissConfig
+from localization.motion.kiss_icp import KissConfig
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import SECOND, Estimate, Hint, Match, Pose, Sweep
 from tests.support_rooms import HALL, MOUNTS, Drive, apart

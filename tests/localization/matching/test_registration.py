@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from localization.filter.pose_error import LEVER, difference
 from localization.geometry import so3_exp
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import PreparedMap, prepare
-from localization.matching.registration import LEVER, Residuals, difference, register, residuals
+from localization.matching.registration import Residuals, register, residuals
 from localization.types import Match, Pose, Sweep
 from tests.support import floats, poses, vectors
 from tests.support_rooms import CORRIDOR, HALL, Face, Place, apart, box

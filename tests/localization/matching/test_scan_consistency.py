@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from localization.maps.prepared_map import PreparedMap, prepare
 from localization.matching.registration import residuals
-from localization.matching.scan_consistency import MapBeams, explanation
+from localization.matching.scan_consistency import BeamClassifier, explanation
 from localization.types import Pose, ScanConsistency, Sweep
 from tests.support_rooms import HALL, Place, box
 
@@ -18,12 +18,12 @@ FRIDGE = box((4.4, 1.2, 0.0), (5.0, 2.0, 1.8))
 
 
 @pytest.fixture(scope="module")
-def beams(hall: PreparedMap) -> MapBeams:
-    return MapBeams(hall)
+def beams(hall: PreparedMap) -> BeamClassifier:
+    return BeamClassifier(hall)
 
 
 def seen(sweep: Sweep, world: PreparedMap, pose: Pose = HERE) -> ScanConsistency:
-    found = MapBeams(world).classify(sweep, pose, residuals(sweep, world, pose).distance)
+    found = BeamClassifier(world).classify(sweep, pose, residuals(sweep, world, pose).distance)
     assert found is not None
     return found
 
@@ -69,7 +69,7 @@ def test_wrong_pose_passes_through_mapped_surfaces(hall: PreparedMap) -> None:
     assert found.free_space_violation > 0.15
 
 
-def test_first_surface_is_where_geometry_has_it(beams: MapBeams) -> None:
+def test_first_surface_is_where_geometry_has_it(beams: BeamClassifier) -> None:
     angles = np.linspace(-np.pi, np.pi, 90, endpoint=False)
     line = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
     start = np.tile([3.0, 2.0, 0.5], (len(line), 1))
@@ -81,7 +81,7 @@ def test_first_surface_is_where_geometry_has_it(beams: MapBeams) -> None:
     assert np.isinf(near).all()
 
 
-def test_sweep_in_which_nothing_came_back_says_nothing(beams: MapBeams) -> None:
+def test_sweep_in_which_nothing_came_back_says_nothing(beams: BeamClassifier) -> None:
     empty = Sweep(0, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, dtype=bool))
     assert beams.classify(empty, HERE, np.zeros(0)) is None
 

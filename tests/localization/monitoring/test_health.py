@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from localization.matching.registration import LEVER
-from localization.monitoring.health import HealthConfig, HealthMonitor, blind_axes, opinion_offset
+from localization.filter.pose_error import LEVER
+from localization.monitoring.health import (
+    HealthConfig,
+    HealthMonitor,
+    opinion_offset,
+    unobservable_axes,
+)
 from localization.types import Health, Match, Pose, ScanConsistency
 from tests.support import floats
 
@@ -26,7 +31,7 @@ def feed(
     consistency: ScanConsistency | None = None,
 ) -> HealthMonitor:
     for _ in range(n):
-        monitor.sweep(match(inlier_ratio), HERE, refusal, consistency)
+        monitor = monitor.after_sweep(match(inlier_ratio), HERE, refusal, consistency)
     return monitor
 
 
@@ -37,7 +42,7 @@ def ask(
     slipping: bool = False,
     silent: tuple[str, ...] = (),
 ) -> tuple[Health, tuple[str, ...]]:
-    return monitor.state(sigma=sigma, slipping=slipping, silent=silent)
+    return monitor.after_prediction(sigma).status(slipping=slipping, silent=silent)
 
 
 def test_good_sweeps_are_tracking_and_need_no_reasons() -> None:
@@ -48,7 +53,7 @@ def test_refused_sweeps_make_suspect_then_lost_in_the_words_of_the_refusal() -> 
     monitor, c = HealthMonitor(), HealthConfig()
     states = []
     for _ in range(c.lost_after):
-        feed(monitor, 1, "it fits badly")
+        monitor = feed(monitor, 1, "it fits badly")
         states.append(ask(monitor)[0])
     assert states == (
         [Health.TRACKING] * (c.suspect_after - 1)
@@ -77,7 +82,11 @@ def test_crowd_before_the_scanners_raises_doubt_but_no_alarm_however_long_it_sta
 def test_sweeps_that_a_crowd_hides_altogether_are_lost_only_after_a_while() -> None:
     crowd, c = ScanConsistency(0.8, 0.78, 0.02, 0.0), HealthConfig()
     monitor = feed(
-        HealthMonitor(), c.blind_after - 1, "it fits badly", inlier_ratio=0.2, consistency=crowd
+        HealthMonitor(),
+        c.occluded_lost_after - 1,
+        "it fits badly",
+        inlier_ratio=0.2,
+        consistency=crowd,
     )
     assert not monitor.lost
     assert feed(monitor, 1, "it fits badly", inlier_ratio=0.2, consistency=crowd).lost
@@ -104,7 +113,7 @@ def test_one_good_sweep_ends_suspicion_but_not_loss() -> None:
 def test_good_sweeps_between_bad_ones_keep_it_from_being_lost() -> None:
     monitor = HealthMonitor()
     for _ in range(10):
-        feed(feed(monitor, 11, "bad"), 1)
+        monitor = feed(feed(monitor, 11, "bad"), 1)
     assert not monitor.lost
 
 
@@ -112,8 +121,7 @@ def test_second_opinions_that_differ_make_suspect_then_lost() -> None:
     monitor = feed(HealthMonitor(), 5)
     states = []
     for _ in range(3):
-        monitor.opinion(0.5, 0.1)
-        feed(monitor, 1)
+        monitor = feed(monitor.after_opinion(0.5, 0.1), 1)
         states.append(ask(monitor)[0])
     assert states == [Health.SUSPECT, Health.SUSPECT, Health.LOST]
     assert ask(monitor)[1] == ("KISS-ICP places the robot 0.50 m and 5.7 degrees away",)
@@ -121,9 +129,9 @@ def test_second_opinions_that_differ_make_suspect_then_lost() -> None:
 
 def test_second_opinion_that_agrees_lifts_the_suspicion() -> None:
     monitor = feed(HealthMonitor(), 5)
-    monitor.opinion(0.5, 0.0)
+    monitor = monitor.after_opinion(0.5, 0.0)
     assert monitor.doubtful
-    monitor.opinion(0.05, 0.01)
+    monitor = monitor.after_opinion(0.05, 0.01)
     assert not monitor.doubtful
     assert ask(feed(monitor, 1))[0] is Health.TRACKING
 
@@ -131,7 +139,7 @@ def test_second_opinion_that_agrees_lifts_the_suspicion() -> None:
 @given(turn=floats(-0.5, 0.5))
 def test_second_opinion_counts_turns_to_either_side(turn: float) -> None:
     monitor = HealthMonitor()
-    monitor.opinion(0.0, turn)
+    monitor = monitor.after_opinion(0.0, turn)
     assert monitor.doubtful == (abs(turn) > HealthConfig().opinion_yaw)
 
 
@@ -158,23 +166,23 @@ def test_silent_sensors_are_named_whatever_the_state() -> None:
 
 def test_directions_without_hold_are_named_in_the_robots_words() -> None:
     monitor = HealthMonitor()
-    monitor.sweep(match(directions=ALL[1:]), HERE, None)
+    monitor = monitor.after_sweep(match(directions=ALL[1:]), HERE, None)
     assert ask(monitor) == (Health.DEGRADED, ("no hold in forward",))
-    feed(monitor, 1)
+    monitor = feed(monitor, 1)
     assert ask(monitor)[0] is Health.TRACKING
 
 
 @pytest.mark.parametrize(
     ("yaw", "blind"), [(0.0, "forward"), (np.pi / 2, "sideways"), (np.pi, "forward")]
 )
-def test_blind_axes_are_those_of_the_robot_not_the_map(yaw: float, blind: str) -> None:
-    assert blind_axes(match(directions=ALL[1:]), Pose.planar(0, 0, yaw)) == (blind,)
+def test_unobservable_axes_are_those_of_the_robot_not_the_map(yaw: float, blind: str) -> None:
+    assert unobservable_axes(match(directions=ALL[1:]), Pose.planar(0, 0, yaw)) == (blind,)
 
 
 def test_match_that_keeps_nothing_is_blind_all_over() -> None:
-    names = blind_axes(match(directions=np.zeros((0, 6))), HERE)
+    names = unobservable_axes(match(directions=np.zeros((0, 6))), HERE)
     assert names == ("forward", "sideways", "up", "roll", "pitch", "yaw")
-    assert blind_axes(match(), HERE) == ()
+    assert unobservable_axes(match(), HERE) == ()
 
 
 @given(x=floats(-1, 1), y=floats(-1, 1), turn=floats(-1, 1), z=floats(-1, 1))
@@ -202,23 +210,19 @@ def test_offset_along_a_direction_without_hold_does_not_count(x: float, y: float
 @given(
     news=st.lists(st.sampled_from(["good", "poor", "refused", "agrees", "differs"]), max_size=60)
 )
-def test_reset_forgets_everything(news: list[str]) -> None:
+def test_state_has_reasons_unless_all_is_well(news: list[str]) -> None:
     monitor = HealthMonitor()
     for item in news:
         match item:
             case "good" | "poor":
-                feed(monitor, 1, inlier_ratio=0.9 if item == "good" else 0.3)
+                monitor = feed(monitor, 1, inlier_ratio=0.9 if item == "good" else 0.3)
             case "refused":
-                feed(monitor, 1, "bad")
+                monitor = feed(monitor, 1, "bad")
             case _:
-                monitor.opinion(1.0 if item == "differs" else 0.0, 0.0)
+                monitor = monitor.after_opinion(1.0 if item == "differs" else 0.0, 0.0)
         health, reasons = ask(monitor)
         assert health is Health.TRACKING or reasons
         assert (health is Health.LOST) == monitor.lost
-    monitor.reset()
-    assert not monitor.lost
-    assert not monitor.doubtful
-    assert ask(monitor) == (Health.TRACKING, ())
 
 
 # What the map does not explain
@@ -241,7 +245,7 @@ def test_crowd_is_told_and_costs_no_trust() -> None:
 def test_sweeps_that_pass_through_walls_make_suspect_within_two_seconds_but_never_lost() -> None:
     monitor, checks, first = HealthMonitor(), 0, None
     for i in range(150):
-        feed(monitor, 1, inlier_ratio=0.7, consistency=THROUGH)
+        monitor = feed(monitor, 1, inlier_ratio=0.7, consistency=THROUGH)
         checks += monitor.needs_check
         if first is None and ask(monitor)[0] is Health.SUSPECT:
             first = i
@@ -261,8 +265,8 @@ def test_sweeps_that_pass_through_walls_make_suspect_within_two_seconds_but_neve
 def test_robot_that_leaves_the_map_is_suspect_and_neither_lost_nor_told_by_kiss() -> None:
     monitor = feed(HealthMonitor(), 5)
     for _ in range(100):
-        feed(monitor, 1, "it fits badly", inlier_ratio=0.05, consistency=BEYOND)
-        monitor.opinion(3.0, 1.0)
+        monitor = feed(monitor, 1, "it fits badly", inlier_ratio=0.05, consistency=BEYOND)
+        monitor = monitor.after_opinion(3.0, 1.0)
     health, (reason,) = ask(monitor)
     assert health is Health.SUSPECT
     assert reason == "it fits badly: the robot has left the map and goes by its own motion"
@@ -273,7 +277,7 @@ def test_robot_that_leaves_the_map_is_suspect_and_neither_lost_nor_told_by_kiss(
 
 def test_estimate_that_no_scanner_speaks_to_is_suspect() -> None:
     monitor = feed(HealthMonitor(), 5)
-    health, reasons = monitor.state(sigma=0.02, slipping=False, silent=("a", "b"), unseeing=True)
+    health, reasons = monitor.status(slipping=False, silent=("a", "b"), no_scanner=True)
     assert health is Health.SUSPECT
     assert reasons[0] == "no scanner speaks: only its own motion is known"
     assert reasons[1:] == ("nothing from a", "nothing from b")
@@ -281,14 +285,14 @@ def test_estimate_that_no_scanner_speaks_to_is_suspect() -> None:
 
 def test_break_in_what_is_seen_is_suspect_until_enough_sweeps_fit_and_then_wants_a_check() -> None:
     monitor = feed(HealthMonitor(), 5)
-    monitor.broken(ScanConsistency(0.5, 0.48, 0.01, 0.01))
+    monitor = monitor.after_jump(ScanConsistency(0.5, 0.48, 0.01, 0.01))
     assert ask(monitor)[0] is Health.TRACKING
-    monitor.broken(THROUGH)
+    monitor = monitor.after_jump(THROUGH)
     reason = "all that is seen changed at once: was it carried?"
     assert ask(monitor) == (Health.SUSPECT, (reason,))
     checks = []
-    for _ in range(HealthConfig().settling):
-        feed(monitor, 1)
+    for _ in range(HealthConfig().settling_sweeps):
+        monitor = feed(monitor, 1)
         checks.append(monitor.needs_check)
     assert checks == [False] * (len(checks) - 1) + [True]
     assert not feed(monitor, 1).needs_check

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from localization.monitoring.jump_detection import Continuity
+from localization.monitoring.jump_detection import JumpDetector
 from localization.types import SECOND, Pose, Sweep
 from tests.support_rooms import HALL
 
@@ -13,32 +13,39 @@ def seen(pose: Pose, stamp: int) -> Sweep:
 
 
 def test_robot_that_drives_and_turns_sees_what_it_saw() -> None:
-    continuity, pose, odom = Continuity(), HERE, Pose.identity()
+    detector, pose, odom = JumpDetector(), HERE, Pose.identity()
     for i in range(30):
-        assert not continuity.broken(seen(pose, i * PERIOD), odom)
+        detector, jumped = detector.compared(seen(pose, i * PERIOD), odom)
+        assert not jumped
         step = Pose.planar(0.05, 0.0, 0.09)
         pose, odom = pose @ step, odom @ step
 
 
 def test_robot_that_is_carried_off_sees_something_else() -> None:
-    continuity = Continuity()
-    assert not continuity.broken(seen(HERE, 0), Pose.identity())
+    detector = JumpDetector()
+    detector, jumped = detector.compared(seen(HERE, 0), Pose.identity())
+    assert not jumped
     elsewhere = Pose.planar(5.4, 3.6, -2.0)
-    assert continuity.broken(seen(elsewhere, PERIOD), Pose.identity())
-    assert not continuity.broken(seen(elsewhere, 2 * PERIOD), Pose.identity())
+    detector, jumped = detector.compared(seen(elsewhere, PERIOD), Pose.identity())
+    assert jumped
+    detector, jumped = detector.compared(seen(elsewhere, 2 * PERIOD), Pose.identity())
+    assert not jumped
 
 
 def test_way_that_nobody_saw_is_a_break_and_a_pause_at_rest_is_none() -> None:
-    continuity = Continuity()
-    continuity.broken(seen(HERE, 0), Pose.identity())
-    assert not continuity.broken(seen(HERE, 3 * SECOND), Pose.identity())
+    detector = JumpDetector()
+    detector, _ = detector.compared(seen(HERE, 0), Pose.identity())
+    detector, jumped = detector.compared(seen(HERE, 3 * SECOND), Pose.identity())
+    assert not jumped
     rolled = Pose.planar(0.5, 0.0, 0.0)
-    assert continuity.broken(seen(HERE @ rolled, 6 * SECOND), rolled)
+    detector, jumped = detector.compared(seen(HERE @ rolled, 6 * SECOND), rolled)
+    assert jumped
 
 
 def test_sweep_with_hardly_any_points_says_nothing() -> None:
-    continuity = Continuity()
-    continuity.broken(seen(HERE, 0), Pose.identity())
+    detector = JumpDetector()
+    detector, _ = detector.compared(seen(HERE, 0), Pose.identity())
     full = seen(Pose.planar(5.4, 3.6, -2.0), PERIOD)
     few = Sweep(PERIOD, full.points[:50], full.origins[:50], full.horizontal[:50])
-    assert not continuity.broken(few, Pose.identity())
+    detector, jumped = detector.compared(few, Pose.identity())
+    assert not jumped

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from localization.motion.deskew import OdometryTrack, deskew
+from localization.motion.deskew import deskew
+from localization.motion.odometry_track import OdometryTrack
 from localization.types import SECOND, Pose, Scan
-from tests.support import a_scan, bits, floats
+from tests.support import a_scan, floats
 from tests.support_rooms import HALL, MOUNTS, TICK, Drive, Place, box
 
 ROOM = Place(box((0.0, 0.0, 0.0), (8.0, 6.0, 2.5), inside=True))
@@ -24,7 +25,7 @@ def follow(drive: Drive, until: int, *, every: int = 1_000_000) -> OdometryTrack
     """The exact track of a drive."""
     track = OdometryTrack()
     for stamp in range(0, until + 1, every):
-        track.add(stamp, drive.pose(stamp))
+        track = track.extended(stamp, drive.pose(stamp))
     return track
 
 
@@ -34,8 +35,8 @@ def fast(speed: float = 0.7, turn: float = 2.4) -> Drive:
 
 def at_rest(scans: Sequence[Scan]) -> OdometryTrack:
     track = OdometryTrack()
-    track.add(0, Pose.identity())
-    track.add(SECOND, Pose.identity())
+    track = track.extended(0, Pose.identity())
+    track = track.extended(SECOND, Pose.identity())
     return track
 
 
@@ -121,47 +122,3 @@ def test_transverse_scanner_sees_floor_walls_and_ceiling() -> None:
     assert sweep.points[:, 0] == pytest.approx(np.full(len(sweep.points), -0.1), abs=1e-6)
     assert sweep.points.min(axis=0)[1:] == pytest.approx([-2.0, 0.0], abs=1e-5)
     assert sweep.points.max(axis=0)[1:] == pytest.approx([4.0, 2.5], abs=1e-5)
-
-
-def test_track_spans_nothing_until_there_are_two_poses() -> None:
-    track = OdometryTrack()
-    assert track.span is None
-    track.add(5, Pose.identity())
-    assert track.span is None
-    track.add(9, Pose.identity())
-    assert track.span == (5, 9)
-
-
-def test_track_forgets_what_is_older_than_its_memory() -> None:
-    track = OdometryTrack(memory=SECOND)
-    for i in range(100):
-        track.add(i * SECOND // 10, Pose.planar(float(i), 0.0, 0.0))
-    assert track.span == (89 * SECOND // 10, 99 * SECOND // 10)
-
-
-@given(wanted=st.lists(st.integers(0, 3 * SECOND), min_size=1, max_size=8))
-def test_track_gives_the_pose_at_any_time(wanted: list[int]) -> None:
-    track = OdometryTrack(memory=10 * SECOND)
-    for stamp in range(0, 3 * SECOND + 1, SECOND // 10):
-        track.add(stamp, Pose.planar(stamp / SECOND, -2.0, 0.2 * stamp / SECOND))
-    position, rotation = track.at(np.array(wanted, dtype=np.int64))
-    assert position[:, 0] == pytest.approx(np.array(wanted) / SECOND, abs=1e-12)
-    yaw = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
-    assert yaw == pytest.approx(0.2 * np.array(wanted) / SECOND, abs=1e-12)
-
-
-def test_restored_track_holds_the_same_poses_whatever_came_between() -> None:
-    track = OdometryTrack(memory=SECOND)
-    for i in range(8):
-        track.add(i * SECOND // 10, Pose.planar(0.1 * i, 0.0, 0.05 * i))
-    then = track.snapshot()
-    asked = np.arange(0, 7 * SECOND // 10, SECOND // 30)
-    wanted = [bits(a) for a in track.at(asked)]
-    for i in range(8, 40):
-        track.add(i * SECOND // 10, Pose.planar(-3.0 * i, 1.0, 1.0))
-    track.restore(then)
-    assert track.span == (0, 7 * SECOND // 10)
-    assert [bits(a) for a in track.at(asked)] == wanted
-    track.add(8 * SECOND // 10, Pose.identity())
-    track.restore(then)
-    assert track.span == (0, 7 * SECOND // 10)

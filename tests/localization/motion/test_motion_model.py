@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from localization.filter.ekf import EkfConfig, SkidSteerEkf
+from localization.filter.ekf import EkfConfig
 from localization.maps.prepared_map import PreparedMap
-from localization.motion.motion_model import Motion, MotionModel, SensorConfiguration
+from localization.motion.motion_model import MotionModel
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import (
     SECOND,
@@ -22,6 +23,7 @@ from localization.types import (
     Scan,
     WheelSpeeds,
 )
+from tests.localization.filter.driven_filter import DrivenFilter
 from tests.support import floats
 from tests.support_rooms import HALL, MOUNTS, TICK, TRACK, Drive
 
@@ -149,8 +151,8 @@ def test_poses_along_an_arc_give_its_speed_and_turn(
     half = 0.5 * turn * seconds
     chord = speed * seconds * np.sinc(half / np.pi)
     step = Pose.planar(chord * np.cos(half), chord * np.sin(half), 2.0 * half)
-    first = source.take(Odometry(began, Pose.planar(*start)), (0.0, 0.0))
-    then = source.take(Odometry(ends, Pose.planar(*start) @ step), (0.0, 0.0))
+    source, first = source.take(Odometry(began, Pose.planar(*start)), (0.0, 0.0))
+    _, then = source.take(Odometry(ends, Pose.planar(*start) @ step), (0.0, 0.0))
     assert first is not None
     assert then is not None
     assert then.rate[2] == pytest.approx(turn, abs=1e-9)
@@ -160,8 +162,8 @@ def test_poses_along_an_arc_give_its_speed_and_turn(
 
 def test_odometry_after_a_long_pause_says_nothing_of_the_pause() -> None:
     source = MotionModel(SensorConfiguration(Motion.ODOMETRY), track=TRACK, silence=SECOND)
-    source.take(Odometry(SECOND, Pose.identity()), (0.0, 0.0))
-    after = source.take(Odometry(9 * SECOND, Pose.planar(7.0, 0.0, 0.0)), (0.0, 0.0))
+    source, _ = source.take(Odometry(SECOND, Pose.identity()), (0.0, 0.0))
+    _, after = source.take(Odometry(9 * SECOND, Pose.planar(7.0, 0.0, 0.0)), (0.0, 0.0))
     assert after is not None
     assert (after.left, after.right, after.rolling) == (0.0, 0.0, False)
 
@@ -179,16 +181,16 @@ def beginning_to_turn(wheels_every: int, *, ticks: int = 60) -> Iterator[Reading
 @pytest.mark.parametrize("wheels_every", [1, 5])
 def test_wheels_are_compared_with_the_gyro_over_the_time_they_cover(wheels_every: int) -> None:
     source = MotionModel(SensorConfiguration(), track=TRACK, silence=SECOND // 2)
-    ekf = SkidSteerEkf(EkfConfig(effective_track=TRACK))
+    ekf = DrivenFilter(EkfConfig(effective_track=TRACK))
     compared, at_once = [], []
     for reading in beginning_to_turn(wheels_every):
-        increment = source.take(reading, (0.0, 0.0))
+        source, increment = source.take(reading, (0.0, 0.0))
         if increment is not None and increment.witnessed:
             rims = increment.left, increment.right
             assert increment.witness[2] == pytest.approx((rims[1] - rims[0]) / TRACK, abs=1e-12)
             assert increment.covered == pytest.approx(wheels_every * TICK / SECOND)
             compared.append(ekf.update_wheel_yaw(increment.witness, *rims))
-            at_once.append(SkidSteerEkf(ekf.config).update_wheel_yaw(increment.rate, *rims))
+            at_once.append(DrivenFilter(ekf.config).update_wheel_yaw(increment.rate, *rims))
     assert len(compared) == 60 // wheels_every
     # The newest gyro reading alone is ahead of wheels that come five times less often.
     assert all(compared)

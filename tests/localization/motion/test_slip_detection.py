@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from localization.config import LocalizerConfig
-from localization.filter.ekf import SkidSteerEkf
-from localization.motion.slip_detection import WheelWatch
+from localization.filter.ekf import initial_state
+from localization.motion.slip_detection import SlipDetector
 from localization.types import Pose
 
 COVARIANCE = np.diag(np.square([0.0057, 0.0049, 0.002]))
@@ -27,9 +27,9 @@ def test_no_tyre_lets_a_robot_outrun_wheels_that_speed_up(
     before: float, rolled: float, seen: float, slip: bool
 ) -> None:
     config = LocalizerConfig()
-    watch, ekf = WheelWatch(config), SkidSteerEkf(config.ekf)
-    for way, by_eye in ((before, before), (rolled, seen)):
-        watch.rest()
-        watch.roll(way)
-        assert watch.look(Pose.planar(by_eye, 0.0, 0.0), 0.1)
-    assert watch.contradicted(COVARIANCE, ekf) is slip
+    detector = SlipDetector(config)
+    for distance, observed in ((before, before), (rolled, seen)):
+        detector = detector.restarted().rolled_on(distance)
+        detector = detector.observed(Pose.planar(observed, 0.0, 0.0), 0.1)
+        assert detector.complete
+    assert detector.contradicted(COVARIANCE, initial_state(config.ekf)) is slip

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from localization.filter.ekf import SkidSteerEkf
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.pipeline.localizer import Localizer
 from localization.pipeline.validation import end_of
 from localization.types import SECOND, Hint, Inertial, Pose, Reading, Scan, WheelSpeeds
+from tests.localization.filter.driven_filter import DrivenFilter
 from tests.support_rooms import HALL, MOUNTS, TRACK, Drive
 
 START = Pose.planar(2.6, 1.6, 0.2)
@@ -66,7 +66,7 @@ def test_covariance_does_not_depend_on_how_often_the_inertial_unit_speaks(
 
 def test_tilt_that_is_measured_often_is_known_no_better_for_it() -> None:
     def tilt(rate: int) -> FloatArray:
-        ekf = SkidSteerEkf()
+        ekf = DrivenFilter()
         ekf.reset_pose(Pose.identity(), np.eye(6) * 0.01)
         for _ in range(2 * rate):
             up = np.array([0.0, 0.0, 9.81])

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.maps.prepared_map import PreparedMap
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
+from localization.pipeline.late_readings import LateReadingsConfig
 from localization.pipeline.localizer import Localizer, LocalizerConfig
-from localization.pipeline.replay_buffer import LateReadingsConfig, Past
 from localization.pipeline.validation import end_of
 from localization.types import (
     SECOND,
@@ -67,10 +67,10 @@ def delayed(readings: Sequence[Reading], seed: int, most: int) -> list[Reading]:
 def run(
     world: PreparedMap,
     suite: SensorConfiguration,
-    rewind: LateReadingsConfig,
+    late: LateReadingsConfig,
     readings: Sequence[Reading],
 ) -> Estimate:
-    localizer = Localizer(world, MOUNTS, replace(LocalizerConfig.of(suite), late_readings=rewind))
+    localizer = Localizer(world, MOUNTS, replace(LocalizerConfig.of(suite), late_readings=late))
     for reading in readings:
         estimate = localizer.add(reading)
     assert localizer.refused == 0
@@ -220,20 +220,9 @@ def test_reading_later_than_the_horizon_is_refused_with_how_late_it_is(
     assert told.reasons[0] == "refused wheel speeds: 1.5 s late, with 1.0 s to come in"
 
 
-def test_past_forgets_what_is_beyond_its_horizon() -> None:
-    past: Past[int, None] = Past(LateReadingsConfig(), SensorConfiguration())
-    for i in range(1, 1000):
-        past.note(WheelSpeeds(i * TICK, 0.0, 0.0), lambda: 0)
-        past.note(Inertial(i * TICK, np.zeros(3), np.zeros(3)), lambda i=i: i)  # type: ignore[misc]
-    assert len(past) <= 2 * (2 * SECOND // TICK + 2)
-    state, again = past.rewind(WheelSpeeds(999 * TICK - 2 * SECOND + 1, 0.0, 0.0))
-    assert state in (899, 900)
-    assert len(again) <= 205
-
-
 @pytest.mark.parametrize(
     "wrong", [{"horizon": -1}, {"reuse_distance": -0.1}, {"reuse_angle": -0.1}]
 )
-def test_rewind_settings_below_zero_are_refused(wrong: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match="rewind settings must be >= 0"):
+def test_settings_below_zero_are_rejected(wrong: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="settings of late readings must be >= 0"):
         LateReadingsConfig(**wrong)  # type: ignore[arg-type]

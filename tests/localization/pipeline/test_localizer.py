@@ -25,7 +25,7 @@ from localization.types import (
     WheelSpeeds,
 )
 from robot_sim.simulation import Simulation
-from robot_sim.worlds.worlds import parse_world
+from robot_sim.worlds.loading import parse_world
 from tests.support import bits
 from tests.support_rooms import CORRIDOR, HALL, MOUNTS, TICK, Drive, Place, apart, box
 

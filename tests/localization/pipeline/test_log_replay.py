@@ -17,7 +17,7 @@ from localization.maps.cloud import CloudError
 from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.prepared_map import prepare
 from localization.matching.registration import RegistrationConfig
-from localization.motion.motion_model import Motion, SensorConfiguration
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.pipeline.log_replay import (
     CONFIG_KEY,

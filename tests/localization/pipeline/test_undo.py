@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from localization.filter.ekf import SkidSteerEkf
+from localization.filter.pose_error import difference
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
-from localization.matching.registration import difference, register
+from localization.matching.registration import register
 from localization.monitoring.health import HealthConfig
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.pipeline.undo import Step
@@ -26,6 +26,7 @@ from localization.types import (
     Sweep,
     Verdict,
 )
+from tests.localization.filter.driven_filter import DrivenFilter
 from tests.support_rooms import HALL, MOUNTS, SQUARE, Drive, apart
 
 START = Pose.planar(-1.2, -0.7, 0.3)
@@ -142,7 +143,7 @@ def test_what_was_lost_before_is_not_looked_for_after_an_undo_until_somebody_ask
     square: PreparedMap,
 ) -> None:
     way = drive(9.0)
-    config = replace(LocalizerConfig(), health=HealthConfig(blind_after=12))
+    config = replace(LocalizerConfig(), health=HealthConfig(occluded_lost_after=12))
     matcher = Moody(square, 2 * SECOND, 100 * SECOND)
     localizer = Localizer(square, MOUNTS, config, matcher=matcher)
     readings = hinted(way.readings(), (SECOND // 2, START))
@@ -191,7 +192,7 @@ def test_wrong_hints_on_a_good_pose_change_no_estimate(hall: PreparedMap) -> Non
 @given(seed=st.integers(0, 1000))
 def test_steps_carry_covariance_as_the_filter_predicts_it(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    ekf = SkidSteerEkf()
+    ekf = DrivenFilter()
     start = Pose.from_euler(rng.normal(0.0, 3.0, 3), roll=0.1, pitch=-0.05, yaw=rng.uniform(-3, 3))
     ekf.reset_pose(start, np.diag(rng.uniform(1e-6, 1e-3, 6)))
     pose, covariance = ekf.pose, ekf.covariance
@@ -221,7 +222,7 @@ def test_steps_carry_covariance_as_the_filter_predicts_it(seed: int) -> None:
 def test_step_that_was_also_seen_is_known_as_well_as_both_allow() -> None:
     wheels = Step(Pose.planar(0.10, 0.0, 0.02), np.diag([1e-4, 1e-4, 1e-6, 1e-6, 1e-6, 1e-4]))
     corridor = np.diag([100.0, 1e-6, 1e-6])
-    step = wheels.seen(Pose.planar(0.30, 0.01, 0.05), corridor)
+    step = wheels.corrected(Pose.planar(0.30, 0.01, 0.05), corridor)
     assert step.motion.position[0] == pytest.approx(0.10, abs=1e-4)
     assert step.motion.position[1] == pytest.approx(0.01, abs=2e-4)
     assert step.motion.yaw == pytest.approx(0.05, abs=1e-3)

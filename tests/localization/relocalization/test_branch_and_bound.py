@@ -9,14 +9,12 @@ import pytest
 from localization.maps.prepared_map import PreparedMap
 from localization.pipeline.localizer import Localizer
 from localization.relocalization.branch_and_bound import MapSearchConfig, Pyramid, search_map
-from localization.relocalization.window_search import (
-    FloorPlan,
-    SearchConfig,
-    Window,
-    same_place,
-    search,
-)
+from localization.relocalization.floor_plan import FloorPlan
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_window import Window
+from localization.relocalization.verification import same_place
 from localization.types import SECOND, Candidate, Health, Pose, Scan
+from tests.localization.relocalization.exhaustive_search import exhaustive_search
 from tests.support_rooms import HALL, MOUNTS, SQUARE, Drive, Place, apart, box
 
 HEIGHT = float(MOUNTS["laser_horizontal"].position[2])
@@ -120,7 +118,7 @@ def test_window_holds_the_place_that_trying_all_of_it_finds_and_nothing_outside(
         window = Window(x + dx, y + dy, pose.yaw + turn, 0.8, 0.8)
         level = Pose.identity()
         quick, _ = finish(search_map(sweep, hall, pyramid, level, window=window))
-        slow, _ = finish(search(sweep, hall, plan, window, level))
+        slow, _ = finish(exhaustive_search(sweep, hall, plan, window, level))
         away, turned = apart(slow[0].map_from_base, quick[0].map_from_base)
         assert away < 0.01
         assert turned < 0.01
@@ -131,14 +129,22 @@ def test_window_holds_the_place_that_trying_all_of_it_finds_and_nothing_outside(
             assert off.max() < window.half_width + 0.5
 
 
-def test_window_where_the_robot_is_not_does_not_hold_its_place(hall: PreparedMap) -> None:
+def test_window_elsewhere_contains_only_places_that_explain_less_than_the_true_one(
+    hall: PreparedMap,
+) -> None:
     pose = Pose.planar(2.6, 1.6, 0.2)
-    sweep = HALL.sweep(pose, noise=0.012, seed=1)
-    window = Window(5.5, 3.0, 0.2, 0.8, 0.5)
-    places, _ = finish(
-        search_map(sweep, hall, Pyramid(plan_of(hall)), Pose.identity(), window=window)
-    )
-    assert all(not same_place(p.map_from_base, pose) for p in places)
+    sweep, pyramid = HALL.sweep(pose, noise=0.012, seed=1), Pyramid(plan_of(hall))
+    there = Window(5.5, 3.0, 0.2, 0.8, 0.5)
+    elsewhere, _ = finish(search_map(sweep, hall, pyramid, Pose.identity(), window=there))
+    assert elsewhere, "some places there explain a part of the sweep"
+    for place in elsewhere:
+        off = place.map_from_base.position[:2] - [there.x, there.y]
+        assert np.abs(off).max() < there.half_width + 0.5
+        assert not same_place(place.map_from_base, pose)
+    here = Window(2.8, 1.5, 0.1, 0.8, 0.5)
+    found, _ = finish(search_map(sweep, hall, pyramid, Pose.identity(), window=here))
+    assert same_place(found[0].map_from_base, pose)
+    assert found[0].score > elsewhere[0].score + 0.1
 
 
 # The localiser, without a hint

@@ -5,9 +5,13 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.maps.prepared_map import PreparedMap
-from localization.relocalization.hint_search import Found, HintSearch
-from localization.relocalization.window_search import FloorPlan, SearchConfig, Window, same_place
+from localization.relocalization.floor_plan import FloorPlan
+from localization.relocalization.hint_search import SearchResult
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_window import Window
+from localization.relocalization.verification import same_place
 from localization.types import Hint, Pose, Sweep, Verdict
+from tests.localization.relocalization.driven_search import DrivenSearch
 from tests.support import floats
 from tests.support_rooms import HALL, SQUARE, Place, apart
 
@@ -17,10 +21,10 @@ LEVEL = Pose.identity()
 DEFAULT = np.zeros((6, 6))
 
 
-def desk_of(world: PreparedMap, config: SearchConfig | None = None) -> HintSearch:
+def search_of(world: PreparedMap, config: SearchConfig | None = None) -> DrivenSearch:
     config = config or SearchConfig()
     plan = FloorPlan(world, 0.35, cell=config.cell, sigma=config.field_sigma)
-    return HintSearch(world, plan, config)
+    return DrivenSearch(world, plan, config)
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +33,8 @@ def hall_plan(hall: PreparedMap) -> FloorPlan:
 
 
 @pytest.fixture
-def desk(hall: PreparedMap, hall_plan: FloorPlan) -> HintSearch:
-    return HintSearch(hall, hall_plan)
+def search(hall: PreparedMap, hall_plan: FloorPlan) -> DrivenSearch:
+    return DrivenSearch(hall, hall_plan)
 
 
 def a_hint(pose: Pose, *, sigma: float | None = None, sigma_yaw: float = 0.2) -> Hint:
@@ -40,27 +44,27 @@ def a_hint(pose: Pose, *, sigma: float | None = None, sigma_yaw: float = 0.2) ->
     return Hint(0, pose, covariance)
 
 
-def finish(desk: HintSearch, *, odom: Pose = ODOM, current: Pose | None = None) -> Found:
+def finish(search: DrivenSearch, *, odom: Pose = ODOM, current: Pose | None = None) -> SearchResult:
     for _ in range(10_000):
-        found = desk.advance(odom, current)
+        found = search.advance(odom, current)
         if found is not None:
             return found
     raise AssertionError("the search does not end")
 
 
 def settle(
-    desk: HintSearch, hint: Hint, place: Place, true: Pose, *, current: Pose | None = None
-) -> Found:
-    desk.receive(hint, 1, ODOM)
-    desk.begin(place.sweep(true, noise=0.01), ODOM, LEVEL)
-    found = finish(desk, current=current)
+    search: DrivenSearch, hint: Hint, place: Place, true: Pose, *, current: Pose | None = None
+) -> SearchResult:
+    search.receive(hint, 1, ODOM)
+    search.begin(place.sweep(true, noise=0.01), ODOM, LEVEL)
+    found = finish(search, current=current)
     assert found.hint is hint
     return found
 
 
 @pytest.mark.parametrize("seed", [*range(8), 13])  # 3, 5, 7, 13: once pitched by degrees
 def test_hint_a_metre_and_twenty_degrees_off_is_accepted_where_the_robot_is(
-    desk: HintSearch, seed: int
+    search: DrivenSearch, seed: int
 ) -> None:
     rng = np.random.default_rng(seed)
     true = Pose.planar(rng.uniform(1.5, 5.5), rng.uniform(0.8, 3.5), rng.uniform(-np.pi, np.pi))
@@ -69,50 +73,52 @@ def test_hint_a_metre_and_twenty_degrees_off_is_accepted_where_the_robot_is(
     hinted = Pose.planar(
         true.position[0] + np.cos(way), true.position[1] + np.sin(way), true.yaw + off
     )
-    found = settle(desk, a_hint(hinted), HALL, true)
+    found = settle(search, a_hint(hinted), HALL, true)
     assert found.verdict is Verdict.ACCEPTED
     distance, angle = apart(true, found.candidates[0].map_from_base)
     assert distance < 0.10
     assert angle < np.deg2rad(2.0)
     assert "explains" in found.reason
-    assert not desk.busy
+    assert not search.busy
 
 
 @pytest.mark.parametrize(("x", "y"), [(-2.0, 3.0), (9.6, 3.0), (4.0, 900.0)])
 def test_hint_outside_the_map_is_rejected_at_once_and_told_where_the_map_is(
-    desk: HintSearch, x: float, y: float
+    search: DrivenSearch, x: float, y: float
 ) -> None:
     hint = a_hint(Pose.planar(x, y, 0.0))
-    desk.receive(hint, 7, ODOM)
-    assert not desk.busy
-    answer = desk.next_answer()
+    search.receive(hint, 7, ODOM)
+    assert not search.busy
+    answer = search.next_answer()
     assert answer is not None
     assert (answer.hint, answer.verdict, answer.stamp) == (hint, Verdict.REJECTED, 7)
     assert f"({x:.1f}, {y:.1f}) lies outside the map" in answer.reason
     assert "x 0.0 to 8.0 and y 0.0 to 6.0" in answer.reason
-    assert desk.next_answer() is None
+    assert search.next_answer() is None
 
 
 def test_hint_beyond_the_edge_of_the_map_is_looked_for_as_far_as_its_window_reaches(
-    desk: HintSearch,
+    search: DrivenSearch,
 ) -> None:
     true = Pose.planar(6.8, 3.0, 0.0)
-    found = settle(desk, a_hint(Pose.planar(8.2, 3.0, 0.1)), HALL, true)
+    found = settle(search, a_hint(Pose.planar(8.2, 3.0, 0.1)), HALL, true)
     assert found.verdict is Verdict.ACCEPTED
     assert apart(true, found.candidates[0].map_from_base)[0] < 0.10
 
 
-def test_hint_outside_the_map_does_not_end_a_search_under_way(desk: HintSearch) -> None:
+def test_hint_outside_the_map_does_not_end_a_search_under_way(search: DrivenSearch) -> None:
     good = a_hint(Pose.planar(4.0, 2.5, 0.0))
-    desk.receive(good, 1, ODOM)
-    desk.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.1)), ODOM, LEVEL)
-    desk.receive(a_hint(Pose.planar(99.0, 0.0, 0.0)), 2, ODOM)
-    assert finish(desk).hint is good
+    search.receive(good, 1, ODOM)
+    search.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.1)), ODOM, LEVEL)
+    search.receive(a_hint(Pose.planar(99.0, 0.0, 0.0)), 2, ODOM)
+    assert finish(search).hint is good
 
 
-def test_hint_where_the_robot_is_not_is_rejected_with_what_was_searched(desk: HintSearch) -> None:
+def test_hint_where_the_robot_is_not_is_rejected_with_what_was_searched(
+    search: DrivenSearch,
+) -> None:
     hint = a_hint(Pose.planar(1.5, 4.0, 0.0), sigma=0.2, sigma_yaw=0.1)
-    found = settle(desk, hint, HALL, Pose.planar(6.0, 1.0, 2.0))
+    found = settle(search, hint, HALL, Pose.planar(6.0, 1.0, 2.0))
     assert found.verdict is Verdict.REJECTED
     assert "within 0.6 m and 17 degrees" in found.reason
     assert "needed: 55%" in found.reason
@@ -121,7 +127,7 @@ def test_hint_where_the_robot_is_not_is_rejected_with_what_was_searched(desk: Hi
 def test_wide_hint_in_a_square_room_is_ambiguous_and_names_the_places(square: PreparedMap) -> None:
     true = Pose.planar(0.8, 0.3, 0.4)
     hint = a_hint(Pose.planar(0.0, 0.0, 0.4), sigma=0.5, sigma_yaw=2.0)
-    found = settle(desk_of(square), hint, SQUARE, true)
+    found = settle(search_of(square), hint, SQUARE, true)
     assert found.verdict is Verdict.AMBIGUOUS
     assert "narrower hint" in found.reason
     assert len(found.candidates) >= 4
@@ -133,15 +139,15 @@ def test_wide_hint_in_a_square_room_is_ambiguous_and_names_the_places(square: Pr
 def test_narrow_hint_in_a_square_room_is_accepted(square: PreparedMap) -> None:
     true = Pose.planar(0.8, 0.3, 0.4)
     hint = a_hint(true @ Pose.planar(0.2, -0.1, 0.1), sigma=0.2, sigma_yaw=0.15)
-    found = settle(desk_of(square), hint, SQUARE, true)
+    found = settle(search_of(square), hint, SQUARE, true)
     assert found.verdict is Verdict.ACCEPTED
     assert same_place(found.candidates[0].map_from_base, true)
 
 
-def test_estimate_that_is_the_best_pose_is_kept(desk: HintSearch) -> None:
+def test_estimate_that_is_the_best_pose_is_kept(search: DrivenSearch) -> None:
     true = Pose.planar(4.0, 2.5, 0.4)
     current = true @ Pose.planar(0.02, 0.01, 0.0)
-    found = settle(desk, a_hint(true @ Pose.planar(0.5, 0.3, 0.2)), HALL, true, current=current)
+    found = settle(search, a_hint(true @ Pose.planar(0.5, 0.3, 0.2)), HALL, true, current=current)
     assert found.verdict is Verdict.KEPT
     assert "the estimate is the best pose there" in found.reason
 
@@ -150,15 +156,15 @@ def test_estimate_that_explains_as_much_is_kept_against_another_place(square: Pr
     true = Pose.planar(0.8, 0.3, 0.4)
     other = Pose.planar(-0.8, -0.3, 0.4 + np.pi)
     hint = a_hint(other, sigma=0.2, sigma_yaw=0.15)
-    found = settle(desk_of(square), hint, SQUARE, true, current=true)
+    found = settle(search_of(square), hint, SQUARE, true, current=true)
     assert found.verdict is Verdict.KEPT
     assert "the best pose near the hint" in found.reason
 
 
-def test_wrong_estimate_gives_way_to_the_hint(desk: HintSearch) -> None:
+def test_wrong_estimate_gives_way_to_the_hint(search: DrivenSearch) -> None:
     true = Pose.planar(4.0, 2.5, 0.4)
     wrong = Pose.planar(2.0, 3.5, -2.0)
-    found = settle(desk, a_hint(true), HALL, true, current=wrong)
+    found = settle(search, a_hint(true), HALL, true, current=wrong)
     assert found.verdict is Verdict.ACCEPTED
     assert same_place(found.candidates[0].map_from_base, true)
 
@@ -168,41 +174,41 @@ def test_wrong_estimate_gives_way_to_the_hint(desk: HintSearch) -> None:
 def test_what_was_found_is_brought_forward_by_odometry(
     hall: PreparedMap, hall_plan: FloorPlan, x: float, y: float, turn: float
 ) -> None:
-    desk = HintSearch(hall, hall_plan)
+    search = DrivenSearch(hall, hall_plan)
     true, moved = Pose.planar(4.0, 2.5, 0.4), Pose.planar(x, y, turn)
-    desk.receive(a_hint(true), 1, ODOM)
-    desk.begin(HALL.sweep(true), ODOM, LEVEL)
-    found = finish(desk, odom=ODOM @ moved)
+    search.receive(a_hint(true), 1, ODOM)
+    search.begin(HALL.sweep(true), ODOM, LEVEL)
+    found = finish(search, odom=ODOM @ moved)
     assert found.verdict is Verdict.ACCEPTED
     assert apart(found.candidates[0].map_from_base, true @ moved)[0] < 0.03
 
 
-def test_window_moves_on_with_the_robot_until_the_search_begins(desk: HintSearch) -> None:
+def test_window_moves_on_with_the_robot_until_the_search_begins(search: DrivenSearch) -> None:
     """A hint tells where the robot was when it was given; the sweep comes later."""
     hinted, moved = Pose.planar(2.5, 1.5, 0.0), Pose.planar(2.5, 1.0, 1.5)
-    desk.receive(a_hint(hinted, sigma=0.1, sigma_yaw=0.05), 1, ODOM)
-    desk.begin(HALL.sweep(hinted @ moved), ODOM @ moved, LEVEL)
-    found = finish(desk, odom=ODOM @ moved)
+    search.receive(a_hint(hinted, sigma=0.1, sigma_yaw=0.05), 1, ODOM)
+    search.begin(HALL.sweep(hinted @ moved), ODOM @ moved, LEVEL)
+    found = finish(search, odom=ODOM @ moved)
     assert found.verdict is Verdict.ACCEPTED
     assert same_place(found.candidates[0].map_from_base, hinted @ moved)
 
 
 @pytest.mark.parametrize("begun", [False, True])
 def test_newer_hint_takes_the_place_of_the_older_which_is_answered(
-    desk: HintSearch, begun: bool
+    search: DrivenSearch, begun: bool
 ) -> None:
     old, new = a_hint(Pose.planar(2.0, 3.0, 0.0)), a_hint(Pose.planar(4.0, 2.5, 0.4))
-    desk.receive(old, 1, ODOM)
+    search.receive(old, 1, ODOM)
     if begun:
-        desk.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.4)), ODOM, LEVEL)
-        assert desk.advance(ODOM, None) is None
-    desk.receive(new, 5, ODOM)
-    answer = desk.next_answer()
+        search.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.4)), ODOM, LEVEL)
+        assert search.advance(ODOM, None) is None
+    search.receive(new, 5, ODOM)
+    answer = search.next_answer()
     assert answer is not None
     assert (answer.hint, answer.verdict, answer.stamp) == (old, Verdict.REJECTED, 5)
     assert answer.reason == "a newer hint took its place"
-    desk.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.4)), ODOM, LEVEL)
-    found = finish(desk)
+    search.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.4)), ODOM, LEVEL)
+    found = finish(search)
     assert (found.hint, found.verdict) == (new, Verdict.ACCEPTED)
 
 
@@ -211,56 +217,56 @@ def test_newer_hint_takes_the_place_of_the_older_which_is_answered(
 def test_every_hint_is_answered_once_in_order(
     hall: PreparedMap, hall_plan: FloorPlan, n: int
 ) -> None:
-    desk = HintSearch(hall, hall_plan)
+    search = DrivenSearch(hall, hall_plan)
     hints = [a_hint(Pose.planar(4.0 + 2.0 * (i % 4), 2.5, 0.4), sigma=0.1) for i in range(n)]
     for i, hint in enumerate(hints):
-        desk.receive(hint, i, ODOM)
+        search.receive(hint, i, ODOM)
         if i % 2:
-            desk.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.4)), ODOM, LEVEL)
-    desk.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.4)), ODOM, LEVEL)
+            search.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.4)), ODOM, LEVEL)
+    search.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.4)), ODOM, LEVEL)
     answered = []
-    if desk.busy:
-        found = finish(desk)
+    if search.busy:
+        found = finish(search)
         assert found.hint is not None
-        desk.answer(found.hint, n, found.verdict, found.reason, found.candidates)
-    while (answer := desk.next_answer()) is not None:
+        answered.append(found.hint)
+    while (answer := search.next_answer()) is not None:
         answered.append(answer.hint)
     assert sorted(map(id, answered)) == sorted(map(id, hints))
 
 
-def test_search_without_a_hint_gives_way_to_one(desk: HintSearch) -> None:
+def test_search_without_a_hint_gives_way_to_one(search: DrivenSearch) -> None:
     sweep = HALL.sweep(Pose.planar(4.0, 2.5, 0.4))
-    desk.search_around(Window(4.0, 2.5, 0.4, 1.0, 0.5), sweep, ODOM, LEVEL)
-    assert desk.busy
+    search.search_window(Window(4.0, 2.5, 0.4, 1.0, 0.5), sweep, ODOM, LEVEL)
+    assert search.busy
     hint = a_hint(Pose.planar(4.2, 2.5, 0.4))
-    desk.receive(hint, 1, ODOM)
-    assert desk.next_answer() is None
-    desk.begin(sweep, ODOM, LEVEL)
-    assert finish(desk).hint is hint
+    search.receive(hint, 1, ODOM)
+    assert search.next_answer() is None
+    search.begin(sweep, ODOM, LEVEL)
+    assert finish(search).hint is hint
 
 
-def test_hint_does_not_give_way_to_a_search_without_one(desk: HintSearch) -> None:
+def test_hint_does_not_give_way_to_a_search_without_one(search: DrivenSearch) -> None:
     sweep = HALL.sweep(Pose.planar(4.0, 2.5, 0.4))
     hint = a_hint(Pose.planar(4.2, 2.5, 0.4))
-    desk.receive(hint, 1, ODOM)
-    desk.search_around(Window(1.0, 1.0, 0.0, 1.0, 0.5), sweep, ODOM, LEVEL)
-    desk.begin(sweep, ODOM, LEVEL)
-    desk.search_around(Window(1.0, 1.0, 0.0, 1.0, 0.5), sweep, ODOM, LEVEL)
-    assert finish(desk).hint is hint
+    search.receive(hint, 1, ODOM)
+    search.search_window(Window(1.0, 1.0, 0.0, 1.0, 0.5), sweep, ODOM, LEVEL)
+    search.begin(sweep, ODOM, LEVEL)
+    search.search_window(Window(1.0, 1.0, 0.0, 1.0, 0.5), sweep, ODOM, LEVEL)
+    assert finish(search).hint is hint
 
 
-def test_idle_desk_finds_nothing(desk: HintSearch) -> None:
-    assert not desk.busy
-    assert desk.advance(ODOM, None) is None
-    desk.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.4)), ODOM, LEVEL)
-    assert not desk.busy
+def test_idle_search_finds_nothing(search: DrivenSearch) -> None:
+    assert not search.busy
+    assert search.advance(ODOM, None) is None
+    search.begin(HALL.sweep(Pose.planar(4.0, 2.5, 0.4)), ODOM, LEVEL)
+    assert not search.busy
 
 
-def test_sweep_without_points_rejects_the_hint(desk: HintSearch) -> None:
+def test_sweep_without_points_rejects_the_hint(search: DrivenSearch) -> None:
     hint = a_hint(Pose.planar(4.0, 2.5, 0.4))
-    desk.receive(hint, 1, ODOM)
+    search.receive(hint, 1, ODOM)
     nothing = np.zeros((0, 3))
-    desk.begin(Sweep(0, nothing, nothing, np.zeros(0, dtype=bool)), ODOM, LEVEL)
-    found = finish(desk, current=Pose.planar(4.0, 2.5, 0.4))
+    search.begin(Sweep(0, nothing, nothing, np.zeros(0, dtype=bool)), ODOM, LEVEL)
+    found = finish(search, current=Pose.planar(4.0, 2.5, 0.4))
     assert (found.hint, found.verdict) == (hint, Verdict.REJECTED)
     assert "best: nothing" in found.reason

@@ -20,11 +20,12 @@ from robot_sim import (
     parse_world,
     scene_names,
 )
-from robot_sim.actors.movers import Mover, Walker, moving_bodies
+from robot_sim.actors.actor_bodies import moving_bodies
+from robot_sim.actors.movers import Mover, Walker
 from robot_sim.actors.walking import ACCELERATION, Walk
-from robot_sim.floorplan.actors_in_plan import FASTEST, Leaf, Person
+from robot_sim.floorplan.actors_in_plan import MAX_WALKING_SPEED, DoorLeaf, Person
 from robot_sim.simulation import TICK_NS
-from robot_sim.worlds.worlds import WorldOptions
+from robot_sim.worlds.world import WorldOptions
 
 ALIVE = WorldOptions(alive=True)
 SECOND = 1_000_000_000
@@ -60,7 +61,7 @@ corners = st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0))
 @settings(max_examples=40)
 @given(
     path=st.lists(corners, min_size=3, max_size=6),
-    speed=st.floats(0.5, FASTEST),
+    speed=st.floats(0.5, MAX_WALKING_SPEED),
     loop=st.booleans(),
     stops=st.lists(st.floats(0.5, 5.0), min_size=6, max_size=6),
 )
@@ -72,7 +73,7 @@ def test_walker_moves_without_jumps_and_no_faster_than_its_speed(
     try:
         walk = Walk(points, speed=speed, step_length=0.7, loop=loop)
     except WorldError:
-        # Two in one place, or a spike: told apart in a test of its own.
+        # Two in one place, or a spike: covered by a test of its own.
         assume(False)
     step = 10_000_000
     when = np.arange(0, min(walk.cycle, 300 * SECOND) + SECOND, step, dtype=np.int64)
@@ -134,7 +135,7 @@ def test_feet_are_together_at_every_stop_and_half_a_turn_apart_per_step() -> Non
         ([(0.0, 0.0, -1.0), (1.0, 0.0)], False, "stops >= 0"),
     ],
 )
-def test_path_that_cannot_be_walked_is_refused(
+def test_path_that_cannot_be_walked_is_rejected(
     path: Sequence[Sequence[float]], loop: bool, message: str
 ) -> None:
     with pytest.raises(WorldError, match=message):
@@ -165,7 +166,7 @@ def test_legs_swing_one_before_the_other_at_a_walkers_cadence() -> None:
     assert np.diff(left[:, 0]).min() > 0.0
 
 
-def test_cart_keeps_its_place_before_whoever_pushes_it() -> None:
+def test_cart_stays_ahead_of_the_person_who_pushes_it() -> None:
     world = room("8.0, 6.0, 0.0", '[[cart]]\nname = "t"\npath = [[2, 2], [6, 2], [6, 5]]\n')
     when = times(30.0, 0.05)
     cart, yaws = of(world.movers, "t").pose_at(when)
@@ -177,7 +178,7 @@ def test_cart_keeps_its_place_before_whoever_pushes_it() -> None:
 
 
 def test_leaf_opens_all_the_way_and_closes_again_smoothly() -> None:
-    leaf = Leaf("door", (1.0, 2.0), closed=0.5, swing=-1.4, open_time=4.0, closed_time=6.0)
+    leaf = DoorLeaf("door", (1.0, 2.0), closed=0.5, swing=-1.4, open_time=4.0, closed_time=6.0)
     (body,) = moving_bodies([leaf])
     positions, yaws = body.mover.pose_at(times(400.0, 0.02))
     np.testing.assert_array_equal(positions, np.broadcast_to((1.0, 2.0, 0.0), positions.shape))
@@ -210,7 +211,7 @@ def test_timing_is_by_seed_and_name_alone() -> None:
     assert max(fastest) - min(fastest) > 0.3
 
 
-def test_who_has_a_start_stands_until_then() -> None:
+def test_actor_with_a_start_time_stands_until_then() -> None:
     (torso, *_) = moving_bodies([Person("anna", ((1.0, 1.0), (8.0, 1.0)), start=5.0)])
     x = torso.mover.pose_at(np.array([0, 5, 7]) * SECOND)[0][:, 0]
     np.testing.assert_allclose(x[:2], 1.0)
@@ -227,7 +228,7 @@ def test_who_has_a_start_stands_until_then() -> None:
          "person 'a': speed must be at most 2.5 m/s, got 9"),
         ('[[person]]\nname = "a"\npath = [[1, 1], [2, 2]]\nhat = true', "unknown entry 'hat'"),
         ('[[person]]\nname = "a"\npath = [[1, 1], [2, 2]]\n'
-         '[[cart]]\nname = "a"\npath = [[1, 1], [2, 2]]', "there are two of that name"),
+         '[[cart]]\nname = "a"\npath = [[1, 1], [2, 2]]', "two actors have this name"),
         ('[[person]]\nname = "a"\npath = [[8, 4], [12, 4], [12, 6]]',
          "person 'a' walks through east_0 between [8, 4] and [12, 4]"),
         ('[[cart]]\nname = "c"\npath = [[1, 1], [2, 2]]\nsize = [1, 1, 0.1]',
@@ -236,7 +237,7 @@ def test_who_has_a_start_stands_until_then() -> None:
          "leaf 'd': moving_time must be > 0"),
     ],
 )  # fmt: skip
-def test_bad_inhabitant_is_refused_by_name(life: str, message: str) -> None:
+def test_invalid_actor_is_rejected_by_name(life: str, message: str) -> None:
     with pytest.raises(WorldError) as caught:
         room("5.0, 4.0, 0.0", life)
     assert message in str(caught.value)
@@ -256,7 +257,7 @@ def test_nothing_moves_unless_the_world_is_alive(office: World) -> None:
     assert set(still) <= {alive.model.geom(i).name for i in range(alive.model.ngeom)}
 
 
-def test_physics_and_scanners_see_a_walker_where_it_says_it_is() -> None:
+def test_physics_and_scanners_see_a_walker_at_its_computed_pose() -> None:
     world = room(
         "1.0, 4.0, 0.0",
         '[[person]]\nname = "anna"\npath = [[4, 1], [4, 7]]\nspeed = 1.3\nstart = 0.5\n',
@@ -330,7 +331,7 @@ def _run(
     return simulation, np.array(path), fastest
 
 
-def test_somebody_who_walks_into_the_robot_shoves_it_and_walks_on() -> None:
+def test_person_who_walks_into_the_robot_pushes_it_and_walks_on() -> None:
     life = '[[person]]\nname = "a"\npath = [[5, 1], [5, 7]]\nspeed = 1.2\nstart = 0.5\n'
     simulation, path, fastest = _run(room("5.0, 4.0, 0.0", life), 9.0)
     shoved = np.hypot(*(path[-1] - path[0])[:2])
@@ -348,7 +349,7 @@ def test_somebody_who_walks_into_the_robot_shoves_it_and_walks_on() -> None:
         '[[leaf]]\nname = "a"\nhinge = [9.0, 0.05]\nclosed = 100\nswing = -95\nclosed_time = 2.0\n',
     ],
 )
-def test_a_cornered_robot_is_not_pressed_through_the_wall(life: str) -> None:
+def test_cornered_robot_is_not_pressed_through_the_wall(life: str) -> None:
     simulation, path, fastest = _run(room("9.6, 0.4, 0.0", life), 16.0)
     # Its middle stays in the room, whose corner is at x 10, y 0, and it lands on its wheels.
     assert (path[:, 0] < 9.85).all()
@@ -357,7 +358,7 @@ def test_a_cornered_robot_is_not_pressed_through_the_wall(life: str) -> None:
     assert simulation.truth().map_from_base.rotation[2, 2] > 0.99
 
 
-def test_somebody_who_stands_in_the_way_stops_the_robot() -> None:
+def test_standing_person_stops_the_robot() -> None:
     life = '[[person]]\nname = "a"\npath = [[6, 4], [9, 4]]\nstart = 500.0\n'
     simulation, path, _ = _run(room("4.0, 4.0, 0.0", life), 6.0, forward=0.7)
     assert path[-1][0] < 5.8
@@ -410,7 +411,7 @@ def clearances(
 
 
 @pytest.mark.parametrize("scene", scene_names())
-def test_nobody_walks_through_anything_in_our_scenes(scene: str) -> None:
+def test_actors_pass_through_nothing_in_our_scenes(scene: str) -> None:
     world = load_world(scene, options=ALIVE)
     assert world.movers, "every scene has somebody in it"
     for name, (gap, what) in clearances(world, step=0.8 if scene == "warehouse" else 0.25).items():
@@ -418,14 +419,14 @@ def test_nobody_walks_through_anything_in_our_scenes(scene: str) -> None:
         assert gap >= least, f"{name} comes within {gap:.3f} m of {what}"
 
 
-def test_nobody_walks_through_moved_furniture() -> None:
+def test_actors_do_not_pass_through_moved_furniture() -> None:
     world = load_world("office", options=WorldOptions(alive=True, rearranged=1))
     for name, (gap, what) in clearances(world, step=0.4).items():
         assert gap >= 0.005, f"{name} comes within {gap:.3f} m of {what}"
 
 
 @pytest.mark.parametrize("scene", scene_names())
-def test_nobody_stands_where_the_robot_starts(scene: str) -> None:
+def test_no_actor_stands_at_the_robots_start(scene: str) -> None:
     world = load_world(scene, options=ALIVE)
     spawn = world.spawn.position[:2]
     when = times(15.0, 0.1)

@@ -9,9 +9,9 @@ from robot_sim.drive.aria_packets import (
     POSITION_UNITS,
     StandardPacket,
     checksum,
-    frame,
+    frame_packet,
     moved_units,
-    unframe,
+    unframe_packet,
 )
 from robot_sim.drive.bumpers import Bumpers
 from robot_sim.errors import PacketError
@@ -62,13 +62,13 @@ PLAIN = StandardPacket(
         ("04 3b 01 00", "fa fb 06 04 3b 01 00 05 3b"),
     ],
 )
-def test_frames_are_those_that_every_driver_sends(data: str, whole: str) -> None:
-    assert frame(bytes.fromhex(data)) == bytes.fromhex(whole)
-    assert unframe(bytes.fromhex(whole)) == bytes.fromhex(data)
+def test_known_packets_are_framed_as_public_drivers_frame_them(data: str, whole: str) -> None:
+    assert frame_packet(bytes.fromhex(data)) == bytes.fromhex(whole)
+    assert unframe_packet(bytes.fromhex(whole)) == bytes.fromhex(data)
 
 
-def test_bytes_of_a_packet_are_in_the_places_where_drivers_look() -> None:
-    data = unframe(PLAIN.to_bytes())
+def test_fields_of_a_packet_are_at_the_offsets_of_public_drivers() -> None:
+    data = unframe_packet(PLAIN.to_bytes())
     assert data[0] == 0x33
     assert int.from_bytes(data[1:3], "little") == 1000
     assert int.from_bytes(data[3:5], "little") == 32268
@@ -85,24 +85,24 @@ def test_rear_ring_is_numbered_from_its_right_end() -> None:
     left_end = StandardPacket(
         False, 0, 0, 0, 0, 0, 0, 120, False, False, Bumpers(rear=(True, *[False] * 4))
     )
-    assert unframe(left_end.to_bytes())[12] == 0b100000
+    assert unframe_packet(left_end.to_bytes())[12] == 0b100000
 
 
 @given(packets)
-def test_a_packet_survives_the_wire(packet: StandardPacket) -> None:
+def test_packet_survives_encoding_and_decoding(packet: StandardPacket) -> None:
     assert StandardPacket.from_bytes(packet.to_bytes()) == packet
 
 
 @given(st.binary(min_size=1, max_size=195), st.integers(0, 7))
-def test_a_flipped_bit_is_noticed_or_changes_nothing_but_the_data(data: bytes, bit: int) -> None:
-    whole = bytearray(frame(data))
+def test_flipped_bit_is_detected_or_changes_the_data_only(data: bytes, bit: int) -> None:
+    whole = bytearray(frame_packet(data))
     whole[3] ^= 1 << bit
     with pytest.raises(PacketError, match="checksum"):
-        unframe(bytes(whole))
+        unframe_packet(bytes(whole))
 
 
 @given(st.binary(max_size=40))
-def test_garbage_is_refused_in_one_line(garbage: bytes) -> None:
+def test_random_bytes_are_rejected_in_one_line(garbage: bytes) -> None:
     with pytest.raises(PacketError) as refusal:
         StandardPacket.from_bytes(b"\xfa" + garbage)
     assert "\n" not in str(refusal.value)
@@ -112,21 +112,21 @@ def test_garbage_is_refused_in_one_line(garbage: bytes) -> None:
     ("packet", "why"),
     [
         (b"", "begins with"),
-        (b"\xfa\xfb\x09\x00\x00\x00", "counts"),
-        (frame(b"\x20abc"), "0x20"),
-        (frame(b"\x32abc"), "longer"),
+        (b"\xfa\xfb\x09\x00\x00\x00", "third byte"),
+        (frame_packet(b"\x20abc"), "0x20"),
+        (frame_packet(b"\x32abc"), "longer"),
     ],
 )
-def test_refusal_says_what_is_wrong(packet: bytes, why: str) -> None:
+def test_rejected_packet_gives_the_reason(packet: bytes, why: str) -> None:
     with pytest.raises(PacketError, match=why):
         StandardPacket.from_bytes(packet)
 
 
-def test_a_number_that_does_not_fit_is_refused() -> None:
+def test_number_that_does_not_fit_its_field_is_rejected() -> None:
     with pytest.raises(PacketError, match="fit"):
         StandardPacket(False, 0, 0, 0, 40_000, 0, 0, 120, False, False, Bumpers()).to_bytes()
     with pytest.raises(PacketError, match="195"):
-        frame(bytes(196))
+        frame_packet(bytes(196))
 
 
 @given(st.integers(0, POSITION_UNITS - 1), st.integers(-4000, 4000))
@@ -134,6 +134,6 @@ def test_positions_are_followed_over_their_wrap(before: int, moved: int) -> None
     assert moved_units(before, (before + moved) % POSITION_UNITS) == moved
 
 
-def test_checksum_of_an_odd_number_of_bytes_takes_the_last_one_in() -> None:
+def test_checksum_of_an_odd_number_of_bytes_includes_the_last() -> None:
     assert checksum(b"\x01\x02\x03") == 0x0102 ^ 0x03
     assert checksum(b"\xff\xff\x00\x02") == 1

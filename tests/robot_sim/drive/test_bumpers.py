@@ -51,7 +51,7 @@ def test_each_ring_runs_from_the_left_to_the_right_of_the_robot(
     assert (indices(bumpers.front), indices(bumpers.rear)) == (front, rear)
 
 
-def test_a_flat_thing_presses_what_lies_between_the_ends_of_its_patch() -> None:
+def test_flat_thing_presses_what_lies_between_the_ends_of_its_patch() -> None:
     assert indices(pressed_by([at(32.0, -32.0)]).front) == [1, 2, 3]
     assert indices(pressed_by([at(148.0, -148.0)]).rear) == [1, 2, 3]
 
@@ -60,13 +60,13 @@ def test_two_things_press_only_where_they_are() -> None:
     assert indices(pressed_by([at(32.0), at(-32.0)]).front) == [1, 3]
 
 
-def test_a_wall_along_the_whole_side_presses_the_outer_segments_of_both_rings_at_most() -> None:
+def test_wall_along_the_whole_side_presses_the_outer_segments_of_both_rings_at_most() -> None:
     bumpers = pressed_by([np.array([[0.25, 0.16], [-0.25, 0.16]])])
     assert (indices(bumpers.front), indices(bumpers.rear)) == ([1], [1])
 
 
 @given(st.lists(points, min_size=1, max_size=4))
-def test_a_mirrored_world_presses_mirrored_segments(patch: list[tuple[float, float]]) -> None:
+def test_mirrored_world_presses_mirrored_segments(patch: list[tuple[float, float]]) -> None:
     here = np.array(patch)
     there = here * [1.0, -1.0]
     # On the border of two segments either may be pressed.
@@ -79,7 +79,7 @@ def test_a_mirrored_world_presses_mirrored_segments(patch: list[tuple[float, flo
 
 
 @given(bearings)
-def test_one_point_presses_the_one_segment_that_looks_its_way(bearing: float) -> None:
+def test_one_point_presses_the_one_segment_that_faces_it(bearing: float) -> None:
     bumpers = pressed_by([0.3 * np.array([[math.cos(bearing), math.sin(bearing)]])])
     ahead = abs(bearing) < math.pi / 2
     off = abs(bearing) if ahead else math.pi - abs(bearing)
@@ -100,6 +100,6 @@ def test_pressed_in_either_is_pressed_in_both_together() -> None:
     assert not Bumpers().pressed
 
 
-def test_a_ring_of_another_length_is_refused() -> None:
+def test_ring_of_another_length_is_rejected() -> None:
     with pytest.raises(ValueError, match="5 segments"):
         Bumpers(front=(True,))

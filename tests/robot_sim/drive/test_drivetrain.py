@@ -1,4 +1,4 @@
-"""The drive's limits and ramps, alone and under the robot."""
+"""Limits and ramps of the drivetrain, alone and under the robot."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.types import Pose, Twist, WheelSpeeds
-from robot_sim.drive.drivetrain import Drive, DriveConfig, WheelSlip, ramp
+from robot_sim.drive.drivetrain import DriveConfig, Drivetrain, SlipFault, ramp
 from robot_sim.robot.p3at import P3AT
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World, parse_world
+from robot_sim.worlds.loading import parse_world
+from robot_sim.worlds.world import World
 
 BLIND = SimulationConfig(scanners=())
 speeds = st.floats(-5.0, 5.0)
@@ -29,7 +30,7 @@ def test_ramp_never_overshoots_and_never_exceeds_its_steps(now: float, target: f
 
 def settled(forward: float, turn: float) -> tuple[float, float]:
     """Return the forward speed and yaw rate that a drive settles at."""
-    drive = Drive(DriveConfig(), P3AT())
+    drive = Drivetrain(DriveConfig(), P3AT())
     drive.command(Twist.planar(forward, turn))
     for _ in range(2000):
         left, right = drive.advance(0.01)
@@ -54,10 +55,8 @@ def test_limits_hold_and_the_curve_is_kept(forward: float, turn: float) -> None:
     ticks=st.integers(1, 40),
 )
 @settings(max_examples=25, deadline=None)
-def test_a_tick_at_once_gives_the_numbers_of_its_steps(
-    commands: list[tuple[float, float]], ticks: int
-) -> None:
-    at_once, stepwise = Drive(DriveConfig(), P3AT()), Drive(DriveConfig(), P3AT())
+def test_advance_tick_equals_single_steps(commands: list[tuple[float, float]], ticks: int) -> None:
+    at_once, stepwise = Drivetrain(DriveConfig(), P3AT()), Drivetrain(DriveConfig(), P3AT())
     for forward, turn in commands:
         at_once.command(Twist.planar(forward, turn))
         stepwise.command(Twist.planar(forward, turn))
@@ -67,22 +66,22 @@ def test_a_tick_at_once_gives_the_numbers_of_its_steps(
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_drive_refuses_what_is_not_finite(bad: float) -> None:
-    drive = Drive(DriveConfig(), P3AT())
+def test_drivetrain_rejects_commands_that_are_not_finite(bad: float) -> None:
+    drive = Drivetrain(DriveConfig(), P3AT())
     with pytest.raises(ValueError, match="finite"):
         drive.command(Twist.planar(bad, 0.0))
     with pytest.raises(ValueError, match="finite"):
         drive.command(Twist.planar(0.0, bad))
 
 
-def test_drive_config_refuses_a_limit_that_is_not_positive() -> None:
+def test_drive_config_rejects_limits_that_are_not_positive() -> None:
     with pytest.raises(ValueError, match="braking"):
         DriveConfig(braking=0.0)
 
 
-def test_wheel_slip_refuses_a_negative_duration() -> None:
+def test_slip_fault_rejects_a_negative_duration() -> None:
     with pytest.raises(ValueError, match="slip"):
-        WheelSlip(0, -1, 2.0)
+        SlipFault(0, -1, 2.0)
 
 
 def test_robot_speeds_up_by_its_ramp_drives_straight_and_brakes_in_its_distance(
@@ -110,7 +109,7 @@ def test_robot_speeds_up_by_its_ramp_drives_straight_and_brakes_in_its_distance(
     assert abs(stopped.twist.linear[0]) < 0.002
 
 
-def test_commanded_curve_comes_out(field: World) -> None:
+def test_robot_follows_the_commanded_curvature(field: World) -> None:
     simulation = Simulation(field, config=BLIND)
     simulation.command(Twist.planar(0.4, 0.5))
     for _ in range(300):
@@ -162,7 +161,7 @@ def wheel_readings(simulation: Simulation, ticks: int) -> list[WheelSpeeds]:
     return [r for _ in range(ticks) for r in simulation.step() if isinstance(r, WheelSpeeds)]
 
 
-def test_encoders_tell_the_rim_speed_within_their_errors(field: World) -> None:
+def test_encoders_report_the_rim_speed_within_their_errors(field: World) -> None:
     simulation = Simulation(field, seed=3, config=BLIND)
     simulation.command(Twist.planar(0.5, 0.0))
     readings = wheel_readings(simulation, 500)[200:]
@@ -172,13 +171,13 @@ def test_encoders_tell_the_rim_speed_within_their_errors(field: World) -> None:
     assert all(float(np.float32(r.left)) == r.left for r in readings)
 
 
-def test_encoders_are_silent_at_rest(field: World) -> None:
+def test_encoders_report_zero_at_rest(field: World) -> None:
     readings = wheel_readings(Simulation(field, config=BLIND), 60)[10:]
     assert {(r.left, r.right) for r in readings} == {(0.0, 0.0)}
 
 
-def test_injected_slip_scales_both_sides_while_it_lasts(field: World) -> None:
-    slip = WheelSlip(start_ns=4_000_000_000, duration_ns=1_000_000_000, factor=2.0)
+def test_slip_fault_scales_both_sides_while_active(field: World) -> None:
+    slip = SlipFault(start_ns=4_000_000_000, duration_ns=1_000_000_000, factor=2.0)
     config = SimulationConfig(drive=DriveConfig(slips=(slip,)), scanners=())
     simulation = Simulation(field, config=config)
     simulation.command(Twist.planar(0.4, 0.0))

@@ -1,4 +1,4 @@
-"""The controller: what it makes of commands, what it tells, and when it takes the power away."""
+"""The motor controller: rounded commands, packets, and when it cuts the power."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from robot_sim.drive.motor_controller import (
     FirmwareConfig,
     MotionCommand,
     Override,
-    quantised,
+    quantised_command,
 )
 from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import TICK_NS, Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 P3AT_FIRMWARE = FirmwareConfig()
 LIKE_THE_VENDOR = SimulationConfig(drive=DriveConfig(firmware=P3AT_FIRMWARE), scanners=())
@@ -46,7 +46,7 @@ AT_EASE = Condition(
 AHEAD = Bumpers(front=(False, False, True, False, False))
 
 
-def told(firmware: Firmware, left: float, right: float, ticks: int) -> list[StandardPacket]:
+def packets_of(firmware: Firmware, left: float, right: float, ticks: int) -> list[StandardPacket]:
     """Let wheels turn at constant speeds [m/s]; return the packets."""
     packets = []
     for i in range(1, ticks + 1):
@@ -57,8 +57,8 @@ def told(firmware: Firmware, left: float, right: float, ticks: int) -> list[Stan
 
 
 @given(st.floats(-2.0, 2.0), st.floats(-5.0, 5.0))
-def test_vel_commands_are_whole_millimetres_and_degrees(forward: float, turn: float) -> None:
-    v, w = quantised(forward, turn, P3AT_FIRMWARE)
+def test_vel_commands_are_rounded_to_millimetres_and_degrees(forward: float, turn: float) -> None:
+    v, w = quantised_command(forward, turn, P3AT_FIRMWARE)
     assert abs(v - forward) <= 0.5e-3 + 1e-12
     assert abs(w - turn) <= math.radians(0.5) + 1e-12
     assert 1e3 * v == pytest.approx(round(1e3 * v), abs=1e-9)
@@ -70,7 +70,7 @@ def test_vel2_commands_are_steps_of_20_mm_per_second_on_each_side(
     forward: float, turn: float
 ) -> None:
     config = replace(P3AT_FIRMWARE, motion=MotionCommand.VEL2)
-    v, w = quantised(forward, turn, config)
+    v, w = quantised_command(forward, turn, config)
     across = 0.5 * w * config.effective_track
     wanted = 0.5 * turn * config.effective_track
     for side, asked in ((v - across, forward - wanted), (v + across, forward + wanted)):
@@ -80,7 +80,7 @@ def test_vel2_commands_are_steps_of_20_mm_per_second_on_each_side(
 
 def test_vel2_commands_end_where_a_signed_byte_does() -> None:
     config = replace(P3AT_FIRMWARE, motion=MotionCommand.VEL2)
-    assert quantised(100.0, 0.0, config)[0] == pytest.approx(2.54)
+    assert quantised_command(100.0, 0.0, config)[0] == pytest.approx(2.54)
 
 
 def test_effective_track_is_that_of_the_vendors_constant() -> None:
@@ -88,8 +88,8 @@ def test_effective_track_is_that_of_the_vendors_constant() -> None:
     assert P3AT_FIRMWARE.effective_track == pytest.approx(0.588, abs=3e-4)
 
 
-def test_a_packet_comes_every_100_ms_with_mean_speeds_in_whole_units() -> None:
-    packets = told(Firmware(P3AT_FIRMWARE), 0.2014, 0.1986, 50)
+def test_packet_is_sent_every_100_ms_with_mean_speeds_in_integer_units() -> None:
+    packets = packets_of(Firmware(P3AT_FIRMWARE), 0.2014, 0.1986, 50)
     assert len(packets) == 10
     assert {(p.left, p.right) for p in packets} == {(201, 199)}
     assert all(p.moving for p in packets)
@@ -97,7 +97,7 @@ def test_a_packet_comes_every_100_ms_with_mean_speeds_in_whole_units() -> None:
 
 
 def test_position_wraps_after_32_metres_and_is_followed_over_it() -> None:
-    packets = told(Firmware(P3AT_FIRMWARE), 0.7, 0.7, 3000)
+    packets = packets_of(Firmware(P3AT_FIRMWARE), 0.7, 0.7, 3000)
     assert max(p.x for p in packets) < 32768
     steps = [moved_units(a.x, b.x) for a, b in pairwise(packets)]
     assert packets[0].x + sum(steps) == pytest.approx(42_000, abs=1)
@@ -105,14 +105,14 @@ def test_position_wraps_after_32_metres_and_is_followed_over_it() -> None:
 
 
 def test_backwards_from_the_origin_wraps_to_the_top() -> None:
-    packets = told(Firmware(P3AT_FIRMWARE), -0.1, -0.1, 5)
+    packets = packets_of(Firmware(P3AT_FIRMWARE), -0.1, -0.1, 5)
     assert packets[0].x == 32768 - 10
 
 
 def test_heading_stays_within_half_a_turn_and_yaw_rate_is_in_tenths_of_degrees() -> None:
     turn = 1.0
     across = 0.5 * turn * P3AT_FIRMWARE.effective_track
-    packets = told(Firmware(P3AT_FIRMWARE), -across, across, 500)
+    packets = packets_of(Firmware(P3AT_FIRMWARE), -across, across, 500)
     units = [p.heading for p in packets]
     assert max(map(abs, units)) <= math.pi / 0.00153 + 1.0
     for i, heading in enumerate(units, start=1):
@@ -121,22 +121,22 @@ def test_heading_stays_within_half_a_turn_and_yaw_rate_is_in_tenths_of_degrees()
     assert {p.turn for p in packets} == {573}
 
 
-def test_a_circle_ends_where_it_began() -> None:
+def test_circle_ends_where_it_began() -> None:
     speed, turn = 0.3, 2.0 * math.pi / 10.0
     across = 0.5 * turn * P3AT_FIRMWARE.effective_track
-    last = told(Firmware(P3AT_FIRMWARE), speed - across, speed + across, 500)[-1]
+    last = packets_of(Firmware(P3AT_FIRMWARE), speed - across, speed + across, 500)[-1]
     assert abs(moved_units(0, last.x)) <= 2
     assert abs(moved_units(0, last.y)) <= 2
 
 
 def test_factors_of_another_robot_scale_what_is_sent() -> None:
     config = FirmwareConfig(distance_factor=0.5, velocity_factor=0.25, angle_factor=0.001)
-    last = told(Firmware(config), 0.1, 0.1, 50)[-1]
+    last = packets_of(Firmware(config), 0.1, 0.1, 50)[-1]
     assert last.x == 200
     assert last.left == 400
 
 
-def test_what_happens_between_two_packets_is_in_the_next_one_only() -> None:
+def test_events_between_two_packets_are_in_the_next_one_only() -> None:
     firmware = Firmware(P3AT_FIRMWARE)
     for tick in range(1, 11):
         seen = replace(AT_EASE, stamp=tick * TICK_NS, bumpers=AHEAD if tick == 2 else Bumpers())
@@ -152,7 +152,7 @@ def test_what_happens_between_two_packets_is_in_the_next_one_only() -> None:
             assert not firmware.packet.bumpers.pressed
 
 
-def test_a_bumper_stops_travel_towards_it_and_no_other() -> None:
+def test_bumper_stops_travel_towards_it_and_no_other() -> None:
     firmware = Firmware(P3AT_FIRMWARE)
     bumped = replace(AT_EASE, bumpers=AHEAD)
     assert firmware.judge(bumped, 0.2) is Override.STOP
@@ -162,7 +162,7 @@ def test_a_bumper_stops_travel_towards_it_and_no_other() -> None:
     assert careless.judge(bumped, 0.2) is Override.NONE
 
 
-def test_a_stall_takes_the_power_away_for_a_while() -> None:
+def test_stall_cuts_the_power_for_the_configured_time() -> None:
     firmware = Firmware(P3AT_FIRMWARE)
     assert firmware.judge(replace(AT_EASE, right_stalled=True), 0.2) is Override.RELAX
     assert firmware.judge(replace(AT_EASE, stamp=SECOND // 10), 0.2) is Override.RELAX
@@ -170,7 +170,7 @@ def test_a_stall_takes_the_power_away_for_a_while() -> None:
 
 
 @pytest.mark.parametrize("name", ["cycle", "differential_factor", "vel2_divisor", "battery"])
-def test_constants_that_cannot_be_are_refused(name: str) -> None:
+def test_invalid_constants_are_rejected(name: str) -> None:
     wrong: dict[str, Any] = {name: 0}
     with pytest.raises(ValueError, match=name):
         FirmwareConfig(**wrong)
@@ -205,7 +205,7 @@ def test_the_robot_turns_by_the_vendors_constant_and_not_by_the_closed_form(fiel
         simulation.step()
         rates.append(float(simulation.truth().twist.angular[2]))
         if simulation.packet is not None:
-            # The controller believes that it does as it was told.
+            # The controller assumes that it moves as commanded.
             assert simulation.packet.turn == pytest.approx(450, abs=3)
     excess = P3AT_FIRMWARE.effective_track / field.robot.effective_track
     assert sum(rates) / 100 == pytest.approx(excess * math.radians(45.0), rel=0.01)

@@ -1,4 +1,4 @@
-"""Bumps, kerbs, ramps and drops in hand-made worlds: how the robot fares, and whether it says so."""
+"""Bumps, kerbs, ramps and drops in small worlds: the robot's motion and its reported condition."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from robot_sim.drive.robot_condition import Condition, attitude
 from robot_sim.robot.mujoco_body import FLOOR_BIT
 from robot_sim.robot.platforms import PLATFORMS
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World, parse_world
+from robot_sim.worlds.loading import parse_world
+from robot_sim.worlds.world import World
 
 BLIND = SimulationConfig(scanners=())
 FIRM = SimulationConfig(drive=DriveConfig(firmware=FirmwareConfig()), scanners=())
@@ -106,7 +107,7 @@ def slope() -> World:
     return world_of(ramp(RAMP))
 
 
-def test_on_level_ground_nothing_is_to_report(field: World) -> None:
+def test_on_level_ground_there_are_no_troubles(field: World) -> None:
     simulation = Simulation(field, config=BLIND)
     assert simulation.condition.wheels_down == ALL_DOWN
     for c in drive(simulation, 0.5, 2.0, 1.0) + drive(simulation, 0.0, 1.0):
@@ -134,7 +135,7 @@ def test_on_level_ground_nothing_is_to_report(field: World) -> None:
         (-120.0, -0.3, set(), {0}),
     ],
 )
-def test_a_wall_presses_the_segments_that_meet_it(
+def test_wall_presses_the_segments_that_meet_it(
     ahead: World, yaw: float, speed: float, front: set[int], rear: set[int]
 ) -> None:
     simulation = Simulation(ahead, config=BLIND, start=Pose.planar(0.0, 0.0, math.radians(yaw)))
@@ -150,14 +151,14 @@ def test_a_wall_presses_the_segments_that_meet_it(
 @pytest.mark.parametrize(
     ("y", "front"), [(0.0, {2}), (0.12, {1}), (-0.12, {3}), (0.2, {0, 1}), (-0.2, {3, 4})]
 )
-def test_a_post_presses_the_segment_in_front_of_it(y: float, front: set[int]) -> None:
+def test_post_presses_the_segment_in_front_of_it(y: float, front: set[int]) -> None:
     simulation = Simulation(world_of(wall(1.0, y - 0.01, y + 0.01, 0.02)), config=BLIND)
     conditions = drive(simulation, 0.3, 3.2)
     assert pressed(conditions) == (front, set())
     assert steepest(conditions) < 2.0
 
 
-def test_a_bumper_is_released_when_the_robot_backs_off(ahead: World) -> None:
+def test_bumper_is_released_when_the_robot_backs_off(ahead: World) -> None:
     simulation = Simulation(ahead, config=BLIND)
     assert drive(simulation, 0.3, 4.0)[-1].troubles == ("bumped in front",)
     last = drive(simulation, -0.3, 2.0)[-1]
@@ -176,7 +177,7 @@ def test_wheels_that_scrape_along_a_wall_do_not_climb_it(speed: float) -> None:
     assert place(simulation)[0] > 0.5
 
 
-def test_a_touch_that_ends_within_the_tick_counts(ahead: World) -> None:
+def test_touch_that_ends_within_the_tick_counts(ahead: World) -> None:
     # 2 mm before the wall and quick, but pulled back so hard that the tick ends clear of it.
     simulation = Simulation(ahead, config=BLIND, start=Pose.planar(0.719, 0.0, 0.0))
     model, data = simulation._model, simulation._data
@@ -191,7 +192,7 @@ def test_a_touch_that_ends_within_the_tick_counts(ahead: World) -> None:
     assert not simulation.condition.touching
 
 
-def test_the_controller_stops_at_a_bump_tells_it_as_a_stall_and_lets_go_backwards(
+def test_controller_stops_at_a_bump_reports_a_stall_and_allows_reversing(
     ahead: World,
 ) -> None:
     simulation = Simulation(ahead, config=FIRM)
@@ -219,7 +220,7 @@ def test_the_controller_stops_at_a_bump_tells_it_as_a_stall_and_lets_go_backward
 
 
 @pytest.mark.parametrize("speed", [0.2, 0.5, 0.7, -0.5])
-def test_a_kerb_of_5_cm_is_climbed_and_felt(speed: float) -> None:
+def test_kerb_of_5_cm_is_climbed_and_measured(speed: float) -> None:
     start = Pose.planar(0.0, 0.0, 0.0 if speed > 0.0 else math.pi)
     simulation = Simulation(world_of(kerb(0.05)), config=BLIND, start=start)
     conditions = drive(simulation, speed, 2.0 / abs(speed) + 2.0)
@@ -231,7 +232,7 @@ def test_a_kerb_of_5_cm_is_climbed_and_felt(speed: float) -> None:
 
 
 @pytest.mark.parametrize("speed", [0.2, 0.5])
-def test_a_kerb_of_10_cm_holds_the_rear_wheels(speed: float) -> None:
+def test_kerb_of_10_cm_holds_the_rear_wheels(speed: float) -> None:
     simulation = Simulation(world_of(kerb(0.10)), config=BLIND)
     conditions = drive(simulation, speed, 3.0 / speed)
     # The front wheels are up, the rear ones against the edge.
@@ -254,7 +255,7 @@ def test_motors_that_push_without_turning_are_reported_as_stalled() -> None:
     assert drive(simulation, -0.2, 2.0)[-1].troubles == ()
 
 
-def test_the_controller_takes_the_power_away_from_stalled_motors() -> None:
+def test_controller_cuts_the_power_of_stalled_motors() -> None:
     simulation = Simulation(world_of(kerb(0.10)), config=FIRM)
     simulation.command(Twist.planar(0.1, 0.0))
     torques, stalls = [], 0
@@ -269,7 +270,7 @@ def test_the_controller_takes_the_power_away_from_stalled_motors() -> None:
     assert late.min() < 1.0
 
 
-def test_a_platform_of_20_cm_meets_the_chassis_and_presses_the_bumpers() -> None:
+def test_platform_of_20_cm_meets_the_chassis_and_presses_the_bumpers() -> None:
     simulation = Simulation(world_of(kerb(0.20)), config=BLIND)
     conditions = drive(simulation, 0.3, 5.0)
     assert pressed(conditions) == ({1, 2, 3}, set())
@@ -281,7 +282,7 @@ def test_a_platform_of_20_cm_meets_the_chassis_and_presses_the_bumpers() -> None
 # Ramps
 
 
-def test_a_ramp_of_35_percent_is_driven_up_and_over(slope: World) -> None:
+def test_ramp_of_35_percent_is_driven_up_and_over(slope: World) -> None:
     simulation = Simulation(slope, config=BLIND)
     conditions = drive(simulation, 0.4, 16.0)
     assert place(simulation)[2] == pytest.approx(HEIGHT, abs=0.002)
@@ -291,7 +292,7 @@ def test_a_ramp_of_35_percent_is_driven_up_and_over(slope: World) -> None:
 
 
 @pytest.mark.parametrize("yaw", [0.0, 180.0])
-def test_a_braked_robot_stands_on_the_ramp_and_drives_down_again(slope: World, yaw: float) -> None:
+def test_braked_robot_stands_on_the_ramp_and_drives_down_again(slope: World, yaw: float) -> None:
     towards = 1.0 if yaw == 0.0 else -1.0
     simulation = Simulation(slope, config=BLIND, start=Pose.planar(0.0, 0.0, math.radians(yaw)))
     drive(simulation, towards * 0.4, 7.0)
@@ -305,7 +306,7 @@ def test_a_braked_robot_stands_on_the_ramp_and_drives_down_again(slope: World, y
 
 
 @pytest.mark.parametrize("grade", [0.18, 0.27, RAMP])
-def test_a_side_slope_is_held_and_told_as_roll(grade: float) -> None:
+def test_side_slope_is_held_and_reported_as_roll(grade: float) -> None:
     across = Pose.from_euler((3.0, -2.0, 2.0 * grade), pitch=-math.atan(grade)) @ Pose.planar(
         0.0, 0.0, math.pi / 2
     )
@@ -326,7 +327,7 @@ def test_a_side_slope_is_held_and_told_as_roll(grade: float) -> None:
 
 
 @pytest.mark.parametrize("speed", [0.2, 0.7])
-def test_a_step_of_10_cm_down_is_taken_without_falling(speed: float) -> None:
+def test_robot_drives_down_a_step_of_10_cm_without_falling(speed: float) -> None:
     simulation = Simulation(
         world_of(deck(0.10)), config=BLIND, start=Pose.from_euler((0.3, 0.0, 0.10))
     )
@@ -344,7 +345,7 @@ def deepest(simulation: Simulation) -> float:
 
 @pytest.mark.parametrize("height", [0.15, 0.40, 1.0])
 @pytest.mark.parametrize(("speed", "yaw"), [(0.2, 0.0), (0.7, 45.0)])
-def test_a_drop_is_survived_by_the_physics_and_told_if_the_robot_fell(
+def test_physics_stays_stable_in_a_drop_and_a_fall_is_reported(
     height: float, speed: float, yaw: float
 ) -> None:
     start = Pose.from_euler((0.3, 0.0, height), yaw=math.radians(yaw))
@@ -369,7 +370,7 @@ def test_a_drop_is_survived_by_the_physics_and_told_if_the_robot_fell(
     assert deepest(simulation) < 0.005
 
 
-def test_a_robot_on_its_back_stays_there_and_goes_on_telling(field: World) -> None:
+def test_robot_on_its_back_stays_there_and_keeps_reporting(field: World) -> None:
     on_its_back = Pose.from_euler((0.0, 0.0, 0.6), roll=math.pi)
     simulation = Simulation(field, config=BLIND, start=on_its_back)
     c = drive(simulation, 0.5, 3.0)[-1]

@@ -21,8 +21,8 @@ from robot_sim.robot.platforms import P3AT
 from robot_sim.scene_objects.floor_surfaces import SURFACES, Patch, Surface
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.validation import friction_theory as coulomb
-from robot_sim.validation.wheel_bench import STEP, Bench, chi, ramped
-from robot_sim.worlds.worlds import World
+from robot_sim.validation.drive_bench import STEP, DriveBench, chi, ramped
+from robot_sim.worlds.world import World
 
 BLIND = SimulationConfig(scanners=())
 MUD = Surface("mud", 0.3, 0.5, 0.1, "for these tests")
@@ -43,7 +43,7 @@ def test_grip_across_grows_with_slip_and_never_beyond_full(
 
 
 @given(rim=st.floats(-1e-4, 1e-4))
-def test_at_rest_all_grip_is_there(rim: float) -> None:
+def test_grip_is_full_at_rest(rim: float) -> None:
     assert lateral_grip(0.0, rim) == 1.0
 
 
@@ -55,7 +55,7 @@ def test_grip_has_no_jump_where_the_tyre_begins_to_slide(rim: float) -> None:
     assert below == pytest.approx(1.0, abs=1e-4)
 
 
-def test_model_of_the_world_is_never_written_to(field: World) -> None:
+def test_model_of_the_world_is_never_modified(field: World) -> None:
     before = field.model.pair_friction.copy(), field.model.dof_frictionloss.copy()
     simulation = Simulation(field, config=BLIND)
     simulation.command(Twist.planar(0.5, 0.1))
@@ -69,7 +69,7 @@ def test_model_of_the_world_is_never_written_to(field: World) -> None:
 def test_each_wheel_has_the_surface_that_it_stands_on() -> None:
     robot = P3AT()
     patch = Patch(MUD, 1.0, 0.3, half=(1.0, 0.3))
-    bench = Bench(robot, SURFACES["tile"], patches=[patch])
+    bench = DriveBench(robot, SURFACES["tile"], patches=[patch])
     bench.run(ramped(0.0, 0.0, 0.1))
     for wheel in WHEELS:
         on_mud = wheel == "front_left"
@@ -82,7 +82,7 @@ def test_each_wheel_has_the_surface_that_it_stands_on() -> None:
 def test_patch_under_one_side_makes_a_braking_robot_swerve() -> None:
     slippery = Patch(SURFACES["ice"], 0.0, 10.0, half=(50.0, 10.0))
     for patches, swerves in (((), False), ((slippery,), True)):
-        bench = Bench(P3AT(), SURFACES["tile"], patches=patches)
+        bench = DriveBench(P3AT(), SURFACES["tile"], patches=patches)
         # Full speed at once: the wheels spin on ice and grip on tile.
         run = bench.run(ramped(6.0, 6.0, 1.0, ramp=0.0))
         assert (float(run.yaws[-1]) > math.radians(3.0)) == swerves
@@ -91,7 +91,7 @@ def test_patch_under_one_side_makes_a_braking_robot_swerve() -> None:
 def test_chi_on_mud_is_the_closed_form_of_its_anisotropy() -> None:
     robot = P3AT()
     everywhere = Patch(MUD, 0.0, 0.0, half=(50.0, 50.0))
-    run = Bench(robot, SURFACES["tile"], patches=[everywhere]).run(ramped(-2.0, 2.0, 3.0))
+    run = DriveBench(robot, SURFACES["tile"], patches=[everywhere]).run(ramped(-2.0, 2.0, 3.0))
     expected = coulomb.anisotropic_chi(robot, 0.5 / 0.3)
     assert chi(robot, run.after(1.0)) == pytest.approx(expected, rel=0.01)
 
@@ -101,18 +101,18 @@ def test_chi_follows_the_published_curve_at_any_speed(speed: float) -> None:
     robot, curve = P3AT(), 10.0
     mean = speed / robot.rolling_radius
     left, right = mean * (1.0 - 1.0 / curve), mean * (1.0 + 1.0 / curve)
-    run = Bench(robot).run(ramped(left, right, 6.0)).after(2.0)
+    run = DriveBench(robot).run(ramped(left, right, 6.0)).after(2.0)
     assert chi(robot, run) == pytest.approx(coulomb.published_chi(curve), rel=0.03)
 
 
 def test_without_compliance_chi_is_one_number() -> None:
     robot = P3AT()
-    run = Bench(robot, compliant=False).run(ramped(2.7, 3.3, 4.0)).after(2.0)
+    run = DriveBench(robot, compliant=False).run(ramped(2.7, 3.3, 4.0)).after(2.0)
     assert chi(robot, run) == pytest.approx(robot.chi, rel=0.01)
 
 
 def test_grip_settles_in_a_steady_curve() -> None:
-    bench = Bench(P3AT())
+    bench = DriveBench(P3AT())
     bench.run(ramped(2.7, 3.3, 3.0))
     grips = []
     for _ in range(50):
@@ -183,7 +183,7 @@ def test_each_wheel_rolls_with_the_resistance_of_the_geom_that_it_touches() -> N
     assert [model.joint(w).frictionloss[0] for w in WHEELS] == [0.0] * 4
 
 
-def test_model_without_a_pair_for_a_wheel_is_refused() -> None:
+def test_model_without_a_pair_for_a_wheel_is_rejected() -> None:
     spec = mujoco.MjSpec()
     add_robot(spec, surfaces=(), robot=P3AT())
     with pytest.raises(WorldError, match="no surface is drivable for front_left"):

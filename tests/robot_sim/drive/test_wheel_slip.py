@@ -15,7 +15,7 @@ from robot_sim.robot.imperfections import MANDOW_2007
 from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 speeds = st.floats(-2.0, 2.0)
 turns = st.floats(0.01, 3.0) | st.floats(-3.0, -0.01)
@@ -38,7 +38,7 @@ def test_in_place_the_centres_lie_chi_half_tracks_to_each_side(
 
 
 @given(vx=speeds, vy=speeds, turn=turns, left=speeds, right=speeds)
-def test_a_tread_stands_still_at_its_centre_of_rotation(
+def test_tread_stands_still_at_its_centre_of_rotation(
     vx: float, vy: float, turn: float, left: float, right: float
 ) -> None:
     x, y_left, y_right = centres_of_rotation(vx, vy, turn, left, right)
@@ -59,7 +59,7 @@ def test_wheels_that_roll_without_slip_along_have_the_axles_as_centres(
     assert (slip.icr_left, slip.icr_right) == pytest.approx((b, -b))
 
 
-def test_centres_are_nowhere_while_the_robot_does_not_turn() -> None:
+def test_centres_of_rotation_are_nan_while_the_robot_does_not_turn() -> None:
     for turn in (0.0, 9e-4, -9e-4, math.nan):
         assert all(math.isnan(c) for c in centres_of_rotation(0.5, 0.0, turn, 0.5, 0.5))
 
@@ -71,7 +71,7 @@ def test_rims_run_on_the_tyres_true_radii() -> None:
     assert -slip.longitudinal[1] == pytest.approx(0.9253 * 0.111, abs=6e-4)
 
 
-def test_truth_tells_slip_and_centres_of_a_robot_turning_in_place(field: World) -> None:
+def test_truth_has_slip_and_centres_of_a_robot_turning_in_place(field: World) -> None:
     simulation = Simulation(field, config=SimulationConfig(scanners=()))
     assert math.isnan(simulation.truth().slip.icr_left)
     simulation.command(Twist.planar(0.0, 1.0))

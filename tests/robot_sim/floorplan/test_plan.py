@@ -1,4 +1,4 @@
-"""Floor plans as text: what is read, and how each mistake is told."""
+"""Floor plans as text: values that are read, and the error of each mistake."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from robot_sim.floorplan.plan import CloudSpec, Door, Placement, Plan, Wall, Win
 from robot_sim.floorplan.toml_reader import plan_from_toml
 from robot_sim.scene_objects.floor_surfaces import SURFACES, Patch
 from robot_sim.scene_objects.glazing import Glazing, Roof
-from robot_sim.scene_objects.slabs import Slab
-from robot_sim.scene_objects.terrain import Hill, Level, Rut
+from robot_sim.scene_objects.ramps_and_steps import Slab
+from robot_sim.scene_objects.terrain import Hill, LevelDisc, Rut
 
 HEAD = "bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\n"
 
@@ -107,7 +107,7 @@ ridge = 4
     assert (terrain.cell, terrain.seed, terrain.shape) == (0.5, 7, (9, 9))
     assert terrain.hills == (Hill(2.0, 2.0, 0.5, 1.0),)
     assert terrain.ruts == (Rut(((0.0, 0.0), (4.0, 4.0))),)
-    assert terrain.levels == (Level(1.0, 1.0, 0.5, 0.2),)
+    assert terrain.levels == (LevelDisc(1.0, 1.0, 0.5, 0.2),)
     assert plan.patches == (Patch(SURFACES["gravel"], 2.0, 1.0, (1.0, 0.5), math.pi / 2),)
     assert plan.glazings == (Glazing("glazing_0", (0.0, 0.0), (4.0, 0.0), plinth=0.5),)
     assert plan.roofs == (Roof("roof_0", (0.0, 0.0, 4.0, 4.0), 3.0, 4.0),)
@@ -120,11 +120,11 @@ def test_survey_is_the_tour_unless_the_plan_has_one() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (HEAD + "hight = 3", "unknown entry 'hight'; there are: bounds, height, "),
+        (HEAD + "hight = 3", "unknown entry 'hight'; known entries: bounds, height, "),
         (HEAD + "[[wall]]\nfrom = [0, 0]", "wall 0: lacks the entry 'to'"),
         (
             HEAD + '[[wall]]\nname = "n"\nfrom = [0, 0]\nto = [1, 0]\ncolour = "red"',
-            "wall 'n': unknown entry 'colour'; there are: name, from, to",
+            "wall 'n': unknown entry 'colour'; known entries: name, from, to",
         ),
         (HEAD + "[[wall]]\nfrom = [0, 0]\nto = [0, 0]", "wall 'wall_0' must be longer"),
         (
@@ -148,7 +148,7 @@ def test_survey_is_the_tour_unless_the_plan_has_one() -> None:
         ("bounds = [0, 0, 4, true]\nspawn = [1, 1, 0]", "bounds must be a number, got True"),
     ],
 )
-def test_mistake_is_told_in_one_line_that_names_it(text: str, message: str) -> None:
+def test_mistake_is_reported_in_one_line_that_names_it(text: str, message: str) -> None:
     with pytest.raises(WorldError) as caught:
         plan_from_toml(text, name="bad")
     assert str(caught.value).startswith("world 'bad': ")
@@ -156,6 +156,6 @@ def test_mistake_is_told_in_one_line_that_names_it(text: str, message: str) -> N
     assert "\n" not in str(caught.value)
 
 
-def test_plan_without_a_start_is_refused() -> None:
+def test_plan_without_a_start_is_rejected() -> None:
     with pytest.raises(WorldError, match="at least one spawn"):
         Plan("it", (0.0, 0.0, 1.0, 1.0), spawns={})

@@ -23,7 +23,7 @@ from robot_sim.floorplan.toml_writer import plan_to_toml
 from robot_sim.layout.plan_from_occupancy_map import plan_from_map, rectangles
 from robot_sim.layout.route_planning import length
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
-from robot_sim.worlds.worlds import build_world
+from robot_sim.worlds.from_floorplan import build_world
 
 ENTRIES = {
     "image": "map.pgm",
@@ -99,7 +99,7 @@ def test_transparent_pixels_are_unknown_in_mode_scale(tmp_path: Path) -> None:
     assert grid.free.tolist() == [[False, False, True]]
 
 
-def test_plain_and_sixteen_bit_images_say_the_same(tmp_path: Path) -> None:
+def test_eight_and_sixteen_bit_images_give_the_same_map(tmp_path: Path) -> None:
     path = write_map(tmp_path, np.zeros((1, 1)))
     (tmp_path / "map.pgm").write_bytes(b"P2\n# by hand\n3 1\n255\n0 205 254\n")
     plain = read_occupancy_map(path)
@@ -221,7 +221,7 @@ def test_plan_reads_back_from_its_text(tmp_path: Path) -> None:
         ({"image": '"unclosed'}, "is not YAML"),
     ],
 )
-def test_impossible_entry_is_refused_by_name_in_one_line(
+def test_invalid_entry_is_rejected_by_name_in_one_line(
     entries: dict[str, str | None], says: str, tmp_path: Path
 ) -> None:
     with pytest.raises(OccupancyError) as caught:
@@ -231,7 +231,7 @@ def test_impossible_entry_is_refused_by_name_in_one_line(
     assert "\n" not in str(caught.value)
 
 
-def test_missing_file_list_binary_and_cut_image_are_refused_in_one_line(
+def test_missing_file_list_binary_and_cut_image_are_rejected_in_one_line(
     two_rooms: Path, tmp_path: Path
 ) -> None:
     with pytest.raises(OccupancyError, match=r"none\.yaml': cannot be read: No such file"):
@@ -248,7 +248,7 @@ def test_missing_file_list_binary_and_cut_image_are_refused_in_one_line(
 
 
 @pytest.mark.parametrize("pixel", [WALL, UNKNOWN])
-def test_map_without_a_free_cell_is_refused(pixel: int, tmp_path: Path) -> None:
+def test_map_without_a_free_cell_is_rejected(pixel: int, tmp_path: Path) -> None:
     grid = read_occupancy_map(write_map(tmp_path, np.full((20, 20), pixel)))
     with pytest.raises(
         WorldError, match=r"no room for the robot: it needs free cells within 0\.42 m"
@@ -256,7 +256,7 @@ def test_map_without_a_free_cell_is_refused(pixel: int, tmp_path: Path) -> None:
         plan_from_map(grid)
 
 
-def test_spawn_in_a_wall_or_off_the_map_is_refused(two_rooms: Path) -> None:
+def test_spawn_in_a_wall_or_off_the_map_is_rejected(two_rooms: Path) -> None:
     grid = read_occupancy_map(two_rooms)
     for x, y in ((5.0, 3.0), (40.0, 0.0), (-0.9, -1.9)):
         with pytest.raises(
@@ -265,12 +265,12 @@ def test_spawn_in_a_wall_or_off_the_map_is_refused(two_rooms: Path) -> None:
             plan_from_map(grid, spawn=Placement(x, y))
 
 
-def test_impossible_height_is_refused(two_rooms: Path) -> None:
+def test_invalid_height_is_rejected(two_rooms: Path) -> None:
     with pytest.raises(WorldError, match="height must be > 0 m, got -1"):
         plan_from_map(read_occupancy_map(two_rooms), height=-1.0)
 
 
-def test_photograph_is_refused_before_it_becomes_a_world_of_specks(tmp_path: Path) -> None:
+def test_map_with_too_many_boxes_is_rejected(tmp_path: Path) -> None:
     pixels = np.random.default_rng(1).choice([WALL, FREE], size=(400, 400))
     pixels[100:140, 100:140] = FREE
     with pytest.raises(WorldError, match="would take more than 30000 boxes"):

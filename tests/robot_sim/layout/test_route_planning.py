@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from robot_sim.layout.route_planning import Footprint, FreeSpace, Ways, length
+from robot_sim.layout.footprints import Footprint
+from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.route_planning import RoutePlanner, length
 
 lengths = st.floats(0.0, 2.0)
 boxes = st.builds(
@@ -67,7 +69,7 @@ def walled(gap: float) -> FreeSpace:
 
 def test_round_trip_goes_through_the_middle_of_a_door_and_comes_back() -> None:
     space = walled(gap=1.0)
-    ways = Ways(space, (2.0, 1.0), least=0.42)
+    ways = RoutePlanner(space, (2.0, 1.0), least=0.42)
     trip = ways.round_trip([(8.0, 1.0)])
     assert trip[0] == trip[-1] == (2.0, 1.0)
     assert (8.0, 1.0) in trip
@@ -80,12 +82,12 @@ def test_round_trip_goes_through_the_middle_of_a_door_and_comes_back() -> None:
     assert 2 * 2 * math.hypot(3.0, 3.0) <= length(trip) <= 2.5 * 2 * math.hypot(3.0, 3.0)
 
 
-def test_gap_that_is_too_narrow_is_no_way() -> None:
-    ways = Ways(walled(gap=0.8), (2.0, 1.0), least=0.42)
+def test_no_route_leads_through_too_narrow_a_gap() -> None:
+    ways = RoutePlanner(walled(gap=0.8), (2.0, 1.0), least=0.42)
     assert math.isinf(ways.cost((8.0, 1.0)))
     assert ways.round_trip([(8.0, 1.0), (2.0, 5.0)])[1] == (2.0, 5.0)
 
 
 def test_start_within_an_obstacle_reaches_nothing() -> None:
-    ways = Ways(walled(gap=1.0), (5.0, 1.0), least=0.42)
+    ways = RoutePlanner(walled(gap=1.0), (5.0, 1.0), least=0.42)
     assert not ways.reached.any()

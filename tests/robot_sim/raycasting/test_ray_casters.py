@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.types import Pose
+from robot_sim.actors.movers import Mover
 from robot_sim.raycasting import (
     MujocoRayCaster,
     RayCaster,
@@ -20,13 +21,14 @@ from robot_sim.raycasting import (
     caster_for,
     caster_selection as choice,
 )
-from robot_sim.raycasting.embree_caster import EmbreeRayCaster, StaticGeometry
-from robot_sim.raycasting.moving_geoms import Moved
-from robot_sim.raycasting.pose_timetable import Timetable
+from robot_sim.raycasting.embree_caster import EmbreeRayCaster
+from robot_sim.raycasting.embree_scene import StaticGeometry
+from robot_sim.raycasting.pose_interpolation import PoseInterpolator
 from robot_sim.raycasting.shape_intersection import CONVEX, shape_cosines, shape_distances
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
 from robot_sim.robot.p3at import MOUNTS
-from robot_sim.worlds.worlds import World, WorldOptions, load_world
+from robot_sim.worlds.loading import load_world
+from robot_sim.worlds.world import World, WorldOptions
 
 TOLERANCE = 1e-4
 """What the casters may differ by [m]."""
@@ -139,7 +141,7 @@ def assert_native(
 
 
 def both(
-    model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Moved] = ()
+    model: mujoco.MjModel, data: mujoco.MjData, movers: Sequence[Mover] = ()
 ) -> tuple[EmbreeRayCaster, MujocoRayCaster]:
     return (
         EmbreeRayCaster(StaticGeometry(model), model, data, movers),
@@ -153,7 +155,7 @@ def anywhere(rng: np.random.Generator, low: Sequence[float], high: Sequence[floa
     return rng.uniform(low, high, (count, 3)), directions
 
 
-def test_all_shapes_are_met_where_mujoco_meets_them_from_outside_and_from_inside() -> None:
+def test_all_shapes_are_hit_as_by_mujoco_from_outside_and_inside() -> None:
     model = every_shape()
     data = mujoco.MjData(model)
     data.qpos[:7] = (-6.0, 3.0, 0.6, 0.9, 0.1, 0.3, -0.2)
@@ -170,7 +172,7 @@ def test_all_shapes_are_met_where_mujoco_meets_them_from_outside_and_from_inside
     assert_native(model, data, both(model, data), inside, directions, 15.0)
 
 
-def test_the_office_is_met_where_mujoco_meets_it(office: World) -> None:
+def test_office_is_hit_as_by_mujoco(office: World) -> None:
     data = mujoco.MjData(office.model)
     mujoco.mj_forward(office.model, data)
     casters = both(office.model, data)
@@ -185,7 +187,7 @@ def test_the_office_is_met_where_mujoco_meets_it(office: World) -> None:
             assert_native(office.model, data, casters, origins, fan @ tilted.rotation.T, 20.0)
 
 
-def test_long_flat_rays_meet_a_heightfield_where_mujoco_meets_it() -> None:
+def test_long_flat_rays_hit_a_heightfield_as_by_mujoco() -> None:
     rng = np.random.default_rng(3)
     waves = np.add.outer(np.sin(np.linspace(0.0, 9.0, 61)), np.sin(np.linspace(0.0, 14.0, 83)))
     heights = 0.25 * (waves + 2.0) * 0.9 + 0.1 * rng.uniform(size=waves.shape)
@@ -284,7 +286,7 @@ ORBITS = """
 """
 
 
-def test_movers_are_met_where_they_are_at_each_beams_own_time() -> None:
+def test_movers_are_hit_at_their_poses_at_each_beams_time() -> None:
     model = mujoco.MjModel.from_xml_string(ORBITS)
     movers = (Orbit("walker", 2.0, 0.6), Orbit("cart", 1.2, -1.0))
     data, there = mujoco.MjData(model), mujoco.MjData(model)
@@ -348,7 +350,7 @@ def test_rays_that_start_under_the_floor_pass_it_as_mujocos_do() -> None:
         np.testing.assert_allclose(caster.distances(*up, times, 20.0), [5.0, 2.0, math.inf])
 
 
-def test_a_world_without_anything_to_see_gives_no_returns() -> None:
+def test_empty_world_gives_no_returns() -> None:
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -376,7 +378,7 @@ def test_simulations_of_one_world_share_its_triangles(office: World) -> None:
     assert first._static is second._static
 
 
-def test_without_embree_mujoco_casts_after_one_notice(
+def test_without_embree_mujoco_casts_after_one_warning(
     field: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     data = mujoco.MjData(field.model)
@@ -390,9 +392,9 @@ def test_without_embree_mujoco_casts_after_one_notice(
     assert isinstance(second, MujocoRayCaster)
 
 
-def test_a_timetable_tells_where_movers_are_at_any_time() -> None:
+def test_interpolated_poses_of_movers_are_exact_at_any_time() -> None:
     world = load_world("office", options=WorldOptions(alive=True))
-    table = Timetable(world.movers)
+    table = PoseInterpolator(world.movers)
     rng = np.random.default_rng(7)
     for second in (0, 1, 17, 18, 600):
         # A sweep may reach over from one chunk into the next.

@@ -8,9 +8,9 @@ import pytest
 
 from localization.types import Inertial, Twist
 from robot_sim.robot.p3at import MOUNTS, P3AT
-from robot_sim.sensors.inertial_unit import InertialConfig
+from robot_sim.sensors.imu import InertialConfig
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 QUIET = SimulationConfig(
     inertial=InertialConfig(
@@ -86,7 +86,7 @@ def test_hull_never_touches_the_floor(field: World) -> None:
             assert simulation._data.ncon == 8
 
 
-def test_vertical_scanner_looks_at_the_zenith_across_the_robot() -> None:
+def test_vertical_scanner_sweeps_through_the_zenith_across_the_robot() -> None:
     rotation = MOUNTS["laser_vertical"].rotation
     np.testing.assert_allclose(rotation @ [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], atol=1e-12)
     assert abs((rotation @ [0.0, 0.0, 1.0])[0]) == pytest.approx(1.0)

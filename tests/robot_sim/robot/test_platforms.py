@@ -1,4 +1,4 @@
-"""Robots of all sizes from one recipe, and how they may differ from their data sheets."""
+"""Robots of several platforms, and their imperfections."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT, PLATFORMS
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.validation import friction_theory as coulomb
-from robot_sim.validation.wheel_bench import Bench, ramped
-from robot_sim.worlds.worlds import parse_world
+from robot_sim.validation.drive_bench import DriveBench, ramped
+from robot_sim.worlds.loading import parse_world
 from tests.robot_sim.conftest import FIELD
 
 EXACT = DriveConfig(encoder_noise=0.0, encoder_scale_sigma=0.0)
@@ -28,7 +28,7 @@ robots = pytest.mark.parametrize("robot", PLATFORMS.values(), ids=PLATFORMS)
 
 def centre_of_mass(robot: SkidSteer) -> np.ndarray:
     """Of the whole robot in base_link, with the body level at the origin."""
-    model = Bench(robot).model
+    model = DriveBench(robot).model
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     return np.array(data.subtree_com[model.body("base_link").id])
@@ -36,7 +36,7 @@ def centre_of_mass(robot: SkidSteer) -> np.ndarray:
 
 @robots
 def test_robot_weighs_what_its_parts_do_and_stands_level_on_its_wheels(robot: SkidSteer) -> None:
-    bench = Bench(robot)
+    bench = DriveBench(robot)
     base = bench.model.body("base_link").id
     assert bench.model.body_subtreemass[base] == pytest.approx(robot.mass)
     run = bench.run(ramped(0.0, 0.0, 1.0))
@@ -46,8 +46,8 @@ def test_robot_weighs_what_its_parts_do_and_stands_level_on_its_wheels(robot: Sk
 
 
 @robots
-def test_robot_rolls_as_far_as_its_firmware_believes(robot: SkidSteer) -> None:
-    run = Bench(robot).run(ramped(3.0, 3.0, 3.0)).after(1.0)
+def test_robot_rolls_as_far_as_its_firmware_computes(robot: SkidSteer) -> None:
+    run = DriveBench(robot).run(ramped(3.0, 3.0, 3.0)).after(1.0)
     rolled = float(run.positions[-1, 0] - run.positions[0, 0])
     turned = float((run.wheel_angles[-1] - run.wheel_angles[0]).mean())
     assert rolled / turned == pytest.approx(robot.rolling_radius, rel=5e-4)
@@ -65,7 +65,7 @@ def test_scanners_stand_above_the_deck_and_the_unit_inside(robot: SkidSteer) -> 
 @pytest.mark.parametrize("rate", [0.05, 0.4, 1.0])
 def test_all_wheels_stay_down_however_fast_it_spins(robot: SkidSteer, rate: float) -> None:
     rate *= robot.wheel_rate
-    run = Bench(robot).run(ramped(-rate, rate, 3.0, ramp=1.0), fine=True).after(1.5)
+    run = DriveBench(robot).run(ramped(-rate, rate, 3.0, ramp=1.0), fine=True).after(1.5)
     assert run.tyres_down.all()
     assert run.accelerations.std(axis=0).max() < 0.05
 
@@ -76,7 +76,7 @@ def test_friction_is_damped_in_proportion_to_how_fast_a_robot_slips() -> None:
 
 
 @robots
-def test_robot_drives_in_a_world_and_turns_as_told(robot: SkidSteer) -> None:
+def test_robot_drives_in_a_world_and_turns_as_commanded(robot: SkidSteer) -> None:
     world = parse_world(FIELD, name="field", robot=robot)
     assert world.robot is robot
     simulation = Simulation(world, config=SimulationConfig(scanners=()))
@@ -87,7 +87,7 @@ def test_robot_drives_in_a_world_and_turns_as_told(robot: SkidSteer) -> None:
 
 
 @pytest.mark.parametrize("bad", [0.0, -0.1, math.nan, math.inf])
-def test_impossible_robot_is_refused_by_name(bad: float) -> None:
+def test_invalid_robot_is_rejected_by_name(bad: float) -> None:
     with pytest.raises(ValueError, match=r"robot 'p3at': wheelbase must be > 0, got"):
         P3AT(wheelbase=bad)
     with pytest.raises(ValueError, match=r"robot 'husky': height 0\.1 must exceed clearance"):
@@ -106,14 +106,12 @@ def test_impossible_robot_is_refused_by_name(bad: float) -> None:
         ("com_offset", (math.nan, 0.0, 0.0), "com_offset must be three lengths within 0.1 m"),
     ],
 )
-def test_impossible_imperfection_is_refused_by_name(
-    field: str, value: object, message: str
-) -> None:
+def test_invalid_imperfection_is_rejected_by_name(field: str, value: object, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Imperfections(**{field: value})  # type: ignore[arg-type]
 
 
-def test_imperfections_are_off_by_default_and_change_no_belief() -> None:
+def test_imperfections_are_off_by_default_and_unknown_to_the_encoders() -> None:
     assert P3AT().imperfections == AS_DRAWN == Imperfections()
     uneven = replace(P3AT(), imperfections=MANDOW_2007)
     for belief in ("rolling_radius", "effective_track", "chi", "track", "mass"):
@@ -129,7 +127,7 @@ def test_centre_of_mass_lies_where_the_offset_puts_it(x: float, y: float, z: flo
     np.testing.assert_allclose(shift, [x, y, z], atol=1e-9)
 
 
-def test_uneven_tyres_lean_the_robot_and_bend_its_way_but_encoders_see_nothing() -> None:
+def test_uneven_tyres_tilt_the_robot_and_curve_its_path_unobserved_by_encoders() -> None:
     robot = replace(P3AT(), imperfections=MANDOW_2007)
     world = parse_world(FIELD, name="field", robot=robot)
     simulation = Simulation(world, config=SimulationConfig(drive=EXACT, scanners=()))
@@ -157,7 +155,7 @@ def test_uneven_tyres_lean_the_robot_and_bend_its_way_but_encoders_see_nothing()
 def test_sticky_gears_delay_small_commands() -> None:
     def first_turned(stiction: float) -> float:
         robot = replace(P3AT(), imperfections=Imperfections(stiction=stiction))
-        run = Bench(robot).run(ramped(-0.1, 0.1, 1.0, ramp=0.0), fine=True)
+        run = DriveBench(robot).run(ramped(-0.1, 0.1, 1.0, ramp=0.0), fine=True)
         moving = np.abs(run.wheel_rates).max(axis=1) > 0.01
         return float(run.times[np.argmax(moving)])
 

@@ -57,7 +57,7 @@ def test_window_is_glass_between_sill_and_lintel() -> None:
         (replace(WALL, windows=(Window(2.0, 1.0, 2.0, 1.0),)), "reaches from 2 m to 3 m"),
     ],
 )
-def test_opening_that_does_not_fit_is_refused(wall: Wall, message: str) -> None:
+def test_opening_that_does_not_fit_is_rejected(wall: Wall, message: str) -> None:
     with pytest.raises(WorldError, match=message):
         list(wall_blocks(wall))
 
@@ -78,7 +78,7 @@ def test_furniture_turns_about_its_place() -> None:
     assert (body.x, body.y, body.yaw) == pytest.approx((3.0, 4.0, math.pi / 2))
 
 
-def test_what_stands_on_a_hill_is_as_solid_as_on_the_floor() -> None:
+def test_object_on_a_hill_is_as_solid_as_on_the_floor() -> None:
     parts = list(piece_blocks(Piece("it", "desk", 0.0, 0.0), ground=5.0))
     assert [p.solid for p in parts] == [
         p.solid for p in piece_blocks(Piece("it", "desk", 0.0, 0.0))
@@ -86,7 +86,7 @@ def test_what_stands_on_a_hill_is_as_solid_as_on_the_floor() -> None:
     assert min(p.bottom for p in parts) == pytest.approx(5.0)
 
 
-def test_what_hangs_above_the_robot_is_seen_but_not_bumped_into() -> None:
+def test_object_above_the_robot_is_visible_but_not_solid() -> None:
     assert box("low", 0.0, 0.0, 0.59, 2.0, (1.0, 1.0)).solid
     assert not box("high", 0.0, 0.0, 0.61, 2.0, (1.0, 1.0)).solid
 

@@ -30,19 +30,19 @@ def test_every_surface_has_a_source_and_grips_like_rubber() -> None:
     assert {"tile", "carpet", "wet_tile", "concrete", "asphalt", "grass", "gravel"} <= set(SURFACES)
 
 
-def test_what_is_wet_grips_less() -> None:
+def test_wet_surfaces_have_less_friction() -> None:
     for dry in ("tile", "concrete", "grass"):
         assert SURFACES[f"wet_{dry}"].mu_long < SURFACES[dry].mu_long
 
 
-def test_unknown_surface_lists_those_there_are() -> None:
+def test_unknown_surface_lists_the_available_ones() -> None:
     assert surface_named("tile") is TILE
     with pytest.raises(UnknownSurfaceError, match=r"no surface named 'lava'; available: asphalt, "):
         surface_named("lava")
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
-def test_impossible_friction_is_refused_by_name(bad: float) -> None:
+def test_invalid_friction_is_rejected_by_name(bad: float) -> None:
     with pytest.raises(ValueError, match="'x': mu_long must be > 0"):
         Surface("x", bad, 0.5, 0.0, "none")
     with pytest.raises(ValueError, match="'x': mu_lat must be > 0"):
@@ -63,7 +63,7 @@ def test_patch_needs_a_size_and_a_place() -> None:
     x=coordinates, y=coordinates, yaw=st.floats(-4.0, 4.0),
     hx=st.floats(0.1, 5.0), hy=st.floats(0.1, 5.0), u=st.floats(-2.0, 2.0), v=st.floats(-2.0, 2.0),
 )  # fmt: skip
-def test_patch_holds_what_lies_within_its_turned_rectangle(
+def test_patch_contains_the_points_in_its_rotated_rectangle(
     x: float, y: float, yaw: float, hx: float, hy: float, u: float, v: float
 ) -> None:
     patch = Patch(TILE, x, y, half=(hx, hy), yaw=yaw)

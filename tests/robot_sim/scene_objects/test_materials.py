@@ -59,13 +59,13 @@ def test_only_glass_and_mirror_are_clear() -> None:
         ({"refractive_index": 0.9}, "refractive_index"),
     ],
 )
-def test_impossible_material_is_refused_by_its_field(change: dict[str, float], named: str) -> None:
+def test_invalid_material_is_rejected_by_its_field(change: dict[str, float], named: str) -> None:
     numbers = {"reflectivity": 0.5} | change
     with pytest.raises(ValueError, match=named):
         Material("odd", source="none", **numbers)
 
 
-def test_documentation_tells_each_materials_remission() -> None:
+def test_documentation_lists_each_materials_remission() -> None:
     page = (Path(__file__).parents[3] / "docs/sensors.md").read_text(encoding="utf-8")
     text = " ".join(page.split())
     for material in MATERIALS.values():

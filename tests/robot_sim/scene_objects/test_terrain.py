@@ -15,10 +15,11 @@ from robot_sim import Simulation, SimulationConfig
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Placement, Plan
-from robot_sim.floorplan.plan_ground import Ground
-from robot_sim.scene_objects.slabs import Slab
-from robot_sim.scene_objects.terrain import Hill, Level, Rut, Terrain
-from robot_sim.worlds.worlds import World, build_world
+from robot_sim.floorplan.plan_ground import PlanGround
+from robot_sim.scene_objects.ramps_and_steps import Slab
+from robot_sim.scene_objects.terrain import Hill, LevelDisc, Rut, Terrain
+from robot_sim.worlds.from_floorplan import build_world
+from robot_sim.worlds.world import World
 
 LAWN = Terrain(
     "lawn",
@@ -28,7 +29,7 @@ LAWN = Terrain(
     seed=5,
     hills=(Hill(7.0, 5.0, 0.6, 3.0),),
     ruts=(Rut(((3.0, 3.0), (11.0, 3.0)), 0.6, 0.06),),
-    levels=(Level(10.0, 7.0, 0.6, 0.25),),
+    levels=(LevelDisc(10.0, 7.0, 0.6, 0.25),),
 )
 RAMP = Slab("ramp", 16.0, 5.0, 2.0, 1.6, (0.0, 0.7), yaw=math.radians(30.0))
 KERB = Slab("kerb", 16.0, 1.5, 2.0, 1.0, (0.12, 0.12))
@@ -64,7 +65,7 @@ def seen_from_above(world: World, points: FloatArray) -> FloatArray:
 
 def test_ground_is_as_high_as_rays_find_it(hills: World) -> None:
     points = np.random.default_rng(0).uniform((0.0, 0.0), (20.0, 10.0), (2000, 2))
-    expected = Ground(PLAN).heights(points)
+    expected = PlanGround(PLAN).heights(points)
     assert expected.max() > 0.6
     np.testing.assert_allclose(seen_from_above(hills, points), expected, atol=1e-5)
 
@@ -77,19 +78,19 @@ def test_terrain_joins_the_floor_without_a_step() -> None:
     ] + [
         np.column_stack([np.full_like(t, x), y0 + t * (y1 - y0)]) for x in (x0, x1)
     ])  # fmt: skip
-    assert not Ground(PLAN).heights(rim).any()
+    assert not PlanGround(PLAN).heights(rim).any()
 
 
-def test_level_part_is_level_and_as_high_as_it_says() -> None:
+def test_level_disc_is_level_and_has_its_height() -> None:
     ring = 0.2 * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 50))
     points = np.column_stack([10.0 + ring.real, 7.0 + ring.imag])
-    np.testing.assert_allclose(Ground(PLAN).heights(points), 0.25, atol=1e-9)
+    np.testing.assert_allclose(PlanGround(PLAN).heights(points), 0.25, atol=1e-9)
 
 
 def test_rut_is_lower_than_the_ground_without_it() -> None:
     here = np.array([[5.0, 3.0], [9.0, 3.0]])
     filled = replace(PLAN, terrains=(replace(LAWN, ruts=()),))
-    depth = Ground(filled).heights(here) - Ground(PLAN).heights(here)
+    depth = PlanGround(filled).heights(here) - PlanGround(PLAN).heights(here)
     assert ((depth > 0.04) & (depth < 0.07)).all()
 
 
@@ -112,7 +113,7 @@ def test_roughness_is_the_standard_deviation_of_the_noise() -> None:
     along=st.floats(-0.49, 0.49),
     across=st.floats(-0.49, 0.49),
 )
-def test_face_of_a_slab_is_where_its_ends_say(
+def test_face_of_a_slab_connects_the_heights_of_its_ends(
     low: float, high: float, length: float, yaw: float, along: float, across: float
 ) -> None:
     slab = Slab("s", 3.0, -2.0, length, 1.5, (low, high), yaw=yaw, thickness=0.1)
@@ -149,7 +150,7 @@ def test_robot_drives_over_the_hill_and_back_to_the_floor(hills: World) -> None:
         heights.append(pose.position[2])
         pitches.append(pose.euler[1])
         assert simulation.stamp < 40e9
-    top = Ground(PLAN).heights(np.column_stack([np.linspace(5, 9, 50), np.full(50, 5.0)])).max()
+    top = PlanGround(PLAN).heights(np.column_stack([np.linspace(5, 9, 50), np.full(50, 5.0)])).max()
     assert max(heights) == pytest.approx(top, abs=0.08)
     assert min(pitches) < math.radians(-8.0)
     assert max(pitches) > math.radians(8.0)
@@ -166,7 +167,7 @@ def test_robot_drives_over_the_hill_and_back_to_the_floor(hills: World) -> None:
         ({"seed": -1}, "terrain 'lawn': seed must be >= 0"),
     ],
 )
-def test_impossible_terrain_is_refused(change: dict[str, object], message: str) -> None:
+def test_invalid_terrain_is_rejected(change: dict[str, object], message: str) -> None:
     with pytest.raises(WorldError, match=message):
         replace(LAWN, **change)  # type: ignore[arg-type]
 
@@ -176,6 +177,6 @@ def test_slab_without_thickness_must_rise_above_the_floor() -> None:
         replace(KERB, rise=(0.0, 0.0))
 
 
-def test_place_beside_all_ground_is_refused() -> None:
+def test_place_beside_all_ground_is_rejected() -> None:
     with pytest.raises(WorldError, match=r"at x 1\.00, y 5\.00 there is no ground"):
         build_world(replace(PLAN, floor="none"))

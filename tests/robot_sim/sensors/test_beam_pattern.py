@@ -8,14 +8,14 @@ from hypothesis import given, strategies as st
 
 from localization.types import Pose
 from robot_sim.robot.p3at import MOUNTS
-from robot_sim.sensors.beam_pattern import Fan
-from robot_sim.sensors.pose_history import Track, Trail
+from robot_sim.sensors.beam_pattern import BeamPattern
+from robot_sim.sensors.pose_history import PoseHistory, PoseRecorder
 from robot_sim.sensors.scanner_config import ScannerConfig
 
 STEP = 4_000_000
 
 
-def drive(turn: float, steps: int = 40) -> Track:
+def drive(turn: float, steps: int = 40) -> PoseHistory:
     """A track of somebody who sways while driving a curve; begins at step 10."""
     stamps = STEP * np.arange(10, 10 + steps)
     poses = [
@@ -25,7 +25,7 @@ def drive(turn: float, steps: int = 40) -> Track:
         for t in 1e-9 * stamps
     ]
     positions = np.array([p.position for p in poses])
-    return Track(stamps, positions, np.array([p.quaternion_wxyz for p in poses]))
+    return PoseHistory(stamps, positions, np.array([p.quaternion_wxyz for p in poses]))
 
 
 @pytest.mark.parametrize("scanner", sorted(MOUNTS))
@@ -36,7 +36,7 @@ def test_beams_start_and_point_where_the_scanner_was_at_their_times(
     mount, track = MOUNTS[scanner], drive(turn)
     pattern = ScannerConfig(scanner, period_ns=100_000_000).scan(0, np.zeros(541))
     start = min(10 * STEP + late, int(track.stamps[-1] - pattern.offsets[-1]))
-    beams = Fan(mount, pattern.angles, pattern.offsets)
+    beams = BeamPattern(mount, pattern.angles, pattern.offsets)
     origins, directions = beams.rays(track, start)
     positions, rotations = track.at(start + pattern.offsets)
     fan = np.stack([np.cos(pattern.angles), np.sin(pattern.angles), 0.0 * pattern.angles], axis=1)
@@ -54,15 +54,15 @@ def test_beams_start_and_point_where_the_scanner_was_at_their_times(
     np.testing.assert_allclose(axes[:, :, 1:], expected, atol=1e-5)
 
 
-def test_a_sweep_may_end_with_the_last_step() -> None:
+def test_sweep_may_end_with_the_last_step() -> None:
     track = drive(1.0, steps=20)
     offsets = np.linspace(0, 19 * STEP, 77).astype(np.int64)
-    origins, _ = Fan(Pose.identity(), np.zeros(77), offsets).rays(track, 10 * STEP)
+    origins, _ = BeamPattern(Pose.identity(), np.zeros(77), offsets).rays(track, 10 * STEP)
     np.testing.assert_allclose(origins[[0, -1]], track.positions[[0, -1]], atol=1e-12)
 
 
-def test_a_trail_keeps_what_coming_sweeps_need_however_long_it_gets() -> None:
-    trail = Trail(0, np.zeros(7))
+def test_recorder_keeps_the_poses_that_coming_sweeps_need() -> None:
+    trail = PoseRecorder(0, np.zeros(7))
     for tick in range(400):
         stamps = STEP * np.arange(5 * tick + 1, 5 * tick + 6)
         trail.extend(stamps, np.tile(1e-6 * stamps[:, None], (1, 7)))

@@ -13,12 +13,13 @@ from localization.geometry import interpolate_many, rotation_from_quaternion
 from localization.types import Pose, Scan, Twist
 from robot_sim.array_types import FloatArray
 from robot_sim.robot.p3at import MOUNTS
-from robot_sim.sensors.beam_effects import Echoes
-from robot_sim.sensors.lidar import ScannerConfig, Track
-from robot_sim.sensors.light_paths import Sight
+from robot_sim.sensors.echoes import Echoes
+from robot_sim.sensors.lidar import PoseHistory, ScannerConfig
+from robot_sim.sensors.light_paths import LightTracer
 from robot_sim.sensors.sensor_suite import sensor_suite
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World, load_world
+from robot_sim.worlds.loading import load_world
+from robot_sim.worlds.world import World
 
 EXACT = (
     ScannerConfig("laser_horizontal", sigma=0.0),
@@ -106,7 +107,7 @@ def test_noise_is_gaussian_of_the_configured_size(room: World) -> None:
     assert np.mean(np.abs(errors) < 0.012) == pytest.approx(0.683, abs=0.02)
 
 
-def test_what_lies_beyond_the_range_is_infinitely_far(field: World) -> None:
+def test_surfaces_beyond_the_range_give_infinity(field: World) -> None:
     scans = scans_of(Simulation(field), 4)
     horizontal, vertical = scans
     assert np.isposinf(horizontal.ranges).all()
@@ -115,23 +116,23 @@ def test_what_lies_beyond_the_range_is_infinitely_far(field: World) -> None:
     assert np.isfinite(vertical.ranges[[0, -1]]).all()
 
 
-def test_what_is_too_near_is_invalid(room: World) -> None:
+def test_surfaces_below_the_least_range_give_nan(room: World) -> None:
     scanner = ScannerConfig("laser_horizontal", range_min=5.0)
     (scan,) = scans_of(Simulation(room, config=SimulationConfig(scanners=(scanner,))), 5)
     assert np.isnan(scan.ranges[np.abs(scan.angles + math.pi / 2) < 0.1]).all()
     assert np.isfinite(scan.ranges[np.abs(scan.angles) < 0.1]).all()
 
 
-def test_scanner_without_a_mount_is_refused() -> None:
+def test_scanner_without_a_mount_is_rejected() -> None:
     with pytest.raises(ValueError, match="laser_horizontal, laser_vertical"):
         ScannerConfig("laser_sideways")
     with pytest.raises(ValueError, match="period"):
         ScannerConfig("laser_vertical", period_ns=0)
 
 
-def test_track_blends_neighbouring_poses() -> None:
+def test_pose_history_interpolates_neighbouring_poses() -> None:
     poses = [Pose.planar(0.0, 0.0, 0.1), Pose.planar(0.002, 0.0, 0.104)]
-    track = Track(
+    track = PoseHistory(
         np.array([0, 2_000_000]),
         np.array([p.position for p in poses]),
         np.array([p.quaternion_wxyz for p in poses]),
@@ -142,7 +143,7 @@ def test_track_blends_neighbouring_poses() -> None:
     np.testing.assert_allclose(rotation[0], expected, atol=1e-9)
 
 
-def test_realistic_scanners_repeat_bit_by_bit_and_tell_remissions(office: World) -> None:
+def test_realistic_scanners_repeat_bit_by_bit_and_report_remissions(office: World) -> None:
     suite = sensor_suite("sick_lms111", realistic=True, sun=0.5)
 
     def drive(seed: int) -> list[Scan]:
@@ -179,16 +180,16 @@ def test_effects_off_and_on_see_the_same_office(office: World) -> None:
 
 
 @pytest.mark.parametrize("scene", ["office", "glasshouse"])
-def test_scanners_cast_together_tell_what_each_tells_alone(
+def test_scanners_cast_together_give_the_same_scans_as_each_alone(
     scene: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     world = load_world(scene)
     sizes: list[int] = []
-    see = Sight.see
+    trace_beams = LightTracer.trace_beams
 
-    def counted(sight: Sight, starts: FloatArray, *rest: Any) -> Echoes:
+    def counted(tracer: LightTracer, starts: FloatArray, *rest: Any) -> Echoes:
         sizes.append(starts.shape[2])
-        return see(sight, starts, *rest)
+        return trace_beams(tracer, starts, *rest)
 
     def drive() -> list[Scan]:
         sizes.clear()
@@ -197,10 +198,10 @@ def test_scanners_cast_together_tell_what_each_tells_alone(
         simulation.command(Twist.planar(0.4, 0.6))
         return scans_of(simulation, 9)
 
-    monkeypatch.setattr(Sight, "see", counted)
+    monkeypatch.setattr(LightTracer, "trace_beams", counted)
     together = drive()
     assert set(sizes) == {2 * 541}
-    monkeypatch.setattr(Sight, "sees_as", lambda sight, other: False)
+    monkeypatch.setattr(LightTracer, "traces_like", lambda tracer, other: False)
     alone = drive()
     assert set(sizes) == {541}
     assert len(together) == len(alone) >= 8
@@ -210,7 +211,7 @@ def test_scanners_cast_together_tell_what_each_tells_alone(
         np.testing.assert_array_equal(a.intensities, b.intensities)
 
 
-def test_scanners_that_see_differently_are_cast_apart(office: World) -> None:
+def test_scanners_with_different_effects_are_cast_separately(office: World) -> None:
     """With or without a footprint, far or near: the other scanner sees what it does beside its like."""
     wide, like = sensor_suite("sick_lms111", realistic=True).scanners
     thin = replace(like, effects=replace(like.effects, mixing=None))
@@ -226,7 +227,7 @@ def test_scanners_that_see_differently_are_cast_apart(office: World) -> None:
             np.testing.assert_array_equal(a.ranges, b.ranges)
 
 
-def test_glasshouse_is_looked_out_of() -> None:
+def test_scanner_in_the_glasshouse_sees_through_its_walls() -> None:
     world = load_world("glasshouse")
     plain, rich = (
         scans_of(

@@ -14,7 +14,7 @@ from robot_sim.errors import SensorError, SimulationError
 from robot_sim.sensors.lidar_models import LIDARS, lidar_model
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.simulation import Simulation, SimulationConfig
-from robot_sim.worlds.worlds import World
+from robot_sim.worlds.world import World
 
 
 def scans_of(world: World, scanner: ScannerConfig, ticks: int) -> list[Scan]:
@@ -59,7 +59,7 @@ def test_models_give_their_sheets_beams_rates_and_beam_times(
     assert sum(config.beams_of(part) for part in range(config.interlace)) == beams
 
 
-def test_rate_of_the_lms111_is_told_by_name() -> None:
+def test_rate_of_the_lms111_is_in_the_error() -> None:
     assert ScannerConfig.of("laser_horizontal", "sick_lms111", rate_hz=25).period_ns == 40_000_000
 
 
@@ -104,7 +104,7 @@ def test_lms200_sends_odd_beams_one_turn_of_the_mirror_after_the_even_ones(room:
         ({"model": "sick_lms111", "rate_hz": 50, "resolution_deg": 0.25}, "rate_hz.*50 Hz"),
     ],
 )
-def test_settings_a_model_lacks_are_refused_with_those_it_has(
+def test_settings_a_model_lacks_are_rejected_with_those_it_has(
     settings: dict[str, object], message: str
 ) -> None:
     with pytest.raises(SensorError, match=message):
@@ -119,7 +119,7 @@ def test_settings_a_model_lacks_are_refused_with_those_it_has(
         ({"resolution": 0.0}, "resolution must be > 0"),
         (
             {"resolution": math.radians(0.7)},
-            "resolution must be a whole part .* such as 0.699482 deg",
+            "resolution must be an integer fraction .* such as 0.699482 deg",
         ),
         ({"period_ns": 0}, "period"),
         ({"phase_ns": -1}, "phase"),
@@ -134,7 +134,7 @@ def test_settings_a_model_lacks_are_refused_with_those_it_has(
         ({"name": "laser_sideways"}, "laser_horizontal, laser_vertical"),
     ],
 )
-def test_impossible_parameters_are_refused_by_name(
+def test_invalid_parameters_are_rejected_by_name(
     parameters: dict[str, object], message: str
 ) -> None:
     with pytest.raises(SimulationError, match=message):

@@ -1,12 +1,12 @@
-"""All sensors by two names."""
+"""Sensor suites by the names of scanner and inertial unit."""
 
 from __future__ import annotations
 
 import pytest
 
 from robot_sim.errors import SensorError
-from robot_sim.sensors.beam_effects import Effects
-from robot_sim.sensors.inertial_unit import InertialConfig
+from robot_sim.sensors.imu import InertialConfig
+from robot_sim.sensors.lidar_effects import Effects
 from robot_sim.sensors.lidar_models import LIDARS
 from robot_sim.sensors.sensor_suite import sensor_suite
 from robot_sim.simulation import SimulationConfig
@@ -37,7 +37,7 @@ def test_default_scanner_can_be_realistic_under_the_sun() -> None:
     assert sensor_suite(sun=0.5).scanners[0].effects == Effects()
 
 
-def test_what_cannot_be_is_refused_by_name() -> None:
+def test_invalid_suite_is_rejected_by_name() -> None:
     with pytest.raises(SensorError, match="no lidar model named 'velodyne'"):
         sensor_suite("velodyne")
     with pytest.raises(SensorError, match="no inertial unit named 'gyro'"):

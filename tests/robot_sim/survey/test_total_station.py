@@ -9,9 +9,10 @@ import pytest
 
 from robot_sim.floorplan.actors_in_plan import Cart
 from robot_sim.floorplan.plan import Placement, Plan, Wall, Window
-from robot_sim.scene_objects.slabs import Slab
+from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.survey.total_station import TotalStation
-from robot_sim.worlds.worlds import WorldOptions, build_world
+from robot_sim.worlds.from_floorplan import build_world
+from robot_sim.worlds.world import WorldOptions
 
 EAST = np.array([[1.0, 0.0, 0.0]])
 
@@ -46,15 +47,15 @@ def test_reach_counts_from_the_eye_also_behind_a_pane() -> None:
     assert station.look(eye, EAST, 16.1).distances[0] == pytest.approx(16.0, abs=1e-4)
 
 
-def test_what_moves_is_not_there() -> None:
+def test_movers_are_absent_from_the_survey() -> None:
     cart = Cart(name="cart", path=((5.0, 4.0), (5.0, 4.2)), pushed=False)
-    plan = hall(inhabitants=(cart,))
+    plan = hall(actors=(cart,))
     eye = np.array([[2.0, 4.1, 0.4]])
     alive = TotalStation(build_world(plan, options=WorldOptions(alive=True)))
     assert alive.look(eye, EAST, 30.0).distances[0] == pytest.approx(16.0, abs=1e-4)
 
 
-def test_ground_is_followed_up_a_ramp_and_not_onto_what_hangs_above() -> None:
+def test_ground_is_followed_up_a_ramp_but_not_onto_objects_above() -> None:
     ramp = Slab("ramp", 5.0, 4.0, length=4.0, width=2.0, rise=(0.0, 1.0))
     station = TotalStation(build_world(hall(slabs=(ramp,))))
     line = np.column_stack([np.arange(1.0, 7.0, 0.25), np.full(24, 4.0)])

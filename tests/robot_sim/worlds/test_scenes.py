@@ -16,12 +16,13 @@ from localization.types import Health
 from robot_sim import Simulation, SimulationConfig, World, load_world, scene_names
 from robot_sim.array_types import FloatArray
 from robot_sim.floorplan.plan import Plan, Waypoint
-from robot_sim.floorplan.plan_ground import Ground
+from robot_sim.floorplan.plan_ground import PlanGround
 from robot_sim.robot.mujoco_body import HEADROOM
 from robot_sim.scene_objects.blocks import Block, Shape
-from robot_sim.worlds.worlds import load_plan, plan_blocks
-from teleop.scenario.run import cloud_path
+from robot_sim.worlds.from_floorplan import plan_blocks
+from robot_sim.worlds.loading import load_plan
 from teleop.scenario.tour_driver import TourDriver
+from teleop.scene_clouds import scene_cloud_path
 
 MARGIN = 0.35
 """Between the circle in which the robot turns and everything it could bump into [m]."""
@@ -41,8 +42,8 @@ def world_of(scene: str) -> World:
 
 
 @cache
-def cloud_of(scene: str) -> Cloud:
-    return load_cloud(cloud_path(scene))
+def load_scene_cloud(scene: str) -> Cloud:
+    return load_cloud(scene_cloud_path(scene))
 
 
 def plan_of(world: World) -> Plan:
@@ -66,7 +67,7 @@ def gap(block: Block, points: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(*local.T)) - max(block.half[:2])
 
 
-def test_all_five_scenes_are_there() -> None:
+def test_all_five_scenes_are_available() -> None:
     assert set(LEAST_AREA) <= set(SCENES)
 
 
@@ -78,7 +79,7 @@ def test_scene_is_as_large_as_promised_and_has_places_to_name(scene: str) -> Non
     assert world.spawns["spawn"] is world.spawn
 
 
-def test_corridor_is_seventy_metres_long_and_tells_nothing_on_the_way() -> None:
+def test_corridor_is_seventy_metres_long_and_featureless() -> None:
     """From 8 m to 30 m along it, whatever the scanners see is the same."""
     world = world_of("corridor")
     data = mujoco.MjData(world.model)
@@ -107,9 +108,9 @@ def test_warehouse_repeats_itself() -> None:
     assert len({rack.seed for rack in racks}) == len(racks)
 
 
-def test_courtyard_rolls_and_pitches_the_robot_where_it_is_said_to_stand() -> None:
+def test_courtyard_has_places_with_roll_and_pitch() -> None:
     world = world_of("courtyard")
-    ground = Ground(plan_of(world))
+    ground = PlanGround(plan_of(world))
     tour = np.array(world.tour)
     line = np.concatenate([np.linspace(a, b, 200) for a, b in pairwise(tour)])
     assert ground.heights(line).max() > 0.5
@@ -132,7 +133,7 @@ def test_glasshouse_is_walled_and_roofed_with_glass() -> None:
 @pytest.mark.parametrize("scene", SCENES)
 def test_route_keeps_clear_of_everything(scene: str, route: str) -> None:
     plan = plan_of(world_of(scene))
-    ground = Ground(plan)
+    ground = PlanGround(plan)
     corners = np.array(getattr(plan, route))
     points = np.concatenate([
         np.linspace(a, b, 2 + int(np.linalg.norm(b - a) / 0.05)) for a, b in pairwise(corners)
@@ -157,7 +158,7 @@ def test_tour_leads_from_the_spawn_and_back(scene: str) -> None:
 @pytest.mark.parametrize("scene", SCENES)
 def test_cloud_lies_on_the_scene(scene: str) -> None:
     """From a little before each point, against its normal, a ray meets something just there."""
-    world, cloud = world_of(scene), cloud_of(scene)
+    world, cloud = world_of(scene), load_scene_cloud(scene)
     data = mujoco.MjData(world.model)
     mujoco.mj_forward(world.model, data)
     static = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
@@ -177,7 +178,7 @@ def test_cloud_lies_on_the_scene(scene: str) -> None:
 @pytest.mark.parametrize("scene", SCENES)
 def test_cloud_covers_the_tour(scene: str) -> None:
     """Wherever the tour leads, there are points on the ground within a step."""
-    world, cloud = world_of(scene), cloud_of(scene)
+    world, cloud = world_of(scene), load_scene_cloud(scene)
     up = cloud.points[cloud.normals[:, 2] > 0.8][:, :2]
     for x, y in world.tour:
         assert np.hypot(*(up - (x, y)).T).min() < 0.6, (x, y)

@@ -22,17 +22,18 @@ from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Hint, Twist
 from robot_sim import Simulation, World
-from teleop.joystick import Wish
+from teleop.joystick import VelocityRequest
 from teleop.operator.display import Display
-from teleop.robot import topics
-from teleop.robot.robot import Drive, Message, Reset, Robot, Stop
+from teleop.robot.inbox import DriveCommand, EStop, EStopReset, InboxMessage
+from teleop.robot.robot import Robot
+from teleop.robot.topics.topic_table import OUTPUTS, latched_messages
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.tour_driver import TourDriver
 
 Published: TypeAlias = tuple[str, dict[str, Any]]
 """A topic and a message on it."""
 
-_NEUTRAL = Wish(Twist.planar(0.0, 0.0), enabled=True)
+_NEUTRAL = VelocityRequest(Twist.planar(0.0, 0.0), enabled=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,32 +69,33 @@ def drive(
     driver = TourDriver(world.tour)
     hint = Mission().hint(simulation.truth().map_from_base)
     latched: tuple[Published, ...] = tuple(
-        (kind.name, message) for kind, message in topics.latched(cloud, simulation.mounts).items()
+        (kind.name, message) for kind, message in latched_messages(cloud, simulation.mounts).items()
     )
-    inbox: list[Message] = [Drive("test", _NEUTRAL)]
+    inbox: list[InboxMessage] = [DriveCommand("test", _NEUTRAL)]
     twist = Twist.planar(0.0, 0.0)
-    tick = 0
+    number = 0
     while not driver.done and simulation.stamp < seconds * SECOND:
         given = hint if simulation.stamp == HINT_STAMP else None
-        snapshot = robot.tick(simulation.stamp, inbox if given is None else [*inbox, given])
+        tick = robot.tick(simulation.stamp, inbox if given is None else [*inbox, given])
         published = [
             (topic.name, message)
-            for topic in topics.OUTPUTS
-            if tick % max(1, topic.every) == 0 and (message := topic.build(snapshot)) is not None
+            for topic in OUTPUTS
+            if number % max(1, topic.every) == 0
+            for message in topic.build(tick)
         ]
-        yield Moment(snapshot.stamp, twist, given, (*latched, *published))
-        latched, tick = (), tick + 1
-        estimate = snapshot.estimate
+        yield Moment(tick.stamp, twist, given, (*latched, *published))
+        latched, number = (), number + 1
+        estimate = tick.estimate
         twist = driver.command(estimate.map_from_base, estimate.health)
         now = simulation.stamp / SECOND
         if estop[0] <= now < estop[1]:
-            inbox = [Stop("test")]
+            inbox = [EStop("test")]
         elif estop[1] <= now < estop[1] + 0.02:
-            inbox = [Reset("test")]
+            inbox = [EStopReset("test")]
         elif estop[1] <= now < estop[1] + 0.2:
-            inbox = [Drive("test", _NEUTRAL)]
+            inbox = [DriveCommand("test", _NEUTRAL)]
         else:
-            inbox = [Drive("test", Wish(twist, enabled=True))]
+            inbox = [DriveCommand("test", VelocityRequest(twist, enabled=True))]
 
 
 def play(moments: Iterable[Moment], display: Display) -> None:

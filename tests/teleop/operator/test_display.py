@@ -129,13 +129,13 @@ def test_everything_of_a_real_drive_is_recorded(recording: Path) -> None:
         assert found[entity] > 50
 
 
-def test_events_of_a_real_drive_tell_its_story(recording: Path) -> None:
+def test_events_of_a_real_drive_are_logged_in_order(recording: Path) -> None:
     texts = [text for _, text in events(recording)]
     story = [
         "link up: ws://",
         "is the one shown here",
         "waiting: no pose yet",
-        "hint given: x ",
+        "hint sent: x ",
         "tracking",
         "hint accepted: ",
         "E-STOP: e-stop by test",
@@ -165,7 +165,7 @@ def test_path_ends_where_the_robot_is(recording: Path, moments: list[Moment]) ->
     assert np.hypot(end[0] - truth["x"], end[1] - truth["y"]) < 0.1
 
 
-def test_the_robot_is_not_drawn_before_it_is_known_where_it_is(
+def test_robot_is_not_drawn_before_it_is_localised(
     cloud: Cloud, moments: list[Moment], tmp_path: Path
 ) -> None:
     display = Display(cloud, sink=Sink(file=tmp_path / "x.rrd"), strict=True)
@@ -213,7 +213,7 @@ def test_a_path_costs_the_same_however_long_it_is(cloud: Cloud, tmp_path: Path) 
     assert growth.max() / 2000 < 400
 
 
-def test_a_second_half_of_a_drive_takes_no_more_bytes_than_the_first(
+def test_second_half_of_a_drive_takes_no_more_bytes_than_the_first(
     office_cloud: Cloud, moments: list[Moment], tmp_path: Path
 ) -> None:
     path = tmp_path / "x.rrd"
@@ -235,7 +235,7 @@ def test_a_robot_at_rest_adds_nothing_to_its_path(display: Display, tmp_path: Pa
     assert column(_recorded(display, tmp_path), at.ESTIMATE_PATH, "LineStrips3D:strips") == []
 
 
-def test_a_jump_of_the_estimate_is_not_joined_by_a_line(display: Display, tmp_path: Path) -> None:
+def test_jump_of_the_estimate_is_not_joined_by_a_line(display: Display, tmp_path: Path) -> None:
     for i, x in enumerate((0.0, 0.1, 2.0, 2.1)):
         display.show("/tf", _tf(i * SECOND, x))
     strips = column(_recorded(display, tmp_path), at.ESTIMATE_PATH, "LineStrips3D:strips")
@@ -286,7 +286,7 @@ def test_every_verdict_is_drawn(
     assert level == ("INFO" if arrow else "WARN")
 
 
-def test_a_verdict_that_comes_again_is_told_once(display: Display, tmp_path: Path) -> None:
+def test_repeated_verdict_is_drawn_once(display: Display, tmp_path: Path) -> None:
     for _ in range(3):
         display.show("/localization/hint_verdict", _verdict(SECOND, "kept", 1))
     assert len(events(_recorded(display, tmp_path))) == 1
@@ -302,7 +302,7 @@ def test_the_ghost_goes_some_time_after_the_verdict(display: Display, tmp_path: 
     assert cleared == [[False]]
 
 
-def test_events_tell_changes_and_not_every_message(display: Display, tmp_path: Path) -> None:
+def test_only_changes_are_logged_as_events(display: Display, tmp_path: Path) -> None:
     stamps = iter(range(0, 100 * SECOND, SECOND))
     for state, who, reason in (
         ("idle", "", "nobody drives yet"),
@@ -406,9 +406,7 @@ def test_a_topic_it_does_not_know_is_left_aside(display: Display) -> None:
     assert "/imu/data" not in display.topics
 
 
-def test_a_frame_that_does_not_hang_on_the_map_is_left_aside(
-    display: Display, tmp_path: Path
-) -> None:
+def test_frame_unconnected_to_the_map_is_ignored(display: Display, tmp_path: Path) -> None:
     message = _tf(0, 1.0)
     message["transforms"][0]["header"]["frame_id"] = "mars"
     display.show("/tf", message)

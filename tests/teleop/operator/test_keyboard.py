@@ -1,4 +1,4 @@
-"""Keys from a terminal that tells no release."""
+"""Keys from a terminal that reports no release."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_opposite_keys_cancel_and_space_lets_all_go() -> None:
     assert keyboard.twist(3)[1] is False
 
 
-def test_orders_are_told_from_motion() -> None:
+def test_action_keys_are_no_motion() -> None:
     keyboard = Keyboard()
     assert [keyboard.press(k, 0) for k in ("e", "r", "t", "q", "w", "x")] == [
         "estop",

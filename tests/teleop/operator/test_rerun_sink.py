@@ -101,7 +101,7 @@ def test_file_and_viewer_get_the_same(
 
 
 @pytest.mark.parametrize("end", [signal.SIGSTOP, signal.SIGKILL])
-def test_a_viewer_that_hangs_or_dies_neither_stops_the_client_nor_the_file(
+def test_hung_or_dead_viewer_stops_neither_client_nor_file(
     moments: list[Moment], office_cloud: Cloud, tmp_path: Path, end: signal.Signals
 ) -> None:
     path = tmp_path / "both.rrd"

@@ -1,4 +1,4 @@
-"""The display's thread: in order, complete if patient, never in the way if not."""
+"""Display on a thread of its own: calls in order, complete if blocking, dropped if not."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.types import Pose
-from teleop.operator.threaded_display import Aside
+from teleop.operator.threaded_display import ThreadedDisplay
 
 
-class Slate:
-    """A display that writes down what it is told, when it is let."""
+class RecordingDisplay:
+    """A display that records its calls, and can be held up."""
 
     def __init__(self) -> None:
         self.seen: list[object] = []
@@ -38,31 +38,31 @@ class Slate:
         self.closed = True
 
 
-def test_patient_display_gets_everything_in_order_and_is_closed_at_the_end() -> None:
-    slate = Slate()
-    aside = Aside(slate, patient=True, most=3)
-    slate.go.set()
+def test_blocking_display_gets_every_call_in_order() -> None:
+    display = RecordingDisplay()
+    threaded = ThreadedDisplay(display, blocking=True, max_pending=3)
+    display.go.set()
     for n in range(100):
-        aside.show("/tf", {"n": n})
-    aside.command(0.5, 0.1, True, 7)
-    aside.hint(Pose.identity(), np.zeros((6, 6)), 8)
-    aside.link(connected=False, text="gone", stamp=9)
-    aside.close()
-    assert slate.seen[:100] == [("/tf", n) for n in range(100)]
-    assert slate.seen[100:] == [
+        threaded.show("/tf", {"n": n})
+    threaded.command(0.5, 0.1, True, 7)
+    threaded.hint(Pose.identity(), np.zeros((6, 6)), 8)
+    threaded.link(connected=False, text="gone", stamp=9)
+    threaded.close()
+    assert display.seen[:100] == [("/tf", n) for n in range(100)]
+    assert display.seen[100:] == [
         ("command", 0.5, 0.1, True, 7),
         ("hint", 8),
         ("link", False, "gone", 9),
     ]
-    assert slate.closed
+    assert display.closed
 
 
-def test_impatient_display_that_hangs_leaves_out_instead_of_holding_up() -> None:
-    slate = Slate()
-    aside = Aside(slate, patient=False, most=5)
+def test_hung_display_drops_calls_instead_of_blocking() -> None:
+    display = RecordingDisplay()
+    threaded = ThreadedDisplay(display, blocking=False, max_pending=5)
     for n in range(1000):
-        aside.show("/tf", {"n": n})
-    assert aside.left_out >= 994
-    slate.go.set()
-    aside.close()
-    assert len(slate.seen) == 1000 - aside.left_out
+        threaded.show("/tf", {"n": n})
+    assert threaded.dropped >= 994
+    display.go.set()
+    threaded.close()
+    assert len(display.seen) == 1000 - threaded.dropped

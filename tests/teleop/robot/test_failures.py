@@ -26,9 +26,10 @@ from teleop.scenario.mission import Mission
 from tests.teleop.support import (
     ROOT,
     Peer,
+    Robots,
     command,
+    drive,
     in_a_loop,
-    lockstep,
     peer,
     position_of,
     real_time,
@@ -72,17 +73,14 @@ def other_map(office_cloud: Cloud, tmp_path_factory: pytest.TempPathFactory) -> 
 
 async def at_full_speed(driver: Peer) -> None:
     await driver.subscribe("/ground_truth/odom", "/teleop/state")
-    for forward in [0.0] + [1.0] * 17:
-        await driver.joy(forward)
-        await driver.step(5)
+    await drive(driver, 0.0, steps=1)
+    await drive(driver, 1.0, steps=17)
     assert driver.speed > FULL_SPEED
 
 
 @in_a_loop
-async def test_robot_brakes_at_once_when_its_driver_is_torn_off(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as watcher:
+async def test_robot_brakes_at_once_when_its_drivers_connection_breaks(robots: Robots) -> None:
+    async with robots() as rig, peer(rig.server.url) as watcher:
         await watcher.subscribe("/ground_truth/odom", "/teleop/state")
         await watcher.settle()
         async with peer(rig.server.url) as driver:
@@ -107,11 +105,9 @@ async def test_robot_brakes_at_once_when_its_driver_is_torn_off(
 
 
 @in_a_loop
-async def test_garbage_of_another_changes_nothing_for_the_driver(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
+async def test_garbage_from_another_client_does_not_disturb_the_driver(robots: Robots) -> None:
     async with (
-        lockstep(office, office_cloud, cache) as rig,
+        robots() as rig,
         peer(rig.server.url) as driver,
         peer(rig.server.url) as rude,
     ):
@@ -128,13 +124,11 @@ async def test_garbage_of_another_changes_nothing_for_the_driver(
 
 
 @in_a_loop
-async def test_garbage_of_the_driver_is_not_driving(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
+async def test_garbage_from_the_driver_counts_as_silence(robots: Robots) -> None:
     """It counts as silence: after the watchdog's time the robot brakes."""
-    async with lockstep(office, office_cloud, cache) as rig, peer(rig.server.url) as driver:
+    async with robots() as rig, peer(rig.server.url) as driver:
         await at_full_speed(driver)
-        last = rig.robot.simulation.stamp - 5 * TICK_NS  # of the tick that heard the last Joy
+        last = rig.robot.simulation.stamp - 5 * TICK_NS  # of the tick that took the last Joy
         for n in range(75):
             await driver.say(GARBAGE[n % len(GARBAGE)])
             await driver.step(1)
@@ -177,10 +171,10 @@ async def until_at_rest(watcher: Peer) -> None:
 
 
 class Stop:
-    """How the robot stopped after a moment, by what a watching client heard."""
+    """How the robot stopped after a moment, as a watching client observed it."""
 
-    def __init__(self, watcher: Peer, heard_before: int) -> None:
-        after = [o for o in watcher.heard[heard_before:] if o["op"] == "publish"]
+    def __init__(self, watcher: Peer, count_before: int) -> None:
+        after = [o for o in watcher.received[count_before:] if o["op"] == "publish"]
         self.odometry: list[dict[str, Any]] = [
             o["msg"] for o in after if o["topic"] == "/ground_truth/odom"
         ]
@@ -225,10 +219,10 @@ async def test_robot_stops_when_its_operator_is_killed(
         operator(server.url) as process,
     ):
         await until_fast(watcher)
-        heard = len(watcher.heard)
+        count = len(watcher.received)
         process.kill()
         await until_at_rest(watcher)
-        stop = Stop(watcher, heard)
+        stop = Stop(watcher, count)
         assert stop.oldest_command <= LONGEST
         assert stop.delay <= LONGEST + SLACK
         assert stop.distance <= STOPPING_DISTANCE
@@ -246,11 +240,11 @@ async def test_robot_stops_when_its_operator_freezes_and_keeps_the_socket_open(
         operator(server.url) as process,
     ):
         await until_fast(watcher)
-        heard = len(watcher.heard)
+        count = len(watcher.received)
         process.send_signal(signal.SIGSTOP)
         await until_at_rest(watcher)
-        assert server.client_count == 2, "nobody has hung up"
-        stop = Stop(watcher, heard)
+        assert len(server.protocol.connections) == 2, "nobody has hung up"
+        stop = Stop(watcher, count)
         assert stop.oldest_command <= LONGEST
         assert stop.delay <= LONGEST + SLACK
         assert stop.distance <= STOPPING_DISTANCE
@@ -268,7 +262,7 @@ async def test_robot_stops_when_its_operator_freezes_and_keeps_the_socket_open(
 @pytest.mark.parametrize(
     "sin", ["oversize frame", "half a message", "torn handshake", "no reading"]
 )
-async def test_one_clients_sin_costs_the_driver_nothing(
+async def test_misbehaving_client_does_not_disturb_the_driver(
     sin: str, office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with (
@@ -369,14 +363,12 @@ async def nobody() -> AsyncIterator[int]:
 @pytest.mark.parametrize(
     ("there", "complaint"),
     [
-        (nobody, "nobody listens at"),
+        (nobody, "no server listens at"),
         (echo, "is a WebSocket server, but does not speak rosbridge"),
-        (web_server, "is no rosbridge server"),
+        (web_server, "is not a rosbridge server"),
     ],
 )
-async def test_operate_says_in_one_line_what_is_at_the_address_instead(
-    there: Any, complaint: str
-) -> None:
+async def test_operate_names_another_kind_of_server_in_one_line(there: Any, complaint: str) -> None:
     async with there() as port:
         status, _, err = await command("operate", f"ws://127.0.0.1:{port}", "--no-viewer")
     assert status == 2, err
@@ -388,7 +380,7 @@ async def test_operate_says_in_one_line_what_is_at_the_address_instead(
 @pytest.mark.parametrize(
     "url", ["robot", "http://127.0.0.1:9090", "ws://", "ws://127.0.0.1:0x", "ws://[::1"]
 )
-async def test_operate_refuses_what_is_no_address(url: str) -> None:
+async def test_operate_rejects_an_invalid_address(url: str) -> None:
     status, out, err = await command("operate", url, "--no-viewer")
     assert status == 2, err
     assert out.strip() == ""
@@ -397,7 +389,7 @@ async def test_operate_refuses_what_is_no_address(url: str) -> None:
 
 @pytest.mark.slow
 @in_a_loop
-async def test_operate_with_another_map_says_so_once_and_goes_on(
+async def test_operate_with_another_map_warns_once_and_continues(
     other_map: Path, office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with real_time(office, office_cloud, cache) as server:
@@ -405,11 +397,11 @@ async def test_operate_with_another_map_says_so_once_and_goes_on(
             *("operate", server.url, "--map", str(other_map), "--no-viewer", "--duration", "4")
         )
     assert (status, err.strip()) == (0, "")
-    told = [
+    warnings = [
         line.strip() for line in out.splitlines() if "both sides must hold the same file" in line
     ]
-    assert len(told) == 1
-    assert office_cloud.sha256[:12] in told[0]
+    assert len(warnings) == 1
+    assert office_cloud.sha256[:12] in warnings[0]
     assert any(line.strip().startswith("health: ") for line in out.splitlines()), out
 
 

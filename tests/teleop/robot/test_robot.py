@@ -12,12 +12,14 @@ from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import Localizer
 from localization.types import Hint, Inertial, Pose, Twist
 from robot_sim import TICK_NS, Simulation, World
-from teleop.joystick import Wish
-from teleop.robot.robot import Drive, Gone, Message, Reset, Robot, Snapshot, Stop
-from teleop.robot.safety import Control, SafetyConfig
+from teleop.joystick import VelocityRequest
+from teleop.robot.inbox import Disconnected, DriveCommand, EStop, EStopReset, InboxMessage
+from teleop.robot.robot import Robot
+from teleop.robot.safety import ControlMode, SafetyConfig
+from teleop.robot.tick_record import Rejection, TickRecord
 
-NEUTRAL = Drive("operator", Wish(Twist.planar(0.0, 0.0), enabled=True))
-FULL = Drive("operator", Wish(Twist.planar(0.7, 0.0), enabled=True))
+NEUTRAL = DriveCommand("operator", VelocityRequest(Twist.planar(0.0, 0.0), enabled=True))
+FULL = DriveCommand("operator", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True))
 
 
 @pytest.fixture
@@ -27,24 +29,24 @@ def robot(office: World, office_cloud: Cloud, cache: Path) -> Robot:
     return Robot(simulation, Localizer(world, simulation.mounts))
 
 
-def drive(robot: Robot, message: Message | None, ticks: int) -> Snapshot:
+def drive(robot: Robot, message: InboxMessage | None, ticks: int) -> TickRecord:
     """Send the same message every tick; None sends nothing."""
     for _ in range(ticks):
-        snapshot = robot.tick(robot.simulation.stamp, () if message is None else (message,))
-    return snapshot
+        tick = robot.tick(robot.simulation.stamp, () if message is None else (message,))
+    return tick
 
 
-def test_tick_advances_time_by_one_tick_and_ends_with_an_inertial_reading(robot: Robot) -> None:
-    snapshot = robot.tick(0, ())
-    assert snapshot.stamp == snapshot.truth.stamp == snapshot.estimate.stamp == TICK_NS
-    assert isinstance(snapshot.readings[-1], Inertial)
-    assert len(snapshot.estimates) == 1
+def test_tick_ends_with_an_inertial_reading_20_ms_later(robot: Robot) -> None:
+    tick = robot.tick(0, ())
+    assert tick.stamp == tick.truth.stamp == tick.estimate.stamp == TICK_NS
+    assert isinstance(tick.readings[-1], Inertial)
+    assert len(tick.estimates) == 1
 
 
 def test_tick_hands_hints_to_the_localiser_before_its_readings(robot: Robot) -> None:
     hint = Hint(0, Pose.planar(1.0, 1.0, 0.0), np.zeros((6, 6)))
-    snapshot = robot.tick(0, (hint,))
-    assert snapshot.readings[0] is hint
+    tick = robot.tick(0, (hint,))
+    assert tick.readings[0] is hint
 
 
 @pytest.mark.parametrize("end", ["silence", "disconnect", "e-stop", "released deadman"])
@@ -52,59 +54,62 @@ def test_robot_brakes_within_the_promised_distance_from_full_speed(robot: Robot,
     drive(robot, NEUTRAL, 1)
     moving = drive(robot, FULL, 150)
     assert moving.truth.twist.linear[0] > 0.68
-    last: dict[str, Message | None] = {
+    last: dict[str, InboxMessage | None] = {
         "silence": None,
-        "disconnect": Gone("operator"),
-        "e-stop": Stop("somebody"),
-        "released deadman": Drive("operator", Wish(Twist.planar(0.7, 0.0), enabled=False)),
+        "disconnect": Disconnected("operator"),
+        "e-stop": EStop("somebody"),
+        "released deadman": DriveCommand(
+            "operator", VelocityRequest(Twist.planar(0.7, 0.0), enabled=False)
+        ),
     }
     begun = robot.simulation.stamp
-    snapshot = drive(robot, last[end], 1)
+    tick = drive(robot, last[end], 1)
     wait = SafetyConfig().watchdog if end == "silence" else 0
-    while snapshot.control.twist.linear.any():
-        snapshot = drive(robot, None, 1)
-        assert snapshot.stamp - begun <= wait + 2 * TICK_NS
-    braking = snapshot.truth.map_from_base.position
+    while tick.control.twist.linear.any():
+        tick = drive(robot, None, 1)
+        assert tick.stamp - begun <= wait + 2 * TICK_NS
+    braking = tick.truth.map_from_base.position
     stopped = drive(robot, None, 75)
     assert abs(stopped.truth.twist.linear[0]) < 0.005
     assert np.linalg.norm(stopped.truth.map_from_base.position - braking) <= 0.35
 
 
-def test_robot_does_not_move_again_before_it_saw_a_neutral_stick(robot: Robot) -> None:
+def test_robot_does_not_move_again_before_a_neutral_stick(robot: Robot) -> None:
     drive(robot, NEUTRAL, 1)
     drive(robot, FULL, 50)
     drive(robot, None, 100)
-    snapshot = drive(robot, FULL, 50)
-    assert snapshot.control.control is Control.DISARMED
-    assert snapshot.refusals == (("operator", "show a neutral stick first"),)
-    assert abs(snapshot.truth.twist.linear[0]) < 0.005
+    tick = drive(robot, FULL, 50)
+    assert tick.control.control is ControlMode.DISARMED
+    assert tick.rejections == (Rejection("operator", "send a neutral stick first"),)
+    assert abs(tick.truth.twist.linear[0]) < 0.005
     drive(robot, NEUTRAL, 1)
     assert drive(robot, FULL, 50).truth.twist.linear[0] > 0.3
 
 
 def test_estop_stays_until_it_is_reset(robot: Robot) -> None:
-    drive(robot, Stop("watcher"), 1)
+    drive(robot, EStop("watcher"), 1)
     drive(robot, NEUTRAL, 5)
-    assert drive(robot, FULL, 20).control.control is Control.ESTOP
-    drive(robot, Reset("watcher"), 1)
+    assert drive(robot, FULL, 20).control.control is ControlMode.ESTOP
+    drive(robot, EStopReset("watcher"), 1)
     drive(robot, NEUTRAL, 1)
-    assert drive(robot, FULL, 20).control.control is Control.ARMED
+    assert drive(robot, FULL, 20).control.control is ControlMode.ARMED
 
 
-def test_only_the_newest_wish_of_a_burst_counts(robot: Robot) -> None:
+def test_only_the_newest_command_of_a_burst_counts(robot: Robot) -> None:
     drive(robot, NEUTRAL, 1)
-    stale = [Drive("operator", Wish(Twist.planar(0.7, 0.0), enabled=True))] * 200
-    snapshot = robot.tick(robot.simulation.stamp, (*stale, NEUTRAL))
-    assert not snapshot.control.twist.linear.any()
+    stale = [DriveCommand("operator", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True))] * 200
+    tick = robot.tick(robot.simulation.stamp, (*stale, NEUTRAL))
+    assert not tick.control.twist.linear.any()
 
 
-def test_second_driver_is_told_who_drives(robot: Robot) -> None:
+def test_second_driver_is_rejected_with_the_drivers_name(robot: Robot) -> None:
     drive(robot, NEUTRAL, 1)
-    other = Drive("other", Wish(Twist.planar(0.3, 0.0), enabled=True))
-    snapshot = robot.tick(robot.simulation.stamp, (FULL, other))
-    assert snapshot.control.controller == "operator"
-    assert [client for client, _ in snapshot.refusals] == ["other"]
-    assert "operator drives" in snapshot.refusals[0][1]
+    other = DriveCommand("other", VelocityRequest(Twist.planar(0.3, 0.0), enabled=True))
+    tick = robot.tick(robot.simulation.stamp, (FULL, other))
+    assert tick.control.controller == "operator"
+    (rejection,) = tick.rejections
+    assert rejection.client == "other"
+    assert "operator drives" in rejection.reason
 
 
 def test_truth_is_out_of_the_localisers_reach(robot: Robot) -> None:

@@ -5,39 +5,44 @@ import pytest
 from localization.types import SECOND, WheelSpeeds
 from robot_sim import P3AT, SensorError, Simulation, SimulationConfig
 from robot_sim.robot.imperfections import MANDOW_2007
-from teleop.robot.robot_options import Outfit
+from teleop.robot.robot_options import RobotOptions
 
 
 def test_plain_outfit_is_the_plain_robot_in_the_plain_world() -> None:
-    assert Outfit().simulation() == SimulationConfig()
-    world = Outfit().world("office")
+    assert RobotOptions().simulation() == SimulationConfig()
+    world = RobotOptions().world("office")
     assert world.movers == ()
     assert world.robot == P3AT()
 
 
 def test_sensors_are_fitted_by_name() -> None:
-    config = Outfit(scanner="hokuyo_utm30lx", inertial="bosch_bmi088", effects=True).simulation()
+    config = RobotOptions(
+        scanner="hokuyo_utm30lx", inertial="bosch_bmi088", effects=True
+    ).simulation()
     assert {s.name for s in config.scanners} == {"laser_horizontal", "laser_vertical"}
     assert all(s.range_max == 30.0 and s.effects.optical for s in config.scanners)
 
 
 def test_unknown_sensors_are_refused_with_those_there_are() -> None:
     with pytest.raises(SensorError, match="sick_lms111"):
-        Outfit(scanner="velodyne").simulation()
+        RobotOptions(scanner="velodyne").simulation()
     with pytest.raises(SensorError, match="bosch_bmi088"):
-        Outfit(inertial="?").simulation()
+        RobotOptions(inertial="?").simulation()
 
 
 def test_firmware_reports_wheels_ten_times_a_second() -> None:
-    outfit = Outfit(firmware=True)
-    simulation = Simulation(outfit.world("office"), config=outfit.simulation())
+    options = RobotOptions(firmware=True)
+    simulation = Simulation(options.world("office"), config=options.simulation())
     readings = [r for _ in range(50) for r in simulation.step()]
     assert simulation.stamp == SECOND
     assert sum(isinstance(r, WheelSpeeds) for r in readings) == 10
 
 
 def test_day_and_tyres_are_built_into_the_world() -> None:
-    plain, other = Outfit().world("office"), Outfit(alive=True, rearranged=3, uneven_tyres=True)
+    plain, other = (
+        RobotOptions().world("office"),
+        RobotOptions(alive=True, rearranged=3, uneven_tyres=True),
+    )
     world = other.world("office", seed=5)
     assert len(world.movers) > 3
     assert world.robot.imperfections == MANDOW_2007

@@ -19,12 +19,16 @@ from websockets.asyncio.client import connect
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from teleop.operator.operate import OperateConfig
-from teleop.robot.audit_file import AuditError
-from teleop.robot.serve import ROLES, ServeConfig, greeting, serve
+from teleop.errors import SettingError
+from teleop.operator.operate import client_for
+from teleop.operator.operate_config import OperateConfig
+from teleop.robot.audit.audit_file import AuditError
+from teleop.robot.greeting import greeting
+from teleop.robot.serve import ROLES, serve
+from teleop.robot.serve_config import ServeConfig
 from teleop.rosbridge import Client, Role, Server
 from teleop.rosbridge.errors import ServerError, ServiceCallError
-from teleop.scenario.run import cloud_path
+from teleop.scene_clouds import scene_cloud_path
 from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.server.test_server import until
 from tests.teleop.support import ROOT, command, in_a_loop, soon
@@ -72,7 +76,7 @@ async def served(
 
 
 @in_a_loop
-async def test_what_is_done_to_the_robot_is_told_line_by_line_without_secrets(
+async def test_commands_are_audited_line_by_line_without_secrets(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / "audit.jsonl"
@@ -95,9 +99,9 @@ async def test_what_is_done_to_the_robot_is_told_line_by_line_without_secrets(
         await driver.call("/sim/step", {"ticks": 1})
     text = path.read_text()
     lines: list[dict[str, Any]] = [json.loads(line) for line in text.splitlines()]
-    begin, *told = lines
+    begin, *events = lines
     assert (begin["what"], begin["scene"]) == ("begin", "office")
-    assert [(line["what"], line.get("holder")) for line in told] == [
+    assert [(line["what"], line.get("holder")) for line in events] == [
         ("connected", "driver"),
         *[("drive", "driver")] * 3,  # the same wish again is no news
         ("hint", "driver"),
@@ -108,18 +112,18 @@ async def test_what_is_done_to_the_robot_is_told_line_by_line_without_secrets(
         ("hint answered", "driver"),
         ("disconnected", "driver"),
     ]
-    drives = [line for line in told if line["what"] == "drive"]
+    drives = [line for line in events if line["what"] == "drive"]
     assert [line["forward"] for line in drives] == [0.0, 0.5, 0.25, 0.5]
     assert [line["stamp"] for line in drives[:3]] == [20_000_000, 60_000_000, 180_000_000]
     assert "is latched" in drives[3]["refused"]
     assert "refused" not in drives[0]
-    (placed,) = (line for line in told if line["what"] == "hint")
+    (placed,) = (line for line in events if line["what"] == "hint")
     assert (placed["position"], placed["sigmas"]) == ([500.0, 0.0, 0.0], [0.0] * 6)
-    (answered,) = (line for line in told if line["what"] == "hint answered")
+    (answered,) = (line for line in events if line["what"] == "hint answered")
     assert answered["verdict"] == "rejected"
     assert "map" in answered["reason"]
-    assert all(line["client"].startswith("client ") for line in told)
-    assert all("127.0.0.1:" in line["client"] and "+00:00" in line["time"] for line in told)
+    assert all(line["client"].startswith("client ") for line in events)
+    assert all("127.0.0.1:" in line["client"] and "+00:00" in line["time"] for line in events)
     assert not any(token in text for token in (DRIVER, VIEWER))
 
 
@@ -146,14 +150,14 @@ ATTEMPTS: tuple[tuple[str, dict[str, Any], str], ...] = (
     (DRIVER, {**PUBLISH, "topic": "/odom", "msg": {}}, "published by the server only"),
     (DRIVER, {"op": "call_service", "service": "/sim/step", "args": {"tick": 1}}, "field tick"),
     (DRIVER, {"op": "fly", "topic": "/joy"}, "Unknown operation: fly"),
-    (VIEWER, {**PUBLISH, "topic": "/cmd_vel", "msg": {}}, "the role view may not publish"),
+    (VIEWER, {**PUBLISH, "topic": "/cmd_vel", "msg": {}}, "role view may not publish"),
     (VIEWER, {"op": "call_service", "service": "/teleop/take_over"}, "view may not call"),
     (VIEWER, {"op": "send_action_goal", "action": "/dock"}, "view may not call"),
 )
 
 
 @in_a_loop
-async def test_what_somebody_tried_to_do_to_the_robot_and_could_not_is_told_as_well(
+async def test_rejected_operations_are_audited(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / "audit.jsonl"
@@ -172,19 +176,19 @@ async def test_what_somebody_tried_to_do_to_the_robot_and_could_not_is_told_as_w
                     pass
     lines = [json.loads(line) for line in path.read_text().splitlines()]
     for holder, token in (("driver", DRIVER), ("viewer", VIEWER)):
-        told = [line for line in lines if line["what"] == "refused" and line["holder"] == holder]
+        events = [line for line in lines if line["what"] == "refused" and line["holder"] == holder]
         tried = [(operation, why) for who, operation, why in ATTEMPTS if who == token]
-        for line, (operation, why) in zip(told, tried, strict=False):
+        for line, (operation, why) in zip(events, tried, strict=False):
             assert line["op"] == operation["op"]
             assert line["name"] in operation.values()
             assert why in line["refused"]
-        unread = told[len(tried) :]  # and nothing of the subscription
+        unread = events[len(tried) :]  # and nothing of the subscription
         assert [line["refused"][:9] for line in unread] == ["not JSON:"]
         assert "op" not in unread[0]
 
 
 @in_a_loop
-async def test_the_e_stop_of_another_is_reset_by_an_admin_only(
+async def test_estop_is_reset_by_its_token_or_an_admin_only(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / "audit.jsonl"
@@ -206,14 +210,14 @@ async def test_the_e_stop_of_another_is_reset_by_an_admin_only(
         assert (await other.call("/teleop/estop_reset"))["success"]
         await other.call("/teleop/estop")
         async with Client(server.url, token=VIEWER) as viewer:
-            with pytest.raises(ServiceCallError, match="the role view may not call"):
+            with pytest.raises(ServiceCallError, match="role view may not call"):
                 await viewer.call("/teleop/estop_reset")
     resets = [line for line in path.read_text().splitlines() if '"e-stop reset"' in line]
     assert ["refused" in line for line in resets] == [True, False, False, False]
 
 
 @in_a_loop
-async def test_a_token_taken_out_of_the_file_ends_its_connection_and_the_robot_brakes(
+async def test_removing_a_token_from_the_file_disconnects_its_client(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
     path, log = tokens(tmp_path), tmp_path / "audit.jsonl"
@@ -242,7 +246,7 @@ async def test_a_token_taken_out_of_the_file_ends_its_connection_and_the_robot_b
 
 
 @in_a_loop
-async def test_the_operator_brings_its_token_to_an_encrypted_robot(
+async def test_operator_authenticates_at_an_encrypted_robot(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
     crt, key = certificate(tmp_path)
@@ -250,27 +254,27 @@ async def test_the_operator_brings_its_token_to_an_encrypted_robot(
     secret.write_text(f"{DRIVER}\n")
     config = ServeConfig(tokens=tokens(tmp_path), tls_cert=crt, tls_key=key)
     async with served(office, office_cloud, cache, config) as server:
-        operator = OperateConfig(server.url, cloud_path("office"), token=secret, ca=crt)
-        async with operator.client() as client:
+        operator = OperateConfig(server.url, scene_cloud_path("office"), token=secret, ca=crt)
+        async with client_for(operator) as client:
             assert (await client.call("/teleop/estop"))["success"]
-        said = greeting(server, office, office_cloud, cloud_path("office"))
-        assert server.url in said
-        assert "warning" not in said
-        assert DRIVER not in said
+        text = greeting(server, office, office_cloud, scene_cloud_path("office"))
+        assert server.url in text
+        assert "warning" not in text
+        assert DRIVER not in text
 
 
-def test_a_token_or_a_certificate_that_is_none_is_told(tmp_path: Path) -> None:
+def test_invalid_token_or_certificate_is_rejected(tmp_path: Path) -> None:
     file = tmp_path / "file"
     base = OperateConfig("wss://127.0.0.1:1", file)
     for content in ("", "two\nlines", "ümlaut"):
         file.write_text(content, encoding="utf-8")
-        with pytest.raises(ValueError, match="must hold a token"):
-            replace(base, token=file).client()
-    with pytest.raises(ValueError, match="holds no certificate"):
-        replace(base, ca=file).client()
-    with pytest.raises(ValueError, match="there is no certificate"):
-        replace(base, ca=tmp_path / "none").client()
-    with pytest.raises(ValueError, match="needs both"):
+        with pytest.raises(SettingError, match="must hold a token"):
+            client_for(replace(base, token=file))
+    with pytest.raises(SettingError, match="holds no certificate"):
+        client_for(replace(base, ca=file))
+    with pytest.raises(SettingError, match="there is no certificate"):
+        client_for(replace(base, ca=tmp_path / "none"))
+    with pytest.raises(SettingError, match="needs both"):
         ServeConfig(tls_cert=file)
 
 
@@ -281,11 +285,11 @@ def test_a_token_or_a_certificate_that_is_none_is_told(tmp_path: Path) -> None:
         ("::1", False, False, ""),
         ("0.0.0.0", False, False, "anybody who reaches this address can drive the robot"),
         ("0.0.0.0", False, True, "anybody who reaches this address can drive the robot"),
-        ("0.0.0.0", True, False, "tokens can be overheard"),
+        ("0.0.0.0", True, False, "tokens can be read on their way"),
         ("0.0.0.0", True, True, ""),
     ],
 )
-def test_who_listens_to_others_is_warned_of_what_they_can_do(
+def test_listening_beyond_loopback_prints_a_warning(
     host: str,
     guarded: bool,
     encrypted: bool,
@@ -295,17 +299,19 @@ def test_who_listens_to_others_is_warned_of_what_they_can_do(
     tmp_path: Path,
 ) -> None:
     from teleop.interfaces import registry
-    from teleop.rosbridge import Gate, Protocol, read_keyring
+    from teleop.rosbridge import Authenticator, Protocol, read_credentials
 
-    gate = Gate(read_keyring(tokens(tmp_path), ROLES), lambda: 0.0) if guarded else None
+    gate = (
+        Authenticator(read_credentials(tokens(tmp_path), ROLES), lambda: 0.0) if guarded else None
+    )
     tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER) if encrypted else None
-    server = Server(Protocol(registry(), gate=gate), host, tls=tls)
-    said = greeting(server, office, office_cloud, cloud_path("office"))
-    assert ("warning" in said) == bool(warning)
-    assert warning in said
+    server = Server(Protocol(registry(), authenticator=gate), host, tls=tls)
+    text = greeting(server, office, office_cloud, scene_cloud_path("office"))
+    assert ("warning" in text) == bool(warning)
+    assert warning in text
 
 
-def test_the_documentation_has_what_each_role_may_do() -> None:
+def test_documentation_lists_the_rules_of_each_role() -> None:
     page = (ROOT / "docs" / "security.md").read_text(encoding="utf-8")
     for act in ("subscribe", "publish", "call", "provide"):
         (row,) = re.findall(rf"^\| `{act}` \|(.*)\|$", page, re.MULTILINE)
@@ -313,7 +319,7 @@ def test_the_documentation_has_what_each_role_may_do() -> None:
             assert tuple(re.findall("`(.+?)`", cell)) == getattr(ROLES[role], act)
 
 
-def test_a_viewer_may_stop_the_robot_and_nothing_more() -> None:
+def test_view_role_may_only_latch_the_estop() -> None:
     rules = ROLES[Role.VIEW]
     assert rules.allow("call", "/teleop/estop")
     for service in ("/teleop/estop_reset", "/teleop/take_over", "/sim/step"):
@@ -323,7 +329,7 @@ def test_a_viewer_may_stop_the_robot_and_nothing_more() -> None:
 
 
 @in_a_loop
-async def test_what_keeps_it_from_serving_is_told_before_it_listens(
+async def test_unusable_settings_are_reported_before_listening(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     for config, why in (
@@ -335,10 +341,10 @@ async def test_what_keeps_it_from_serving_is_told_before_it_listens(
 
 
 @in_a_loop
-async def test_the_command_tells_in_a_line_why_it_does_not_serve(tmp_path: Path) -> None:
+async def test_command_prints_one_line_about_an_open_token_file(tmp_path: Path) -> None:
     path = tokens(tmp_path)
     path.chmod(0o644)
-    status, _, said = await command("serve", "--port", "0", "--tokens", str(path))
+    status, _, text = await command("serve", "--port", "0", "--tokens", str(path))
     assert status == 2
-    assert "is open to others: chmod 600 tokens.toml" in said
-    assert "Traceback" not in said
+    assert "is accessible to others: chmod 600 tokens.toml" in text
+    assert "Traceback" not in text

@@ -11,15 +11,16 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from teleop.robot.serve import ServeConfig, serve
+from teleop.robot.serve import serve
+from teleop.robot.serve_config import ServeConfig
 from teleop.rosbridge import Client, Server
-from teleop.scenario.run import cloud_path
+from teleop.scene_clouds import scene_cloud_path
 from tests.teleop.robot.test_security import served
 from tests.teleop.support import in_a_loop, soon
 
 
 @in_a_loop
-async def test_a_served_robot_has_its_map_its_frames_and_its_users_types(
+async def test_served_robot_offers_map_frames_and_user_types(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
     package = tmp_path / "user_msgs"
@@ -34,7 +35,7 @@ async def test_a_served_robot_has_its_map_its_frames_and_its_users_types(
             office_cloud,
             ServeConfig(port=0, lockstep=True, messages=(package,)),
             cache=cache,
-            map_file=cloud_path("office"),
+            map_file=scene_cloud_path("office"),
             ready=ready.set_result,
             stop=stop,
         )
@@ -43,20 +44,20 @@ async def test_a_served_robot_has_its_map_its_frames_and_its_users_types(
     try:
         status, tag, size = await asyncio.to_thread(_head, server.port)
         assert (status, tag) == (200, f'"{office_cloud.sha256}"')
-        assert size == cloud_path("office").stat().st_size
+        assert size == scene_cloud_path("office").stat().st_size
         async with Client(server.url) as client:
-            heard: asyncio.Queue[Any] = asyncio.Queue()
-            await client.subscribe("/lamp", "user_msgs/Lamp", heard.put_nowait)
+            received: asyncio.Queue[Any] = asyncio.Queue()
+            await client.subscribe("/lamp", "user_msgs/Lamp", received.put_nowait)
             await client.advertise("/lamp", "user_msgs/Lamp")
             await client.publish("/lamp", {"on": True})
-            assert await soon(heard.get()) == {"on": True, "brightness": 0.0}
+            assert await soon(received.get()) == {"on": True, "brightness": 0.0}
             names = (await client.call("/rosapi/services"))["services"]
             assert "/republish_tfs" in names
             goal = {"source_frames": ["laser_horizontal"], "target_frame": "base_link"}
             topic = (await client.call("/republish_tfs", goal))["topic_name"]
-            await client.subscribe(topic, "tf2_web_republisher/TFArray", heard.put_nowait)
+            await client.subscribe(topic, "tf2_web_republisher/TFArray", received.put_nowait)
             await client.call("/sim/step", {"ticks": 10})
-            (mount,) = (await soon(heard.get()))["transforms"]
+            (mount,) = (await soon(received.get()))["transforms"]
             assert mount["child_frame_id"] == "laser_horizontal"
             assert mount["transform"]["translation"]["x"] != 0.0
     finally:
@@ -80,7 +81,7 @@ def _head(port: int) -> tuple[int, str | None, int]:
     ],
 )
 @in_a_loop
-async def test_a_robot_names_its_types_as_the_ros_that_it_is_to_be(
+async def test_type_names_follow_the_selected_ros_generation(
     ros1: bool, odometry: str, log: str, office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     config = ServeConfig(ros1=ros1)

@@ -8,25 +8,53 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from teleop.rosbridge.messages.codec import read_cbor
-from teleop.rosbridge.messages.message_completion import BLOBS, DTYPES, complete
+from teleop.rosbridge.auth.permissions import Access
+from teleop.rosbridge.framing.outgoing_frames import CloseFrame, OutgoingFrame
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.cbor import read_cbor
+from teleop.rosbridge.messages.message_completion import complete
+from teleop.rosbridge.messages.message_defaults import BLOBS, DTYPES
 from teleop.rosbridge.messages.message_types import Field, MessageType
-from teleop.rosbridge.messages.type_registry import Registry
-from teleop.rosbridge.protocol.outgoing_messages import Close, Outgoing
+from teleop.rosbridge.messages.type_registry import TypeRegistry
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.ros_time import MILLISECOND as MILLISECOND, SECOND as SECOND
 
 ROOT = Path(__file__).resolve().parents[3]
-REGISTRY = Registry([ROOT / "assets" / "farsteer_msgs"])
+REGISTRY = TypeRegistry([ROOT / "assets" / "farsteer_msgs"])
 
-SECOND = 1_000_000_000
-MILLISECOND = 1_000_000
+
+class ConnectionLog(Observer):
+    """Records who connects and disconnects, and who authenticates."""
+
+    def __init__(self, protocol: Protocol) -> None:
+        self.connections: list[Connection] = []
+        self.disconnections: list[Connection] = []
+        self.authentications: list[tuple[int, Access | None]] = []
+        protocol.observers.add(self)
+
+    def connected(self, connection: Connection, now: int) -> None:
+        self.connections.append(connection)
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        self.disconnections.append(connection)
+
+    def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
+        self.authentications.append((connection.id, access))
+
+
+def client_ids(protocol: Protocol) -> list[int]:
+    """Return the ids of the connected clients."""
+    return [connection.id for connection in protocol.connections]
 
 
 class Wire:
-    """A protocol at whose clients one looks from outside."""
+    """A protocol with clients, without sockets."""
 
-    def __init__(self, clients: int = 1, limits: Limits | None = None, **options: Any) -> None:
+    def __init__(
+        self, clients: int = 1, limits: ClientLimits | None = None, **options: Any
+    ) -> None:
         self.protocol = Protocol(REGISTRY, limits=limits, **options)
         self.now = SECOND
         self.clients = [self.protocol.connect(self.now) for _ in range(clients)]
@@ -43,11 +71,11 @@ class Wire:
     def wait(self, milliseconds: float) -> None:
         """Let time pass."""
         self.now += int(milliseconds * MILLISECOND)
-        self.protocol.tick(self.now)
+        self.protocol.timers.tick(self.now)
 
     def outputs(self, client: int = 0) -> list[Any]:
         """Return what has gone to a client since the last look, as it went."""
-        for other, output in self.protocol.drain():
+        for other, output in self.protocol.connections.drain():
             self._heard.setdefault(other, []).append(output)
         return self._heard.pop(self.clients[client], [])
 
@@ -62,9 +90,9 @@ class Wire:
         return self.heard(client)
 
 
-def decoded(output: Outgoing | Close) -> Any:
+def decoded(output: OutgoingFrame | CloseFrame) -> Any:
     """Return an output as its reader sees it."""
-    if isinstance(output, Close):
+    if isinstance(output, CloseFrame):
         return output
     return read_cbor(output.payload) if output.binary else json.loads(output.text)
 

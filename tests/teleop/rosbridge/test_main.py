@@ -54,7 +54,7 @@ async def test_whoever_has_it_listen_to_others_is_warned(host: str, warned: bool
     await process.stdout.readline()
     process.send_signal(signal.SIGINT)
     said, _ = await process.communicate()
-    assert (b"warning: anybody who reaches this address can join" in said) == warned
+    assert (b"warning: any program that can reach this address can connect" in said) == warned
 
 
 def run(*arguments: str) -> tuple[int, str]:
@@ -75,4 +75,4 @@ async def test_what_is_wrong_is_told_in_a_line() -> None:
         status, said = await asyncio.to_thread(run, "--port", str(server.port))
         assert (status, "is in use" in said, said.count("\n")) == (2, True, 1)
     status, said = await asyncio.to_thread(run, "--messages", "/nowhere")
-    assert (status, said) == (2, "no folder /nowhere\n")
+    assert (status, said) == (2, "/nowhere is not a folder\n")

@@ -8,7 +8,8 @@ from hypothesis import given, strategies as st
 
 from localization.geometry import wrap_angle
 from localization.types import SECOND, Pose
-from teleop.scenario.mission import Limits, Mission
+from teleop.errors import SettingError
+from teleop.scenario.mission import Mission, MissionLimits
 
 
 @given(st.integers(0, 10_000), st.floats(0.0, 3.0), st.floats(0.0, 90.0))
@@ -22,7 +23,7 @@ def test_hint_is_as_wrong_as_the_mission_says(seed: int, metres: float, degrees:
     assert np.rad2deg(turn) == pytest.approx(degrees, abs=1e-6)
 
 
-def test_hint_is_the_same_for_the_same_seed_and_another_for_another() -> None:
+def test_seed_decides_the_hint() -> None:
     spawn = Pose.planar(0.0, 0.0, 0.0)
     first, again, other = (
         Mission(seed=s).hint(spawn).map_from_base.position.tolist() for s in (1, 1, 2)
@@ -42,7 +43,7 @@ def test_hint_is_the_same_for_the_same_seed_and_another_for_another() -> None:
     ],
 )
 def test_mission_names_the_field_it_refuses(field: str, value: float) -> None:
-    with pytest.raises(ValueError, match=field):
+    with pytest.raises(SettingError, match=field):
         Mission(**{field: value})  # type: ignore[arg-type]
 
 
@@ -51,8 +52,8 @@ def test_slips_last_a_second_at_twice_the_speed() -> None:
     assert (slip.start_ns, slip.duration_ns, slip.factor) == (12_500_000_000, SECOND, 2.0)
 
 
-def test_short_tour_need_not_be_as_long_as_a_long_one() -> None:
-    limits = Limits(distance=80.0)
+def test_short_tour_has_a_shorter_least_distance() -> None:
+    limits = MissionLimits(distance=80.0)
     assert limits.for_tour(300.0) == limits
     assert limits.for_tour(87.9) == limits
     assert limits.for_tour(50.0).distance == pytest.approx(40.0)

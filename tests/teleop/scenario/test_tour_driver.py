@@ -1,4 +1,4 @@
-"""The scripted operator, on a robot that moves exactly as told."""
+"""Tour driver, on a robot that moves exactly as commanded."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def drive(driver: TourDriver, pose: Pose, ticks: int) -> list[Pose]:
     return poses
 
 
-def test_driver_follows_the_tour_to_its_end_and_stays_near_the_path() -> None:
+def test_driver_follows_the_tour_to_its_end() -> None:
     driver = TourDriver(SQUARE)
     path = drive(driver, Pose.planar(0.0, 0.0, 0.0), 4000)
     assert driver.done
@@ -36,7 +36,7 @@ def test_driver_follows_the_tour_to_its_end_and_stays_near_the_path() -> None:
 
 
 @pytest.mark.parametrize("health", [Health.WAITING, Health.LOST, Health.RELOCALISING])
-def test_driver_stands_still_while_the_robot_does_not_know_where_it_is(health: Health) -> None:
+def test_driver_stands_still_while_the_robot_is_not_localised(health: Health) -> None:
     twist = TourDriver(SQUARE).command(Pose.planar(1.0, 0.0, 0.0), health)
     assert not twist.linear.any()
     assert not twist.angular.any()

@@ -10,7 +10,7 @@ from localization.maps.cloud import CloudError
 from localization.maps.map_files import load_cloud
 from robot_sim import load_world
 from teleop.__main__ import main
-from teleop.scenario.run import cloud_of, cloud_path
+from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
 
 def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
@@ -38,8 +38,8 @@ def test_generated_building_is_a_scene_that_loads_with_its_cloud(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["world", "generate", "--seed", "4", "--area", "60"]) == 0
-    said = capsys.readouterr().out
-    assert "farsteer serve --scene worlds/building-4" in said
+    output = capsys.readouterr().out
+    assert "farsteer serve --scene worlds/building-4" in output
     folder = tmp_path / "worlds" / "building-4"
     assert {p.name for p in folder.iterdir()} == {
         "world.toml",
@@ -50,7 +50,7 @@ def test_generated_building_is_a_scene_that_loads_with_its_cloud(
     world = load_world("worlds/building-4")
     assert world.name == "building-4"
     assert len(world.tour) > 4
-    assert cloud_of("worlds/building-4").sha256 == load_cloud(folder / "cloud.ply").sha256
+    assert load_scene_cloud("worlds/building-4").sha256 == load_cloud(folder / "cloud.ply").sha256
     assert f"{world.area:.0f} m²" in (folder / "README.md").read_text(encoding="utf-8")
     assert main(["world", "list"]) == 0
     listed = capsys.readouterr().out
@@ -73,9 +73,9 @@ def test_extruded_map_is_a_scene_that_loads(
     world = load_world("worlds/room")
     assert world.spawn.position[:2] == pytest.approx([1.5, 1.0])
     assert world.bounds == pytest.approx((0.0, 0.0, 4.2, 3.2))
-    assert cloud_path("worlds/room") == Path("worlds/room/cloud.ply")
+    assert scene_cloud_path("worlds/room") == Path("worlds/room/cloud.ply")
     with pytest.raises(CloudError, match="run `farsteer map worlds/room`"):
-        cloud_of("worlds/room")
+        load_scene_cloud("worlds/room")
     assert "farsteer map worlds/room" in refused(["sim", "--scene", "worlds/room"], capsys)
 
 

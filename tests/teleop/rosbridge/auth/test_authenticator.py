@@ -5,19 +5,19 @@ from typing import Any
 
 import pytest
 
-from teleop.rosbridge.auth.authenticator import Gate, token_in
-from teleop.rosbridge.auth.credentials import Key, Keyring
+from teleop.rosbridge.auth.authenticator import Authenticator, token_in
+from teleop.rosbridge.auth.credentials import Credential, Credentials
 from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Access, Role
 from teleop.rosbridge.errors import OperationError
-from teleop.rosbridge.protocol.outgoing_messages import Close
+from teleop.rosbridge.framing.outgoing_frames import CloseFrame
 from tests.teleop.rosbridge.support import SECOND, Wire
 
 SECRET = "abcdefghijklmnop"
 NOW = 1_700_000_000
 
 
-def ring(role: Role = Role.OPERATE) -> Keyring:
-    return Keyring((Key(Access("lab", role, DEFAULT_RULES[role]), secret=SECRET),))
+def ring(role: Role = Role.OPERATE) -> Credentials:
+    return Credentials((Credential(Access("lab", role, DEFAULT_RULES[role]), secret=SECRET),))
 
 
 def signed(secret: str = SECRET, **changes: Any) -> dict[str, Any]:
@@ -31,12 +31,14 @@ def signed(secret: str = SECRET, **changes: Any) -> dict[str, Any]:
 
 
 def test_a_code_made_from_the_secret_lets_in_once_and_until_its_end() -> None:
-    gate = Gate(ring(), lambda: NOW + 1.0)
-    admission = gate.operation(signed())
+    authenticator = Authenticator(ring(), lambda: NOW + 1.0)
+    admission = authenticator.verify_operation(signed())
     assert admission is not None
-    assert (admission.access.holder, admission.lasts) == ("lab", 59.0)
-    assert gate.operation(signed()) is None  # somebody has listened, and says it again
-    assert gate.operation(signed(rand="other")) is not None
+    assert (admission.access.holder, admission.duration) == ("lab", 59.0)
+    assert (
+        authenticator.verify_operation(signed()) is None
+    )  # somebody has listened, and says it again
+    assert authenticator.verify_operation(signed(rand="other")) is not None
 
 
 def test_the_code_is_the_one_of_rosauth() -> None:
@@ -63,7 +65,7 @@ def test_the_code_is_the_one_of_rosauth() -> None:
     ],
 )
 def test_a_code_that_is_wrong_late_or_early_is_not_accepted(operation: dict[str, Any]) -> None:
-    assert Gate(ring(), lambda: float(NOW)).operation(operation) is None
+    assert Authenticator(ring(), lambda: float(NOW)).verify_operation(operation) is None
 
 
 @pytest.mark.parametrize(
@@ -80,41 +82,41 @@ def test_a_code_that_is_wrong_late_or_early_is_not_accepted(operation: dict[str,
     ],
 )
 def test_a_code_that_lacks_something_is_told_so(operation: dict[str, Any]) -> None:
-    with pytest.raises(OperationError, match="it needs"):
-        Gate(ring(), lambda: float(NOW)).operation(operation)
+    with pytest.raises(OperationError, match=r"is required|must be"):
+        Authenticator(ring(), lambda: float(NOW)).verify_operation(operation)
 
 
 def test_times_may_be_written_as_ros_does() -> None:
-    gate = Gate(ring(), lambda: float(NOW))
+    authenticator = Authenticator(ring(), lambda: float(NOW))
     made, end = {"secs": NOW, "nsecs": 5}, {"secs": NOW + 9, "nsecs": 0}
-    assert gate.operation(signed(t=made, end=end)) is not None
+    assert authenticator.verify_operation(signed(t=made, end=end)) is not None
 
 
 def test_a_code_may_be_for_less_than_the_secret_is_for_but_not_for_more() -> None:
     for level, role in (("view", Role.VIEW), ("admin", Role.OPERATE), ("user", Role.OPERATE)):
-        admission = Gate(ring(), lambda: float(NOW)).operation(signed(level=level))
+        admission = Authenticator(ring(), lambda: float(NOW)).verify_operation(signed(level=level))
         assert admission is not None
         assert admission.access.role is role
         assert admission.access.rules is DEFAULT_RULES[role]
 
 
 def test_when_a_code_ends_the_connection_does() -> None:
-    wire = Wire(gate=Gate(ring(), lambda: float(NOW)))
+    wire = Wire(authenticator=Authenticator(ring(), lambda: float(NOW)))
     assert wire.ask(signed(end=NOW + 10)) == []
     wire.wait(9_999)
     assert wire.heard() == []
     wire.wait(1)
-    assert wire.heard() == [Close(1008, "auth: its time is over")]
+    assert wire.heard() == [CloseFrame(1008, "auth: expired")]
 
 
 def test_codes_seen_are_not_remembered_for_ever() -> None:
     now = [float(NOW)]
-    gate = Gate(ring(), lambda: now[0])
+    authenticator = Authenticator(ring(), lambda: now[0])
     for number in range(1024):
-        assert gate.operation(signed(rand=str(number))) is not None
-    assert gate.operation(signed(rand="more")) is None
+        assert authenticator.verify_operation(signed(rand=str(number))) is not None
+    assert authenticator.verify_operation(signed(rand="more")) is None
     now[0] += 10 * SECOND / 1e9
-    assert gate.operation(signed(t=NOW + 10, rand="more")) is not None
+    assert authenticator.verify_operation(signed(t=NOW + 10, rand="more")) is not None
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from teleop.rosbridge.auth.credentials import read_keyring
-from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, Rules
+from teleop.rosbridge.auth.credentials import read_credentials
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, RoleRules
 from teleop.rosbridge.errors import ServerError
 
 TOKEN = "a-token-that-nobody-guesses"
@@ -25,7 +25,7 @@ def written(folder: Path, text: str, mode: int = 0o600) -> Path:
 
 def test_a_token_is_found_whether_the_file_has_it_or_its_digest(tmp_path: Path) -> None:
     other = "another-token-of-some-length"
-    ring = read_keyring(
+    ring = read_credentials(
         written(
             tmp_path,
             f'[tokens.unity]\nrole = "operate"\nsha256 = "{digest(TOKEN).hex().upper()}"\n'
@@ -46,14 +46,14 @@ def test_a_token_is_found_whether_the_file_has_it_or_its_digest(tmp_path: Path) 
 
 def test_a_secret_is_no_token(tmp_path: Path) -> None:
     text = f'[tokens.lab]\nrole = "view"\nsecret = "{TOKEN}"'
-    ring = read_keyring(written(tmp_path, text))
+    ring = read_credentials(written(tmp_path, text))
     assert ring.find(TOKEN) is None
     assert ring.find("") is None
     assert TOKEN not in repr(ring)
 
 
 def test_the_file_may_narrow_and_widen_what_a_role_may_do(tmp_path: Path) -> None:
-    ring = read_keyring(
+    ring = read_credentials(
         written(
             tmp_path,
             'anonymous = "operate"\n[roles.operate]\npublish = ["/joy", "/lamp/*"]\nprovide = []\n',
@@ -66,27 +66,30 @@ def test_the_file_may_narrow_and_widen_what_a_role_may_do(tmp_path: Path) -> Non
 
 
 def test_the_host_has_rules_of_its_own(tmp_path: Path) -> None:
-    rules = {**DEFAULT_RULES, Role.VIEW: Rules(call=("/stop",))}
-    ring = read_keyring(written(tmp_path, 'anonymous = "view"'), rules)
+    rules = {**DEFAULT_RULES, Role.VIEW: RoleRules(call=("/stop",))}
+    ring = read_credentials(written(tmp_path, 'anonymous = "view"'), rules)
     assert ring.anonymous is not None
-    assert ring.anonymous.rules == Rules(call=("/stop",))
+    assert ring.anonymous.rules == RoleRules(call=("/stop",))
 
 
 @pytest.mark.parametrize("mode", [0o644, 0o640, 0o604, 0o620])
 def test_a_file_that_others_can_read_or_write_is_refused(tmp_path: Path, mode: int) -> None:
     path = written(tmp_path, f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"', mode)
-    with pytest.raises(ServerError, match=r"open to others: chmod 600 tokens\.toml"):
-        read_keyring(path)
+    with pytest.raises(ServerError, match=r"accessible to others: chmod 600 tokens\.toml"):
+        read_credentials(path)
 
 
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("", "there are no tokens"),
-        (f'[tokens.a]\nrole = "king"\ntoken = "{TOKEN}"', "a role is one of view, operate, admin"),
-        (f'[tokens.a]\ntoken = "{TOKEN}"', "a role is one of"),
-        ('[tokens.a]\nrole = "view"', r"tokens\.a needs one of token, sha256 and secret"),
-        (f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"\nsecret = "{TOKEN}"', "needs one of"),
+        ("", "it has no tokens"),
+        (
+            f'[tokens.a]\nrole = "king"\ntoken = "{TOKEN}"',
+            "a role must be one of view, operate, admin",
+        ),
+        (f'[tokens.a]\ntoken = "{TOKEN}"', "a role must be one of"),
+        ('[tokens.a]\nrole = "view"', r"tokens\.a must have one of token, sha256 and secret"),
+        (f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"\nsecret = "{TOKEN}"', "must have one of"),
         ('[tokens.a]\nrole = "view"\ntoken = "short"', "16 or more characters"),
         ('[tokens.a]\nrole = "view"\ntoken = 1234567890123456', "must be a string"),
         (f'[tokens.a]\nrole = "view"\nsha256 = "{TOKEN}"', "64 hexadecimal digits"),
@@ -94,18 +97,18 @@ def test_a_file_that_others_can_read_or_write_is_refused(tmp_path: Path, mode: i
         (f'[token.a]\nrole = "view"\ntoken = "{TOKEN}"', "the file has no 'token'"),
         ("tokens = 3", "tokens must be tables"),
         ("[tokens]\na = 3", "tokens must be tables"),
-        ('anonymous = "all"', "a role is one of"),
+        ('anonymous = "all"', "a role must be one of"),
         ('anonymous = "view"\n[roles.view]\npublish = "/joy"', "must be a list of patterns"),
-        ('anonymous = "view"\n[roles.view]\npublish = ["joy"]', "fits no name"),
+        ('anonymous = "view"\n[roles.view]\npublish = ["joy"]', "matches no name"),
         ('anonymous = "view"\n[roles.view]\nread = []', "has no 'read'"),
-        ('anonymous = "view"\n[roles.king]\npublish = []', "a role is one of"),
+        ('anonymous = "view"\n[roles.king]\npublish = []', "a role must be one of"),
         (
             f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"\n'
             f'[tokens.b]\nrole = "admin"\nsha256 = "{digest(TOKEN).hex()}"',
             "two names have the same token",
         ),
-        (f'token = "{TOKEN}', "is not TOML"),
-        (f"{TOKEN} = = {TOKEN}", "is not TOML"),
+        (f'token = "{TOKEN}', "is not valid TOML"),
+        (f"{TOKEN} = = {TOKEN}", "is not valid TOML"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_told_in_a_line_without_its_secrets(
@@ -113,7 +116,7 @@ def test_what_is_wrong_with_a_file_is_told_in_a_line_without_its_secrets(
 ) -> None:
     path = written(tmp_path, text)
     with pytest.raises(ServerError, match=why) as raised:
-        read_keyring(path)
+        read_credentials(path)
     said = str(raised.value)
     assert said.startswith(str(path))
     assert "\n" not in said
@@ -122,6 +125,6 @@ def test_what_is_wrong_with_a_file_is_told_in_a_line_without_its_secrets(
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
     with pytest.raises(ServerError, match=r"cannot read the tokens in .*: No such file"):
-        read_keyring(tmp_path / "none")
+        read_credentials(tmp_path / "none")
     with pytest.raises(ServerError, match=r"cannot read the tokens in .*: Is a directory"):
-        read_keyring(tmp_path)
+        read_credentials(tmp_path)

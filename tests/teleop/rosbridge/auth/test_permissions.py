@@ -4,34 +4,34 @@ from typing import Any
 
 import pytest
 
-from teleop.rosbridge.auth.authenticator import Gate
-from teleop.rosbridge.auth.credentials import Key, Keyring
-from teleop.rosbridge.auth.permissions import DEFAULT_RULES, UNGUARDED, Access, Act, Role, Rules
+from teleop.rosbridge.auth.authenticator import Authenticator
+from teleop.rosbridge.auth.credentials import Credential, Credentials
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, UNGUARDED, Access, Act, Role, RoleRules
 from teleop.rosbridge.compat.rosapi import serve_rosapi
-from teleop.rosbridge.protocol.outgoing_messages import Close
+from teleop.rosbridge.framing.outgoing_frames import CloseFrame
 from teleop.rosbridge.protocol.protocol import Protocol
 from tests.teleop.rosbridge.auth.test_credentials import digest
-from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire, error
+from tests.teleop.rosbridge.support import REGISTRY, SECOND, ConnectionLog, Wire, error
 
 TOKENS = {role: f"token of the {role} role" for role in Role}
 TEXT = "std_msgs/String"
 
 
-def keyring(anonymous: Role | None = None) -> Keyring:
+def credentials(anonymous: Role | None = None) -> Credentials:
     access = {role: Access(f"{role}er", role, DEFAULT_RULES[role]) for role in Role}
-    keys = tuple(Key(access[role], digest(token)) for role, token in TOKENS.items())
-    return Keyring(keys, None if anonymous is None else access[anonymous])
+    keys = tuple(Credential(access[role], digest(token)) for role, token in TOKENS.items())
+    return Credentials(keys, None if anonymous is None else access[anonymous])
 
 
 class Guarded(Wire):
     """A protocol that asks who its clients are; of the last three each has a role."""
 
     def __init__(self, strangers: int = 1) -> None:
-        super().__init__(strangers, gate=Gate(keyring(), lambda: 1e9))
+        super().__init__(strangers, authenticator=Authenticator(credentials(), lambda: 1e9))
         serve_rosapi(self.protocol)
-        self.protocol.serve("/lamp/on", "std_srvs/Trigger", lambda *_: {"success": True})
+        self.protocol.services.serve("/lamp/on", "std_srvs/Trigger", lambda *_: {"success": True})
         for role in Role:
-            access = keyring().find(TOKENS[role])
+            access = credentials().find(TOKENS[role])
             self.clients.append(self.protocol.connect(self.now, access=access))
 
 
@@ -55,7 +55,7 @@ class Guarded(Wire):
 )
 def test_a_role_may_do_what_its_rules_say(role: Role, act: Act, name: str, allowed: bool) -> None:
     refusal = Access("x", role, DEFAULT_RULES[role]).refusal(act, name)
-    assert refusal == (None if allowed else f"the role {role} may not {act} {name}")
+    assert refusal == (None if allowed else f"role {role} may not {act} {name}")
 
 
 def test_each_role_may_do_what_those_before_it_may() -> None:
@@ -67,17 +67,17 @@ def test_each_role_may_do_what_those_before_it_may() -> None:
 
 
 def test_a_pattern_with_a_bang_takes_names_out_wherever_it_stands() -> None:
-    rules = Rules(publish=("!/lamp/secret*", "/lamp/*"))
+    rules = RoleRules(publish=("!/lamp/secret*", "/lamp/*"))
     assert rules.allow("publish", "/lamp/on")
     assert not rules.allow("publish", "/lamp/secret_one")
     assert not rules.allow("subscribe", "/lamp/on")
-    with pytest.raises(ValueError, match="publish: 'lamp' fits no name"):
-        Rules(publish=("lamp",))
+    with pytest.raises(ValueError, match="publish: 'lamp' matches no name"):
+        RoleRules(publish=("lamp",))
 
 
 def test_where_nobody_asks_everybody_may_do_everything() -> None:
     wire = Wire()
-    assert wire.protocol.access(wire.clients[0]) is UNGUARDED
+    assert wire.protocol.connections.access(wire.clients[0]) is UNGUARDED
     assert UNGUARDED.refusal("provide", "/x") is None
 
 
@@ -96,16 +96,16 @@ def test_where_nobody_asks_everybody_may_do_everything() -> None:
 )
 def test_before_auth_nothing_is_done(operation: dict[str, Any]) -> None:
     wire = Guarded()
-    topics = len(wire.protocol.topics)
-    what = f"{operation['op']}: not before auth with a token"
+    topics = len(wire.protocol.topics.all)
+    what = f"{operation['op']}: authentication with a token is required"
     assert wire.ask(operation) == [error(what, operation.get("id"))]
-    assert len(wire.protocol.topics) == topics
+    assert len(wire.protocol.topics.all) == topics
 
 
 def test_a_stranger_sends_small_frames_only() -> None:
     wire = Guarded()
     wire.raw("[" * 4097)
-    assert wire.heard() == [Close(1009, "a frame has at most 4096 bytes")]
+    assert wire.heard() == [CloseFrame(1009, "a frame may have at most 4096 bytes")]
 
 
 def test_a_token_lets_in_and_nothing_is_said_unless_asked_for() -> None:
@@ -113,20 +113,19 @@ def test_a_token_lets_in_and_nothing_is_said_unless_asked_for() -> None:
     assert wire.ask({"op": "auth", "token": TOKENS[Role.VIEW]}) == []
     assert wire.ask({"op": "set_level", "level": "info"}) == []
     (welcome,) = wire.ask({"op": "auth", "token": TOKENS[Role.OPERATE]})
-    assert welcome["msg"] == "auth: welcome, operateer; your role is operate"
-    access = wire.protocol.access(wire.clients[0])
+    assert welcome["msg"] == "auth: accepted operateer with role operate"
+    access = wire.protocol.connections.access(wire.clients[0])
     assert access is not None
     assert access.role is Role.OPERATE
 
 
 def test_a_wrong_token_ends_the_connection_and_what_stands_behind_it_is_not_heard() -> None:
     wire = Guarded()
-    judged: list[tuple[int, Access | None]] = []
-    wire.protocol.on_auth(lambda client, access, now: judged.append((client, access)))
+    log = ConnectionLog(wire.protocol)
     call = '{"op":"call_service","service":"/rosapi/topics"}'
     wire.raw('{"op":"auth","token":"a guess"}' + call)
-    assert wire.heard() == [Close(1008, "auth: not accepted")]
-    assert judged == [(wire.clients[0], None)]
+    assert wire.heard() == [CloseFrame(1008, "auth: rejected")]
+    assert log.authentications == [(wire.clients[0], None)]
 
 
 @pytest.mark.parametrize(
@@ -169,19 +168,19 @@ def test_a_goal_that_may_not_be_sent_has_a_result() -> None:
     goal = {"op": "send_action_goal", "action": "/dim", "action_type": "actionlib/Test", "id": "g"}
     (result,) = wire.ask(goal, 1)
     assert (result["op"], result["result"]) == ("action_result", False)
-    assert result["values"] == "the role view may not call /dim"
+    assert result["values"] == "role view may not call /dim"
     assert wire.heard(3) == []
     wire.send(goal, 2)
     assert [asked["op"] for asked in wire.heard(3)] == ["send_action_goal"]
 
 
 def test_who_brings_nothing_gets_the_anonymous_role_and_may_rise() -> None:
-    protocol = Protocol(REGISTRY, gate=Gate(keyring(Role.VIEW), lambda: 1e9))
+    protocol = Protocol(REGISTRY, authenticator=Authenticator(credentials(Role.VIEW), lambda: 1e9))
     client = protocol.connect(SECOND)
-    before = protocol.access(client)
+    before = protocol.connections.access(client)
     assert before is not None
     assert before.role is Role.VIEW
     protocol.receive(client, f'{{"op":"auth","token":"{TOKENS[Role.ADMIN]}"}}', SECOND)
-    after = protocol.access(client)
+    after = protocol.connections.access(client)
     assert after is not None
     assert after.role is Role.ADMIN

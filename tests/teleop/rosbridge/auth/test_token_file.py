@@ -9,22 +9,22 @@ from pathlib import Path
 import pytest
 
 from teleop.rosbridge import (
+    Authenticator,
     Client,
-    Gate,
-    Keyring,
+    Credentials,
     Protocol,
-    Registry,
     Role,
     Server,
     TokenFile,
     TokenWatch,
+    TypeRegistry,
     serve_rosapi,
 )
 from teleop.rosbridge.errors import ClientError
-from teleop.rosbridge.protocol.outgoing_messages import Close
+from teleop.rosbridge.framing.outgoing_frames import CloseFrame
 from tests.teleop.rosbridge.auth.test_authenticator import NOW, signed
 from tests.teleop.rosbridge.server.test_server import in_a_loop, until
-from tests.teleop.rosbridge.support import Wire
+from tests.teleop.rosbridge.support import Wire, client_ids
 
 ONE, TWO = "the-first-of-two-tokens", "the-second-of-two-tokens"
 
@@ -56,17 +56,17 @@ def path(tmp_path: Path) -> Path:
 
 def test_a_file_is_read_again_when_it_has_changed_and_then_stood_still(path: Path) -> None:
     file = TokenFile(path)
-    assert file.keyring.find(ONE) is not None
+    assert file.credentials.find(ONE) is not None
     assert (file.poll(), file.poll()) == (None, None)
     write(path, text(("two", TWO)))
     assert file.poll() is None  # it may still be being written
     ring = file.poll()
     assert ring is not None
-    assert (ring.find(ONE), file.keyring) == (None, ring)
+    assert (ring.find(ONE), file.credentials) == (None, ring)
     assert ring.find(TWO) is not None
     assert file.poll() is None
     write(path, BOTH)
-    assert file.poll(hurry=True) is not None
+    assert file.poll(immediately=True) is not None
 
 
 @pytest.mark.parametrize("bad", ["[tokens", "", "gone", "open"])
@@ -79,9 +79,9 @@ def test_a_file_that_cannot_be_used_changes_nothing_and_is_complained_of_once(
     else:
         write(path, BOTH if bad == "open" else bad, 0o644 if bad == "open" else 0o600)
     assert [file.poll() for _ in range(5)] == [None] * 5
-    assert file.keyring.find(ONE) is not None
+    assert file.credentials.find(ONE) is not None
     assert [record.message.partition("; ")[2] for record in caplog.records] == [
-        "the tokens that were read before hold"
+        "the previous tokens remain valid"
     ]
     assert ONE not in caplog.text
     write(path, BOTH + "# mended\n")
@@ -90,10 +90,12 @@ def test_a_file_that_cannot_be_used_changes_nothing_and_is_complained_of_once(
 
 def guarded(path: Path) -> tuple[Wire, list[int]]:
     """A protocol with a client by each token of a file, one by a secret, and one without anything."""
-    gate = Gate(TokenFile(path).keyring, lambda: 1e9)
-    wire = Wire(0, gate=gate)
+    authenticator = Authenticator(TokenFile(path).credentials, lambda: 1e9)
+    wire = Wire(0, authenticator=authenticator)
     for token in (ONE, TWO):
-        wire.clients.append(wire.protocol.connect(wire.now, access=gate.token(token)))
+        wire.clients.append(
+            wire.protocol.connect(wire.now, access=authenticator.verify_token(token))
+        )
     return wire, wire.clients
 
 
@@ -116,23 +118,25 @@ def test_who_would_not_get_what_it_has_is_disconnected_and_the_others_stay(
 ) -> None:
     wire, clients = guarded(path)
     write(path, content)
-    assert wire.protocol.renew(TokenFile(path).keyring) == [clients[i] for i in gone]
+    assert wire.protocol.update_credentials(TokenFile(path).credentials) == [
+        clients[i] for i in gone
+    ]
     for place in range(2):
-        ends = [Close(1008, "what it was let in by has changed")] if place in gone else []
+        ends = [CloseFrame(1008, "your access has changed")] if place in gone else []
         assert wire.heard(place) == ends
 
 
 def test_who_brought_nothing_stays_as_long_as_that_is_enough(path: Path) -> None:
     write(path, 'anonymous = "view"\n')
-    gate = Gate(TokenFile(path).keyring, lambda: 1e9)
-    wire = Wire(gate=gate)
+    authenticator = Authenticator(TokenFile(path).credentials, lambda: 1e9)
+    wire = Wire(authenticator=authenticator)
     write(path, 'anonymous = "view"\n' + BOTH)
-    assert wire.protocol.renew(TokenFile(path).keyring) == []
+    assert wire.protocol.update_credentials(TokenFile(path).credentials) == []
     write(path, BOTH)
-    assert wire.protocol.renew(TokenFile(path).keyring) == wire.clients
+    assert wire.protocol.update_credentials(TokenFile(path).credentials) == wire.clients
     waiting = wire.protocol.connect(wire.now)  # who has not said who it is has time to
-    assert wire.protocol.renew(TokenFile(path).keyring) == []
-    assert waiting in wire.protocol.clients
+    assert wire.protocol.update_credentials(TokenFile(path).credentials) == []
+    assert waiting in client_ids(wire.protocol)
 
 
 def test_a_secret_is_withdrawn_like_a_token(path: Path) -> None:
@@ -140,29 +144,31 @@ def test_a_secret_is_withdrawn_like_a_token(path: Path) -> None:
         return f'[tokens.lab]\nrole = "admin"\nsecret = "{value}"\n'
 
     write(path, secret(ONE))
-    gate = Gate(TokenFile(path).keyring, lambda: NOW)
-    wire = Wire(2, gate=gate)
+    authenticator = Authenticator(TokenFile(path).credentials, lambda: NOW)
+    wire = Wire(2, authenticator=authenticator)
     for place, level in enumerate(("admin", "view")):
         wire.send(signed(ONE, level=level), place)
     assert [c.access.role for c in wire.protocol.connections if c.access] == [Role.ADMIN, Role.VIEW]
-    assert wire.protocol.renew(TokenFile(path).keyring) == []
+    assert wire.protocol.update_credentials(TokenFile(path).credentials) == []
     write(path, secret(TWO))
-    assert wire.protocol.renew(TokenFile(path).keyring) == wire.clients
+    assert wire.protocol.update_credentials(TokenFile(path).credentials) == wire.clients
 
 
 def test_without_a_gate_there_is_nothing_to_renew() -> None:
-    with pytest.raises(ValueError, match="without a gate"):
-        Wire().protocol.renew(Keyring())
+    with pytest.raises(ValueError, match="without an authenticator"):
+        Wire().protocol.update_credentials(Credentials())
 
 
 @in_a_loop
 async def test_a_connection_ends_when_its_token_is_taken_out_of_the_file(path: Path) -> None:
     file = TokenFile(path)
-    protocol = Protocol(Registry(), gate=Gate(file.keyring, lambda: 1e9))
+    protocol = Protocol(TypeRegistry(), authenticator=Authenticator(file.credentials, lambda: 1e9))
     serve_rosapi(protocol)
     loop = asyncio.get_running_loop()
     watch = TokenWatch(
-        file, lambda ring: loop.call_soon_threadsafe(protocol.renew, ring), interval=0.02
+        file,
+        lambda ring: loop.call_soon_threadsafe(protocol.update_credentials, ring),
+        interval=0.02,
     )
     try:
         async with Server(protocol, port=0) as server:
@@ -171,7 +177,7 @@ async def test_a_connection_ends_when_its_token_is_taken_out_of_the_file(path: P
             async with Client(server.url, token=TWO) as two:
                 write(path, text(("two", TWO)))
                 await until(lambda: not one.connected)
-                assert "what it was let in by has changed" in one.closed_reason
+                assert "your access has changed" in one.closed_reason
                 assert await two.call("/rosapi/get_time")
                 with pytest.raises(ClientError, match="does not accept this client's token"):
                     await Client(server.url, token=ONE).connect()
@@ -181,10 +187,10 @@ async def test_a_connection_ends_when_its_token_is_taken_out_of_the_file(path: P
 
 
 def test_a_watch_that_is_told_to_hurry_looks_at_once(path: Path) -> None:
-    rings: list[Keyring] = []
+    rings: list[Credentials] = []
     watch = TokenWatch(TokenFile(path), rings.append, interval=3600)
     write(path, text(("two", TWO)))
-    watch.hurry()
+    watch.check_now()
     while not rings:
         os.sched_yield()
     watch.close()

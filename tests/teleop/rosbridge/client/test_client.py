@@ -11,14 +11,14 @@ import pytest
 from websockets.asyncio.server import ServerConnection, serve
 
 from teleop.rosbridge.client.client import Client
-from teleop.rosbridge.client.client_connection import ConnectionState
+from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import ClientError, MessageError, ServiceCallError, ServiceError
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import in_a_loop, serving, until
-from tests.teleop.rosbridge.support import REGISTRY
+from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog
 
 
 def listening(url: str, **options: Any) -> Client:
@@ -28,19 +28,23 @@ def listening(url: str, **options: Any) -> Client:
 @in_a_loop
 async def test_messages_arrive_in_order_and_typed_in_either_encoding() -> None:
     async with serving() as server, listening(server.url) as client:
-        server.advertise("/scan", "sensor_msgs/LaserScan")
+        server.protocol.topics.advertise("/scan", "sensor_msgs/LaserScan")
         heard: dict[str, list[Message]] = {"cbor": [], "none": []}
         await client.subscribe("/scan", "sensor_msgs/LaserScan", heard["none"].append)
-        await until(lambda: server.wanted("/scan"))
+        await until(lambda: server.protocol.topics.wanted("/scan"))
         for i in range(10):
-            server.publish("/scan", {"ranges": np.arange(3) + i, "header": {"stamp": {"sec": i}}})
+            server.protocol.topics.publish(
+                "/scan", {"ranges": np.arange(3) + i, "header": {"stamp": {"sec": i}}}, server.now
+            )
         await until(lambda: len(heard["none"]) == 10)
         async with listening(server.url) as other:
             await other.subscribe(
                 "/scan", "sensor_msgs/LaserScan", heard["cbor"].append, compression="cbor"
             )
-            await until(lambda: len(server.protocol.topics[-1].subscriptions) == 2)
-            server.publish("/scan", {"ranges": np.arange(3) + 9, "header": {"stamp": {"sec": 9}}})
+            await until(lambda: len(server.protocol.topics.all[-1].subscriptions) == 2)
+            server.protocol.topics.publish(
+                "/scan", {"ranges": np.arange(3) + 9, "header": {"stamp": {"sec": 9}}}, server.now
+            )
             await until(lambda: bool(heard["cbor"]))
         assert [m["header"]["stamp"] for m in heard["none"][:10]] == [
             {"sec": i, "nanosec": 0} for i in range(10)
@@ -57,12 +61,12 @@ async def test_bytes_arrive_as_bytes_in_either_encoding() -> None:
         kind = "sensor_msgs/CompressedImage"
         first = await client.subscribe("/cloud", kind, heard.append)
         await client.call("/rosapi/get_time")
-        server.publish("/cloud", {"data": b"\x00\xff"})
+        server.protocol.topics.publish("/cloud", {"data": b"\x00\xff"}, server.now)
         await until(lambda: len(heard) == 1)
         await client.unsubscribe(first)
         await client.subscribe("/cloud", kind, heard.append, compression="cbor")
         await client.call("/rosapi/get_time")
-        server.publish("/cloud", {"data": b"\x00\xff"})
+        server.protocol.topics.publish("/cloud", {"data": b"\x00\xff"}, server.now)
         await until(lambda: len(heard) == 2)
         assert [message["data"] for message in heard] == [b"\x00\xff"] * 2
 
@@ -71,7 +75,9 @@ async def test_bytes_arrive_as_bytes_in_either_encoding() -> None:
 async def test_what_is_published_reaches_the_host() -> None:
     async with serving() as server, listening(server.url) as client:
         heard: list[Message] = []
-        server.listen("/joy", "sensor_msgs/Joy", lambda client, message, now: heard.append(message))
+        server.protocol.topics.subscribe(
+            "/joy", "sensor_msgs/Joy", lambda client, message, now: heard.append(message)
+        )
         await client.advertise("/joy", "sensor_msgs/Joy")
         assert await client.publish("/joy", {"axes": np.array([0.5, -1.0]), "buttons": [1]})
         await until(lambda: bool(heard))
@@ -86,14 +92,14 @@ async def test_what_is_published_reaches_the_host() -> None:
 @in_a_loop
 async def test_a_call_returns_after_the_callbacks_of_all_messages_before_it() -> None:
     async with serving() as server:
-        server.on_connect(lambda client, name: server.protocol.lossless(client))
 
         def step(client: int, request: Message, now: int) -> Message:
+            server.protocol.connections.set_lossless(client)
             for i in range(request["ticks"]):
-                server.publish("/chatter", {"data": str(i)})
+                server.protocol.topics.publish("/chatter", {"data": str(i)}, server.now)
             return {"success": True, "stamp": {"sec": 1}}
 
-        server.serve("/sim/step", "farsteer_msgs/Step", step)
+        server.protocol.services.serve("/sim/step", "farsteer_msgs/Step", step)
         async with listening(server.url) as client:
             heard: list[Message] = []
             await client.subscribe("/chatter", "std_msgs/String", heard.append)
@@ -111,10 +117,12 @@ async def test_a_call_that_is_refused_says_why_and_one_without_an_answer_ends() 
             await asyncio.sleep(100)
             return {}
 
-        server.serve("/never", "std_srvs/Trigger", never)
+        server.protocol.services.serve(
+            "/never", "std_srvs/Trigger", server.async_handlers.wrap(never)
+        )
         with pytest.raises(ServiceCallError, match="/nope: Service /nope does not exist"):
             await client.call("/nope")
-        with pytest.raises(ServiceCallError, match=r"/never: no answer within 0\.05 s"):
+        with pytest.raises(ServiceCallError, match=r"/never: no response within 0\.05 s"):
             await client.call("/never", timeout=0.05)
 
 
@@ -138,8 +146,8 @@ async def test_a_callback_that_falls_ends_nothing(caplog: pytest.LogCaptureFixtu
 
         await client.subscribe("/chatter", "std_msgs/String", fall)
         await client.subscribe("/chatter", "std_msgs/String", heard.append)
-        await until(lambda: server.wanted("/chatter"))
-        server.publish("/chatter", {"data": "x"})
+        await until(lambda: server.protocol.topics.wanted("/chatter"))
+        server.protocol.topics.publish("/chatter", {"data": "x"}, server.now)
         await until(lambda: bool(heard))
         assert "ZeroDivisionError" in caplog.text
 
@@ -160,16 +168,16 @@ async def test_a_lost_connection_is_made_again_with_all_that_was_asked_for() -> 
     with pytest.raises(ServiceCallError):
         await calling
     await until(lambda: not client.connected)
-    assert "the server ends" in client.closed_reason
+    assert "the server is shutting down" in client.closed_reason
     assert not await client.publish("/joy", {})
     with pytest.raises(ServiceCallError, match="not connected"):
         await client.call("/rosapi/topics")
     again = Server(Protocol(REGISTRY), port=port)
-    again.advertise("/chatter", "std_msgs/String")
+    again.protocol.topics.advertise("/chatter", "std_msgs/String")
     async with again:
-        await until(lambda: again.wanted("/chatter"))
-        assert "/joy" in [topic.name for topic in again.protocol.topics]
-        again.publish("/chatter", {"data": "again"})
+        await until(lambda: again.protocol.topics.wanted("/chatter"))
+        assert "/joy" in [topic.name for topic in again.protocol.topics.all]
+        again.protocol.topics.publish("/chatter", {"data": "again"}, again.now)
         await until(lambda: bool(heard))
         await client.close()
     assert heard == [{"data": "again"}]
@@ -184,9 +192,20 @@ async def test_a_lost_connection_is_made_again_with_all_that_was_asked_for() -> 
 @in_a_loop
 async def test_a_client_that_is_not_to_reconnect_does_not() -> None:
     async with serving() as server:
+        port = server.port
         client = listening(server.url, reconnect=False)
         await client.connect()
+        other = listening(server.url)
+        await other.connect()
     await until(lambda: not client.connected)
+    server = Server(Protocol(REGISTRY), port=port)
+    log = ConnectionLog(server.protocol)
+    async with server:
+        await until(lambda: other.connected)
+        await asyncio.sleep(1.0)  # several times the pause before the first attempt
+        assert not client.connected
+        assert len(log.connections) == 1
+        await other.close()
     await client.close()
 
 
@@ -195,11 +214,11 @@ async def test_a_server_that_falls_silent_is_noticed() -> None:
     async with serving(lockstep=True) as server:
         client = listening(server.url, keepalive=0.05, timeout=0.2, reconnect=False)
         await client.connect()
-        for link in server._links.values():
+        for link in server._writers.values():
             link.socket.transport.pause_reading()
         await until(lambda: not client.connected)
         assert "keepalive ping timeout" in client.closed_reason
-        for link in server._links.values():
+        for link in server._writers.values():
             link.socket.transport.resume_reading()
         await client.close()
 
@@ -207,9 +226,9 @@ async def test_a_server_that_falls_silent_is_noticed() -> None:
 @pytest.mark.parametrize(
     ("url", "text"),
     [
-        ("nonsense", "'nonsense' is no address; one is ws://127.0.0.1:9090"),
-        ("http://127.0.0.1:9090", "is no address"),
-        ("ws://127.0.0.1:1", "nobody listens at ws://127.0.0.1:1: Connection refused"),
+        ("nonsense", "'nonsense' is not a valid URL such as ws://127.0.0.1:9090"),
+        ("http://127.0.0.1:9090", "is not a valid URL"),
+        ("ws://127.0.0.1:1", "no server listens at ws://127.0.0.1:1: Connection refused"),
     ],
 )
 @in_a_loop
@@ -230,7 +249,7 @@ async def test_a_server_of_another_kind_is_one_clear_line() -> None:
     server = await asyncio.start_server(page, "127.0.0.1", 0)
     async with server:
         url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}"
-        with pytest.raises(ClientError, match="is no rosbridge server"):
+        with pytest.raises(ClientError, match="is not a rosbridge server"):
             await listening(url).connect()
 
 
@@ -287,7 +306,7 @@ async def test_a_client_provides_services_again_after_the_connection_was_lost(
     async with serving() as server, Client(server.url) as provider, Client(server.url) as caller:
 
         def there() -> bool:
-            return "/add" in {service.name for service in server.protocol.services}
+            return "/add" in {service.name for service in server.protocol.services.all}
 
         await provider.provide("/add", "example_interfaces/AddTwoInts", add)
         await until(there)
@@ -297,8 +316,8 @@ async def test_a_client_provides_services_again_after_the_connection_was_lost(
         with pytest.raises(ServiceCallError, match="internal error"):
             await caller.call("/add", {"a": -1})
         assert "KeyError" in caplog.text
-        assert provider._line._socket is not None
-        provider._line._socket.transport.abort()
+        assert provider._connection._socket is not None
+        provider._connection._socket.transport.abort()
         await until(lambda: not there())
         await until(there)
         assert await caller.call("/add", {"a": 2}) == {"sum": 2}

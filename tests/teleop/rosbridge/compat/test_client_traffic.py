@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from teleop.rosbridge import Client, Pulse, announce_traffic
+from teleop.rosbridge import Client, Keepalive, publish_client_traffic
 from tests.teleop.rosbridge.server.test_server import (
     IMAGE,
     client,
@@ -30,8 +30,8 @@ def by_name(message: Any) -> dict[str, tuple[int, str, dict[str, str]]]:
 
 @in_a_loop
 async def test_it_is_told_who_keeps_up_and_who_reads_too_slowly() -> None:
-    async with serving(pulse=Pulse(0.05, 5.0, 30.0)) as server:
-        announce_traffic(server)
+    async with serving(keepalive=Keepalive(0.05, 5.0, 30.0)) as server:
+        publish_client_traffic(server)
         told: list[Any] = []
         async with Client(server.url) as watcher, client(server) as slow:
             await watcher.subscribe(
@@ -40,11 +40,13 @@ async def test_it_is_told_who_keeps_up_and_who_reads_too_slowly() -> None:
             await say(slow, {**IMAGE, "compression": "cbor"})
             stall(slow)
             for _ in range(30):
-                server.publish("/cloud", {"data": np.zeros(400_000, np.uint8)})
+                server.protocol.topics.publish(
+                    "/cloud", {"data": np.zeros(400_000, np.uint8)}, server.now
+                )
                 await asyncio.sleep(0.01)
             await until(lambda: len(told) >= 1)
             good, bad = by_name(told[0]).values()
-            assert good[:2] == (0, "keeps up")
+            assert good[:2] == (0, "ok")
             assert good[2]["waiting [bytes]"] == good[2]["dropped [messages]"] == "0"
             assert float(good[2]["round trip [ms]"]) > 0
             lost = int(bad[2]["dropped [messages]"])
@@ -52,15 +54,15 @@ async def test_it_is_told_who_keeps_up_and_who_reads_too_slowly() -> None:
             assert lost > 10
             assert int(bad[2]["waiting [bytes]"]) > 400_000
             await until(lambda: len(told) >= 2)
-            assert [status[:2] for status in by_name(told[1]).values()] == [(0, "keeps up")] * 2
-        await until(lambda: server.client_count == 0)
-        server.protocol.tick(server.now + 10**10)
-        assert server.protocol.due is None  # with nobody there, nothing is looked at
+            assert [status[:2] for status in by_name(told[1]).values()] == [(0, "ok")] * 2
+        await until(lambda: len(server.protocol.connections) == 0)
+        server.protocol.timers.tick(server.now + 10**10)
+        assert server.protocol.timers.due is None  # with nobody there, nothing is looked at
 
 
 @in_a_loop
 async def test_in_lockstep_nothing_is_told_of_the_wire() -> None:
     async with serving(lockstep=True, clock=lambda: 0) as server:
-        before = {topic.name for topic in server.protocol.topics}
-        announce_traffic(server)
-        assert {topic.name for topic in server.protocol.topics} == before
+        before = {topic.name for topic in server.protocol.topics.all}
+        publish_client_traffic(server)
+        assert {topic.name for topic in server.protocol.topics.all} == before

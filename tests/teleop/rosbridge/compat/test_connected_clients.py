@@ -4,18 +4,18 @@ import json
 
 import pytest
 
-from teleop.rosbridge.auth.authenticator import Gate
+from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.rosbridge.auth.permissions import Role
-from teleop.rosbridge.compat.connected_clients import announce_clients
-from teleop.rosbridge.compat.rosout import announce_log
-from teleop.rosbridge.messages.cdr import Flavour
-from tests.teleop.rosbridge.auth.test_permissions import TOKENS, keyring
+from teleop.rosbridge.compat.connected_clients import publish_connected_clients
+from teleop.rosbridge.compat.rosout import publish_rosout
+from teleop.rosbridge.messages.ros_serialization import RosVersion
+from tests.teleop.rosbridge.auth.test_permissions import TOKENS, credentials
 from tests.teleop.rosbridge.support import Wire
 
 
 def test_clients_hear_how_many_they_are_and_from_where() -> None:
     wire = Wire(clients=0)
-    announce_clients(wire.protocol)
+    publish_connected_clients(wire.protocol)
     wire.now += 7
     wire.clients = [wire.protocol.connect(wire.now, "10.0.0.5:1234")]
     for topic in ("/client_count", "/connected_clients"):
@@ -36,11 +36,13 @@ def test_clients_hear_how_many_they_are_and_from_where() -> None:
     [("ros2", "rcl_interfaces/msg/Log", (20, 30)), ("ros1", "rosgraph_msgs/Log", (2, 4))],
 )
 def test_who_comes_goes_and_says_who_it_is_is_logged_as_each_ros_does(
-    flavour: Flavour, kind: str, levels: tuple[int, int]
+    flavour: RosVersion, kind: str, levels: tuple[int, int]
 ) -> None:
-    wire = Wire(gate=Gate(keyring(Role.VIEW), lambda: 0.0), flavour=flavour)
-    announce_log(wire.protocol)
-    (topic,) = (topic for topic in wire.protocol.topics if topic.name == "/rosout")
+    wire = Wire(
+        authenticator=Authenticator(credentials(Role.VIEW), lambda: 0.0), ros_version=flavour
+    )
+    publish_rosout(wire.protocol)
+    (topic,) = (topic for topic in wire.protocol.topics.all if topic.name == "/rosout")
     assert wire.protocol.registry[kind] is topic.kind
     wire.send({"op": "subscribe", "topic": "/rosout"})
     for token in (TOKENS[Role.OPERATE], "no token of anybody"):
@@ -50,11 +52,11 @@ def test_who_comes_goes_and_says_who_it_is_is_logged_as_each_ros_does(
     said = [message["msg"] for message in wire.heard()]
     assert [(each["level"], each["msg"]) for each in said] == [
         (levels[0], "client 2 (10.0.0.7:5) has connected"),
-        (levels[0], "client 2 (10.0.0.7:5) is operateer, role operate"),
-        (levels[0], "client 2 (10.0.0.7:5) has left"),
+        (levels[0], "client 2 (10.0.0.7:5) authenticated as operateer, role operate"),
+        (levels[0], "client 2 (10.0.0.7:5) has disconnected"),
         (levels[0], "client 3 (10.0.0.7:5) has connected"),
-        (levels[1], "client 3 (10.0.0.7:5): its auth is not accepted"),
-        (levels[0], "client 3 (10.0.0.7:5) has left"),
+        (levels[1], "client 3 (10.0.0.7:5): authentication rejected"),
+        (levels[0], "client 3 (10.0.0.7:5) has disconnected"),
     ]
     stamps = [(each["header"] if flavour == "ros1" else each)["stamp"]["sec"] for each in said]
     assert stamps == [1] * 6

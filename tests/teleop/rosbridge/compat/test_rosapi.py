@@ -16,8 +16,8 @@ from tests.teleop.rosbridge.support import ROOT, SECOND, Wire
 def wire() -> Wire:
     wire = Wire()
     serve_rosapi(wire.protocol)
-    wire.protocol.advertise("/scan", "sensor_msgs/LaserScan")
-    wire.protocol.listen("/joy", "sensor_msgs/Joy", lambda *_: None)
+    wire.protocol.topics.advertise("/scan", "sensor_msgs/LaserScan")
+    wire.protocol.topics.subscribe("/joy", "sensor_msgs/Joy", lambda *_: None)
     return wire
 
 
@@ -137,7 +137,7 @@ def test_topics_come_with_the_text_of_their_types() -> None:
         ("ros2", "sensor_msgs/msg/Joy", ["builtin_interfaces/Time stamp"]),
         ("ros1", "sensor_msgs/Joy", ["uint32 seq"]),
     ):
-        wire = Wire(flavour=flavour)
+        wire = Wire(ros_version=flavour)
         serve_rosapi(wire.protocol)
         wire.send({"op": "advertise", "topic": "/joy", "type": "sensor_msgs/Joy"})
         answer = ask(wire, "topics_and_raw_types")

@@ -99,15 +99,17 @@ GOAL = {
 def wire() -> Wire:
     wire = Wire(clients=2)
     serve_republisher(wire.protocol)
-    wire.protocol.advertise("/tf_static", "tf2_msgs/TFMessage", latch=True)
-    wire.protocol.advertise("/tf", "tf2_msgs/TFMessage")
+    wire.protocol.topics.advertise("/tf_static", "tf2_msgs/TFMessage", latch=True)
+    wire.protocol.topics.advertise("/tf", "tf2_msgs/TFMessage")
     at = Transform((0.0, 0.0, 1.0))
-    wire.protocol.publish("/tf_static", message(("odom", "base", at)), wire.now)
+    wire.protocol.topics.publish("/tf_static", message(("odom", "base", at)), wire.now)
     return wire
 
 
 def move(wire: Wire, x: float) -> None:
-    wire.protocol.publish("/tf", message(("map", "odom", Transform((x, 0.0, 0.0)))), wire.now)
+    wire.protocol.topics.publish(
+        "/tf", message(("map", "odom", Transform((x, 0.0, 0.0)))), wire.now
+    )
 
 
 def told(heard: list[Any]) -> list[tuple[str, str, float]]:
@@ -153,9 +155,9 @@ def end(wire: Wire, form: str) -> None:
 def test_a_client_is_told_of_what_has_moved_enough_until_it_wants_no_more(
     wire: Wire, form: str
 ) -> None:
-    assert not wire.protocol.wanted("/tf")
+    assert not wire.protocol.topics.wanted("/tf")
     begin(wire, form)
-    assert wire.protocol.wanted("/tf")
+    assert wire.protocol.topics.wanted("/tf")
     wire.wait(100)
     assert told(wire.heard()) == []
     for x, expected in ((1.0, [1.0]), (1.05, []), (1.11, [1.11])):
@@ -165,14 +167,14 @@ def test_a_client_is_told_of_what_has_moved_enough_until_it_wants_no_more(
     assert wire.heard(1) == []
     end(wire, form)
     wire.wait(1000)
-    assert not wire.protocol.wanted("/tf")
+    assert not wire.protocol.topics.wanted("/tf")
 
 
 @pytest.mark.parametrize("form", ["service", "action", "actionlib"])
 def test_a_client_that_leaves_is_followed_no_more(wire: Wire, form: str) -> None:
     begin(wire, form)
     wire.protocol.disconnect(wire.clients[0], wire.now)
-    assert not wire.protocol.wanted("/tf")
+    assert not wire.protocol.topics.wanted("/tf")
 
 
 def test_a_topic_that_nobody_fetches_ends(wire: Wire) -> None:
@@ -181,8 +183,8 @@ def test_a_topic_that_nobody_fetches_ends(wire: Wire) -> None:
     for _ in range(21):
         wire.wait(100)
     wire.wait(2000)
-    assert not wire.protocol.wanted("/tf")
-    assert "/tf_repub_0" not in {topic.name for topic in wire.protocol.topics}
+    assert not wire.protocol.topics.wanted("/tf")
+    assert "/tf_repub_0" not in {topic.name for topic in wire.protocol.topics.all}
 
 
 def test_a_topic_outlives_who_asked_for_it_while_another_hears_it(wire: Wire) -> None:
@@ -194,7 +196,7 @@ def test_a_topic_outlives_who_asked_for_it_while_another_hears_it(wire: Wire) ->
     assert told(wire.heard(1)) == [("map", "base", 1.0)]
     wire.protocol.disconnect(wire.clients[1], wire.now)
     wire.wait(200)
-    assert not wire.protocol.wanted("/tf")
+    assert not wire.protocol.topics.wanted("/tf")
 
 
 def test_clients_that_ask_and_go_leave_no_topics_behind_however_long_these_were_to_wait(
@@ -206,15 +208,15 @@ def test_clients_that_ask_and_go_leave_no_topics_behind_however_long_these_were_
         client = wire.protocol.connect(wire.now)
         wire.protocol.receive(client, call, wire.now)
         wire.protocol.disconnect(client, wire.now)
-    assert not wire.protocol.wanted("/tf")
+    assert not wire.protocol.topics.wanted("/tf")
     wire.wait(1000)
-    assert not [topic.name for topic in wire.protocol.topics if "repub_" in topic.name]
+    assert not [topic.name for topic in wire.protocol.topics.all if "repub_" in topic.name]
 
 
 def test_a_client_has_so_many_streams_and_frames(wire: Wire) -> None:
     call = {"op": "call_service", "service": "/republish_tfs"}
     (answer,) = wire.ask({**call, "args": {**GOAL, "source_frames": ["x"] * 300}})
-    assert answer["values"] == "at most 256 frames can be asked for"
+    assert answer["values"] == "a request may have at most 256 frames"
     for _ in range(17):
         wire.send({**call, "args": GOAL})
     assert [heard["result"] for heard in wire.heard()] == [True] * 16 + [False]
@@ -285,7 +287,7 @@ def test_a_goal_is_told_of_until_some_time_after_its_end(server: tuple[Wire, lis
     for _ in range(30):
         wire.wait(200)
     assert wire.heard()[-1]["msg"]["status_list"] == []
-    assert wire.protocol.due is None
+    assert wire.protocol.timers.due is None
 
 
 def test_a_goal_sent_twice_is_one(server: tuple[Wire, list[Any]]) -> None:
@@ -321,4 +323,4 @@ def test_goals_are_bounded(server: tuple[Wire, list[Any]]) -> None:
     for i in range(65):
         wire.send(goal(f"g{i}"))
     assert len(goals) == 64
-    assert wire.heard()[-1]["msg"] == "publish: /test takes at most 64 goals at one time"
+    assert wire.heard()[-1]["msg"] == "publish: /test accepts at most 64 goals at a time"

@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from teleop.rosbridge import Limits, Protocol, Server
+from teleop.rosbridge import ClientLimits, Protocol, Server
 from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.messages.message_types import Message
 from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
@@ -98,15 +98,17 @@ def visit(site: tuple[int, SimpleQueue[Any]], host: str, folder: Path) -> tuple[
     wishes: list[Message] = []
 
     async def run() -> Any:
-        protocol = Protocol(REGISTRY, limits=Limits())
+        protocol = Protocol(REGISTRY, limits=ClientLimits())
         serve_standard(protocol)
         async with Server(protocol, port=0) as server:
-            server.advertise("/cloud", "sensor_msgs/PointCloud2", latch=True)
-            server.publish("/cloud", {"data": CLOUD})
-            server.advertise("/text", "std_msgs/String", latch=True)
-            server.publish("/text", {"data": TEXT})
-            server.listen("/joy", "sensor_msgs/Joy", lambda _, wish, __: wishes.append(wish))
-            server.offer("/map.ply", MAP)
+            server.protocol.topics.advertise("/cloud", "sensor_msgs/PointCloud2", latch=True)
+            server.protocol.topics.publish("/cloud", {"data": CLOUD}, server.now)
+            server.protocol.topics.advertise("/text", "std_msgs/String", latch=True)
+            server.protocol.topics.publish("/text", {"data": TEXT}, server.now)
+            server.protocol.topics.subscribe(
+                "/joy", "sensor_msgs/Joy", lambda _, wish, __: wishes.append(wish)
+            )
+            server.pages.add_file("/map.ply", MAP)
             page = f"http://{host}:{port}/index.html?url=ws://127.0.0.1:{server.port}"
             async with browsing(page, folder / host), asyncio.timeout(PATIENCE):
                 return await asyncio.to_thread(said.get, timeout=PATIENCE)

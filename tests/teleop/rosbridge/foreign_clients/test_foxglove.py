@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teleop.rosbridge import Limits, Protocol, Server
+from teleop.rosbridge import ClientLimits, Protocol, Server
 from teleop.rosbridge.compat.standard_services import serve_standard
-from teleop.rosbridge.messages.cdr import Flavour
 from teleop.rosbridge.messages.definition_parser import PADDING
-from teleop.rosbridge.messages.message_completion import BLOBS, DTYPES, complete
+from teleop.rosbridge.messages.message_completion import complete
+from teleop.rosbridge.messages.message_defaults import BLOBS, DTYPES
 from teleop.rosbridge.messages.message_types import (
     DURATION,
     HEADER,
@@ -27,6 +27,7 @@ from teleop.rosbridge.messages.message_types import (
     MessageType,
     short_name,
 )
+from teleop.rosbridge.messages.ros_serialization import RosVersion
 from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
     JAVASCRIPT,
     installed,
@@ -75,7 +76,7 @@ def element(field: Field, numbers: Iterator[int]) -> Any:
     return info.max - number % 100  # high bits tell the signed from the unsigned
 
 
-def as_read(kind: MessageType, message: Message, flavour: Flavour) -> Any:
+def as_read(kind: MessageType, message: Message, flavour: RosVersion) -> Any:
     """Return a message as Foxglove's readers do."""
     if flavour == "ros2" and kind.constants and not kind.fields:
         return {PADDING: 0}
@@ -83,13 +84,13 @@ def as_read(kind: MessageType, message: Message, flavour: Flavour) -> Any:
     return {"seq": 0, **read} if kind.name == HEADER and flavour == "ros1" else read
 
 
-def part(field: Field, found: Any, flavour: Flavour) -> Any:
+def part(field: Field, found: Any, flavour: RosVersion) -> Any:
     if field.repeated:
         return [one(field, each, flavour) for each in found]
     return one(field, found, flavour)
 
 
-def one(field: Field, found: Any, flavour: Flavour) -> Any:
+def one(field: Field, found: Any, flavour: RosVersion) -> Any:
     if flavour == "ros1" and field.kind in (TIME, DURATION):
         return {"sec": found["sec"], "nsec": found["nanosec"]}  # which are primitives there
     if field.nested:
@@ -113,19 +114,23 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("flavour", ["ros1", "ros2"])
 @in_a_loop
 async def test_foxglove_reads_every_type_that_there_is_at_first_try(
-    flavour: Flavour, folder: Path
+    flavour: RosVersion, folder: Path
 ) -> None:
-    protocol = Protocol(REGISTRY, flavour=flavour, limits=Limits(subscriptions=1000))
+    protocol = Protocol(REGISTRY, ros_version=flavour, limits=ClientLimits(subscriptions=1000))
     serve_standard(protocol)
     kinds = [REGISTRY[name] for name in REGISTRY]
     sent = {kind.name: complete(REGISTRY, kind, filled(kind, itertools.count())) for kind in kinds}
     wishes: list[Message] = []
     async with Server(protocol, port=0) as server:
         for kind in kinds:
-            server.advertise(f"/all/{kind.name}", kind.name, latch=True)
-            server.publish(f"/all/{kind.name}", sent[kind.name])
-        server.serve("/switch", "std_srvs/SetBool", lambda *_: {"success": True, "message": "on"})
-        server.listen("/cmd_vel", "geometry_msgs/Twist", lambda _, wish, __: wishes.append(wish))
+            server.protocol.topics.advertise(f"/all/{kind.name}", kind.name, latch=True)
+            server.protocol.topics.publish(f"/all/{kind.name}", sent[kind.name], server.now)
+        server.protocol.services.serve(
+            "/switch", "std_srvs/SetBool", lambda *_: {"success": True, "message": "on"}
+        )
+        server.protocol.topics.subscribe(
+            "/cmd_vel", "geometry_msgs/Twist", lambda _, wish, __: wishes.append(wish)
+        )
         script = shutil.copy(JAVASCRIPT / "foxglove_checks.cjs", folder)
         process = await asyncio.create_subprocess_exec(
             *("node", script, server.url, "/switch", "/cmd_vel"),

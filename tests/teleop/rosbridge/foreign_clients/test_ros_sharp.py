@@ -168,7 +168,9 @@ JOY = {
 async def test_its_joystick_arrives(kind: str) -> None:
     async with serving() as server, unity(server) as client:
         heard: list[Any] = []
-        server.listen("/joy", "sensor_msgs/Joy", lambda c, message, now: heard.append(message))
+        server.protocol.topics.subscribe(
+            "/joy", "sensor_msgs/Joy", lambda c, message, now: heard.append(message)
+        )
         await client.advertise("/joy", kind)
         for _ in range(3):
             await client.publish("/joy", JOY)
@@ -190,12 +192,12 @@ MESSAGES: dict[str, tuple[str, Any]] = {
 async def test_it_reads_all_that_robots_send() -> None:
     async with serving() as server, unity(server) as client:
         for topic, (kind, _) in MESSAGES.items():
-            server.advertise(topic, kind)
+            server.protocol.topics.advertise(topic, kind)
             await client.subscribe(topic, kind)
-        await until(lambda: all(map(server.wanted, MESSAGES)))
+        await until(lambda: all(map(server.protocol.topics.wanted, MESSAGES)))
         for _ in range(3):
             for topic, (_, message) in MESSAGES.items():
-                server.publish(topic, message)
+                server.protocol.topics.publish(topic, message, server.now)
             await asyncio.sleep(0.05)
         await until(lambda: all(client.heard.values()))
         await client.alive()
@@ -207,9 +209,9 @@ async def test_one_message_comes_once_for_each_topic_whatever_it_subscribed() ->
     async with serving() as server, unity(server) as client:
         await client.subscribe("/chatter", "std_msgs/String")
         await client.say(topic="/chatter", type="std_msgs/String", op="subscribe", id="/chatter:1")
-        await until(lambda: server.wanted("/chatter"))
-        server.publish("/chatter", {"data": "once"})
-        server.publish("/chatter", {"data": "x" * 5000})
+        await until(lambda: server.protocol.topics.wanted("/chatter"))
+        server.protocol.topics.publish("/chatter", {"data": "once"}, server.now)
+        server.protocol.topics.publish("/chatter", {"data": "x" * 5000}, server.now)
         await until(lambda: len(client.heard["/chatter"]) >= 2)
         assert [len(message["data"]) for message in client.heard["/chatter"]] == [4, 5000]
 
@@ -218,7 +220,7 @@ async def test_one_message_comes_once_for_each_topic_whatever_it_subscribed() ->
 async def test_it_publishes_within_milliseconds_of_advertising_and_before_unadvertising() -> None:
     async with serving() as server, unity(server) as client, unity(server) as other:
         await other.subscribe("/publication_test", "std_msgs/String")
-        await until(lambda: server.wanted("/publication_test"))
+        await until(lambda: server.protocol.topics.wanted("/publication_test"))
         await client.advertise("/publication_test", "std_msgs/String")
         await client.publish("/publication_test", {"data": "publication test message data"})
         await client.say(topic="/publication_test", op="unadvertise", id="/publication_test")
@@ -245,7 +247,9 @@ async def test_it_provides_a_service() -> None:
             op="advertise_service",
             id="/service_response_test",
         )
-        await until(lambda: "/service_response_test" in {s.name for s in server.protocol.services})
+        await until(
+            lambda: "/service_response_test" in {s.name for s in server.protocol.services.all}
+        )
         kind = REGISTRY.service("std_srvs/Trigger").response
         call = asyncio.create_task(other.call("/service_response_test", {}, kind))
         await until(lambda: bool(client.asked))
@@ -269,7 +273,7 @@ async def test_it_floods_with_pictures_and_all_of_them_arrive() -> None:
             nonlocal count
             count += len(message["data"]) == 3000
 
-        server.listen("/image", "sensor_msgs/CompressedImage", see)
+        server.protocol.topics.subscribe("/image", "sensor_msgs/CompressedImage", see)
         await client.advertise("/image", "sensor_msgs/CompressedImage")
         picture = {"header": JOY["header"], "format": "jpeg", "data": "AAAA" * 1000}
         for _ in range(500):

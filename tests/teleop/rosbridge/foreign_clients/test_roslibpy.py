@@ -67,9 +67,13 @@ class Robot:
         serve_rosapi(protocol)
         self.server = Server(protocol, port=port)
         self.heard: list[Message] = []
-        self.server.advertise("/chatter", "std_msgs/String")
-        self.server.listen("/joy", "sensor_msgs/Joy", lambda c, m, now: self.heard.append(m))
-        self.server.serve("/set", "std_srvs/SetBool", lambda *_: {"success": True})
+        self.server.protocol.topics.advertise("/chatter", "std_msgs/String")
+        self.server.protocol.topics.subscribe(
+            "/joy", "sensor_msgs/Joy", lambda c, m, now: self.heard.append(m)
+        )
+        self.server.protocol.services.serve(
+            "/set", "std_srvs/SetBool", lambda *_: {"success": True}
+        )
 
 
 async def expect(process: Process, what: str) -> Any:
@@ -106,14 +110,14 @@ async def test_roslibpy_subscribes_publishes_calls_and_comes_back(transport: str
         assert "requires a bool" in await expect(process, "refused")
         await expect(process, "ready")
         await until(lambda: bool(robot.heard))
-        robot.server.publish("/chatter", {"data": "hello"})
+        robot.server.protocol.topics.publish("/chatter", {"data": "hello"}, robot.server.now)
         assert await expect(process, "chatter") == "hello"
         await robot.server.close()
         await expect(process, "close")
         again = Robot(port)
         async with again.server as server:
-            await until(lambda: server.wanted("/chatter"))
-            server.publish("/chatter", {"data": "again"})
+            await until(lambda: server.protocol.topics.wanted("/chatter"))
+            server.protocol.topics.publish("/chatter", {"data": "again"}, server.now)
             assert await expect(process, "chatter") == "again"
             assert process.stdin is not None
             process.stdin.write(b"\n")

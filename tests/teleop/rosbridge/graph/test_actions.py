@@ -8,8 +8,8 @@ import pytest
 
 from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.graph.goals import Goal
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.protocol.rate_limits import Limits
 from tests.teleop.rosbridge.support import Wire, error
 
 ASKER, PROVIDER, OTHER = 0, 1, 2
@@ -147,7 +147,7 @@ def test_a_provider_that_leaves_ends_its_goals(wire: Wire) -> None:
     wire.send(goal(), ASKER)
     wire.protocol.disconnect(wire.clients[PROVIDER], wire.now)
     assert wire.heard(ASKER) == [result("Action /fib: its provider has left", 6, False)]
-    assert wire.protocol.actions == []
+    assert wire.protocol.actions.all == []
 
 
 def test_a_caller_that_leaves_has_its_goals_cancelled(wire: Wire) -> None:
@@ -167,15 +167,15 @@ def test_an_action_has_one_provider(wire: Wire) -> None:
 
 
 def test_actions_and_goals_are_counted() -> None:
-    wire = Wire(clients=2, limits=Limits(services=1, calls=1))
+    wire = Wire(clients=2, limits=ClientLimits(services=1, calls=1))
     wire.send(provide(), PROVIDER)
     (status,) = wire.ask(provide(action="/more"), PROVIDER)
     assert "at most 1 actions" in status["msg"]
     wire.send(goal(), ASKER)
     (heard,) = wire.ask(goal(), ASKER)
-    assert heard["values"] == "a goal g is under way"
+    assert heard["values"] == "goal g is active already"
     (heard,) = wire.ask(goal(id="h"), ASKER)
-    assert heard["values"] == "at most 1 goals can be under way"
+    assert heard["values"] == "at most 1 goals may be active"
 
 
 # Of the host
@@ -184,7 +184,7 @@ def test_actions_and_goals_are_counted() -> None:
 def test_the_host_pursues_goals_too() -> None:
     wire = Wire()
     goals: list[Goal] = []
-    wire.protocol.serve_action(NAME, KIND, goals.append)
+    wire.protocol.actions.serve(NAME, KIND, goals.append)
     heard = wire.ask(provide())
     assert heard == [error("advertise_action: action /fib is provided by the server only")]
     wire.send(goal(feedback=True))
@@ -206,7 +206,7 @@ def test_the_host_may_refuse_or_fall(caplog: pytest.LogCaptureFixture) -> None:
             raise ServiceError("not five")
         raise KeyError
 
-    wire.protocol.serve_action(NAME, KIND, refuse)
+    wire.protocol.actions.serve(NAME, KIND, refuse)
     assert wire.ask(goal()) == [result("not five", 0, False)]
     heard = wire.ask(goal(args={}))
     assert heard[0] == result("Action /fib failed: internal error", 0, False)

@@ -10,7 +10,7 @@ from typing import Any
 from hypothesis import settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.protocol.test_bad_input import frames
 from tests.teleop.rosbridge.support import Wire
 
@@ -25,7 +25,7 @@ names = st.sampled_from(NAMES)
 class Exchange(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
-        self.wire = Wire(clients=CLIENTS, limits=Limits.unhurried())
+        self.wire = Wire(clients=CLIENTS, limits=ClientLimits.unhurried())
         self.asked: list[dict[int, str]] = [{} for _ in range(CLIENTS)]
         """Of each client, what it waits for, by id."""
         self.received: list[list[Any]] = [[] for _ in range(CLIENTS)]
@@ -108,8 +108,9 @@ class Exchange(RuleBasedStateMachine):
     @precondition(lambda self: any(self.received))
     @rule(client=clients, other=clients)
     def answer_for_another(self, client: int, other: int) -> None:
+        own = {request["id"] for request in self.received[client]}
         for request in self.received[other]:
-            if client != other:
+            if client != other and request["id"] not in own:
                 answer = {"service": "/a", "id": request["id"], "values": {"message": "forged"}}
                 self.wire.send({"op": "service_response", **answer}, client)
                 self.wire.send({"op": "action_result", **answer, "action": "/act"}, client)
@@ -144,13 +145,13 @@ class Exchange(RuleBasedStateMachine):
 
     @invariant()
     def services_and_actions_are_those_somebody_provides(self) -> None:
-        there = {service.name: service.provider for service in self.wire.protocol.services}
+        there = {service.name: service.provider for service in self.wire.protocol.services.all}
         wanted = {name: self.wire.clients[p[-1]] for name, p in self.providers.items() if p}
         assert there == wanted
-        assert len(self.wire.protocol.actions) == (self.action is not None)
+        assert len(self.wire.protocol.actions.all) == (self.action is not None)
 
     def teardown(self) -> None:
-        """Let all providers leave: then nobody waits any more, and nothing is left behind."""
+        """Let all providers leave: then no pending request any more, and nothing is left behind."""
         for client in range(CLIENTS):
             for name in NAMES:
                 self.withdraw(client, name)
@@ -158,7 +159,7 @@ class Exchange(RuleBasedStateMachine):
         self.look()
         assert self.asked == [{}] * CLIENTS
         self.wire.wait(20_000)
-        assert self.wire.protocol.due is None
+        assert self.wire.protocol.timers.due is None
 
 
 TestExchange = Exchange.TestCase

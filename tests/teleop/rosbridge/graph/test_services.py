@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.protocol.rate_limits import Limits
 from tests.teleop.rosbridge.support import Wire, error
 
 ASKER, PROVIDER, OTHER = 0, 1, 2
@@ -127,7 +127,7 @@ def test_values_of_another_type_are_the_callers_no_and_the_providers_error(
     assert status["msg"].startswith("service_response: ")
     (heard,) = wire.heard(ASKER)
     assert heard["result"] is False
-    assert heard["values"].startswith("Service /add gave no good response: ")
+    assert heard["values"].startswith("Service /add returned an invalid response: ")
 
 
 @pytest.mark.parametrize("args", [{"c": 1}, {"a": 1.5}, [1, 2, 3], "x", {"a": None}, {"a": 2**70}])
@@ -141,9 +141,9 @@ def test_a_provider_that_leaves_fails_its_calls_at_once_and_leaves_no_ghost(wire
     wire.send(call(), ASKER)
     wire.protocol.disconnect(wire.clients[PROVIDER], wire.now)
     assert wire.heard(ASKER) == [answer("Service /add: its provider has left", False)]
-    assert wire.protocol.services == []
+    assert wire.protocol.services.all == []
     assert wire.ask(call(), ASKER) == [answer("Service /add does not exist", False)]
-    assert wire.protocol.due is None
+    assert wire.protocol.timers.due is None
 
 
 def test_a_service_taken_back_fails_its_calls_and_its_late_answer_meets_no_other(
@@ -161,13 +161,13 @@ def test_a_service_taken_back_fails_its_calls_and_its_late_answer_meets_no_other
 
 def test_taking_back_what_was_not_provided_is_no_error(wire: Wire) -> None:
     assert wire.ask({"op": "unadvertise_service", "service": "/add"}, OTHER) == []
-    assert [service.name for service in wire.protocol.services] == ["/add"]
+    assert [service.name for service in wire.protocol.services.all] == ["/add"]
 
 
 def test_a_caller_that_leaves_is_forgotten(wire: Wire) -> None:
     wire.send(call(), ASKER)
     wire.protocol.disconnect(wire.clients[ASKER], wire.now)
-    assert wire.protocol.due is None
+    assert wire.protocol.timers.due is None
     wire.heard(PROVIDER)
     assert wire.ask(response(values={"sum": 1}, result=True), PROVIDER) == []
 
@@ -184,8 +184,8 @@ def test_the_last_to_provide_answers_and_who_was_there_before_takes_over_again(w
 
 def test_one_name_has_one_type_and_the_hosts_are_the_hosts(wire: Wire) -> None:
     (status,) = wire.ask(provide("std_srvs/Empty"), OTHER)
-    assert "already there with type rospy_tutorials/srv/AddTwoInts" in status["msg"]
-    wire.protocol.serve("/mine", "std_srvs/Empty", lambda *_: {})
+    assert "already exists with type rospy_tutorials/srv/AddTwoInts" in status["msg"]
+    wire.protocol.services.serve("/mine", "std_srvs/Empty", lambda *_: {})
     heard = wire.ask(provide("std_srvs/Empty", "/mine"), OTHER)
     assert heard == [error("advertise_service: service /mine is provided by the server only")]
 
@@ -194,7 +194,7 @@ def test_only_the_provider_can_answer(wire: Wire) -> None:
     wire.send(call(), ASKER)
     wire.send({"op": "set_level", "level": "warning"}, OTHER)
     (status,) = wire.ask(response(values={"sum": 13}, result=True), OTHER)
-    assert (status["level"], "nobody waits" in status["msg"]) == ("warning", True)
+    assert (status["level"], "no pending request" in status["msg"]) == ("warning", True)
     assert wire.heard(ASKER) == []
 
 
@@ -225,7 +225,7 @@ def test_the_caller_may_say_how_long_it_waits(wire: Wire, timeout: float, last: 
 @pytest.mark.parametrize("timeout", [0, -1, -1e300])
 def test_a_caller_may_wait_for_ever(wire: Wire, timeout: float) -> None:
     wire.send(call(timeout=timeout), ASKER)
-    assert wire.protocol.due is None
+    assert wire.protocol.timers.due is None
     wire.wait(1e9)
     wire.send(response(values={"sum": 1}, result=True), PROVIDER)
     assert wire.heard(ASKER) == [answer({"sum": 1}, True)]
@@ -239,25 +239,25 @@ def test_a_timeout_that_is_no_number_is_the_callers_no(wire: Wire, timeout: obje
 
 def test_an_answer_in_time_leaves_no_timer(wire: Wire) -> None:
     wire.send(call(), ASKER)
-    assert wire.protocol.due == wire.now + 5_000_000_000
+    assert wire.protocol.timers.due == wire.now + 5_000_000_000
     wire.send(response(values={}, result=True), PROVIDER)
-    assert wire.protocol.due is None
+    assert wire.protocol.timers.due is None
 
 
-# Bounds
+# QueueLimits
 
 
 def test_services_and_calls_are_counted() -> None:
-    wire = Wire(clients=2, limits=Limits(services=2, calls=2))
+    wire = Wire(clients=2, limits=ClientLimits(services=2, calls=2))
     for name in "abc":
         wire.send(provide(service=name), PROVIDER)
     assert [h["msg"] for h in wire.heard(PROVIDER)] == [
-        "advertise_service: at most 2 services can be provided"
+        "advertise_service: at most 2 services may be provided"
     ]
     for _ in range(3):
         wire.send(call("a"), ASKER)
     (heard,) = wire.heard(ASKER)
-    assert heard["values"] == "at most 2 calls can wait for their answers"
+    assert heard["values"] == "at most 2 calls may be pending"
 
 
 def test_an_old_clients_id_may_stand_behind_the_name(wire: Wire) -> None:

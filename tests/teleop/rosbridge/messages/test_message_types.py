@@ -6,7 +6,7 @@ import pytest
 
 from teleop.rosbridge.errors import TypeNameError
 from teleop.rosbridge.messages.message_types import short_name
-from teleop.rosbridge.messages.type_registry import Registry
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 from tests.teleop.rosbridge.support import REGISTRY
 
 
@@ -59,7 +59,7 @@ def test_an_empty_message_has_no_field() -> None:
 
 def test_a_folder_without_definitions_is_refused(tmp_path: Path) -> None:
     with pytest.raises(TypeNameError, match=r"no .msg, .srv or .action files"):
-        Registry([tmp_path])
+        TypeRegistry([tmp_path])
 
 
 def test_users_add_packages_of_messages_services_and_actions(tmp_path: Path) -> None:
@@ -73,7 +73,7 @@ def test_users_add_packages_of_messages_services_and_actions(tmp_path: Path) -> 
         folder = tmp_path / package / part
         folder.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, newline="")
-    registry = Registry([tmp_path])
+    registry = TypeRegistry([tmp_path])
     assert registry["lamp_msgs/Lamp"].names == {"on", "color"}
     assert registry["other_msgs/color"].constants == (("RED", "255"),)
     assert registry.service("lamp_msgs/srv/Switch").response.names == {"done"}
@@ -84,18 +84,18 @@ def test_users_add_packages_of_messages_services_and_actions(tmp_path: Path) -> 
         ["now"],
     ]
     assert registry["lamp_msgs/DimActionFeedback"].names == {"header", "status", "feedback"}
-    assert Registry([tmp_path / "other_msgs"])["other_msgs/Color"].names == {"red"}
+    assert TypeRegistry([tmp_path / "other_msgs"])["other_msgs/Color"].names == {"red"}
 
 
 @pytest.mark.parametrize("text", ["float32 goal\n---\nbool x", "---\n---\n---\n", ""])
 def test_an_action_needs_two_lines_between_its_parts(text: str) -> None:
-    with pytest.raises(TypeNameError, match="an action's definition needs 2 lines '---'"):
-        Registry().add_action("odd_msgs/Odd", text)
+    with pytest.raises(TypeNameError, match="an action's definition must contain 2 lines '---'"):
+        TypeRegistry().add_action("odd_msgs/Odd", text)
 
 
 def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(TypeNameError, match="no folder"):
-        Registry([tmp_path / "nope"])
+    with pytest.raises(TypeNameError, match="is not a folder"):
+        TypeRegistry([tmp_path / "nope"])
 
 
 def test_an_action_that_is_not_there_is_answered_with_those_written_alike() -> None:
@@ -106,15 +106,15 @@ def test_an_action_that_is_not_there_is_answered_with_those_written_alike() -> N
 def test_a_field_of_an_unknown_type_is_refused_when_the_folder_is_loaded(tmp_path: Path) -> None:
     (tmp_path / "Odd.msg").write_text("nowhere_msgs/Nothing thing\n")
     with pytest.raises(TypeNameError, match=r"field thing .* unknown type nowhere_msgs/Nothing"):
-        Registry([tmp_path])
+        TypeRegistry([tmp_path])
 
 
 @pytest.mark.parametrize("text", ["float64", "[] x", "uint8 = 3", "---"])
 def test_a_definition_that_cannot_be_read_is_refused(text: str) -> None:
     with pytest.raises(TypeNameError):
-        Registry().add("odd_msgs/Odd", text)
+        TypeRegistry().add("odd_msgs/Odd", text)
 
 
 def test_a_service_needs_the_line_between_request_and_response() -> None:
     with pytest.raises(TypeNameError, match="---"):
-        Registry().add_service("odd_msgs/Odd", "bool a\nbool b")
+        TypeRegistry().add_service("odd_msgs/Odd", "bool a\nbool b")

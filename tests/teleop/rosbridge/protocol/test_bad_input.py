@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from teleop.rosbridge.compat.rosapi import serve_rosapi
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.support import Wire, error, messages
 
 CALL = '{"op":"call_service","service":"/nope","id":1}'
@@ -71,7 +71,7 @@ def test_a_missing_or_unknown_op_is_answered_with_those_there_are() -> None:
         "set_level, status, subscribe, unadvertise, unadvertise_action, unadvertise_service, "
         "unsubscribe"
     )
-    assert answers("{}") == [error(f"Received a message without an op; it is one of {known}")]
+    assert answers("{}") == [error(f"Received a message without an op; it must be one of {known}")]
     unknown = [error(f"Unknown operation: dance. Allowed operations: {known}", 7)]
     assert answers('{"op":"dance","id":7}') == unknown
     odd: list[object] = [1, None, [], {}, True]
@@ -103,14 +103,17 @@ def test_binary_frames_may_hold_json_with_any_characters() -> None:
 @pytest.mark.parametrize(
     ("operation", "text"),
     [
-        ({"op": "advertise", "topic": "/x"}, "advertise: it needs a type"),
-        ({"op": "advertise", "topic": "/x", "type": "a/B"}, "advertise: no message type 'a/B'"),
-        ({"op": "advertise", "topic": 1, "type": TEXT}, "advertise: it needs a topic"),
-        ({"op": "advertise", "topic": "", "type": TEXT}, "advertise: '' is no name"),
-        ({"op": "advertise", "topic": "/", "type": TEXT}, "advertise: '/' is no name"),
-        ({"op": "advertise", "topic": "/x y", "type": TEXT}, "advertise: '/x y' is no name"),
-        ({"op": "advertise", "topic": "/\ud800", "type": TEXT}, "is no name"),
-        ({"op": "advertise", "topic": "x" * 300, "type": TEXT}, "is no name"),
+        ({"op": "advertise", "topic": "/x"}, "advertise: type must be given"),
+        (
+            {"op": "advertise", "topic": "/x", "type": "a/B"},
+            "advertise: unknown message type 'a/B'",
+        ),
+        ({"op": "advertise", "topic": 1, "type": TEXT}, "advertise: topic must be given"),
+        ({"op": "advertise", "topic": "", "type": TEXT}, "advertise: '' is not a valid"),
+        ({"op": "advertise", "topic": "/", "type": TEXT}, "advertise: '/' is not a valid"),
+        ({"op": "advertise", "topic": "/x y", "type": TEXT}, "advertise: '/x y' is not a valid"),
+        ({"op": "advertise", "topic": "/\ud800", "type": TEXT}, "is not a valid"),
+        ({"op": "advertise", "topic": "x" * 300, "type": TEXT}, "is not a valid"),
         (
             {"op": "advertise", "topic": "/known", "type": "std_msgs/Int32"},
             "advertise: Tried to register topic /known with type std_msgs/Int32 but it is already "
@@ -121,13 +124,13 @@ def test_binary_frames_may_hold_json_with_any_characters() -> None:
             "subscribe: Tried to register topic /known",
         ),
         ({"op": "subscribe", "topic": "/x"}, "subscribe: Cannot infer topic type for topic /x"),
-        ({"op": "subscribe", "type": TEXT}, "subscribe: it needs a topic"),
-        ({"op": "subscribe", "topic": "/x", "type": 7}, "subscribe: it needs a type"),
-        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": []}, "subscribe: an id is"),
-        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": True}, "subscribe: an id is"),
-        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": 1.5}, "subscribe: an id is"),
-        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": "i" * 999}, "an id is"),
-        ({"op": "unsubscribe"}, "unsubscribe: it needs a topic"),
+        ({"op": "subscribe", "type": TEXT}, "subscribe: topic must be given"),
+        ({"op": "subscribe", "topic": "/x", "type": 7}, "subscribe: type must be given"),
+        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": []}, "subscribe: id must be"),
+        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": True}, "subscribe: id must be"),
+        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": 1.5}, "subscribe: id must be"),
+        ({"op": "subscribe", "topic": "/x", "type": TEXT, "id": "i" * 999}, "id must be"),
+        ({"op": "unsubscribe"}, "unsubscribe: topic must be given"),
         (
             {"op": "publish", "topic": "/x", "msg": {}},
             "publish: Cannot infer topic type for topic /x as it is not yet advertised",
@@ -143,23 +146,23 @@ def test_binary_frames_may_hold_json_with_any_characters() -> None:
         ),
         ({"op": "publish", "topic": "/known", "msg": None}, "publish: std_msgs/String message"),
         ({"op": "publish", "topic": "/known", "msg": [1]}, "publish: std_msgs/String message"),
-        ({"op": "call_service"}, "call_service: it needs a service"),
-        ({"op": "call_service", "service": 5}, "call_service: it needs a service"),
-        ({"op": "set_level"}, "set_level: a level is one of none, error, warning, info"),
-        ({"op": "set_level", "level": "loud"}, "set_level: a level is"),
-        ({"op": "advertise_service", "service": "/x", "type": "a/B"}, "no service type 'a/B'"),
-        ({"op": "advertise_service", "service": "/x"}, "advertise_service: it needs a type"),
-        ({"op": "advertise_service", "type": "std_srvs/Empty"}, "it needs a service"),
-        ({"op": "unadvertise_service"}, "unadvertise_service: it needs a service"),
-        ({"op": "advertise_action", "action": "/x", "type": "a/B"}, "no action type 'a/B'"),
-        ({"op": "advertise_action", "action": 1, "type": "actionlib/Test"}, "it needs an action"),
-        ({"op": "unadvertise_action"}, "unadvertise_action: it needs an action"),
-        ({"op": "send_action_goal"}, "send_action_goal: it needs an action"),
+        ({"op": "call_service"}, "call_service: service must be given"),
+        ({"op": "call_service", "service": 5}, "call_service: service must be given"),
+        ({"op": "set_level"}, "set_level: level must be one of none, error, warning, info"),
+        ({"op": "set_level", "level": "loud"}, "set_level: level must be"),
+        ({"op": "advertise_service", "service": "/x", "type": "a/B"}, "unknown service type 'a/B'"),
+        ({"op": "advertise_service", "service": "/x"}, "advertise_service: type must be given"),
+        ({"op": "advertise_service", "type": "std_srvs/Empty"}, "service must be given"),
+        ({"op": "unadvertise_service"}, "unadvertise_service: service must be given"),
+        ({"op": "advertise_action", "action": "/x", "type": "a/B"}, "unknown action type 'a/B'"),
+        ({"op": "advertise_action", "action": 1, "type": "actionlib/Test"}, "action must be given"),
+        ({"op": "unadvertise_action"}, "unadvertise_action: action must be given"),
+        ({"op": "send_action_goal"}, "send_action_goal: action must be given"),
         (
             {"op": "subscribe", "topic": "/x", "type": TEXT, "qos": 1},
-            "subscribe: a qos is an object",
+            "subscribe: qos must be an object",
         ),
-        ({"op": "advertise", "topic": "/x", "type": TEXT, "qos": []}, "a qos is an object"),
+        ({"op": "advertise", "topic": "/x", "type": TEXT, "qos": []}, "qos must be an object"),
         ({"op": "fragment", "num": 0, "total": 2, "data": 1}, "fragment: data must be a string"),
         (
             {"op": "fragment", "num": 2, "total": 2, "data": ""},
@@ -263,7 +266,7 @@ class Crowd(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.wire = Wire(clients=3, limits=Limits.unhurried())
+        self.wire = Wire(clients=3, limits=ClientLimits.unhurried())
         self.subscribed: set[tuple[int, str]] = set()
         self.advertised: set[tuple[int, str]] = set()
         self.count = 0
@@ -324,7 +327,7 @@ class Crowd(RuleBasedStateMachine):
     @invariant()
     def topics_are_those_somebody_has_to_do_with(self) -> None:
         known = {topic for _, topic in self.subscribed | self.advertised}
-        assert {topic.name for topic in self.wire.protocol.topics} == known
+        assert {topic.name for topic in self.wire.protocol.topics.all} == known
 
 
 TestCrowd = Crowd.TestCase

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from teleop.rosbridge.errors import MessageError, OperationError, ServiceError
-from teleop.rosbridge.graph.services import Later
+from teleop.rosbridge.framing.outgoing_frames import CloseFrame, FrameKind
+from teleop.rosbridge.graph.deferred_response import DeferredResponse
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.protocol.outgoing_messages import Close, Kind
-from teleop.rosbridge.protocol.rate_limits import Limits
 from tests.teleop.rosbridge.support import SECOND, Wire, error
 
 CHATTER = {"topic": "/chatter", "type": "std_msgs/String"}
@@ -62,7 +62,7 @@ def test_a_message_is_three_keys_of_ascii() -> None:
     wire.send(publish("é"))
     (output,) = wire.outputs()
     assert output.payload == b'{"op":"publish","topic":"/chatter","msg":{"data":"\\u00e9"}}'
-    assert (output.kind, output.binary) == (Kind.DATA, False)
+    assert (output.kind, output.binary) == (FrameKind.DATA, False)
 
 
 def test_a_message_of_some_fields_arrives_with_all() -> None:
@@ -114,14 +114,14 @@ def test_a_topic_ends_a_second_after_nobody_has_to_do_with_it() -> None:
     wire.send({"op": "advertise", **CHATTER, "id": "a"})
     wire.send({"op": "advertise", **CHATTER, "id": "b"})
     wire.send({"op": "unadvertise", "topic": "/chatter", "id": "a"})
-    assert [topic.name for topic in wire.protocol.topics] == ["/chatter"]
+    assert [topic.name for topic in wire.protocol.topics.all] == ["/chatter"]
     wire.send({"op": "unadvertise", "topic": "/chatter"})
-    assert wire.protocol.due == wire.now + SECOND
+    assert wire.protocol.timers.due == wire.now + SECOND
     wire.wait(999)
-    assert [topic.name for topic in wire.protocol.topics] == ["/chatter"]
+    assert [topic.name for topic in wire.protocol.topics.all] == ["/chatter"]
     wire.wait(1)
-    assert wire.protocol.topics == []
-    assert wire.protocol.due is None
+    assert wire.protocol.topics.all == []
+    assert wire.protocol.timers.due is None
 
 
 def test_what_crosses_its_own_unadvertise_is_no_error() -> None:
@@ -138,16 +138,16 @@ def test_a_topic_that_nobody_has_to_do_with_may_get_another_type_at_once() -> No
     wire.send({"op": "advertise", **CHATTER})
     wire.send({"op": "unadvertise", "topic": "/chatter"})
     assert wire.ask(subscribe("/chatter", "std_msgs/Int32")) == []
-    assert [topic.kind.name for topic in wire.protocol.topics] == ["std_msgs/msg/Int32"]
+    assert [topic.kind.name for topic in wire.protocol.topics.all] == ["std_msgs/msg/Int32"]
 
 
 def test_topics_in_their_time_of_grace_are_bounded() -> None:
-    wire = Wire(limits=Limits.unhurried())
+    wire = Wire(limits=ClientLimits.unhurried())
     for i in range(1000):
         wire.send({"op": "advertise", "topic": f"/t{i}", "type": "std_msgs/String"})
         wire.send({"op": "unadvertise", "topic": f"/t{i}"})
-    assert len(wire.protocol.topics) == 256
-    assert wire.protocol.topics[-1].name == "/t999"
+    assert len(wire.protocol.topics.all) == 256
+    assert wire.protocol.topics.all[-1].name == "/t999"
 
 
 def test_a_client_that_leaves_takes_all_with_it() -> None:
@@ -157,7 +157,7 @@ def test_a_client_that_leaves_takes_all_with_it() -> None:
     wire.send(publish("1"), 0)
     wire.protocol.disconnect(wire.clients[0], wire.now)
     wire.wait(1000)
-    assert wire.protocol.topics == []
+    assert wire.protocol.topics.all == []
     wire.send(publish("2"), 0)
     wire.send(subscribe(), 1)
     assert wire.heard(1) == []
@@ -197,12 +197,12 @@ def test_of_a_burst_the_first_and_the_last_message_arrive() -> None:
         wire.send(publish(data))
         wire.wait(10)
     assert wire.heard() == [publish("1")]
-    assert wire.protocol.due == SECOND + 100_000_000
+    assert wire.protocol.timers.due == SECOND + 100_000_000
     wire.wait(60)
     assert wire.heard() == [publish("4")]
     wire.wait(1000)
     assert wire.heard() == []
-    assert wire.protocol.due is None
+    assert wire.protocol.timers.due is None
 
 
 def test_a_throttle_passes_one_message_each_period() -> None:
@@ -296,32 +296,32 @@ def test_a_message_is_encoded_once_for_all_who_get_the_same() -> None:
 
 def test_the_host_publishes_to_who_subscribes_and_builds_no_message_otherwise() -> None:
     wire = Wire()
-    wire.protocol.advertise("/odom", "std_msgs/String")
+    wire.protocol.topics.advertise("/odom", "std_msgs/String")
     built: list[int] = []
 
     def build() -> Message:
         built.append(1)
         return {"data": "x"}
 
-    wire.protocol.publish("/odom", build, wire.now)
-    assert (built, wire.protocol.wanted("/odom")) == ([], False)
+    wire.protocol.topics.publish("/odom", build, wire.now)
+    assert (built, wire.protocol.topics.wanted("/odom")) == ([], False)
     wire.send(subscribe("/odom"))
-    wire.protocol.publish("/odom", build, wire.now)
-    assert (built, wire.protocol.wanted("/odom")) == ([1], True)
+    wire.protocol.topics.publish("/odom", build, wire.now)
+    assert (built, wire.protocol.topics.wanted("/odom")) == ([1], True)
     assert wire.heard() == [publish("x", "/odom")]
 
 
 def test_the_hosts_latched_message_waits_for_who_comes_later() -> None:
     wire = Wire()
-    wire.protocol.advertise("/map_info", "farsteer_msgs/MapInfo", latch=True)
-    wire.protocol.publish("/map_info", {"name": "hall"}, wire.now)
+    wire.protocol.topics.advertise("/map_info", "farsteer_msgs/MapInfo", latch=True)
+    wire.protocol.topics.publish("/map_info", {"name": "hall"}, wire.now)
     (heard,) = wire.ask(subscribe("/map_info", "farsteer_msgs/MapInfo"))
     assert heard["msg"]["name"] == "hall"
 
 
 def test_clients_cannot_publish_what_is_the_hosts() -> None:
     wire = Wire()
-    wire.protocol.advertise("/odom", "nav_msgs/Odometry")
+    wire.protocol.topics.advertise("/odom", "nav_msgs/Odometry")
     text = "topic /odom is published by the server only"
     heard = wire.ask({"op": "advertise", "topic": "/odom", "type": "nav_msgs/Odometry", "id": "i"})
     assert heard == [error(f"advertise: {text}", "i")]
@@ -331,21 +331,21 @@ def test_clients_cannot_publish_what_is_the_hosts() -> None:
 def test_the_host_must_advertise_before_it_publishes() -> None:
     wire = Wire()
     with pytest.raises(OperationError, match="/odom"):
-        wire.protocol.publish("/odom", {}, wire.now)
+        wire.protocol.topics.publish("/odom", {}, wire.now)
 
 
 def test_a_message_of_the_hosts_that_json_cannot_hold_is_the_hosts_error() -> None:
     wire = Wire()
-    wire.protocol.advertise("/x", "std_msgs/Float64")
+    wire.protocol.topics.advertise("/x", "std_msgs/Float64")
     wire.send(subscribe("/x", "std_msgs/Float64"))
     with pytest.raises(MessageError, match="nan"):
-        wire.protocol.publish("/x", {"data": float("nan")}, wire.now)
+        wire.protocol.topics.publish("/x", {"data": float("nan")}, wire.now)
 
 
 def test_the_host_hears_what_clients_publish_completed_and_with_its_time() -> None:
     wire = Wire(clients=2)
     heard: list[Any] = []
-    wire.protocol.listen("/joy", "sensor_msgs/joy", lambda *call: heard.append(call))
+    wire.protocol.topics.subscribe("/joy", "sensor_msgs/joy", lambda *call: heard.append(call))
     wire.send({"op": "publish", "topic": "/joy", "msg": {"buttons": [1], "header": {}}}, 1)
     ((client, message, now),) = heard
     assert (client, now) == (wire.clients[1], wire.now)
@@ -360,7 +360,7 @@ def test_a_message_that_the_host_refuses_goes_to_nobody_and_the_client_is_told()
     def refuse(client: int, message: Message, now: int) -> None:
         raise MessageError("a hint must be in frame map")
 
-    wire.protocol.listen("/chatter", "std_msgs/String", refuse)
+    wire.protocol.topics.subscribe("/chatter", "std_msgs/String", refuse)
     wire.send(subscribe())
     assert wire.ask(publish("x")) == [error("publish: a hint must be in frame map")]
 
@@ -371,7 +371,7 @@ def test_a_fault_of_the_hosts_is_logged_and_ends_nothing(caplog: pytest.LogCaptu
     def fail(client: int, message: Message, now: int) -> None:
         raise ZeroDivisionError
 
-    wire.protocol.listen("/chatter", "std_msgs/String", fail)
+    wire.protocol.topics.subscribe("/chatter", "std_msgs/String", fail)
     assert wire.ask(publish("x")) == [error("publish: internal error")]
     assert "ZeroDivisionError" in caplog.text
 
@@ -392,7 +392,7 @@ def call(**more: Any) -> Message:
 @pytest.mark.parametrize("args", [{"data": True}, [True]])
 def test_a_service_takes_its_arguments_by_name_or_in_order(args: object) -> None:
     wire = Wire()
-    wire.protocol.serve("/double", "std_srvs/SetBool", double)
+    wire.protocol.services.serve("/double", "std_srvs/SetBool", double)
     assert wire.ask(call(args=args, id="call:1")) == [
         {
             "op": "service_response",
@@ -407,14 +407,14 @@ def test_a_service_takes_its_arguments_by_name_or_in_order(args: object) -> None
 @pytest.mark.parametrize("identity", ["x", 0, 7, "", "é"])
 def test_the_answer_has_the_id_of_the_call(identity: object) -> None:
     wire = Wire()
-    wire.protocol.serve("/double", "std_srvs/SetBool", double)
+    wire.protocol.services.serve("/double", "std_srvs/SetBool", double)
     (answer,) = wire.ask(call(args={"data": True}, id=identity))
     assert answer["id"] == identity
 
 
 def test_without_an_id_the_answer_has_none() -> None:
     wire = Wire()
-    wire.protocol.serve("/double", "std_srvs/SetBool", double)
+    wire.protocol.services.serve("/double", "std_srvs/SetBool", double)
     (answer,) = wire.ask(call(args={"data": True}))
     assert "id" not in answer
 
@@ -432,7 +432,7 @@ def test_without_an_id_the_answer_has_none() -> None:
 )
 def test_a_service_that_cannot_do_it_says_why(args: object, text: str) -> None:
     wire = Wire()
-    wire.protocol.serve("/double", "std_srvs/SetBool", double)
+    wire.protocol.services.serve("/double", "std_srvs/SetBool", double)
     (answer,) = wire.ask(call(args=args, id="i"))
     assert (answer["op"], answer["result"], answer["id"]) == ("service_response", False, "i")
     assert text in answer["values"]
@@ -456,7 +456,7 @@ def test_a_service_that_falls_is_answered_and_logged(caplog: pytest.LogCaptureFi
     def fail(client: int, request: Message, now: int) -> Message:
         raise KeyError("x")
 
-    wire.protocol.serve("/double", "std_srvs/SetBool", fail)
+    wire.protocol.services.serve("/double", "std_srvs/SetBool", fail)
     (answer,) = wire.ask(call(args={"data": True}))
     assert (answer["result"], answer["values"]) == (False, "Service /double failed: internal error")
     assert "KeyError" in caplog.text
@@ -465,48 +465,48 @@ def test_a_service_that_falls_is_answered_and_logged(caplog: pytest.LogCaptureFi
 @pytest.mark.parametrize("response", [{"wrong": 1}, {"message": 1}, None])
 def test_a_response_that_does_not_fit_is_an_answer_too(response: Any) -> None:
     wire = Wire()
-    wire.protocol.serve("/double", "std_srvs/SetBool", lambda *_: response)
+    wire.protocol.services.serve("/double", "std_srvs/SetBool", lambda *_: response)
     (answer,) = wire.ask(call(args={"data": True}))
     assert answer["result"] is False
 
 
 def test_an_answer_may_come_later_behind_what_was_published_before() -> None:
     wire = Wire(clients=2)
-    later = Later()
-    wire.protocol.advertise("/clock", "rosgraph_msgs/Clock")
-    wire.protocol.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
-    wire.protocol.lossless(wire.clients[0])
+    later = DeferredResponse()
+    wire.protocol.topics.advertise("/clock", "rosgraph_msgs/Clock")
+    wire.protocol.services.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
+    wire.protocol.connections.set_lossless(wire.clients[0])
     wire.send(subscribe("/clock", "rosgraph_msgs/Clock"))
     wire.send({"op": "call_service", "service": "/sim/step", "args": {"ticks": 3}, "id": "s"})
     assert wire.heard() == []
     for second in range(3):
-        wire.protocol.publish("/clock", {"clock": {"sec": second}}, wire.now)
-    later.answer({"success": True})
-    later.answer({"success": False})
+        wire.protocol.topics.publish("/clock", {"clock": {"sec": second}}, wire.now)
+    later.complete({"success": True})
+    later.complete({"success": False})
     outputs = wire.outputs()
     assert [output.lossless for output in outputs] == [True] * 4
     ops = [json.loads(output.text)["op"] for output in outputs]
     assert ops == ["publish"] * 3 + ["service_response"]
-    assert later.settled
+    assert later.done
 
 
 def test_a_later_answer_may_be_no_or_come_at_once() -> None:
     wire = Wire()
-    later = Later()
-    later.refuse("somebody else steps")
-    wire.protocol.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
+    later = DeferredResponse()
+    later.fail("somebody else steps")
+    wire.protocol.services.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
     (answer,) = wire.ask({"op": "call_service", "service": "/sim/step"})
     assert (answer["result"], answer["values"]) == (False, "somebody else steps")
 
 
 def test_an_answer_to_who_has_left_goes_nowhere() -> None:
     wire = Wire()
-    later = Later()
-    wire.protocol.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
+    later = DeferredResponse()
+    wire.protocol.services.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
     wire.send({"op": "call_service", "service": "/sim/step"})
     wire.protocol.disconnect(wire.clients[0], wire.now)
-    later.answer({})
-    assert wire.protocol.drain() == []
+    later.complete({})
+    assert wire.protocol.connections.drain() == []
 
 
 # Status
@@ -526,41 +526,41 @@ def test_who_would_authenticate_is_told_that_nobody_asks_and_may_go_on() -> None
     assert wire.ask({**auth, "level": "admin"}) == []
     wire.send({"op": "set_level", "level": "warning"})
     (status,) = wire.ask({**auth, "level": "admin", "id": "a"})
-    assert status["msg"] == "auth: authentication is not enabled here"
+    assert status["msg"] == "auth: authentication is not enabled on this server"
     wire.send(subscribe())
     assert wire.ask(publish("x")) == [publish("x")]
 
 
 def test_warnings_are_for_who_asks_for_them() -> None:
     wire = Wire()
-    wire.protocol.status(wire.clients[0], "warning", "somebody else drives")
+    wire.protocol.connections.send_status(wire.clients[0], "warning", "somebody else drives")
     assert wire.heard() == []
     wire.send({"op": "set_level", "level": "warning"})
-    wire.protocol.status(wire.clients[0], "warning", "somebody else drives")
-    wire.protocol.status(wire.clients[0], "info", "all is well")
+    wire.protocol.connections.send_status(wire.clients[0], "warning", "somebody else drives")
+    wire.protocol.connections.send_status(wire.clients[0], "info", "all is well")
     assert wire.heard() == [{"op": "status", "level": "warning", "msg": "somebody else drives"}]
 
 
-# Limits
+# ClientLimits
 
 
 def test_who_sends_too_fast_is_told_once_and_then_closed() -> None:
-    wire = Wire(limits=Limits(messages=10, burst=1))
+    wire = Wire(limits=ClientLimits(messages=10, burst=1))
     for _ in range(10):
         wire.send(subscribe())
     assert wire.heard() == []
     wire.send(publish("lost"))
-    assert wire.heard() == [error("more than 10 operations a second: not heard")]
+    assert wire.heard() == [error("rate limit of 10 operations/s exceeded: operation dropped")]
     for _ in range(20):
         wire.send(publish("lost"))
-    assert wire.heard() == [Close(1008, "more than 10 operations a second")]
+    assert wire.heard() == [CloseFrame(1008, "rate limit of 10 operations/s exceeded")]
     wire.wait(5000)
     wire.send(publish("x"))
     assert wire.heard() == []
 
 
 def test_who_slows_down_is_heard_again() -> None:
-    wire = Wire(limits=Limits(messages=10, burst=1))
+    wire = Wire(limits=ClientLimits(messages=10, burst=1))
     for _ in range(15):
         wire.send(subscribe())
     wire.wait(1000)
@@ -570,20 +570,20 @@ def test_who_slows_down_is_heard_again() -> None:
 
 
 def test_bytes_are_counted_too() -> None:
-    wire = Wire(limits=Limits(bytes=1000, burst=1))
+    wire = Wire(limits=ClientLimits(bytes=1000, burst=1))
     wire.send(subscribe())
     wire.send(publish("x" * 2000))
-    assert wire.heard() == [error("more than 1000 bytes a second: not heard")]
+    assert wire.heard() == [error("rate limit of 1000 bytes/s exceeded: operation dropped")]
 
 
 def test_a_frame_that_is_too_large_closes_the_connection() -> None:
-    wire = Wire(limits=Limits(frame=100))
+    wire = Wire(limits=ClientLimits(frame=100))
     wire.raw(" " * 101)
     assert [output.code for output in wire.outputs()] == [1009]
 
 
 def test_topics_and_ids_are_counted() -> None:
-    wire = Wire(clients=2, limits=Limits(subscriptions=2, advertisements=2))
+    wire = Wire(clients=2, limits=ClientLimits(subscriptions=2, advertisements=2))
     for op in ("subscribe", "advertise"):
         for name in "abc":
             wire.send({"op": op, "topic": name, "type": "std_msgs/String", "id": "1"})
@@ -596,7 +596,7 @@ def test_topics_and_ids_are_counted() -> None:
 
 
 def test_in_lockstep_nobody_is_too_fast() -> None:
-    wire = Wire(limits=Limits.unhurried())
+    wire = Wire(limits=ClientLimits.unhurried())
     for _ in range(5000):
         wire.send({"op": "unsubscribe", "topic": "/x"})
     assert wire.heard() == []

@@ -13,7 +13,7 @@ from typing import Any
 from hypothesis import settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from teleop.rosbridge.protocol.rate_limits import Limits
+from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.support import SECOND, Wire
 
 CLIENTS = 3
@@ -60,7 +60,7 @@ class Household(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.wire = Wire(clients=CLIENTS, limits=Limits.unhurried())
+        self.wire = Wire(clients=CLIENTS, limits=ClientLimits.unhurried())
         self.services, self.actions = Side(), Side()
         self.numbers = itertools.count()
 
@@ -241,15 +241,15 @@ class Household(RuleBasedStateMachine):
     @invariant()
     def there_are_no_ghosts(self) -> None:
         protocol = self.wire.protocol
-        there = {service.name: service.provider for service in protocol.services}
+        there = {service.name: service.provider for service in protocol.services.all}
         expected = self.services.providers[-1:]
         assert list(there) == ["/s"] * len(expected)
         assert list(there.values()) == [self.wire.clients[i] for i in expected]
-        assert [action.provider for action in protocol.actions] == [
+        assert [action.provider for action in protocol.actions.all] == [
             self.wire.clients[i] for i in self.actions.providers
         ]
         waits = any(self.services.asked.values())
-        assert (protocol.due is not None) == waits
+        assert (protocol.timers.due is not None) == waits
 
 
 TestHousehold = Household.TestCase

@@ -54,7 +54,9 @@ async def test_smoke_ten_messages_go_each_way() -> None:
 @in_a_loop
 async def test_call_service_is_answered_to_the_letter() -> None:
     async with serving() as server, client(server) as connection:
-        server.serve("/test_service", "std_srvs/SetBool", lambda c, request, now: {"success": True})
+        server.protocol.services.serve(
+            "/test_service", "std_srvs/SetBool", lambda c, request, now: {"success": True}
+        )
         await send(connection, {**CALL, "args": {"data": True}})
         assert await hear(connection) == {
             "op": "service_response",
@@ -166,7 +168,9 @@ async def test_send_action_goal_is_fed_back_and_ends() -> None:
         goal.succeed({"sequence": sequence})
 
     async with serving() as server, client(server) as connection:
-        server.serve_action("/test_fibonacci_action", "example_interfaces/Fibonacci", count)
+        server.protocol.actions.serve(
+            "/test_fibonacci_action", "example_interfaces/Fibonacci", count
+        )
         await send(
             connection,
             {
@@ -193,9 +197,9 @@ async def test_send_action_goal_is_fed_back_and_ends() -> None:
 async def test_event_loop_starvation_a_second_client_connects_and_hears_the_heartbeat() -> None:
     topics = [f"/load_{i}" for i in range(20)]
     async with serving() as server, client(server) as first:
-        server.advertise("/heartbeat", "std_msgs/Int32")
+        server.protocol.topics.advertise("/heartbeat", "std_msgs/Int32")
         for topic in topics:
-            server.advertise(topic, "sensor_msgs/CompressedImage")
+            server.protocol.topics.advertise(topic, "sensor_msgs/CompressedImage")
             await send(first, {"op": "subscribe", "topic": topic})
 
         async def drain() -> None:
@@ -205,16 +209,16 @@ async def test_event_loop_starvation_a_second_client_connects_and_hears_the_hear
         async def load() -> None:
             while True:
                 for topic in topics:
-                    server.publish(topic, {"data": CLOUD[:50_000]})
+                    server.protocol.topics.publish(topic, {"data": CLOUD[:50_000]}, server.now)
                 await asyncio.sleep(0.01)
 
-        await until(lambda: all(map(server.wanted, topics)))
+        await until(lambda: all(map(server.protocol.topics.wanted, topics)))
         work = [asyncio.create_task(drain()), asyncio.create_task(load())]
         async with client(server) as second:
             await send(second, {"op": "subscribe", "topic": "/heartbeat"})
-            await until(lambda: server.wanted("/heartbeat"))
+            await until(lambda: server.protocol.topics.wanted("/heartbeat"))
             for beat in range(20):
-                server.publish("/heartbeat", {"data": beat})
+                server.protocol.topics.publish("/heartbeat", {"data": beat}, server.now)
                 await asyncio.sleep(0.01)
             assert [(await hear(second))["msg"]["data"] for _ in range(20)] == list(range(20))
         for task in work:
@@ -230,11 +234,11 @@ async def test_rapid_disconnect_smoke_leaves_nothing_behind() -> None:
                 await send(connection, {"op": "subscribe", **TOPIC}, SERVICE)
                 await send(connection, {**CALL, "id": 1}, {"op": "advertise", **TOPIC})
                 connection.transport.abort()
-        await until(lambda: server.client_count == 0)
-        assert "/test_service" not in {service.name for service in server.protocol.services}
-        server.protocol.tick(server.now + 10**10)
-        assert "/a_topic" not in {topic.name for topic in server.protocol.topics}
-        assert server.protocol.due is None
+        await until(lambda: len(server.protocol.connections) == 0)
+        assert "/test_service" not in {service.name for service in server.protocol.services.all}
+        server.protocol.timers.tick(server.now + 10**10)
+        assert "/a_topic" not in {topic.name for topic in server.protocol.topics.all}
+        assert server.protocol.timers.due is None
 
 
 @in_a_loop

@@ -18,8 +18,8 @@ from typing import Any
 
 import pytest
 
-from teleop.rosbridge import Bounds, Limits, Pulse, Server, serve_rosapi, tls_context
-from teleop.rosbridge.server import http_upgrade as opening
+from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits, Server, serve_rosapi, tls_context
+from teleop.rosbridge.server import http_connection as opening
 from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.server.test_server import (
     CHATTER,
@@ -30,7 +30,7 @@ from tests.teleop.rosbridge.server.test_server import (
     serving,
     until,
 )
-from tests.teleop.rosbridge.support import Wire
+from tests.teleop.rosbridge.support import Wire, client_ids
 
 TEXT = "std_msgs/String"
 CALL = '{"op":"call_service","service":"/rosapi/get_time","id":"c"}'
@@ -62,13 +62,13 @@ def published(topic: str, msg: object) -> str:
     ("frame", "answer"),
     [
         ('{"op":"publish","topic":"/t","msg":{"data":"cut o', "not JSON"),
-        ("[1,2,3]", "an operation is a JSON object, not an array"),
+        ("[1,2,3]", "an operation must be a JSON object, got an array"),
         ('{"topic":"/t"}', "without an op"),
         ('{"op":"dance"}', "Unknown operation: dance"),
-        ('{"op":"set_level"}', "a level is one of none, error, warning, info"),
+        ('{"op":"set_level"}', "level must be one of none, error, warning, info"),
         ('{"op":"publish","topic":"/nobody","msg":{}}', "Cannot infer topic type"),
         ('{"op":"advertise","topic":"/t","type":"std_msgs/Int8"}', "already established"),
-        ('{"op":"advertise","topic":"/x","type":"no/Such"}', "no message type 'no/Such'"),
+        ('{"op":"advertise","topic":"/x","type":"no/Such"}', "unknown message type 'no/Such'"),
         ('{"op":"subscribe","topic":"/nobody"}', "Cannot infer topic type"),
         (published("/t", {"dat": "x"}), "does not have a field dat"),
         (published("/t", {"data": 1}), "requires a string for field data"),
@@ -173,26 +173,26 @@ def test_no_number_is_too_large_to_be_answered(operation: str, number: str) -> N
 
 
 def test_ten_thousand_topics_of_one_client_are_refused_beyond_its_own() -> None:
-    wire = Wire(2, limits=Limits.unhurried())
+    wire = Wire(2, limits=ClientLimits.unhurried())
     for number in range(10_000):
         topic = {"topic": f"/t{number}", "type": TEXT}
         wire.send({"op": "advertise", **topic})
         wire.send({"op": "subscribe", **topic})
     refused = [status["msg"] for status in wire.heard()]
-    assert len(wire.protocol.topics) == 64
+    assert len(wire.protocol.topics.all) == 64
     assert len(refused) == 2 * (10_000 - 64)
     assert all("at most 64 topics" in text for text in refused)
     assert wire.ask({"op": "subscribe", "topic": "/mine", "type": TEXT}, 1) == []
 
 
 def test_ten_thousand_topics_one_after_the_other_are_forgotten() -> None:
-    wire = Wire(limits=Limits.unhurried())
+    wire = Wire(limits=ClientLimits.unhurried())
     for number in range(10_000):
         wire.send({"op": "subscribe", "topic": f"/t{number}", "type": TEXT})
         wire.send({"op": "unsubscribe", "topic": f"/t{number}"})
-        assert len(wire.protocol.topics) <= 257
+        assert len(wire.protocol.topics.all) <= 257
     wire.wait(1000)
-    assert wire.protocol.topics == []
+    assert wire.protocol.topics.all == []
 
 
 @pytest.mark.parametrize(
@@ -228,7 +228,7 @@ async def beside_a_stream(**options: Any) -> AsyncIterator[Server]:
         async def publish() -> None:
             nonlocal sent
             while not stop.is_set():
-                server.publish("/chatter", {"data": str(sent)})
+                server.protocol.topics.publish("/chatter", {"data": str(sent)}, server.now)
                 sent += 1
                 await asyncio.sleep(0.002)
 
@@ -272,7 +272,7 @@ def masked(payload: bytes, first: int = 0x81) -> bytes:
 
 
 async def close_code(reader: asyncio.StreamReader) -> int:
-    """Return the code with which the server ends the connection, having said what it likes."""
+    """Return the code with which the server is shutting down the connection, having said what it likes."""
     while True:
         first, size = await reader.readexactly(2)
         size = struct.unpack("!H", await reader.readexactly(2))[0] if size == 126 else size
@@ -371,10 +371,10 @@ async def reads_nothing(server: Server) -> None:
         await say(attacker, IMAGE, CHATTER)
         attacker.transport.pause_reading()
         for _ in range(20):
-            server.publish("/cloud", {"data": bytes(500_000)})
+            server.protocol.topics.publish("/cloud", {"data": bytes(500_000)}, server.now)
             await asyncio.sleep(0.001)
-        (victim,) = [c for c in server.protocol.clients if server.waiting(c) > 100_000]
-        assert server.waiting(victim) <= Bounds().data
+        (victim,) = [c for c in client_ids(server.protocol) if server.waiting(c) > 100_000]
+        assert server.waiting(victim) <= QueueLimits().data
 
 
 @pytest.mark.parametrize(
@@ -411,7 +411,7 @@ async def test_a_request_that_is_too_long_is_answered_with_its_code(
 
 @in_a_loop
 async def test_a_connection_that_answers_no_ping_in_the_middle_of_a_frame_is_ended() -> None:
-    async with beside_a_stream(pulse=Pulse(0.05, 0.05, 0.05)) as server:
+    async with beside_a_stream(keepalive=Keepalive(0.05, 0.05, 0.05)) as server:
         reader, writer = await opened(server)
         writer.write(struct.pack("!BBQ", 0x81, 0xFF, 900_000) + b"x" * 100)
         await reader.read()  # until it is at its end

@@ -10,7 +10,7 @@ import socket
 
 import pytest
 
-from teleop.rosbridge.server import http_upgrade as opening
+from teleop.rosbridge.server import http_connection as opening
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving
 
@@ -48,7 +48,7 @@ async def test_version_and_health_are_told_as_json() -> None:
 @in_a_loop
 async def test_a_file_is_fetched_once_and_then_known_by_its_sha256() -> None:
     async with serving() as server:
-        digest = server.offer("/map.ply", MAP)
+        digest = server.pages.add_file("/map.ply", MAP)
         assert digest == hashlib.sha256(MAP).hexdigest()
         status, headers, body = await fetch(server, "/map.ply?token=x")
         assert (status, body == MAP) == (200, True)
@@ -63,7 +63,7 @@ async def test_a_file_is_fetched_once_and_then_known_by_its_sha256() -> None:
 @in_a_loop
 async def test_a_head_has_the_size_and_no_body() -> None:
     async with serving() as server:
-        server.offer("/map.ply", MAP)
+        server.pages.add_file("/map.ply", MAP)
         status, headers, body = await fetch(server, "/map.ply", "HEAD")
         assert (status, int(headers["content-length"]), body) == (200, len(MAP), b"")
 
@@ -75,14 +75,14 @@ async def test_a_head_has_the_size_and_no_body() -> None:
 @in_a_loop
 async def test_what_there_is_not_is_refused(path: str, method: str, status: int) -> None:
     async with serving() as server:
-        server.offer("/map.ply", MAP)
+        server.pages.add_file("/map.ply", MAP)
         assert (await fetch(server, path, method))[0] == status
 
 
 @in_a_loop
 async def test_pages_of_this_machine_may_read_and_foreign_ones_not() -> None:
     async with serving() as server:
-        server.offer("/map.ply", MAP)
+        server.pages.add_file("/map.ply", MAP)
         origin = "http://localhost:8000"
         status, headers, _ = await fetch(server, "/map.ply", origin=origin)
         assert (status, headers["access-control-allow-origin"]) == (200, origin)
@@ -94,7 +94,7 @@ async def test_pages_of_this_machine_may_read_and_foreign_ones_not() -> None:
 @in_a_loop
 async def test_a_slow_reader_of_a_page_holds_up_nobody_and_gets_it_all() -> None:
     async with serving() as server:
-        server.offer("/map.ply", MAP)
+        server.pages.add_file("/map.ply", MAP)
         reader, writer = await asyncio.open_connection("127.0.0.1", server.port, limit=4096)
         writer.write(b"GET /map.ply HTTP/1.1\r\nHost: x\r\n\r\n")
         await asyncio.sleep(0.1)
@@ -121,7 +121,7 @@ async def test_who_sends_no_request_is_cut_off(monkeypatch: pytest.MonkeyPatch) 
 @in_a_loop
 async def test_so_many_downloads_go_on_at_one_time() -> None:
     async with serving() as server:
-        server.offer("/map.ply", MAP * 8)
+        server.pages.add_file("/map.ply", MAP * 8)
         idle = []
         for _ in range(4):
             taker = socket.create_connection(("127.0.0.1", server.port))

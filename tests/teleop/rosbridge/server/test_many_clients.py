@@ -14,11 +14,11 @@ import pytest
 from websockets.asyncio.client import connect
 
 from teleop.rosbridge.auth.tls import tls_context
-from teleop.rosbridge.messages.codec import read_cbor
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.messages.cbor import read_cbor
 from teleop.rosbridge.messages.message_types import Message, MessageType
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
-from teleop.rosbridge.server.keepalive import Pulse
+from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire
@@ -27,7 +27,7 @@ from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire
 def test_a_message_is_encoded_once_for_all_who_want_it_alike(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    wire = Wire(9, limits=Limits.unhurried())
+    wire = Wire(9, limits=ClientLimits.unhurried())
     codec = wire.protocol.encoders.codec
     done: list[str] = []
     for method in ("json_pieces", "cbor"):
@@ -37,12 +37,12 @@ def test_a_message_is_encoded_once_for_all_who_want_it_alike(
             return getattr(type(codec), method)(codec, kind, message)
 
         monkeypatch.setattr(codec, method, counted)
-    wire.protocol.advertise("/cloud", "sensor_msgs/PointCloud2")
+    wire.protocol.topics.advertise("/cloud", "sensor_msgs/PointCloud2")
     for client in range(8):
         compression = "cbor" if client % 2 else "none"
         wire.send({"op": "subscribe", "topic": "/cloud", "compression": compression}, client)
     for _ in range(3):
-        wire.protocol.publish("/cloud", {"data": np.arange(99, dtype=np.uint8)}, SECOND)
+        wire.protocol.topics.publish("/cloud", {"data": np.arange(99, dtype=np.uint8)}, SECOND)
         payloads = [wire.outputs(client)[0].payload for client in range(8)]
         assert len({id(payload) for payload in payloads}) == 2
     assert sorted(done) == ["cbor"] * 3 + ["json_pieces"] * 3
@@ -56,9 +56,11 @@ def test_long_frames_arrive_whole_between_pings(encrypted: bool, tmp_path: Path)
         crt, key = certificate(tmp_path)
         trust = ssl.create_default_context(cafile=str(crt))
         tls = tls_context(crt, key) if encrypted else None
-        pulse = Pulse(ping_interval=0.01)
-        server = Server(Protocol(REGISTRY, limits=Limits.unhurried()), port=0, pulse=pulse, tls=tls)
-        server.advertise("/cloud", "sensor_msgs/PointCloud2")
+        pulse = Keepalive(ping_interval=0.01)
+        server = Server(
+            Protocol(REGISTRY, limits=ClientLimits.unhurried()), port=0, keepalive=pulse, tls=tls
+        )
+        server.protocol.topics.advertise("/cloud", "sensor_msgs/PointCloud2")
         options: dict[str, Any] = {"ssl": trust} if encrypted else {}
         async with (
             asyncio.timeout(30),
@@ -71,7 +73,7 @@ def test_long_frames_arrive_whole_between_pings(encrypted: bool, tmp_path: Path)
                 await client.send(json.dumps(subscribe))
                 await client.send('{"op":"call_service","service":"/there"}')
                 assert "service_response" in str(await client.recv())  # it has heard the rest, too
-                server.publish("/cloud", {"data": data})
+                server.protocol.topics.publish("/cloud", {"data": data}, server.now)
                 frame = await client.recv()
                 if isinstance(frame, str):
                     assert base64.b64decode(json.loads(frame)["msg"]["data"]) == data.tobytes()

@@ -2,16 +2,16 @@ from __future__ import annotations
 
 from hypothesis import given, strategies as st
 
-from teleop.rosbridge.protocol.outgoing_messages import Kind, Outgoing
-from teleop.rosbridge.server.outbox import BULK, Bounds, Outbox
+from teleop.rosbridge.framing.outgoing_frames import FrameKind, OutgoingFrame
+from teleop.rosbridge.server.outbox import BULK_BYTES, Outbox, QueueLimits
 
 
-def data(text: str, topic: str = "/a", depth: int = 0, lossless: bool = False) -> Outgoing:
-    return Outgoing(Kind.DATA, text.encode(), topic=topic, depth=depth, lossless=lossless)
+def data(text: str, topic: str = "/a", depth: int = 0, lossless: bool = False) -> OutgoingFrame:
+    return OutgoingFrame(FrameKind.DATA, text.encode(), topic=topic, depth=depth, lossless=lossless)
 
 
-def control(text: str, lossless: bool = False) -> Outgoing:
-    return Outgoing(Kind.CONTROL, text.encode(), lossless=lossless)
+def control(text: str, lossless: bool = False) -> OutgoingFrame:
+    return OutgoingFrame(FrameKind.CONTROL, text.encode(), lossless=lossless)
 
 
 def contents(outbox: Outbox) -> list[str]:
@@ -48,13 +48,13 @@ def test_of_a_topic_no_more_wait_than_its_queue_is_long() -> None:
 def test_of_bulk_messages_only_the_latest_of_a_topic_waits() -> None:
     outbox = Outbox()
     for i in range(5):
-        outbox.push(data(str(i) * BULK, depth=10))
-    assert outbox.size == BULK
-    assert contents(outbox) == ["4" * BULK]
+        outbox.push(data(str(i) * BULK_BYTES, depth=10))
+    assert outbox.size == BULK_BYTES
+    assert contents(outbox) == ["4" * BULK_BYTES]
 
 
 def test_when_the_queue_is_full_the_oldest_message_gives_way_and_the_newest_stays() -> None:
-    outbox = Outbox(Bounds(data=10))
+    outbox = Outbox(QueueLimits(data=10))
     for text in ("aaaa", "bbbb", "cccc"):
         outbox.push(data(text))
     assert contents(outbox) == ["bbbb", "cccc"]
@@ -63,25 +63,25 @@ def test_when_the_queue_is_full_the_oldest_message_gives_way_and_the_newest_stay
 
 
 def test_answers_that_nobody_reads_end_the_connection() -> None:
-    outbox = Outbox(Bounds(control=10))
+    outbox = Outbox(QueueLimits(control=10))
     assert outbox.push(control("0123456789")) is None
-    assert "more than 10 bytes" in str(outbox.push(control("x")))
+    assert "exceeds 10 bytes" in str(outbox.push(control("x")))
 
 
 def test_to_who_must_not_miss_anything_all_leaves_in_one_order() -> None:
-    outbox = Outbox(Bounds(data=2))
+    outbox = Outbox(QueueLimits(data=2))
     outbox.push(data("1", lossless=True, depth=1))
-    outbox.push(data("2" * BULK, lossless=True, depth=1))
+    outbox.push(data("2" * BULK_BYTES, lossless=True, depth=1))
     outbox.push(control("answer", lossless=True))
     outbox.push(data("3", lossless=True, depth=1))
-    assert contents(outbox) == ["1", "2" * BULK, "answer", "3"]
+    assert contents(outbox) == ["1", "2" * BULK_BYTES, "answer", "3"]
 
 
 def test_what_is_forgotten_is_gone() -> None:
     outbox = Outbox()
     outbox.push(data("1"))
     outbox.push(control("a"))
-    outbox.forget_data()
+    outbox.discard_data()
     assert contents(outbox) == ["a"]
     outbox.push(control("a"))
     outbox.clear()
@@ -101,7 +101,7 @@ def test_what_is_forgotten_is_gone() -> None:
 def test_the_queue_keeps_its_bounds_and_its_books(
     pushes: list[tuple[str, int, int, str]],
 ) -> None:
-    outbox = Outbox(Bounds(data=100, control=10**6))
+    outbox = Outbox(QueueLimits(data=100, control=10**6))
     for number, (topic, size, depth, what) in enumerate(pushes):
         text = f"{number:06}" + "x" * size
         if what == "pop":
@@ -112,9 +112,9 @@ def test_the_queue_keeps_its_bounds_and_its_books(
     while frame := outbox.pop():
         frames.append(frame)
     assert (len(outbox), outbox.size) == (0, 0)
-    messages = [frame.payload for frame in frames if frame.kind is Kind.DATA]
+    messages = [frame.payload for frame in frames if frame.kind is FrameKind.DATA]
     assert sum(map(len, messages)) <= 100
     assert messages == sorted(messages)
     assert [frame.kind for frame in frames] == sorted(
-        (frame.kind for frame in frames), key=lambda kind: kind is Kind.DATA
+        (frame.kind for frame in frames), key=lambda kind: kind is FrameKind.DATA
     )

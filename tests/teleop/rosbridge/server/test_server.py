@@ -17,14 +17,14 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import ServerError, ServiceError
-from teleop.rosbridge.graph.services import Later
+from teleop.rosbridge.graph.deferred_response import DeferredResponse
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
-from teleop.rosbridge.server.keepalive import Pulse
-from teleop.rosbridge.server.outbox import Bounds
+from teleop.rosbridge.server.keepalive import Keepalive
+from teleop.rosbridge.server.outbox import QueueLimits
 from teleop.rosbridge.server.server import Server
-from tests.teleop.rosbridge.support import REGISTRY
+from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, client_ids
 
 PATIENCE = 20.0
 CLOUD = np.zeros(1_000_000, np.uint8)
@@ -45,12 +45,12 @@ def in_a_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., N
 
 
 @asynccontextmanager
-async def serving(limits: Limits | None = None, **options: Any) -> AsyncIterator[Server]:
-    protocol = Protocol(REGISTRY, limits=limits or Limits.unhurried())
+async def serving(limits: ClientLimits | None = None, **options: Any) -> AsyncIterator[Server]:
+    protocol = Protocol(REGISTRY, limits=limits or ClientLimits.unhurried())
     server = Server(protocol, port=0, **options)
     serve_rosapi(protocol)
-    server.advertise("/chatter", "std_msgs/String")
-    server.advertise("/cloud", "sensor_msgs/CompressedImage")
+    server.protocol.topics.advertise("/chatter", "std_msgs/String")
+    server.protocol.topics.advertise("/cloud", "sensor_msgs/CompressedImage")
     async with server:
         yield server
 
@@ -95,9 +95,9 @@ async def test_a_message_reaches_all_subscribers() -> None:
     async with serving() as server, client(server) as a, client(server) as b:
         await say(a, CHATTER)
         await say(b, CHATTER)
-        server.publish("/chatter", {"data": "x"})
+        server.protocol.topics.publish("/chatter", {"data": "x"}, server.now)
         assert (await hear(a))["msg"] == (await hear(b))["msg"] == {"data": "x"}
-        assert server.client_count == 2
+        assert len(server.protocol.connections) == 2
 
 
 @in_a_loop
@@ -105,7 +105,7 @@ async def test_text_leaves_in_text_frames_and_cbor_in_binary_ones() -> None:
     async with serving() as server, client(server) as a, client(server) as b:
         await say(a, CHATTER)
         await say(b, {**CHATTER, "compression": "cbor"})
-        server.publish("/chatter", {"data": "x"})
+        server.protocol.topics.publish("/chatter", {"data": "x"}, server.now)
         assert isinstance(await a.recv(), str)
         assert isinstance(await b.recv(), bytes)
 
@@ -114,7 +114,9 @@ async def test_text_leaves_in_text_frames_and_cbor_in_binary_ones() -> None:
 async def test_binary_frames_in_small_pieces_are_heard_as_ros_sharp_sends_them() -> None:
     async with serving() as server, client(server) as a:
         heard: list[Message] = []
-        server.listen("/joy", "sensor_msgs/Joy", lambda client, message, now: heard.append(message))
+        server.protocol.topics.subscribe(
+            "/joy", "sensor_msgs/Joy", lambda client, message, now: heard.append(message)
+        )
         frame = json.dumps(
             {"op": "publish", "topic": "/joy", "msg": {"axes": [0.5] * 2000}}
         ).encode()
@@ -132,7 +134,11 @@ async def test_nothing_is_deflated_even_if_the_client_offers_it() -> None:
 
 @in_a_loop
 async def test_a_frame_that_is_too_large_is_answered_with_1009() -> None:
-    async with serving(Limits(frame=1000)) as server, client(server) as a, client(server) as b:
+    async with (
+        serving(ClientLimits(frame=1000)) as server,
+        client(server) as a,
+        client(server) as b,
+    ):
         await a.send("x" * 1001)
         with pytest.raises(ConnectionClosed):
             await a.recv()
@@ -142,11 +148,11 @@ async def test_a_frame_that_is_too_large_is_answered_with_1009() -> None:
 
 @in_a_loop
 async def test_who_floods_is_told_and_closed_with_1008_and_the_others_go_on() -> None:
-    limits = Limits(messages=50, burst=1)
+    limits = ClientLimits(messages=50, burst=1)
     async with serving(limits) as server, client(server) as a, client(server) as b:
         for _ in range(200):
             await a.send(json.dumps(CHATTER))
-        assert "more than 50 operations" in (await hear(a))["msg"]
+        assert "rate limit of 50 operations" in (await hear(a))["msg"]
         with pytest.raises(ConnectionClosed):
             await a.recv()
         assert a.close_code == 1008
@@ -158,11 +164,11 @@ async def test_a_stalled_reader_costs_the_others_nothing_and_keeps_one_bulk_mess
     async with serving() as server, client(server) as stalled, client(server) as good:
         await say(stalled, {**IMAGE, "compression": "cbor"}, CHATTER)
         await say(good, {**IMAGE, "compression": "cbor"})
-        (first, second) = sorted(server.protocol.clients)
+        (first, second) = sorted(client_ids(server.protocol))
         stall(stalled)
         for i in range(20):
-            server.publish("/cloud", {"data": CLOUD, "format": str(i)})
-            server.publish("/chatter", {"data": str(i)})
+            server.protocol.topics.publish("/cloud", {"data": CLOUD, "format": str(i)}, server.now)
+            server.protocol.topics.publish("/chatter", {"data": str(i)}, server.now)
             await good.recv()
         assert server.waiting(first) < 2 * len(CLOUD)
         assert server.waiting(second) == 0
@@ -184,11 +190,11 @@ async def test_an_answer_overtakes_messages_that_wait() -> None:
             called.append("t")
             return {"success": True}
 
-        server.serve("/trigger", "std_srvs/Trigger", trigger)
+        server.protocol.services.serve("/trigger", "std_srvs/Trigger", trigger)
         await say(a, CHATTER)
         stall(a)
         for _ in range(100):
-            server.publish("/chatter", {"data": "x" * 60_000})
+            server.protocol.topics.publish("/chatter", {"data": "x" * 60_000}, server.now)
         await a.send('{"op":"call_service","service":"/trigger","id":"t"}')
         await until(lambda: "t" in called)
         a.transport.resume_reading()
@@ -201,15 +207,15 @@ async def test_an_answer_overtakes_messages_that_wait() -> None:
 async def test_in_lockstep_the_answer_comes_behind_all_messages_of_its_ticks() -> None:
     time = 0
     async with serving(lockstep=True, clock=lambda: time) as server, client(server) as a:
-        steps: list[tuple[int, int, Later]] = []
+        steps: list[tuple[int, int, DeferredResponse]] = []
 
-        def step(client: int, request: Message, now: int) -> Later:
-            server.protocol.lossless(client)
-            later = Later()
+        def step(client: int, request: Message, now: int) -> DeferredResponse:
+            server.protocol.connections.set_lossless(client)
+            later = DeferredResponse()
             steps.append((client, request["ticks"], later))
             return later
 
-        server.serve("/sim/step", "farsteer_msgs/Step", step)
+        server.protocol.services.serve("/sim/step", "farsteer_msgs/Step", step)
         await say(a, {**CHATTER, "queue_length": 1}, {**IMAGE, "queue_length": 1})
         call = {"op": "call_service", "service": "/sim/step", "args": {"ticks": 50}, "id": "s"}
         await a.send(json.dumps(call))
@@ -217,9 +223,9 @@ async def test_in_lockstep_the_answer_comes_behind_all_messages_of_its_ticks() -
         caller, ticks, later = steps[0]
         for i in range(ticks):
             time += 20_000_000
-            server.publish("/chatter", {"data": str(i)})
-            server.publish("/cloud", {"data": CLOUD[:100_000]})
-        later.answer({"success": True})
+            server.protocol.topics.publish("/chatter", {"data": str(i)}, server.now)
+            server.protocol.topics.publish("/cloud", {"data": CLOUD[:100_000]}, server.now)
+        later.complete({"success": True})
         heard = [await hear(a) for _ in range(101)]
         assert [h["op"] for h in heard] == ["publish"] * 100 + ["service_response"]
         assert [h["msg"]["data"] for h in heard[:-1:2]] == [str(i) for i in range(50)]
@@ -240,8 +246,12 @@ async def test_a_service_may_be_a_coroutine_and_say_no(caplog: pytest.LogCapture
         async def fall(client: int, request: Message, now: int) -> Message:
             raise ZeroDivisionError
 
-        server.serve("/set", "std_srvs/SetBool", handle)
-        server.serve("/fall", "std_srvs/Trigger", fall)
+        server.protocol.services.serve(
+            "/set", "std_srvs/SetBool", server.async_handlers.wrap(handle)
+        )
+        server.protocol.services.serve(
+            "/fall", "std_srvs/Trigger", server.async_handlers.wrap(fall)
+        )
         for service, data in (("/set", False), ("/set", True)):
             call = {"op": "call_service", "service": service, "args": {"data": data}}
             await a.send(json.dumps(call))
@@ -257,67 +267,63 @@ async def test_a_throttled_message_arrives_without_the_host_doing_anything() -> 
     async with serving() as server, client(server) as a:
         await say(a, {**CHATTER, "throttle_rate": 50})
         for data in "123":
-            server.publish("/chatter", {"data": data})
+            server.protocol.topics.publish("/chatter", {"data": data}, server.now)
         assert [(await hear(a))["msg"]["data"] for _ in range(2)] == ["1", "3"]
 
 
 @in_a_loop
 async def test_the_host_hears_who_comes_and_who_goes() -> None:
-    events: list[tuple[str, int, str]] = []
     async with serving() as server:
-        server.on_connect(lambda client, name: events.append(("came", client, name)))
-        server.on_disconnect(lambda client, name: events.append(("left", client, name)))
+        log = ConnectionLog(server.protocol)
         async with client(server) as a:
             await say(a)
-            assert server.name(events[0][1]) == events[0][2]
-            a.transport.abort()  # no goodbye
-            await until(lambda: len(events) == 2)
-        assert [event[0] for event in events] == ["came", "left"]
-        assert events[0][1:] == events[1][1:]
-        assert "127.0.0.1:" in events[0][2]
-        assert server.client_count == 0
+            (connection,) = log.connections
+            assert server.protocol.connections.name(connection.id) == connection.name
+            assert log.disconnections == []
+            a.transport.abort()  # without close frame
+            await until(lambda: bool(log.disconnections))
+        assert log.disconnections == [connection]
+        assert "127.0.0.1:" in connection.name
+        assert len(server.protocol.connections) == 0
 
 
 @in_a_loop
 async def test_who_answers_no_ping_is_disconnected() -> None:
-    left: list[int] = []
-    pulse = Pulse(ping_interval=0.05, ping_timeout=0.1)
-    async with serving(pulse=pulse) as server, client(server) as a:
-        server.on_disconnect(lambda client, name: left.append(client))
+    pulse = Keepalive(ping_interval=0.05, ping_timeout=0.1)
+    async with serving(keepalive=pulse) as server, client(server) as a:
+        log = ConnectionLog(server.protocol)
         await say(a)
         stall(a)
-        await until(lambda: bool(left))
+        await until(lambda: bool(log.disconnections))
 
 
 @in_a_loop
 async def test_who_takes_nothing_off_its_socket_is_cut_off() -> None:
-    left: list[int] = []
-    pulse = Pulse(ping_interval=None, ping_timeout=None, write_timeout=0.2)
-    async with serving(pulse=pulse) as server, client(server) as a:
-        server.on_disconnect(lambda client, name: left.append(client))
+    pulse = Keepalive(ping_interval=None, ping_timeout=None, write_timeout=0.2)
+    async with serving(keepalive=pulse) as server, client(server) as a:
+        log = ConnectionLog(server.protocol)
         await say(a, {**IMAGE, "compression": "cbor"})
         stall(a)
-        while not left:
-            server.publish("/cloud", {"data": CLOUD})
+        while not log.disconnections:
+            server.protocol.topics.publish("/cloud", {"data": CLOUD}, server.now)
             await asyncio.sleep(0.01)
 
 
 @in_a_loop
 async def test_who_lets_answers_pile_up_is_disconnected() -> None:
-    pulse = Pulse(ping_interval=None, ping_timeout=None, write_timeout=0.2)
-    left: list[int] = []
-    bounds = Bounds(control=10_000)
-    async with serving(bounds=bounds, pulse=pulse) as server, client(server) as a:
-        server.on_disconnect(lambda client, name: left.append(client))
+    pulse = Keepalive(ping_interval=None, ping_timeout=None, write_timeout=0.2)
+    bounds = QueueLimits(control=10_000)
+    async with serving(queue_limits=bounds, keepalive=pulse) as server, client(server) as a:
+        log = ConnectionLog(server.protocol)
         await say(a)
         stall(a)
         call = json.dumps({"op": "call_service", "service": "/nope" * 1000})
-        while not left:
+        while not log.disconnections:
             try:
                 await a.send(call)
             except ConnectionClosed:
                 break
-        await until(lambda: bool(left))
+        await until(lambda: bool(log.disconnections))
 
 
 @in_a_loop
@@ -326,7 +332,7 @@ async def test_the_server_ends_though_a_client_hangs() -> None:
         await say(a, {**IMAGE, "compression": "cbor"})
         stall(a)
         for _ in range(10):
-            server.publish("/cloud", {"data": CLOUD})
+            server.protocol.topics.publish("/cloud", {"data": CLOUD}, server.now)
             await asyncio.sleep(0.01)
 
 
@@ -336,13 +342,13 @@ async def test_clients_are_told_when_the_server_ends() -> None:
         a = await connect(server.url, proxy=None)
     with pytest.raises(ConnectionClosed):
         await a.recv()
-    assert (a.close_code, a.close_reason) == (1001, "the server ends")
+    assert (a.close_code, a.close_reason) == (1001, "the server is shutting down")
 
 
 @in_a_loop
 async def test_only_the_loopback_is_listened_at() -> None:
     async with serving() as server:
-        assert server._endpoint.addresses == ["127.0.0.1"]
+        assert server._listener.addresses == ["127.0.0.1"]
         assert server.url == f"ws://127.0.0.1:{server.port}"
 
 
@@ -356,7 +362,7 @@ async def test_a_port_in_use_is_one_clear_line() -> None:
 
 @in_a_loop
 async def test_an_address_that_is_not_ours_is_one_clear_line() -> None:
-    with pytest.raises(ServerError, match=r"cannot listen at port 0 of 192\.0\.2\.1"):
+    with pytest.raises(ServerError, match=r"cannot listen on port 0 of 192\.0\.2\.1"):
         await Server(Protocol(REGISTRY), host="192.0.2.1", port=0).start()
 
 
@@ -373,7 +379,7 @@ async def test_pages_from_elsewhere_are_refused() -> None:
 
 @in_a_loop
 async def test_more_clients_than_there_may_be_are_refused() -> None:
-    async with serving(Limits(clients=1)) as server, client(server) as a:
+    async with serving(ClientLimits(clients=1)) as server, client(server) as a:
         await say(a)
         with pytest.raises(InvalidStatus, match="503"):
             await connect(server.url, proxy=None)
@@ -382,14 +388,14 @@ async def test_more_clients_than_there_may_be_are_refused() -> None:
 
 @in_a_loop
 async def test_many_clients_come_and_go_at_once() -> None:
-    async with serving(Limits(clients=100)) as server:
+    async with serving(ClientLimits(clients=100)) as server:
 
         async def visit(number: int) -> None:
             async with client(server) as connection:
                 await say(connection, CHATTER)
 
         await asyncio.gather(*(visit(i) for i in range(50)))
-        await until(lambda: server.client_count == 0)
+        await until(lambda: len(server.protocol.connections) == 0)
 
 
 @in_a_loop

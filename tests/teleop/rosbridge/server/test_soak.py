@@ -12,8 +12,8 @@ import pytest
 
 from benchmarks._crowd import come_and_go, crowded_server, open_files, publish
 from teleop.rosbridge.compat.standard_services import serve_standard
+from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.protocol.rate_limits import Limits
 from tests.teleop.rosbridge.server.test_server import in_a_loop
 from tests.teleop.rosbridge.support import REGISTRY, SECOND
 
@@ -48,7 +48,7 @@ def life(i: int) -> list[dict[str, Any]]:
 
 
 def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
-    protocol = Protocol(REGISTRY, limits=Limits())
+    protocol = Protocol(REGISTRY, limits=ClientLimits())
     serve_standard(protocol)
     now = 0
 
@@ -62,14 +62,14 @@ def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
             if len(here) > 5:
                 protocol.disconnect(here.pop(0), now)
             now += SECOND // 2
-            protocol.tick(now)
-            protocol.drain()
+            protocol.timers.tick(now)
+            protocol.connections.drain()
         for client in here:
             protocol.disconnect(client, now)
         for _ in range(60):
             now += SECOND
-            protocol.tick(now)
-        protocol.drain()
+            protocol.timers.tick(now)
+        protocol.connections.drain()
         gc.collect()
         # What the interpreter itself takes at times, such as for its table of names, is not counted.
         ours = [
@@ -78,7 +78,7 @@ def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
         found = tracemalloc.take_snapshot().filter_traces(ours).statistics("filename")
         return sum(each.size for each in found)
 
-    names = {topic.name for topic in protocol.topics}
+    names = {topic.name for topic in protocol.topics.all}
     tracemalloc.start()
     try:
         churn(0, 10)
@@ -87,9 +87,9 @@ def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
     finally:
         tracemalloc.stop()
     assert after - before < 20_000
-    assert {topic.name for topic in protocol.topics} == names
-    assert all(service.provider == -1 for service in protocol.services)
-    assert protocol.due is None
+    assert {topic.name for topic in protocol.topics.all} == names
+    assert all(service.provider == -1 for service in protocol.services.all)
+    assert protocol.timers.due is None
 
 
 @pytest.mark.slow
@@ -99,8 +99,8 @@ async def test_over_sockets_too_nothing_stays_of_clients_that_go_vanish_or_stall
     try:
         async with crowded_server(REGISTRY) as server:
             protocol = server.protocol
-            known = {topic.name for topic in protocol.topics}
-            services = {service.name for service in protocol.services}
+            known = {topic.name for topic in protocol.topics.all}
+            services = {service.name for service in protocol.services.all}
             tasks, files = len(asyncio.all_tasks()), open_files()
             publisher = asyncio.create_task(publish(server))
             sizes = []
@@ -113,9 +113,9 @@ async def test_over_sockets_too_nothing_stays_of_clients_that_go_vanish_or_stall
             # A third of a cloud: the caches of the interpreter itself grow at first.
             assert sizes[-1] - sizes[2] < 100_000, sizes
             assert (len(asyncio.all_tasks()), open_files()) == (tasks, files)
-            protocol.tick(server.now)
-            assert {topic.name for topic in protocol.topics} == known
-            assert {service.name for service in protocol.services} == services
-            assert (protocol.actions[0].provider, len(protocol.actions)) == (-1, 1)
+            protocol.timers.tick(server.now)
+            assert {topic.name for topic in protocol.topics.all} == known
+            assert {service.name for service in protocol.services.all} == services
+            assert (protocol.actions.all[0].provider, len(protocol.actions.all)) == (-1, 1)
     finally:
         tracemalloc.stop()

@@ -1,0 +1,249 @@
+"""Measurement updates of the filter: wheels against gyro, standstill, gravity, matches and observed motion.
+
+Each takes a state and returns the state after the measurement; what fails its gate changes nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from localization.filter.covariance import floored, inverse, planar_covariance
+from localization.filter.ekf import (
+    POSITION,
+    ROTATION,
+    STATES,
+    FilterState,
+    corrected,
+    injected,
+    nis_of,
+    require_finite,
+    with_pose_covariance,
+)
+from localization.filter.ekf_config import GRAVITY, EkfConfig
+from localization.filter.pose_error import LEVER, difference
+from localization.filter.standstill_detection import quiet, wheels_stand
+from localization.geometry import FloatArray, euler_from_rotation
+from localization.types import Match, Pose
+
+_TILT_CORRELATION = 0.1
+"""Errors of tilt measurements are correlated over this time: faster ones together count as one [s]."""
+_YAW_CORRELATION = 0.1
+"""Errors of the wheels' yaw rate are correlated over this time: faster ones together count as one [s]."""
+_SCALE = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
+
+
+def update_wheel_yaw(
+    state: FilterState,
+    config: EkfConfig,
+    gyro: FloatArray,
+    left: float,
+    right: float,
+    *,
+    seconds: float = 0.02,
+) -> tuple[FilterState, bool]:
+    """Compare the wheels' yaw rate with the gyro's; learn track, scale and gyro bias if they agree.
+
+    The wheels' rate is e^s (right - left) / B. If it disagrees with the gyro's, one side slips and nothing
+    is learned. Wheels at rest add nothing to ``update_standstill``.
+
+    Args:
+        state: before.
+        config: noise and gate.
+        gyro: angular velocity (3,) [rad/s].
+        left: rim speed of the left wheels [m/s].
+        right: rim speed of the right wheels [m/s].
+        seconds: over which all three are means [s].
+
+    Returns:
+        The state after, and whether wheels and gyro agree.
+    """
+    c = config
+    s, track, _, _ = state.kappa.tolist()
+    wheels = math.exp(s) * (right - left) / track
+    turning = float(gyro[2] - state.gyro_bias[2])
+    innovation = turning - wheels
+    require_finite(innovation)
+    shared = max(1.0, _YAW_CORRELATION / seconds)
+    variance = (c.wheel_yaw_floor**2 + (c.wheel_yaw_share * turning) ** 2) * shared
+    # Derivatives by bias, s and B: 1, w, -w / B.
+    hs, ht = wheels, -wheels / track
+    (bb, bs, bt), (_, ss, st), (_, _, tt) = state.full_covariance[8:11, 8:11].tolist()
+    spread = bb + hs * (2.0 * bs + hs * ss) + ht * (2.0 * bt + 2.0 * hs * st + ht * tt)
+    if innovation**2 / (spread + variance) > c.wheel_yaw_gate:
+        return state, False
+    if wheels_stand(left, right, c):
+        return state, True
+    return yaw_corrected(state, innovation, np.array([1.0, hs, ht]), spread + variance), True
+
+
+def yaw_corrected(
+    state: FilterState, innovation: float, slope: FloatArray, spread: float
+) -> FilterState:
+    """Return the state after an update by one number that depends on gyro bias, wheel scale and track only.
+
+    The Kalman update for a scalar, P - P h h' P / S. ``corrected`` gives the same through dense matrices and
+    takes as long as the whole prediction; this runs with every reading.
+
+    Args:
+        state: before.
+        innovation: measured less expected.
+        slope: (3,) its derivative by those three errors.
+        spread: S, its variance with the noise included.
+    """
+    shared = state.full_covariance[:, 8:11] @ slope / math.sqrt(spread)
+    covariance = state.full_covariance - np.multiply.outer(shared, shared)
+    return injected(state, shared * (innovation / math.sqrt(spread)), covariance)
+
+
+def update_standstill(
+    state: FilterState,
+    config: EkfConfig,
+    gyro: FloatArray,
+    left: float,
+    right: float,
+    *,
+    seconds: float = 0.02,
+) -> FilterState:
+    """Learn the gyro's bias while the robot stands: then the gyro shows nothing else.
+
+    Args:
+        state: before.
+        config: noise and gate.
+        gyro: angular velocity (3,) [rad/s].
+        left: rim speed of the left wheels [m/s].
+        right: rim speed of the right wheels [m/s].
+        seconds: over which all three are means [s].
+    """
+    c = config
+    if not (state.rest.stands(c) and wheels_stand(left, right, c)):
+        return state
+    innovation = gyro - state.gyro_bias
+    x, y, z = innovation.tolist()
+    if not quiet((x, y, z), state.bias_variance, seconds, c):
+        return state
+    h = np.zeros((3, STATES))
+    h[0, 6] = h[1, 7] = h[2, 8] = 1.0
+    return corrected(state, innovation, h, np.eye(3) * (c.gyro_noise**2 / seconds))
+
+
+def update_tilt(state: FilterState, config: EkfConfig, elapsed: float) -> FilterState:
+    """Correct roll and pitch by the mean specific force since the last call, ``elapsed`` seconds ago."""
+    if state.force_count == 0 or elapsed <= 0.0:
+        return state
+    force = state.force_sum / state.force_count
+    speed = float(state.twist.linear[0])
+    if state.tilt_speed is not None:
+        force = force - np.array([(speed - state.tilt_speed) / elapsed, 0.0, 0.0])
+    state = replace(state, force_sum=np.zeros(3), force_count=0, tilt_speed=speed)
+    roll, pitch, _ = euler_from_rotation(state.pose.rotation)
+    h = _tilt_jacobian(roll, pitch)
+    measured = np.array(
+        [np.arctan2(force[1], force[2]), np.arctan2(-force[0], np.hypot(force[1], force[2]))]
+    )
+    sd = config.tilt * (1.0 + abs(float(np.linalg.norm(force)) - GRAVITY))
+    r = np.eye(2) * (sd**2 * max(1.0, _TILT_CORRELATION / elapsed))
+    innovation = measured - np.array([roll, pitch])
+    if nis_of(state, innovation, h, r) <= config.tilt_gate:
+        return corrected(state, innovation, h, r)
+    return state
+
+
+def update_level(state: FilterState, config: EkfConfig) -> FilterState:
+    """Correct roll and pitch by the knowledge that the floor is level."""
+    roll, pitch, _ = euler_from_rotation(state.pose.rotation)
+    innovation = -np.array([roll, pitch])
+    return corrected(state, innovation, _tilt_jacobian(roll, pitch), np.eye(2) * config.level**2)
+
+
+def match_innovation(
+    state: FilterState, config: EkfConfig, match: Match
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return innovation (k,), Jacobian (k, 13) and covariance (k, k) of a match's observable directions."""
+    w = match.observable_directions
+    rows = w * _SCALE
+    h = np.zeros((len(w), STATES))
+    h[:, :6] = rows
+    unscaled = w / _SCALE
+    r = inverse(unscaled @ match.information @ unscaled.T, "information of a match")
+    mount = np.diag(np.repeat([config.mount_position**2, config.mount_angle**2], 3))
+    return rows @ difference(state.pose, match.map_from_base), h, r + rows @ mount @ rows.T
+
+
+def match_nis(state: FilterState, config: EkfConfig, match: Match) -> float:
+    """Return the normalised innovation squared that a match would have."""
+    return nis_of(state, *match_innovation(state, config, match))
+
+
+def update_match(state: FilterState, config: EkfConfig, match: Match) -> FilterState:
+    """Correct the pose by a match, in its observable directions.
+
+    All sweeps from one place share the errors of the map and of the mounts there. While the robot stands,
+    any number of them leaves the pose no better known than one sweep can.
+    """
+    updated = corrected(state, *match_innovation(state, config, match))
+    if not state.rest.stands(config):
+        return updated
+    surest = np.repeat([config.still_position, config.still_angle], 3)
+    block = updated.full_covariance[:6, :6]
+    return with_pose_covariance(updated, floored(block, surest, "covariance of the pose"))
+
+
+def widen(
+    state: FilterState, forward: float, side: float, vertical: float, yaw: float
+) -> FilterState:
+    """Return the state with added variance of the pose along the base's axes [m, m, m, rad, one sigma]."""
+    rotation = state.pose.rotation
+    extra = np.zeros((6, 6))
+    extra[POSITION, POSITION] = (
+        rotation @ np.diag(np.square([forward, side, vertical])) @ rotation.T
+    )
+    extra[5, 5] = yaw**2
+    wider = with_pose_covariance(state, state.full_covariance[:6, :6] + extra)
+    return replace(wider, accrued=state.accrued + extra)
+
+
+def update_relative(
+    state: FilterState, then: Pose, motion: Pose, covariance: FloatArray, used: FloatArray
+) -> FilterState:
+    """Correct what the process added since ``mark`` by an observed planar motion.
+
+    Only error that arose since ``mark`` can be corrected this way; the gain is that of a filter which had
+    cloned its pose then (stochastic cloning, Roumeliotis and Burdick 2002).
+
+    Args:
+        state: before.
+        then: the filter's pose at ``mark``.
+        motion: observed ``base_then_from_base_now``; only x, y and yaw are used.
+        covariance: (3, 3) of x, y [m] and yaw [rad].
+        used: (k, 6) directions (see ``Match``) that are left alone.
+    """
+    covariance = planar_covariance(covariance, "covariance of an observed motion")
+    h = np.zeros((3, 6))
+    h[:2, :3] = state.pose.rotation.T[:2]
+    h[2, 5] = 1.0
+    innovation = h @ difference(state.pose, then @ motion)
+    scaled = h / _SCALE
+    scaled[2] *= LEVER
+    left = scaled - scaled @ used.T @ used
+    u, size, _ = np.linalg.svd(left, full_matrices=False)
+    mix = (u[:, size > 0.5] / size[size > 0.5]).T @ np.diag([1.0, 1.0, LEVER])
+    if len(mix) == 0:
+        return state
+    innovation, h, r = mix @ innovation, mix @ h, mix @ covariance @ mix.T
+    spread = state.accrued @ h.T
+    s = h @ spread + r
+    gain = np.zeros((STATES, len(innovation)))
+    gain[:6] = spread @ np.linalg.inv(s)
+    p = state.full_covariance - gain @ s @ gain.T
+    return injected(state, gain @ innovation, 0.5 * (p + p.T))
+
+
+def _tilt_jacobian(roll: float, pitch: float) -> FloatArray:
+    """Return how roll and pitch change with the error (2, 13)."""
+    sr, cr, tp = np.sin(roll), np.cos(roll), np.tan(pitch)
+    h = np.zeros((2, STATES))
+    h[:, ROTATION] = [[1.0, sr * tp, cr * tp], [0.0, cr, -sr]]
+    return h

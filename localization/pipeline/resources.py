@@ -1,0 +1,58 @@
+"""Resources of a step: map, settings, methods and caches; what changes here saves time only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import replace
+
+from localization.config import LocalizerConfig
+from localization.maps.ground_height import FLAT
+from localization.maps.prepared_map import PreparedMap
+from localization.matching.kiss_matcher import KissMatcher
+from localization.matching.matchers import Matcher, MatchSweep, matcher_of
+from localization.matching.scan_consistency import BeamClassifier
+from localization.motion.kiss_odometry import KissOdometry
+from localization.pipeline.registration_cache import RegistrationCache
+from localization.relocalization.relocalizer import Relocalizer
+from localization.types import Mounts
+
+Stage = Callable[[str], AbstractContextManager[object]]
+"""Called with a stage's name around its work, so that it can be timed by a caller who has a clock."""
+
+
+class Resources:
+    """Everything that a step needs beside the state.
+
+    Nothing here is part of the estimate. The cache of registrations is the one exception, on purpose: a
+    replay of late readings may reuse a match that was computed from a prediction a few millimetres away.
+    """
+
+    def __init__(
+        self,
+        world: PreparedMap,
+        mounts: Mounts,
+        config: LocalizerConfig,
+        *,
+        stage: Stage,
+        matcher: MatchSweep | None = None,
+    ) -> None:
+        """Build; the arguments are those of ``Localizer``."""
+        self.config, self.stage = config, stage
+        self.mounts = dict(mounts)
+        if config.sensors.flat:
+            # The robot's height is that of its floor by definition: a log seldom has a scanner's height.
+            world = replace(world, ground=FLAT)
+        self.world = world
+        self.match: MatchSweep | None = matcher
+        if matcher is None and config.matcher is not Matcher.NONE:
+            self.match = matcher_of(
+                config.matcher, world, config.registration, config.kiss, config.fixed_covariance
+            )
+        self.beams = BeamClassifier(world, inlier=config.registration.inlier_distance)
+        self.kiss = KissOdometry(config.kiss)
+        self.opinion = KissMatcher(world.cloud, config.kiss) if config.second_opinion else None
+        self.relocalizer = Relocalizer(
+            world, self.mounts, config, search_when_lost=self.match is not None
+        )
+        self.cache = RegistrationCache(config.late_readings)

@@ -1,0 +1,103 @@
+"""State of the localiser at one moment, as one value: everything that the next reading is judged by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from localization.config import LocalizerConfig
+from localization.filter.ekf import FilterState, initial_state
+from localization.monitoring.health import HealthMonitor
+from localization.monitoring.jump_detection import JumpDetector
+from localization.motion.kiss_odometry import KissState
+from localization.motion.motion_model import MotionModel
+from localization.motion.odometry_track import OdometryTrack
+from localization.motion.slip_detection import SlipDetector
+from localization.pipeline.scan_synchronizer import ScanSynchronizer
+from localization.pipeline.undo import ReplacedEstimate
+from localization.relocalization.relocalizer import CurrentPose, RelocalizerState
+from localization.types import SECOND, Mounts, Pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LastSweep:
+    """What the next sweep is compared with."""
+
+    stamp: int = 0
+    """Time of the last sweep [ns]."""
+    odom_from_base: Pose = field(default_factory=Pose.identity)
+    """Pose at that time."""
+    map_from_base: Pose = field(default_factory=Pose.identity)
+    """Pose at that time, corrected by the sweep."""
+
+
+class State(NamedTuple):
+    """The localiser at one moment. ``step`` makes the next state; nothing changes this one.
+
+    Late readings are a fold of ``step`` from an earlier state, and undoing a placement goes back to one. It
+    is a tuple with names because the next state is made with every reading, and ``_replace`` is quick.
+    """
+
+    motion: MotionModel
+    """Readings of wheels and gyro that are not used up yet."""
+    filter: FilterState
+    """The filter."""
+    track: OdometryTrack
+    """The recent poses in ``odom``."""
+    scans: ScanSynchronizer
+    """The scans of the next sweep."""
+    slip: SlipDetector
+    """The evidence for wheel slip."""
+    health: HealthMonitor
+    """The evidence for and against the estimate."""
+    jump: JumpDetector
+    """What the last sweep saw, in ``odom``."""
+    kiss: KissState
+    """Laser odometry."""
+    search: RelocalizerState
+    """The search for the robot."""
+    last: LastSweep
+    """The last sweep."""
+    replaced: ReplacedEstimate | None
+    """The estimate that the last placement replaced, while that can be undone."""
+    stamp: int
+    """Time of the newest reading that advanced time [ns]; 0 before the first."""
+    odom_from_base: Pose
+    """Pose by dead reckoning."""
+    placed: bool
+    """Whether the filter's pose is one in the map."""
+    last_received: Mapping[str, int]
+    """Newest stamp of each source [ns]: scanners by their frames, and "wheels"."""
+    opinion_due: int
+    """Stamp of the next second opinion [ns]."""
+
+    @classmethod
+    def initial(cls, mounts: Mounts, config: LocalizerConfig) -> State:
+        """Return the state before the first reading."""
+        return cls(
+            motion=MotionModel(config.sensors, config.ekf.effective_track, config.health.silence),
+            filter=initial_state(config.ekf),
+            track=OdometryTrack(max(2 * SECOND, config.late_readings.horizon)),
+            scans=ScanSynchronizer(len(mounts), config.scanner_patience),
+            slip=SlipDetector(config),
+            health=HealthMonitor(config.health),
+            jump=JumpDetector(config.jump_detection),
+            kiss=KissState(),
+            search=RelocalizerState(),
+            last=LastSweep(),
+            replaced=None,
+            stamp=0,
+            odom_from_base=Pose.identity(),
+            placed=False,
+            last_received={},
+            opinion_due=0,
+        )
+
+    @property
+    def current(self) -> CurrentPose:
+        """The estimate as the search needs it."""
+        health = self.health
+        return CurrentPose(
+            self.filter.pose, self.filter.covariance, self.placed, health.lost, health.doubtful
+        )

@@ -1,0 +1,291 @@
+"""One step of the localiser: the next state from a state and a reading, and the events that come of it.
+
+Wheels and gyro predict, or their substitutes. When a sweep is complete it is deskewed and registered against
+the cloud with the prediction as prior, and the filter takes over what the registration constrains. Hints and
+loss begin a search that runs in parallel, a little each tick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from enum import Enum, auto
+from typing import TypeAlias
+
+import numpy as np
+
+from localization.config import LocalizerConfig
+from localization.filter.ekf import with_pose
+from localization.filter.prediction import predict
+from localization.filter.updates import update_standstill, update_wheel_yaw
+from localization.monitoring.health import HealthMonitor, horizontal_sigma
+from localization.motion.deskew import deskew
+from localization.motion.motion_model import Increment
+from localization.pipeline.events import (
+    Events,
+    PlacementUndone,
+    RobotPlaced,
+    ScanDropped,
+    SweepProcessed,
+)
+from localization.pipeline.registration_cache import SweepRecord
+from localization.pipeline.resources import Resources
+from localization.pipeline.state import State
+from localization.pipeline.sweep_update import Registration, corrected_by_sweep
+from localization.pipeline.undo import ReplacedEstimate
+from localization.relocalization.relocalizer import Placement
+from localization.types import SECOND, Hint, PointScan, Pose, Reading, Scan, WheelSpeeds
+
+_LONGEST_MEAN = 0.1
+"""Rim speeds are means over at most this time [s]; after a pause of the encoders those of the gyro are."""
+
+
+class Command(Enum):
+    """What an operator may order."""
+
+    SEARCH_MAP = auto()
+    """Search the whole map with the next sweep."""
+    UNDO = auto()
+    """Undo the last placement."""
+
+
+Input: TypeAlias = Reading | Command | Placement
+"""What a step takes: a reading, an operator's command, or a pose to take over."""
+
+
+def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
+    """Return the state after a reading or a command, and the events.
+
+    Args:
+        state: before; it stays as it is.
+        item: a reading, in the order of time, or a command.
+        r: map, settings and methods.
+    """
+    match item:
+        case Command.SEARCH_MAP:
+            return state._replace(search=state.search.with_map_requested()), ()
+        case Command.UNDO:
+            return _undone(state)
+        case Placement():
+            return _placed(state, item, r)
+        case Hint():
+            return _hinted(state, item, r)
+    state, increment = _received(state, item)
+    if increment is None:
+        return state, ()
+    state = _predicted(state, increment, r)
+    state, record, events = _next_sweep(state, r)
+    if record is not None:
+        state, registration = corrected_by_sweep(state, record, r)
+        state = _checked_for_jump(state, record, registration, r)
+        if not record.reported:
+            record.reported, event = True, _processed(state, record, registration, r.config)
+            events += (event,)
+        state, placed = _disambiguated(state, record, r)
+        state, events = _with_search_begun(state, record, r), events + placed
+    state, found = _searched(state, r)
+    return _with_certainty_checked(state), events + found
+
+
+def _received(state: State, reading: Reading) -> tuple[State, Increment | None]:
+    """Keep a reading, and return the increment of motion if it advances time."""
+    scans, received = state.scans, state.last_received
+    if isinstance(reading, Scan | PointScan):
+        scans = scans.received(reading)
+        received = _with_newest(received, reading.scanner, reading.stamp)
+    elif isinstance(reading, WheelSpeeds):
+        received = _with_newest(received, "wheels", reading.stamp)
+    motion, increment = state.motion.take(reading, state.slip.velocity)
+    return state._replace(motion=motion, scans=scans, last_received=received), increment
+
+
+def _with_newest(stamps: Mapping[str, int], source: str, stamp: int) -> Mapping[str, int]:
+    return {**stamps, source: max(stamp, stamps.get(source, 0))}
+
+
+def _predicted(state: State, increment: Increment, r: Resources) -> State:
+    """Move the filter on as wheels and gyro measured."""
+    now = increment.stamp
+    # Without any motion sensor, scanners that end at the same time advance time only once.
+    if state.stamp and now <= state.stamp:
+        return state
+    if not state.stamp:
+        return state._replace(stamp=now, track=state.track.extended(now, state.odom_from_base))
+    with r.stage("predict"):
+        ekf, slip, filter_ = r.config.ekf, state.slip, state.filter
+        left, right = increment.left, increment.right
+        dt = (now - state.stamp) / SECOND
+        if increment.witnessed:
+            witness, span = increment.witness, min(increment.covered, _LONGEST_MEAN)
+            slip = slip.wheels_read(filter_.rolling_speed(left, right), increment.covered, now)
+            filter_, agree = update_wheel_yaw(filter_, ekf, witness, left, right, seconds=span)
+            slip = slip if agree else slip.distrusted(now)
+            filter_ = update_standstill(filter_, ekf, witness, left, right, seconds=span)
+        slip = slip.rolled_on(filter_.rolling_speed(left, right) * dt)
+        distrusted = slip.slipping(now) or not increment.rolling
+        filter_, motion = predict(
+            filter_,
+            ekf,
+            dt,
+            increment.rate,
+            increment.force,
+            left,
+            right,
+            slipping=distrusted,
+            speed=slip.speed if distrusted else None,
+        )
+        odom = state.odom_from_base @ motion
+        track = state.track.extended(now, odom)
+        return state._replace(
+            stamp=now, odom_from_base=odom, track=track, filter=filter_, slip=slip
+        )
+
+
+def _next_sweep(state: State, r: Resources) -> tuple[State, SweepRecord | None, Events]:
+    """Put the next sweep together, if its scans and their motion are complete, and deskew it."""
+    span = state.track.span
+    scans = state.scans.advanced(span)
+    if not scans.complete(span):
+        scans, late = scans.without_stale(span, state.stamp)
+        unchanged = scans is state.scans
+        return (
+            state if unchanged else state._replace(scans=scans),
+            None,
+            tuple(map(ScanDropped, late)),
+        )
+    state = state._replace(scans=scans.released())
+    path = _way_since(state, min(scan.stamp for scan in scans.scans))
+    record = r.cache.find(scans.scans, state.stamp, path)
+    if record is None:
+        with r.stage("deskew"):
+            sweep = deskew(scans.scans, state.track, r.mounts, state.stamp)
+        record = SweepRecord(scans.scans, path, sweep)
+        r.cache.keep(record)
+    return state, record, ()
+
+
+def _way_since(state: State, stamp: int) -> Pose:
+    """Return ``base_then_from_base_now`` since a stamp [ns], or the last reading before it."""
+    position, rotation = state.track.near(stamp)
+    back, odom = rotation.T, state.odom_from_base
+    return Pose.from_rotation(back @ (odom.position - position), back @ odom.rotation)
+
+
+def _checked_for_jump(
+    state: State, record: SweepRecord, registration: Registration, r: Resources
+) -> State:
+    """Compare the sweep with the last one, and request a search of the map if the pose needs a check."""
+    jump, jumped = state.jump.compared(record.sweep, state.odom_from_base)
+    health, search = state.health, state.search
+    if jumped:
+        health = health.after_jump(registration.consistency)
+    if state.placed and health.needs_check:
+        search = search.with_map_requested()
+    return state._replace(jump=jump, health=health, search=search)
+
+
+def _processed(
+    state: State, record: SweepRecord, registration: Registration, config: LocalizerConfig
+) -> SweepProcessed:
+    match = registration.match
+    explained = match is not None and match.inlier_ratio >= config.slip_min_inlier_ratio
+    return SweepProcessed(
+        scans=record.scans,
+        track=state.track,
+        sweep=record.sweep,
+        match=match,
+        nis=registration.nis,
+        consistency=registration.consistency,
+        map_from_base=state.filter.pose,
+        odom_from_base=state.odom_from_base,
+        trusted=explained and not state.health.doubtful,
+    )
+
+
+def _disambiguated(state: State, record: SweepRecord, r: Resources) -> tuple[State, Events]:
+    """Compare the places where the robot may be, if there are several, by the sweep."""
+    if not state.search.hypotheses.places:
+        return state, ()
+    with r.stage("hypotheses"):
+        search, placement = r.relocalizer.disambiguate(
+            state.search, record.sweep, state.odom_from_base, state.current
+        )
+    state = state._replace(search=search)
+    return (state, ()) if placement is None else _placed(state, placement, r)
+
+
+def _with_search_begun(state: State, record: SweepRecord, r: Resources) -> State:
+    search = r.relocalizer.begin(state.search, record.sweep, state.odom_from_base, state.current)
+    return state._replace(search=search)
+
+
+def _searched(state: State, r: Resources) -> tuple[State, Events]:
+    """Compute one tick's share of the search under way."""
+    if state.search.search.task is None:
+        return state, ()
+    with r.stage("search"):
+        search, placement, answers = r.relocalizer.advance(
+            state.search, state.stamp, state.odom_from_base, state.current
+        )
+    state = state._replace(search=search)
+    if placement is None:
+        return state, answers
+    state, events = _placed(state, placement, r)
+    return state, answers + events
+
+
+def _with_certainty_checked(state: State) -> State:
+    """Return the state, which is lost if the pose has become too uncertain."""
+    if not state.placed:
+        return state
+    health = state.health.after_prediction(horizontal_sigma(state.filter.full_covariance))
+    return state if health is state.health else state._replace(health=health)
+
+
+def _hinted(state: State, hint: Hint, r: Resources) -> tuple[State, Events]:
+    odom = state.track.pose_at(hint.stamp) or state.odom_from_base
+    search, answers = r.relocalizer.receive(state.search, hint, state.stamp, odom)
+    return state._replace(search=search), answers
+
+
+def _placed(state: State, placement: Placement, r: Resources) -> tuple[State, Events]:
+    """Begin anew at the pose where the robot was found; the estimate before is kept for an undo."""
+    replaced = ReplacedEstimate(
+        state.stamp,
+        placement.reason,
+        state.placed,
+        state.filter,
+        state.health,
+        state.odom_from_base,
+    )
+    covariance = np.diag(np.array(r.config.placement_sigma) ** 2)
+    filter_ = with_pose(state.filter, placement.map_from_base, covariance)
+    placed = state._replace(
+        filter=filter_,
+        placed=True,
+        health=HealthMonitor(r.config.health),
+        last=replace(state.last, map_from_base=filter_.pose),
+        replaced=replaced,
+        opinion_due=0,
+    )
+    return placed, (RobotPlaced(state.stamp, placement.reason),)
+
+
+def _undone(state: State) -> tuple[State, Events]:
+    """Go back to the estimate that the last placement replaced, if it is still known."""
+    if state.replaced is None:
+        return state, ()
+    attitude = state.last.map_from_base.rotation
+    before = state.replaced.extended(state.odom_from_base, state.filter.accrued, attitude, None)
+    filter_ = before.restored(state.filter)
+    undone = state._replace(
+        filter=filter_,
+        placed=before.placed,
+        health=before.health,
+        last=replace(state.last, map_from_base=filter_.pose),
+        replaced=None,
+        opinion_due=0,
+        search=state.search.with_pause(),
+    )
+    event = PlacementUndone((state.stamp - before.stamp) / SECOND, before.reason)
+    return _with_certainty_checked(undone), (event,)

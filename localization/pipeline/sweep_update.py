@@ -1,0 +1,231 @@
+"""Correction of the state by one sweep.
+
+KISS-ICP observes how the robot moved since the last sweep, and the wheels are compared with it. The sweep is
+registered against the cloud with the prediction as prior. A sweep that fits the map but contradicts the
+prediction shows that the wheels slipped; a sweep that does not fit is rejected; all others correct the
+filter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from localization.config import LocalizerConfig
+from localization.filter.ekf import FilterState, mark
+from localization.filter.updates import (
+    match_nis,
+    update_level,
+    update_match,
+    update_relative,
+    update_tilt,
+    widen,
+)
+from localization.matching.matchers import MatchSweep
+from localization.matching.scan_consistency import explanation
+from localization.monitoring.health import opinion_offset
+from localization.motion.kiss_odometry import ObservedMotion
+from localization.motion.slip_detection import SlipDetector
+from localization.pipeline.registration_cache import SweepRecord
+from localization.pipeline.resources import Resources
+from localization.pipeline.state import LastSweep, State
+from localization.types import SECOND, Match, ScanConsistency
+
+_GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
+"""Largest normalised innovation squared of a match by its number of observable directions (99.99 %)."""
+_UNEXPLAINED = "the map does not explain the sweep"
+"""Why a sweep is rejected that fits nowhere near; replaced by what exactly is unexplained."""
+_NONE_USED = np.zeros((0, 6))
+"""No direction of a match was used."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Registration:
+    """The result of registering a sweep; all None if it was not registered."""
+
+    match: Match | None = None
+    """The match."""
+    nis: float | None = None
+    """Its normalised innovation squared."""
+    consistency: ScanConsistency | None = None
+    """Agreement of the sweep with the map."""
+
+
+def corrected_by_sweep(
+    state: State, record: SweepRecord, r: Resources
+) -> tuple[State, Registration]:
+    """Return the state corrected by a sweep, and the sweep's registration.
+
+    Args:
+        state: predicted to the sweep's stamp.
+        record: of the sweep; what it holds already is not computed again, and what is computed is added.
+        r: map, settings and methods.
+    """
+    config, sweep, before = r.config, record.sweep, state.last
+    elapsed = (sweep.stamp - before.stamp) / SECOND
+    state, observed = _observed_motion(state, record, elapsed, r)
+    with r.stage("ekf"):
+        if config.sensors.flat:
+            filter_ = update_level(state.filter, config.ekf)
+        else:
+            filter_ = update_tilt(state.filter, config.ekf, elapsed)
+    state = state._replace(filter=filter_)
+    registration = Registration()
+    if state.placed and r.match is not None:
+        state, registration = _matched(state, record, observed, r.match, elapsed, r)
+    elif state.placed and observed is not None:
+        filter_ = update_relative(state.filter, before.map_from_base, *observed, _NONE_USED)
+        state = state._replace(filter=filter_)
+    state = _with_way_since_placement(state, observed, sweep.stamp, config)
+    state = state._replace(
+        filter=mark(state.filter),
+        last=LastSweep(sweep.stamp, state.odom_from_base, state.filter.pose),
+    )
+    return state, registration
+
+
+def _observed_motion(
+    state: State, record: SweepRecord, elapsed: float, r: Resources
+) -> tuple[State, ObservedMotion | None]:
+    """Observe the motion since the last sweep by KISS-ICP, and compare the wheels with it."""
+    slip, kiss, filter_ = state.slip, state.kiss, state.filter
+    if not r.config.kiss_odometry:
+        return state._replace(slip=slip.restarted()), None
+    with r.stage("kiss odometry"):
+        if record.view is not None and record.view.map_id is kiss.map_id:
+            kiss, observed = r.kiss.repeat(kiss, record.view)
+        else:
+            moved = state.last.odom_from_base.inverse() @ state.odom_from_base
+            kiss, observed, record.view = r.kiss.add(kiss, record.sweep, moved)
+    if observed is None:
+        return state._replace(kiss=kiss, slip=slip.restarted()), None
+    motion, covariance = observed
+    slip = slip.observed(motion, elapsed)
+    if not slip.complete:
+        return state._replace(kiss=kiss, slip=slip), observed
+    if slip.plausible:
+        slip = slip.confirmed()
+        if slip.contradicted(covariance, filter_):
+            slip, filter_ = _slipped(slip, filter_, record.sweep.stamp, r.config)
+    else:
+        # The next alignment would start from there, and be worse: people who walk past the scanner can
+        # make KISS-ICP follow them.
+        kiss, observed = kiss.restarted(), None
+    return state._replace(kiss=kiss, slip=slip.restarted(), filter=filter_), observed
+
+
+def _slipped(
+    slip: SlipDetector, filter_: FilterState, now: int, config: LocalizerConfig
+) -> tuple[SlipDetector, FilterState]:
+    """Return detector and filter after the wheels misled the prediction since the last sweep."""
+    return slip.distrusted(now), widen(filter_, *config.slip_sigma)
+
+
+def _matched(
+    state: State,
+    record: SweepRecord,
+    observed: ObservedMotion | None,
+    matcher: MatchSweep,
+    elapsed: float,
+    r: Resources,
+) -> tuple[State, Registration]:
+    """Register a sweep, decide whether to believe it, and correct the filter."""
+    config, slip, filter_ = r.config, state.slip, state.filter
+    now, ekf = record.sweep.stamp, r.config.ekf
+    share = min(1.0, elapsed / config.sweep_period)
+    match, nis = _registered(filter_, record, matcher, share, r)
+    refusal = _refusal(match, nis, config)
+    if refusal is not None and _shows_slip(match, slip.slipping(now) or observed is None, config):
+        slip, filter_ = _slipped(slip, filter_, now, config)
+        # The record keeps the first match: a replay begins from the prediction that it belongs to.
+        match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
+        refusal = _refusal(match, nis, config)
+    with r.stage("ekf"):
+        if observed is not None:
+            used = match.observable_directions if refusal is None else _NONE_USED
+            filter_ = update_relative(filter_, state.last.map_from_base, *observed, used)
+        if refusal is None:
+            filter_ = update_match(filter_, ekf, match)
+    with r.stage("scan consistency"):
+        if record.consistency is None:
+            record.consistency = r.beams.classify(record.sweep, filter_.pose, match.distances)
+    if refusal is _UNEXPLAINED:
+        refusal = explanation(match.inlier_ratio, record.consistency)
+    health = state.health.after_sweep(match, filter_.pose, refusal, record.consistency)
+    state = state._replace(slip=slip, filter=filter_, health=health)
+    if r.opinion is not None and (health.doubtful or now >= state.opinion_due):
+        state = _asked_kiss(state, record, match, r)
+    return state, Registration(match, nis, record.consistency)
+
+
+def _registered(
+    filter_: FilterState, record: SweepRecord, matcher: MatchSweep, share: float, r: Resources
+) -> tuple[Match, float]:
+    """Return the match of a sweep, with a share of its information, and its NIS."""
+    prior, match = filter_.pose, record.match
+    same = r.config.late_readings.same
+    if match is None or record.prior is None or not same(record.prior, prior):
+        with r.stage("registration"):
+            match = matcher(record.sweep, prior, filter_.covariance)
+        record.prior, record.match, record.consistency = prior, match, None
+    if share != 1.0:
+        match = replace(match, information=share * match.information)
+    constrained = len(match.observable_directions) > 0
+    return match, match_nis(filter_, r.config.ekf, match) if constrained else 0.0
+
+
+def _refusal(match: Match, nis: float, config: LocalizerConfig) -> str | None:
+    """Return why a match is rejected; None if it is believed."""
+    k = len(match.observable_directions)
+    if k == 0 or match.inlier_ratio < config.min_inlier_ratio:
+        return _UNEXPLAINED
+    if nis > _GATE[k - 1]:
+        return f"the sweep fits the map where the robot cannot be (NIS {nis:.0f} of {_GATE[k - 1]:.0f})"
+    return None
+
+
+def _shows_slip(match: Match, suspected: bool, config: LocalizerConfig) -> bool:
+    """Return whether a rejected sweep shows that the wheels slipped.
+
+    Args:
+        match: the sweep fits the map, but contradicts the prediction.
+        suspected: whether the wheels are distrusted, or no other sensor observed the motion. If KISS-ICP
+            observed it and agrees with the wheels, the map or the earlier pose is at fault.
+        config: what counts as fitting.
+    """
+    constrained = len(match.observable_directions) > 0
+    return suspected and constrained and match.inlier_ratio >= config.slip_min_inlier_ratio
+
+
+def _asked_kiss(state: State, record: SweepRecord, match: Match, r: Resources) -> State:
+    """Get a second opinion; at most five a second, however deep the doubt."""
+    period, now = r.config.opinion_period, record.sweep.stamp
+    if r.opinion is None or now < state.opinion_due - period * 4 // 5:
+        return state
+    pose = state.filter.pose
+    if record.asked is None or not r.config.late_readings.same(record.asked, pose):
+        with r.stage("kiss opinion"):
+            record.asked, record.opinion = pose, r.opinion.locate(record.sweep, pose)
+    health = state.health
+    if record.opinion is not None:
+        health = health.after_opinion(*opinion_offset(pose, record.opinion, match))
+    return state._replace(health=health, opinion_due=now + period)
+
+
+def _with_way_since_placement(
+    state: State, observed: ObservedMotion | None, now: int, config: LocalizerConfig
+) -> State:
+    """Carry the estimate before the last placement on, while the placement can be undone."""
+    replaced = state.replaced
+    if replaced is None:
+        return state
+    if now - replaced.stamp > config.undo_memory:
+        return state._replace(replaced=None)
+    # The first sweep after a placement observed more than the way since then.
+    seen = observed if replaced.steps is not None else None
+    attitude = state.last.map_from_base.rotation
+    return state._replace(
+        replaced=replaced.extended(state.odom_from_base, state.filter.accrued, attitude, seen),
+    )

@@ -1,0 +1,128 @@
+"""Refinement of coarse places against the cloud, and the distinct ones among them."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+
+import numpy as np
+
+from localization.geometry import FloatArray, wrap_angle
+from localization.maps.prepared_map import PreparedMap
+from localization.matching.registration import RegistrationConfig, register
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.verification import (
+    SETTLING_SIGMA,
+    explain,
+    same_place,
+    settled,
+)
+from localization.types import Candidate, Pose, Sweep
+
+_LEAST_SCORE = 0.3
+"""Places on the floor plan that score less are not refined."""
+_MOST_EXAMINED = 20_000
+"""Number of the best-scoring places among which distinct ones are chosen."""
+
+
+def best_places(
+    scores: FloatArray, places: FloatArray, yaws: FloatArray, config: SearchConfig, *, most: int
+) -> list[tuple[float, float, float]]:
+    """Return the best x, y, yaw, none within another's place (non-maximum suppression).
+
+    Args:
+        scores: (N,).
+        places: (N, 2) [m].
+        yaws: (N,) [rad].
+        config: what counts as one place.
+        most: largest number of places.
+    """
+    chosen: list[tuple[float, float, float]] = []
+    order = np.argsort(-scores, kind="stable")[:_MOST_EXAMINED]
+    for i in order.tolist():
+        x, y, yaw = float(places[i, 0]), float(places[i, 1]), float(yaws[i])
+        if scores[i] < _LEAST_SCORE:
+            break
+        if all(
+            np.hypot(x - a, y - b) > config.same_place or abs(wrap_angle(yaw - c)) > config.same_yaw
+            for a, b, c in chosen
+        ):
+            chosen.append((x, y, yaw))
+            if len(chosen) == most:
+                break
+    return chosen
+
+
+def refined_places(
+    sweep: Sweep,
+    world: PreparedMap,
+    peaks: Sequence[tuple[float, float, float]],
+    level: Pose,
+    config: SearchConfig,
+) -> Generator[None, None, tuple[Candidate, ...]]:
+    """Refine places (x, y, yaw) against the cloud; yields before each, returns the distinct ones."""
+    max_tilt = config.max_tilt if world.ground.level else config.max_tilt_uneven
+    found: list[Candidate] = []
+    for x, y, yaw in peaks:
+        yield
+        start = _standing(world, x, y, yaw, level)
+        candidate = _refined(sweep, world, start, config)
+        # The third rows are the map's vertical in the robot's axes.
+        upright = candidate.map_from_base.rotation[2] @ start.rotation[2] > np.cos(max_tilt)
+        if upright:
+            found.append(candidate)
+    distinct = _distinct(found, config)
+    for i, candidate in enumerate(distinct[: config.compared]):
+        distinct[i] = yield from _best_along(sweep, world, candidate, config)
+    # A neighbour along a corridor may be a place that was found already.
+    return tuple(_distinct(distinct, config))
+
+
+def _distinct(places: Sequence[Candidate], config: SearchConfig) -> list[Candidate]:
+    """Return the best candidate of each place, best first."""
+    distinct: list[Candidate] = []
+    for one in sorted(places, key=lambda c: -c.score):
+        if not any(same_place(one.map_from_base, d.map_from_base, config) for d in distinct):
+            distinct.append(one)
+    return distinct
+
+
+def _best_along(
+    sweep: Sweep, world: PreparedMap, place: Candidate, config: SearchConfig
+) -> Generator[None, None, Candidate]:
+    """Compare a place with its neighbours in the direction that constrains the robot least.
+
+    Refining ends where walls lie on walls. In a corridor or between shelves that is so every few
+    decimetres, and of neighbours as near as that only one was refined.
+    """
+    best, closest, match = settled(sweep, world, place.map_from_base)
+    _, directions = np.linalg.eigh(match.information[:2, :2])
+    pose = best.map_from_base
+    for way in np.arange(1, round(config.neighbours / config.step) + 1) * config.step:
+        yield
+        for sign in (-1.0, 1.0):
+            offset = np.append(sign * way * directions[:, 0], 0.0)
+            shifted = Pose(pose.position + offset, pose.quaternion_wxyz)
+            other, closeness, _ = settled(sweep, world, shifted)
+            # A horizontal scan fits nothing more closely than the floor, once it has sunk there.
+            climb = abs(float(other.map_from_base.position[2] - pose.position[2]))
+            if closeness > closest and climb < 3.0 * SETTLING_SIGMA[2]:
+                best, closest = other, closeness
+    return best
+
+
+def _refined(sweep: Sweep, world: PreparedMap, start: Pose, config: SearchConfig) -> Candidate:
+    wide = RegistrationConfig(kernel_wide=0.3, iterations=14)
+    sigma = np.array([config.step, config.step, 0.03, 0.02, 0.02, config.step_yaw])
+    near = register(sweep, world, start, np.diag((2.0 * sigma) ** 2), wide).map_from_base
+    # A wall that is too far away from the start can be reached by pitch as well. The robot's tilt is known
+    # better than that: restore it, and settle the rest.
+    x, y = float(near.position[0]), float(near.position[1])
+    return explain(sweep, world, _standing(world, x, y, near.yaw, start))
+
+
+def _standing(world: PreparedMap, x: float, y: float, yaw: float, level: Pose) -> Pose:
+    """Return the pose of a robot that stands on the ground: on its slope if uneven, else with the tilt given."""
+    if not world.ground.level:
+        return world.ground.stand(x, y, yaw)
+    roll, pitch, _ = level.euler
+    return Pose.from_euler([x, y, level.position[2]], roll=roll, pitch=pitch, yaw=yaw)

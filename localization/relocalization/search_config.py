@@ -1,0 +1,59 @@
+"""Settings of the search for a robot's pose in the map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class SearchConfig:
+    """How the map is searched, and what counts as found."""
+
+    step: float = 0.10
+    """Distance between candidate positions [m]."""
+    step_yaw: float = np.deg2rad(2.0)
+    """Angle between candidate headings [rad]."""
+    beams: int = 72
+    """Number of points of the horizontal scanner that are laid over the floor plan."""
+    field_sigma: float = 0.12
+    """A point at this distance from the nearest wall scores exp(-1/2) [m]."""
+    cell: float = 0.05
+    """Edge of the floor plan's cells [m]."""
+    refine: int = 8
+    """Number of the best places that are refined against the cloud."""
+    compared: int = 2
+    """Number of the distinct places that are compared with their neighbours along the weakest direction."""
+    neighbours: float = 0.5
+    """Largest distance of those neighbours to either side [m]."""
+    budget: int = 6000
+    """Number of candidates per tick; a refinement counts as many as this."""
+    smallest_window: float = 0.5
+    """Smallest half width of a window [m]."""
+    smallest_window_yaw: float = np.deg2rad(10.0)
+    """Smallest half width of a window in heading [rad]."""
+    largest_window: float = 3.0
+    """Largest half width of a window [m]; more would be a search of the whole map."""
+    default_sigma: float = 0.5
+    """Error of a hint with all-zero covariance, in x and y, one sigma [m]."""
+    default_sigma_yaw: float = np.deg2rad(15.0)
+    """Error of a hint with all-zero covariance, in heading, one sigma [rad]."""
+    min_inlier_ratio: float = 0.55
+    """A pose must explain at least this share of the sweep to be believed."""
+    min_margin: float = 0.1
+    """Two places are distinguished if one explains this share more of the sweep, or by ``decisive_ratio``."""
+    decisive_ratio: float = 2.0
+    """Two places are distinguished if one leaves this many times more unexplained, and ``decisive_floor``."""
+    decisive_floor: float = 0.04
+    """Share that noise and clutter leave unexplained at any pose; added to that comparison."""
+    max_tilt: float = np.deg2rad(2.0)
+    """Places that need more tilt from level than this are rejected [rad]: pitched far enough, the points of
+    a wall that is not there lie on the floor."""
+    max_tilt_uneven: float = np.deg2rad(4.5)
+    """Largest tilt from the slope of uneven ground [rad]: 3 cm, the roughness of such ground, under one of
+    two wheels 0.39 m apart."""
+    same_place: float = 0.3
+    """Poses nearer to each other than this are one place [m]."""
+    same_yaw: float = np.deg2rad(10.0)
+    """Headings of one place differ by less than this [rad]."""

@@ -1,0 +1,136 @@
+"""Build a world from a floor plan: ground, walls, furniture, actors and the robot in one model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+
+import mujoco
+
+from localization.types import Pose
+from robot_sim.actors.actor_bodies import moving_bodies
+from robot_sim.errors import SimulationError, WorldError
+from robot_sim.floorplan.plan import NO_FLOOR, Placement, Plan
+from robot_sim.floorplan.plan_ground import PlanGround
+from robot_sim.layout.furniture_rearrangement import rearranged
+from robot_sim.layout.path_collisions import check_paths
+from robot_sim.robot.bumper_geom import add_bumper
+from robot_sim.robot.drivable_surfaces import drivable_geoms, mark_drivable
+from robot_sim.robot.mujoco_body import add_robot, set_physics
+from robot_sim.robot.platforms import P3AT
+from robot_sim.robot.skid_steer_parameters import SkidSteer
+from robot_sim.scene_objects.blocks import Block, paint
+from robot_sim.scene_objects.floor_surfaces import surface_named
+from robot_sim.scene_objects.furniture import footprint, piece_blocks
+from robot_sim.scene_objects.terrain import add_terrain
+from robot_sim.scene_objects.walls import wall_blocks
+from robot_sim.worlds.world import AS_MAPPED, TIMESTEP_NS, World, WorldOptions, check_places
+
+
+def build_world(
+    plan: Plan,
+    *,
+    robot: SkidSteer | None = None,
+    options: WorldOptions = AS_MAPPED,
+) -> World:
+    """Build a world from a floor plan.
+
+    Args:
+        plan: The floor plan.
+        robot: Robot that is compiled into the world; a P3-AT by default.
+        options: Differences from the mapped world.
+
+    Raises:
+        WorldError: the plan cannot be built, nothing in it is drivable, or the robot does not fit
+            at one of its spawns or places; the message gives the reason.
+    """
+    robot = robot or P3AT()
+    spec = mujoco.MjSpec()
+    set_physics(spec, timestep=TIMESTEP_NS * 1e-9)
+    try:
+        if options.rearranged is not None:
+            plan = rearranged(plan, options.rearranged)
+        ground = PlanGround(plan)
+        _add_ground(spec, plan, ground)
+        blocks = list(plan_blocks(plan, ground))
+        if options.alive:
+            check_paths(plan, blocks)
+        for block in blocks:
+            block.add_to(spec)
+        bodies = tuple(moving_bodies(plan.actors, seed=options.timing) if options.alive else ())
+        for body in bodies:
+            body.add_to(spec)
+        surfaces = tuple(geom.name for geom in drivable_geoms(spec))
+        if not surfaces:
+            raise WorldError("no surface is drivable: give it a floor")
+        add_robot(spec, surfaces=surfaces, robot=robot)
+        if bodies:
+            add_bumper(spec, robot)
+        model = spec.compile()
+        spawns = _poses(plan.spawns, ground, robot)
+        world = World(
+            name=plan.name,
+            model=model,
+            spawn=next(iter(spawns.values())),
+            places=_poses(plan.places, ground, robot),
+            tour=plan.tour,
+            survey=plan.survey or plan.tour,
+            bounds=plan.bounds,
+            spawns=spawns,
+            robot=robot,
+            plan=plan,
+            patches=plan.patches,
+            movers=tuple(body.mover for body in bodies),
+        )
+        check_places(world)
+    except (ValueError, SimulationError) as error:
+        raise WorldError(f"world {plan.name!r}: {' '.join(str(error).split())}") from None
+    return world
+
+
+def plan_blocks(plan: Plan, ground: PlanGround | None = None) -> Iterator[Block]:
+    """Yield the solids of everything static in a plan, except for drivable surfaces."""
+    ground = ground or PlanGround(plan)
+    for wall in plan.walls:
+        yield from wall_blocks(wall)
+    for glazing in plan.glazings:
+        yield from glazing.blocks()
+    for roof in plan.roofs:
+        yield from roof.blocks()
+    for piece in plan.furniture:
+        yield from piece_blocks(piece, ground.lowest(footprint(piece)))
+    if plan.ceiling:
+        x0, y0, x1, y1 = plan.bounds
+        half = (0.5 * (x1 - x0), 0.5 * (y1 - y0), 0.05)
+        yield Block("ceiling", 0.5 * (x0 + x1), 0.5 * (y0 + y1), plan.height + 0.05, half)
+
+
+def _add_ground(spec: mujoco.MjSpec, plan: Plan, ground: PlanGround) -> None:
+    """Add the drivable surfaces: floor, slabs and terrains."""
+    if plan.floor != NO_FLOOR:
+        x0, y0, x1, y1 = plan.bounds
+        floor = spec.worldbody.add_geom(
+            name="floor",
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            pos=(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0),
+            size=(0.5 * (x1 - x0), 0.5 * (y1 - y0), 0.1),
+        )
+        _surface(spec, floor, plan.floor)
+    for slab in plan.slabs:
+        _surface(spec, slab.block().add_to(spec), slab.surface)
+    for terrain, grid in ground.grids:
+        _surface(spec, add_terrain(spec, terrain, grid), terrain.surface)
+
+
+def _surface(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, name: str) -> None:
+    surface = surface_named(name)
+    mark_drivable(geom, surface.mu_long, surface.mu_lat, surface.rolling_resistance)
+    paint(spec, geom, name)
+
+
+def _poses(
+    placements: Mapping[str, Placement], ground: PlanGround, robot: SkidSteer
+) -> Mapping[str, Pose]:
+    return MappingProxyType(
+        {key: ground.stand(p, robot.wheelbase, robot.track) for key, p in placements.items()}
+    )

@@ -1,0 +1,37 @@
+"""Settings of ``farsteer operate``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from teleop.errors import SettingError
+
+
+@dataclass(frozen=True, slots=True)
+class OperateConfig:
+    """Which robot is operated, and how; each setting is an option of the command."""
+
+    url: Annotated[str, tyro.conf.Positional] = "ws://127.0.0.1:9090"
+    """Address of the robot."""
+    map: Path | None = None
+    """This side's copy of the robot's map (PLY); the office's unless given."""
+    record: Path | None = None
+    """Record the display to this file (.rrd)."""
+    viewer: bool = True
+    """Open rerun's viewer; needs a screen."""
+    hint: tuple[float, float, float] | None = None
+    """Send the robot a pose hint: x, y [m], heading [degrees]."""
+    duration: float | None = None
+    """End after this time [s]."""
+    token: Path | None = None
+    """File with the token to send, on a line of its own."""
+    ca: Path | None = None
+    """Certificate to trust at a wss:// address, if this machine does not trust it already (PEM)."""
+
+    def __post_init__(self) -> None:
+        if self.duration is not None and not self.duration > 0.0:
+            raise SettingError(f"duration must be > 0 s, got {self.duration}")

@@ -1,0 +1,1 @@
+"""The audit log of the robot: who commanded what, and what was rejected."""

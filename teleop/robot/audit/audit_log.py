@@ -1,0 +1,178 @@
+"""Audit log of the robot: commands, hints, e-stops, connections and rejected attempts, line by line."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from localization.types import Hint, HintVerdict
+from teleop.joystick import VelocityRequest
+from teleop.robot.audit.audit_rate_limit import AuditRateLimiter
+from teleop.robot.inbox import DriveCommand
+from teleop.robot.tick_record import TickRecord
+from teleop.rosbridge.auth.permissions import Access
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
+from teleop.rosbridge.protocol.refusals import Refusal
+from teleop.rosbridge.server.server import Server
+
+_DIGITS: Final = 6
+"""Decimals of numbers in the log: micrometres."""
+
+_HARMLESS: Final = ("subscribe", "unsubscribe", "unadvertise", "set_level", "status")
+"""Operations that change nothing; their rejection is not logged."""
+
+_MAX_HINTS: Final = 64
+"""Number of hints whose senders are remembered until the verdict."""
+
+SUPPRESSED: Final = "suppressed"
+"""Kind of the line that reports how many lines were suppressed."""
+
+
+class AuditLog(Observer):
+    """Turns events into lines; owns the last request of each client that it has logged."""
+
+    def __init__(
+        self,
+        write: Callable[[dict[str, Any]], None],
+        server: Server,
+        *,
+        stamp: Callable[[], int],
+        wall: Callable[[], str],
+    ) -> None:
+        """Subscribe to the server's events.
+
+        Args:
+            write: Receives each line.
+            server: The server whose connections are logged.
+            stamp: Returns the time of the robot's clock [ns].
+            wall: Returns date and time, for people.
+        """
+        self._write = write
+        self._stamp, self._wall = stamp, wall
+        self._identity: dict[str, dict[str, str]] = {}
+        self._logged: dict[str, tuple[VelocityRequest, str]] = {}
+        self._hints: deque[tuple[Hint, str]] = deque(maxlen=_MAX_HINTS)
+        self._rates = AuditRateLimiter()
+        server.protocol.observers.add(self)
+
+    def hint(self, client: str, hint: Hint) -> None:
+        """Log a hint, with the standard deviations that its sender gave."""
+        self._hints.append((hint, client))
+        pose, sigmas = hint.map_from_base, np.sqrt(np.clip(np.diag(hint.covariance), 0.0, None))
+        self._line(
+            "hint",
+            client,
+            position=_rounded(pose.position),
+            orientation_wxyz=_rounded(pose.quaternion_wxyz),
+            sigmas=_rounded(sigmas),
+        )
+
+    def action(self, client: str, action: str, rejection: str | None = None) -> None:
+        """Log an e-stop, its reset, a take-over or an undo, and why it was rejected if it was."""
+        self._line(action, client, **({"refused": rejection} if rejection else {}))
+
+    def tokens_renewed(self, disconnected: Sequence[str]) -> None:
+        """Log that the token file was read again, and which clients it disconnected."""
+        self._write(
+            {**self._when(), "what": "tokens read again", "disconnected": list(disconnected)}
+        )
+
+    def tick(self, tick: TickRecord) -> None:
+        """Log a tick's commands and verdicts: of each client the newest command, if it has changed."""
+        rejections = {rejection.client: rejection.reason for rejection in tick.rejections}
+        newest = {m.client: m.request for m in tick.inbox if isinstance(m, DriveCommand)}
+        for client, request in newest.items():
+            self._command(client, request, rejections.get(client, ""))
+        for estimate in tick.estimates:
+            if estimate.verdict is not None:
+                self._verdict(estimate.verdict)
+
+    def end(self) -> None:
+        """Log the number of suppressed lines that no line has reported yet."""
+        self._count(last=True)
+
+    def _command(self, client: str, request: VelocityRequest, rejection: str) -> None:
+        last = self._logged.get(client)
+        if last is not None and _same(last[0], request) and last[1] == rejection:
+            return
+        if client in self._identity:
+            self._logged[client] = request, rejection
+        self._line(
+            "drive",
+            client,
+            forward=round(float(request.twist.linear[0]), _DIGITS),
+            turn=round(float(request.twist.angular[2]), _DIGITS),
+            deadman=request.enabled,
+            kind="drive refused" if rejection else "drive",
+            **({"refused": rejection} if rejection else {}),
+        )
+
+    def _verdict(self, verdict: HintVerdict) -> None:
+        for hint, client in self._hints:  # the pose that the robot starts with has no sender
+            if hint is verdict.hint:
+                found, why = verdict.verdict.value, verdict.reason
+                self._line("hint answered", client, verdict=found, reason=why)
+
+    def refused(self, connection: Connection, refusal: Refusal) -> None:
+        """Log a rejected operation."""
+        if refusal.op not in _HARMLESS:
+            asked = {"op": refusal.op, "name": refusal.name}
+            given = {key: value for key, value in asked.items() if value}
+            self._line("refused", connection.name, **given, refused=refusal.why)
+
+    def connected(self, connection: Connection, now: int) -> None:
+        """Log a connection."""
+        self._identify(connection.name, connection.access)
+        self._line("connected", connection.name)
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """Log the end of a connection."""
+        name = connection.name
+        self._line("disconnected", name)
+        self._identity.pop(name, None)
+        self._logged.pop(name, None)
+        self._rates.leave(name)
+
+    def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
+        """Log an authentication, or its rejection."""
+        name = connection.name
+        if access is None:
+            self._line("auth refused", name)
+        else:
+            self._identify(name, access)
+            self._line("auth", name)
+
+    def _identify(self, name: str, access: Access | None) -> None:
+        self._identity[name] = (
+            {} if access is None else {"holder": access.holder, "role": str(access.role)}
+        )
+
+    def _line(self, what: str, client: str, *, kind: str = "", **more: object) -> None:
+        if not self._rates.take(kind or what, client, self._stamp()):
+            return
+        self._count()
+        identity = {"client": client, **self._identity.get(client, {})}
+        self._write({**self._when(), "what": what, **identity, **more})
+
+    def _count(self, *, last: bool = False) -> None:
+        if suppressed := self._rates.suppressed(self._stamp(), last=last):
+            self._write({**self._when(), "what": SUPPRESSED, "lines": suppressed})
+
+    def _when(self) -> dict[str, object]:
+        return {"time": self._wall(), "stamp": self._stamp()}
+
+
+def _rounded(values: np.ndarray[Any, Any]) -> list[float]:
+    return [round(float(value), _DIGITS) for value in values]
+
+
+def _same(one: VelocityRequest, other: VelocityRequest) -> bool:
+    return (
+        one.enabled == other.enabled
+        and bool(np.array_equal(one.twist.linear, other.twist.linear))
+        and bool(np.array_equal(one.twist.angular, other.twist.angular))
+    )

@@ -1,0 +1,75 @@
+"""The commands ``farsteer serve`` and ``farsteer validate``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import tyro
+
+from localization.cli.terminal import Progress, say
+from teleop.robot.serve_config import ServeConfig
+
+
+@dataclass(frozen=True)
+class Serve:
+    """Serve a robot in real time until Ctrl-C; any rosbridge client can drive it.
+
+    It listens on this machine only, unless --host gives another address.
+    """
+
+    scene: str = "office"
+    """Scene in which the robot drives."""
+    server: tyro.conf.OmitArgPrefixes[ServeConfig] = field(default_factory=ServeConfig)
+    """Address, robot, access and records."""
+
+    def __call__(self) -> int:
+        """Serve until Ctrl-C."""
+        import asyncio
+
+        from localization.maps.prepared_map import default_cache
+        from teleop.robot.greeting import greeting
+        from teleop.robot.serve import serve
+        from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
+
+        config = self.server
+        world, cloud = config.robot.world(self.scene, config.seed), load_scene_cloud(self.scene)
+        path = scene_cloud_path(self.scene)
+        factor = asyncio.run(
+            serve(
+                world,
+                cloud,
+                config,
+                cache=default_cache(),
+                map_file=path,
+                ready=lambda server: say(greeting(server, world, cloud, path)),
+            )
+        )
+        say("\nended" if config.lockstep else f"\nended; kept {factor:.2f} of real time")
+        return 0
+
+
+@dataclass(frozen=True)
+class Validate:
+    """Measure how the robot turns, rolls, stands and responds, against published figures and theory.
+
+    Prints each quantity with its target, its tolerance and the target's source. There is no scene and no
+    seed: the figures are the same each time.
+    """
+
+    write: Path | None = None
+    """Update the tables of this page, which is docs/robot.md."""
+
+    def __call__(self) -> int:
+        """Measure, and print the table."""
+        from robot_sim.validation import validate
+        from robot_sim.validation.report import plain, verdict, write_report
+
+        bar = Progress()
+        rows = validate(bar)
+        bar.end()
+        say(plain(rows), "", verdict(rows))
+        if self.write is not None:
+            write_report(self.write, rows)
+            say(f"tables written to {self.write}")
+        return int(not all(row.passed for row in rows))

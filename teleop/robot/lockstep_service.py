@@ -1,0 +1,128 @@
+"""The service ``/sim/step``: simulated time advances only when a client requests it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+
+from localization.logs.ros_stamps import stamp_to_dict
+from teleop.robot.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.tick_record import TickRecord
+from teleop.rosbridge.errors import ServiceError
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
+
+_IDLE_DELAY: Final = 0.0005
+"""Delay of deferred work after a step has ended, so that its response is sent first [s]."""
+_RESTING: Final = 0.002
+"""Largest speed of a robot at rest, of each component [m/s] or [rad/s]."""
+
+
+class LockstepService(Observer):
+    """Advances the robot on request.
+
+    The first caller owns the stepping until it disconnects. No message to it is dropped, and each
+    response is queued behind all messages of its ticks.
+    """
+
+    MAX_TICKS: Final = 500
+    """Largest number of ticks in one call: ten seconds of robot time."""
+    MAX_BRAKING_TICKS: Final = 150
+    """Number of ticks within which the robot reaches standstill from any speed."""
+
+    def __init__(
+        self,
+        adapter: RosbridgeAdapter,
+        *,
+        last_stamp: int | None = None,
+        deferred: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Offer the service on an adapter's server.
+
+        Args:
+            adapter: The robot and its server.
+            last_stamp: Time after which no tick begins [ns]; None for no end.
+            deferred: Called after each step, while the client decides on the next one; for work that
+                no response waits for, such as recording.
+        """
+        self._adapter, self._last_stamp, self._deferred = adapter, last_stamp, deferred
+        self._owner: int | None = None
+        self._busy = False
+        self.error: Exception | None = None
+        """The error that ended the simulation, if one did."""
+        step = adapter.server.async_handlers.wrap(self._step)
+        adapter.server.protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", step)
+        adapter.server.protocol.observers.add(self)
+
+    @property
+    def _stamp(self) -> int:
+        return self._adapter.robot.simulation.stamp
+
+    @property
+    def _over(self) -> bool:
+        return self._last_stamp is not None and self._stamp >= self._last_stamp
+
+    async def _step(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        ticks = int(request["ticks"])
+        self._check(client, ticks)
+        self._owner = client
+        self._adapter.server.protocol.connections.set_lossless(client)
+        self._busy = True
+        try:
+            for _ in range(ticks):
+                if self._owner != client:
+                    raise ServiceError("the caller has disconnected")
+                if self._over:
+                    return self._response("time is up")
+                self._tick()
+                # Yield to the sockets, so that a long step does not pile up its messages.
+                await asyncio.sleep(0)
+        finally:
+            self._busy = False
+            asyncio.get_running_loop().call_later(_IDLE_DELAY, self._do_deferred)
+        return self._response("")
+
+    def _do_deferred(self) -> None:
+        try:
+            self._deferred()
+        except Exception as error:
+            self.error = error
+
+    def _check(self, client: int, ticks: int) -> None:
+        if self._owner not in (None, client):
+            owner = self._adapter.server.protocol.connections.name(self._owner or 0)
+            raise ServiceError(f"{owner} owns the stepping; wait until it disconnects")
+        if not 1 <= ticks <= self.MAX_TICKS:
+            raise ServiceError(f"ticks must be 1 to {self.MAX_TICKS}, got {ticks}")
+        if self._busy or self.error is not None:
+            raise ServiceError(str(self.error or "the last step has not ended yet"))
+
+    def _response(self, failure: str) -> dict[str, Any]:
+        stamp = stamp_to_dict(self._stamp)
+        return {"success": not failure, "message": failure, "stamp": stamp}
+
+    def _tick(self) -> TickRecord:
+        try:
+            tick = self._adapter.tick(self._stamp)
+        except Exception as error:
+            self.error = error
+            raise ServiceError(str(error)) from error
+        self._adapter.server.protocol.timers.tick(tick.stamp)
+        return tick
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """Brake the robot to rest when the owner disconnects, and free the stepping."""
+        if connection.id != self._owner:
+            return
+        self._owner = None
+        for _ in range(self.MAX_BRAKING_TICKS):
+            if self.error is not None or self._over or _resting(self._tick()):
+                return
+
+
+def _resting(tick: TickRecord) -> bool:
+    twist = tick.truth.twist
+    return bool(np.abs(twist.linear).max() < _RESTING and np.abs(twist.angular).max() < _RESTING)

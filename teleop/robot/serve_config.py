@@ -1,0 +1,54 @@
+"""Settings of ``farsteer serve``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from teleop.errors import SettingError
+from teleop.robot.robot_options import RobotOptions
+
+
+@dataclass(frozen=True, slots=True)
+class ServeConfig:
+    """How a robot is served; each setting is an option of the command."""
+
+    host: str = "127.0.0.1"
+    """Address to listen on; any but loopback is open to the network."""
+    port: int = 9090
+    """Port to listen on; 0 takes a free one."""
+    seed: int = 0
+    """Seed of the sensor noise."""
+    lost: bool = False
+    """Start without a pose; the robot then waits for a hint on /initialpose."""
+    record: Path | None = None
+    """Write all sensor readings to this file (MCAP)."""
+    lockstep: bool = False
+    """Advance time only when a client calls the service /sim/step."""
+    robot: tyro.conf.OmitArgPrefixes[RobotOptions] = field(default_factory=RobotOptions)
+    """Sensors and drive of the robot, and the state of its world."""
+    messages: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FOLDER ...")] = ()
+    """Folders with your own .msg, .srv and .action files, each named like its package."""
+    ros1: bool = False
+    """Use the type names of ROS 1, and its form of cbor-raw, for clients that know no other."""
+    tokens: Path | None = None
+    """File with the tokens of those who may connect, see docs/security.md; unless given, anybody may."""
+    origins: Annotated[tuple[str, ...], tyro.conf.arg(metavar="ORIGIN ...")] = ()
+    """Web pages that may connect, besides those of this machine, such as https://lab.example."""
+    tls_cert: Path | None = None
+    """Encrypt with this certificate and those of its issuers (PEM); needs --tls-key."""
+    tls_key: Path | None = None
+    """Private key of the certificate (PEM)."""
+    audit: Path | None = None
+    """Append a line to this file for everything that clients do to the robot."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.port <= 65535:
+            raise SettingError(f"port must be 0 to 65535, got {self.port}")
+        if self.seed < 0:
+            raise SettingError(f"seed must be >= 0, got {self.seed}")
+        if (self.tls_cert is None) != (self.tls_key is None):
+            raise SettingError("TLS needs both, a certificate and its key")

@@ -1,0 +1,173 @@
+"""Messages about the robot's estimate, its hints, and who drives it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from localization.geometry import FloatArray
+from localization.logs.ros_geometry import pose_to_dict, transform_to_dict, vector_to_dict
+from localization.logs.ros_stamps import stamp_to_dict
+from localization.maps.cloud import Cloud
+from localization.monitoring.health import horizontal_sigma
+from localization.types import Estimate, Mounts, Pose
+from teleop.robot.safety import ControlMode
+from teleop.robot.tick_record import TickRecord
+from teleop.robot.topics.message_parts import Message, Messages, header, odometry
+
+_FLOAT32 = 7
+"""``sensor_msgs/PointField.FLOAT32``."""
+
+
+def ros_covariance(estimate: Estimate) -> FloatArray:
+    """Return the (36,) covariance in ROS's convention, whose rotations are about the fixed axes."""
+    assert estimate.map_from_base is not None
+    turn = np.eye(6)
+    turn[3:, 3:] = estimate.map_from_base.rotation
+    return np.asarray((turn @ estimate.covariance @ turn.T).ravel())
+
+
+def clock(tick: TickRecord) -> Messages:
+    """Return the robot's time."""
+    return ({"clock": stamp_to_dict(tick.stamp)},)
+
+
+def tf(tick: TickRecord) -> Messages:
+    """Return ``map`` to ``odom``, once the robot is localised, and ``odom`` to ``base_link``."""
+    e = tick.estimate
+    transforms = [_transform(tick.stamp, "odom", "base_link", e.odom_from_base)]
+    if e.map_from_base is not None:
+        map_from_odom = e.map_from_base @ e.odom_from_base.inverse()
+        transforms.insert(0, _transform(tick.stamp, "map", "odom", map_from_odom))
+    return ({"transforms": transforms},)
+
+
+def tf_static(mounts: Mounts) -> Message:
+    """Return the transforms from ``base_link`` to each sensor."""
+    transforms = [_transform(0, "base_link", name, pose) for name, pose in mounts.items()]
+    return {"transforms": transforms}
+
+
+def map_info(cloud: Cloud) -> Message:
+    """Return name, bounds and hash of the map."""
+    low, high = cloud.bounds
+    return {
+        "name": cloud.name,
+        "frame_id": cloud.frame,
+        "sha256": cloud.sha256,
+        "points": len(cloud.points),
+        "min": vector_to_dict(low),
+        "max": vector_to_dict(high),
+    }
+
+
+def odom(tick: TickRecord) -> Messages:
+    """Return the dead-reckoned pose in ``odom`` and the estimated twist."""
+    estimate = tick.estimate
+    return (odometry(tick.stamp, "odom", estimate.odom_from_base, estimate.twist),)
+
+
+def amcl_pose(tick: TickRecord) -> Messages:
+    """Return the estimate in ``map`` with its covariance, once there is one."""
+    pose = tick.estimate.map_from_base
+    if pose is None:
+        return ()
+    covariance = ros_covariance(tick.estimate)
+    return (
+        {
+            "header": header(tick.stamp, "map"),
+            "pose": {"pose": pose_to_dict(pose), "covariance": covariance},
+        },
+    )
+
+
+def local_cloud(tick: TickRecord) -> Messages:
+    """Return the last registered sweep in ``map``, with each point's distance to the map."""
+    e = tick.estimate
+    if e.sweep is None or e.match is None or e.map_from_base is None:
+        return ()
+    table = np.zeros((len(e.sweep.points), 5), dtype="<f4")
+    table[:, :3] = e.map_from_base.apply(e.sweep.points)
+    table[:, 4] = e.match.distances
+    names = ("x", "y", "z", "intensity", "distance")
+    fields = [
+        {"name": name, "offset": 4 * i, "datatype": _FLOAT32, "count": 1}
+        for i, name in enumerate(names)
+    ]
+    return (
+        {
+            "header": header(e.sweep.stamp, "map"),
+            "height": 1,
+            "width": len(table),
+            "fields": fields,
+            "is_bigendian": False,
+            "point_step": 20,
+            "row_step": 20 * len(table),
+            "data": table.tobytes(),
+            "is_dense": bool(np.isfinite(table).all()),
+        },
+    )
+
+
+def localization_status(tick: TickRecord) -> Messages:
+    """Return health with its reasons, and figures of the last registration."""
+    e = tick.estimate
+    placed = e.map_from_base is not None
+    matched = tick.matched
+    fit = matched.match.inlier_ratio if matched is not None and matched.match is not None else 0.0
+    nis = matched.nis if matched is not None and matched.nis is not None else 0.0
+    return (
+        {
+            "header": header(tick.stamp, "map"),
+            "health": e.health.value,
+            "reasons": list(e.reasons),
+            "fit": fit,
+            "nis": nis,
+            "position_sigma": horizontal_sigma(e.covariance) if placed else 0.0,
+            "heading_sigma": float(np.sqrt(e.covariance[5, 5])) if placed else 0.0,
+            "unexplained": 1.0 - fit if matched is not None else 0.0,
+        },
+    )
+
+
+def hint_verdict(tick: TickRecord) -> Messages:
+    """Return the verdict about a hint, if one was reached in the tick."""
+    found = [e.verdict for e in tick.estimates if e.verdict is not None]
+    if not found:
+        return ()
+    verdict = found[-1]
+    return (
+        {
+            "header": header(verdict.stamp, "map"),
+            "verdict": verdict.verdict.value,
+            "reason": verdict.reason,
+            "hint": pose_to_dict(verdict.hint.map_from_base),
+            "candidates": [pose_to_dict(c.map_from_base) for c in verdict.candidates],
+            "scores": [c.score for c in verdict.candidates],
+        },
+    )
+
+
+def teleop_state(tick: TickRecord) -> Messages:
+    """Return the driver, the state of the command path and the command in force."""
+    state = tick.control
+    return (
+        {
+            "header": header(tick.stamp, "base_link"),
+            "state": state.control.value,
+            "reason": state.reason,
+            "controller": state.controller,
+            "armed": state.control is ControlMode.ARMED,
+            "estop": state.control is ControlMode.ESTOP,
+            "command_age": state.command_age / 1e9,
+            "linear": float(state.twist.linear[0]),
+            "angular": float(state.twist.angular[2]),
+        },
+    )
+
+
+def _transform(stamp: int, parent: str, child: str, pose: Pose) -> Message:
+    return {
+        "header": header(stamp, parent),
+        "child_frame_id": child,
+        "transform": transform_to_dict(pose),
+    }

@@ -1,0 +1,78 @@
+"""Messages of the robot's sensors: scanners, inertial unit, wheel encoders, bumpers, controller packets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from localization.logs.laser_scan_message import scan_message
+from localization.logs.motion_messages import inertial_message, wheels_message
+from localization.types import Inertial, Scan, WheelSpeeds
+from teleop.robot.tick_record import TickRecord
+from teleop.robot.topics.message_parts import Message, Messages, header
+
+
+def scans_of(scanner: str) -> Callable[[TickRecord], Messages]:
+    """Return the builder of a scanner's scans; a mirror of 75 Hz ends one or two of them in a tick."""
+
+    def scans(tick: TickRecord) -> Messages:
+        return tuple(
+            _scan(reading)
+            for reading in tick.readings
+            if isinstance(reading, Scan) and reading.scanner == scanner
+        )
+
+    return scans
+
+
+def imu(tick: TickRecord) -> Messages:
+    """Return the newest inertial reading."""
+    found = [r for r in tick.readings if isinstance(r, Inertial)]
+    return (_to_dict(inertial_message(found[-1])),) if found else ()
+
+
+def joint_states(tick: TickRecord) -> Messages:
+    """Return the newest wheel rates of both sides."""
+    found = [r for r in tick.readings if isinstance(r, WheelSpeeds)]
+    if not found:
+        return ()
+    return (_to_dict(wheels_message(found[-1], tick.robot.rolling_radius)),)
+
+
+def bumper_state(tick: TickRecord) -> Messages:
+    """Return the pressed segments of both bumpers."""
+    bumpers = tick.condition.bumpers
+    return (
+        {
+            "header": header(tick.stamp, "base_link"),
+            "front_bumpers": list(bumpers.front),
+            "rear_bumpers": list(bumpers.rear),
+        },
+    )
+
+
+def firmware_packet(tick: TickRecord) -> Messages:
+    """Return the standard packet of a controller with firmware, if one was due."""
+    if tick.packet is None:
+        return ()
+    return ({"layout": {"dim": [], "data_offset": 0}, "data": tick.packet.to_bytes()},)
+
+
+def _scan(scan: Scan) -> Message:
+    message: Message = _to_dict(scan_message(scan))
+    # JSON has no infinity, and some clients fail on null: a beam without return is beyond the range.
+    clean = np.nan_to_num(message["ranges"], nan=0.0, posinf=scan.range_max + 1.0)
+    return {**message, "ranges": clean}
+
+
+def _to_dict(message: object) -> Any:
+    """Return a message of the log's type store as dictionaries."""
+    if is_dataclass(message):
+        names = [f.name for f in fields(message) if f.name != "__msgtype__"]
+        return {name: _to_dict(getattr(message, name)) for name in names}
+    if isinstance(message, list):
+        return [_to_dict(item) for item in message]
+    return message

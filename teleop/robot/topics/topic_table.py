@@ -1,0 +1,213 @@
+"""Table of the robot's topics and services: name, type, rate, and the builder of the messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from localization.maps.cloud import Cloud
+from localization.types import Mounts
+from teleop.robot.tick_record import TickRecord
+from teleop.robot.topics import (
+    diagnostics_messages as diagnostics,
+    estimate_messages as estimate,
+    ground_truth_messages as truth,
+    sensor_messages as sensors,
+)
+from teleop.robot.topics.message_parts import Message, Messages
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic that the robot publishes while it runs."""
+
+    name: str
+    """Name of the topic."""
+    type: str
+    """Type of its messages."""
+    every: int
+    """Number of ticks of 20 ms between messages; 0 for topics that are published on events."""
+    build: Callable[[TickRecord], Messages]
+    """Returns the messages to publish after a tick; empty if there are none."""
+    description: str
+    """Content, for the documentation."""
+    latch: bool = False
+    """Whether new subscribers get the last message."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interface:
+    """A latched topic, an input topic or a service."""
+
+    name: str
+    """Name of the topic or service."""
+    type: str
+    """Type of its messages, or of the service."""
+    description: str
+    """Content or effect, for the documentation."""
+
+
+OUTPUTS: tuple[Topic, ...] = (
+    Topic("/clock", "rosgraph_msgs/msg/Clock", 1, estimate.clock, "the robot's time"),
+    Topic("/tf", "tf2_msgs/msg/TFMessage", 2, estimate.tf, "`map` to `odom` to `base_link`"),
+    Topic(
+        "/odom",
+        "nav_msgs/msg/Odometry",
+        2,
+        estimate.odom,
+        "smooth pose in `odom` and twist; drifts",
+    ),
+    Topic(
+        "/amcl_pose",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+        5,
+        estimate.amcl_pose,
+        "the estimate in `map` with its covariance, once there is one",
+    ),
+    Topic(
+        "/scan",
+        "sensor_msgs/msg/LaserScan",
+        0,
+        sensors.scans_of("laser_horizontal"),
+        "horizontal scanner; a beam without return has range_max + 1",
+    ),
+    Topic(
+        "/scan_vertical",
+        "sensor_msgs/msg/LaserScan",
+        0,
+        sensors.scans_of("laser_vertical"),
+        "transverse scanner",
+    ),
+    Topic(
+        "/local_cloud",
+        "sensor_msgs/msg/PointCloud2",
+        0,
+        estimate.local_cloud,
+        "the last sweep in `map`: x y z, intensity (always 0), distance to the map [m], NaN for points far from any mapped surface",
+    ),
+    Topic("/imu/data", "sensor_msgs/msg/Imu", 1, sensors.imu, "gyro and accelerometer"),
+    Topic(
+        "/joint_states",
+        "sensor_msgs/msg/JointState",
+        1,
+        sensors.joint_states,
+        "wheel rates of both sides",
+    ),
+    Topic(
+        "/localization/status",
+        "farsteer_msgs/msg/LocalizationStatus",
+        5,
+        estimate.localization_status,
+        "health with reasons, fit, NIS, sigmas",
+    ),
+    Topic(
+        "/localization/hint_verdict",
+        "farsteer_msgs/msg/HintVerdict",
+        0,
+        estimate.hint_verdict,
+        "the verdict about a hint",
+        latch=True,
+    ),
+    Topic(
+        "/teleop/state",
+        "farsteer_msgs/msg/TeleopState",
+        5,
+        estimate.teleop_state,
+        "the driver, and the command in force",
+    ),
+    Topic(
+        "/bumper_state",
+        "farsteer_msgs/msg/BumperState",
+        1,
+        sensors.bumper_state,
+        "front and rear bumper segments, each ring from the robot's left; as ROSARIA publishes them",
+    ),
+    Topic(
+        "/firmware/packet",
+        "std_msgs/msg/UInt8MultiArray",
+        0,
+        sensors.firmware_packet,
+        "with the firmware option, 10 Hz: the controller's standard packet, byte by byte",
+    ),
+    Topic(
+        "/diagnostics",
+        "diagnostic_msgs/msg/DiagnosticArray",
+        50,
+        diagnostics.diagnostics,
+        "for dashboards: localisation; bumpers, tilt, stalls, a fall",
+    ),
+    Topic(
+        "/ground_truth/odom",
+        "nav_msgs/msg/Odometry",
+        2,
+        truth.true_odometry,
+        "true pose and twist; simulation only",
+    ),
+    Topic(
+        "/ground_truth/slip",
+        "farsteer_msgs/msg/Slip",
+        2,
+        truth.true_slip,
+        "true slip of the wheels, and the centres of rotation; simulation only",
+    ),
+    Topic(
+        "/ground_truth/condition",
+        "farsteer_msgs/msg/Condition",
+        1,
+        truth.true_condition,
+        "touched objects by name; wheels on the ground, tilt, stalls, a fall; simulation only",
+    ),
+)
+"""Topics that the robot publishes tick by tick."""
+
+TF_STATIC = Interface(
+    "/tf_static", "tf2_msgs/msg/TFMessage", "poses of scanners and IMU on `base_link`; latched"
+)
+MAP_INFO = Interface(
+    "/map_info", "farsteer_msgs/msg/MapInfo", "name, bounds and SHA-256 of the map; latched"
+)
+
+INPUTS: tuple[Interface, ...] = (
+    Interface(
+        "/joy", "sensor_msgs/msg/Joy", "drive: `axes[1]` forward, `axes[0]` turn, deadman, turbo"
+    ),
+    Interface(
+        "/unity/joy",
+        "sensor_msgs/msg/Joy",
+        "the same as `/joy`, under the name that the paper used",
+    ),
+    Interface("/cmd_vel", "geometry_msgs/msg/Twist", "drive without a joystick; no deadman"),
+    Interface(
+        "/initialpose",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+        "a hint: all-zero covariance means the default sigma",
+    ),
+)
+"""Topics that the robot subscribes to."""
+
+SERVICES: tuple[Interface, ...] = (
+    Interface(
+        "/sim/step", "farsteer_msgs/srv/Step", "lockstep only: advance by a number of 20 ms ticks"
+    ),
+    Interface("/teleop/estop", "std_srvs/srv/Trigger", "brake and stay braked"),
+    Interface("/teleop/estop_reset", "std_srvs/srv/Trigger", "release the e-stop"),
+    Interface(
+        "/teleop/take_over", "std_srvs/srv/Trigger", "take the lease from the present driver"
+    ),
+    Interface(
+        "/localization/undo",
+        "std_srvs/srv/Trigger",
+        "undo the last accepted hint, or the last pose that a global search set",
+    ),
+)
+"""Services that the robot offers."""
+
+
+def latched_messages(cloud: Cloud, mounts: Mounts) -> Mapping[Interface, Message]:
+    """Return the messages that are published once, at the start.
+
+    Args:
+        cloud: The robot's map.
+        mounts: ``base_from_sensor`` of each sensor.
+    """
+    return {TF_STATIC: estimate.tf_static(mounts), MAP_INFO: estimate.map_info(cloud)}

@@ -1,0 +1,1 @@
+"""Operations as WebSocket frames: JSON, field checks, fragments, PNG, outgoing frames."""

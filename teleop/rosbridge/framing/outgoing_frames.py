@@ -1,0 +1,88 @@
+"""Frames that leave the protocol for a client."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final, TypeAlias
+
+from teleop.rosbridge.framing.fragments import split_message
+
+POLICY_VIOLATION: Final = 1008
+"""Code of a close frame (RFC 6455, section 7.4.1): the client violates a limit or rule."""
+
+MESSAGE_TOO_BIG: Final = 1009
+"""Code of a close frame (RFC 6455, section 7.4.1): a received frame is too large."""
+
+
+class FrameKind(Enum):
+    """How a queued frame is treated when its client reads slowly."""
+
+    CONTROL = "control"
+    """Responses and status, which are never dropped."""
+
+    DATA = "data"
+    """Messages of topics, which newer ones may replace."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReplyFormat:
+    """How a client wants a response to be encoded."""
+
+    png: bool = False
+    """Whether the JSON is sent as a ``png`` operation."""
+
+    fragment: int = 0
+    """Largest fragment [bytes]; 0 for an unfragmented response."""
+
+
+PLAIN: Final = ReplyFormat()
+
+
+@dataclass(frozen=True, slots=True)
+class OutgoingFrame:
+    """A frame for one client; its payload is shared with other clients that receive the same."""
+
+    kind: FrameKind
+    payload: bytes
+    binary: bool = False
+    """Whether it is sent in a binary frame (CBOR) instead of a text frame (JSON)."""
+
+    topic: str | None = None
+    depth: int = 0
+    """Number of frames of the topic that may be queued; 0 leaves it to the size of the queue."""
+
+    lossless: bool = False
+    """Whether the frame keeps its place among all frames of the client and is never dropped."""
+
+    fragment: int = 0
+    """Largest fragment requested by the client [bytes]; 0 for an unfragmented frame."""
+
+    fragment_id: str = ""
+    """Id of the fragments; empty if the frame is not fragmented."""
+
+    @property
+    def text(self) -> str:
+        """The JSON text of a text frame."""
+        return self.payload.decode("ascii")
+
+    @property
+    def frames(self) -> Iterable[bytes]:
+        """The payload, or its fragments, which are created while iterating."""
+        if self.fragment_id:
+            return split_message(self.payload, self.fragment, self.fragment_id)
+        return (self.payload,)
+
+
+@dataclass(frozen=True, slots=True)
+class CloseFrame:
+    """Request to disconnect the client."""
+
+    code: int
+    """Code of the WebSocket close frame."""
+
+    reason: str
+
+
+Output: TypeAlias = OutgoingFrame | CloseFrame

@@ -1,0 +1,61 @@
+"""The protocol state of one connected client."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from teleop.rosbridge.auth.permissions import Access, Act
+from teleop.rosbridge.errors import OperationError
+from teleop.rosbridge.framing.fragments import Reassembly
+from teleop.rosbridge.limits import TokenBucket
+
+STATUS_LEVELS: Final = {"none": 0, "error": 1, "warning": 2, "info": 3}
+"""Levels of ``status`` and ``set_level``; a client receives those up to its own."""
+
+
+@dataclass(slots=True)
+class Connection:
+    """One connected client."""
+
+    id: int
+    name: str
+    """Number and address, for logs."""
+
+    address: str
+    since: int
+    """Time of connection [ns]."""
+
+    operation_rate: TokenBucket
+    byte_rate: TokenBucket
+    reassembly: Reassembly
+    """Its incomplete fragmented messages."""
+
+    access: Access | None
+    """Its permissions; None until it has authenticated."""
+
+    level: int = STATUS_LEVELS["error"]
+    """Highest status level it receives."""
+
+    lossless: bool = False
+    """Whether all its frames are sent, in their order."""
+
+    excess: int = 0
+    """Operations over the limit since the last one within it."""
+
+    closing: bool = False
+    """Whether it is being disconnected; its frames are ignored."""
+
+    fragmented: int = 0
+    """Number of messages sent in fragments, which numbers their ids."""
+
+    def refusal(self, act: Act, name: str) -> str | None:
+        """Return why the client may not use a name; None if it may."""
+        if self.access is None:
+            return "authentication with a token is required"
+        return self.access.refusal(act, name)
+
+    def require(self, act: Act, name: str) -> None:
+        """Raise OperationError if the client may not use a name."""
+        if refusal := self.refusal(act, name):
+            raise OperationError(refusal)

@@ -1,0 +1,138 @@
+"""Dispatch of operations: reads frames and calls the handler of each operation."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from typing import Any, Final, TypeAlias
+
+from teleop.rosbridge.errors import FrameError, OperationError, RosbridgeError
+from teleop.rosbridge.framing.json_frames import operations
+from teleop.rosbridge.framing.large_frames import LARGE_FRAME, LargeFrameReader, PayloadField
+from teleop.rosbridge.framing.operation_fields import Operation, identity
+from teleop.rosbridge.graph.actions import Actions
+from teleop.rosbridge.graph.services import Services
+from teleop.rosbridge.graph.topics import Topics
+from teleop.rosbridge.messages.message_types import ActionType, MessageType, ServiceType
+from teleop.rosbridge.messages.type_registry import TypeRegistry
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.connections import Connections
+from teleop.rosbridge.protocol.observers import Observer
+from teleop.rosbridge.protocol.refusals import Refusal
+from teleop.rosbridge.topic_names import canonical
+
+_LOG: Final = logging.getLogger(__name__)
+
+OperationHandler: TypeAlias = Callable[[Connection, Operation, int], None]
+"""Processes an operation of a client at a time [ns]."""
+
+
+class Dispatcher:
+    """Calls the handlers of operations, by name, and reports their errors to the client."""
+
+    def __init__(
+        self,
+        connections: Connections,
+        observer: Observer,
+        registry: TypeRegistry,
+        payloads: Mapping[str, PayloadField],
+    ) -> None:
+        self._connections = connections
+        self._observer = observer
+        self._large_frames = LargeFrameReader(registry, payloads)
+        self._handlers: dict[str, OperationHandler] = {}
+
+    def add(self, handlers: Mapping[str, OperationHandler]) -> None:
+        """Add handlers of operations."""
+        self._handlers.update(handlers)
+
+    def dispatch(self, client: Connection, frame: str | bytes, now: int) -> None:
+        """Process the operations in a frame; each counts for the client's rate."""
+        try:
+            for operation in self._read(frame):
+                if client.closing or not self._connections.admit(client, now):
+                    return
+                self._handle(client, operation, now)
+        except FrameError as error:
+            if self._connections.admit(client, now):
+                self._reject_frame(client, error)
+
+    def reassembled(self, client: Connection, message: str, now: int) -> None:
+        """Process a reassembled message, whose fragments count for the first operation."""
+        try:
+            for number, operation in enumerate(self._read(message)):
+                if client.closing:
+                    return
+                if operation.get("op") == "fragment":
+                    raise FrameError("a fragmented message must not contain fragments")
+                if number > 0 and not self._connections.admit(client, now):
+                    return
+                self._handle(client, operation, now)
+        except FrameError as error:
+            self._reject_frame(client, error)
+
+    def _read(self, frame: str | bytes) -> Any:
+        if len(frame) < LARGE_FRAME:
+            return operations(frame)
+        return (self._large_frames.read(frame),)
+
+    def _handle(self, client: Connection, operation: Operation, now: int) -> None:
+        op, key = operation.get("op"), None
+        handler = self._handlers.get(op) if isinstance(op, str) else None
+        try:
+            key = identity(operation)
+            if handler is None:
+                raise OperationError(self._unknown(op))
+            if client.access is None and op != "auth":
+                raise OperationError("authentication with a token is required")
+            handler(client, operation, now)
+        except RosbridgeError as error:
+            text = str(error) if handler is None else f"{op}: {error}"
+            self._observer.refused(client, Refusal.of(operation, str(error)))
+            self._connections.send_status(client.id, "error", text, key)
+        except Exception:
+            # A defect of the host must not end the client's connection.
+            _LOG.exception("%s of %s failed", op, client.name)
+            self._connections.send_status(client.id, "error", f"{op}: internal error", key)
+
+    def _reject_frame(self, client: Connection, error: FrameError) -> None:
+        self._observer.refused(client, Refusal.of({}, str(error)))
+        self._connections.send_status(client.id, "error", str(error))
+
+    def _unknown(self, op: object) -> str:
+        names = ", ".join(sorted(self._handlers))
+        if op is None:
+            return f"Received a message without an op; it must be one of {names}"
+        return f"Unknown operation: {str(op)[:80]}. Allowed operations: {names}"
+
+
+def large_payloads(topics: Topics, services: Services, actions: Actions) -> dict[str, PayloadField]:
+    """Return the operations that may be large, with the types of their payloads."""
+
+    def topic(name: str) -> MessageType | None:
+        found = topics.find(name)
+        return found.kind if found else None
+
+    def service(name: str) -> ServiceType | None:
+        found = services.find(name.partition("#")[0])
+        return found.kind if found else None
+
+    def action(name: str) -> ActionType | None:
+        wanted = canonical(name)
+        return next((one.kind for one in actions.all if canonical(one.name) == wanted), None)
+
+    def part(
+        find: Callable[[str], ServiceType | ActionType | None], which: str
+    ) -> Callable[[str], MessageType | None]:
+        return lambda name: getattr(find(name), which, None)
+
+    return {
+        "publish": PayloadField("topic", "msg", topic),
+        "call_service": PayloadField("service", "args", part(service, "request")),
+        "service_response": PayloadField(
+            "service", "values", part(service, "response"), or_text=True
+        ),
+        "send_action_goal": PayloadField("action", "args", part(action, "goal")),
+        "action_feedback": PayloadField("action", "values", part(action, "feedback")),
+        "action_result": PayloadField("action", "values", part(action, "result"), or_text=True),
+    }

@@ -1,0 +1,75 @@
+"""Interface of objects that observe what happens to the clients of a protocol."""
+
+from __future__ import annotations
+
+from teleop.rosbridge.auth.permissions import Access
+from teleop.rosbridge.framing.outgoing_frames import Output
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.refusals import Refusal
+
+
+class Observer:
+    """Observes clients; subclasses override the methods they need."""
+
+    def connected(self, connection: Connection, now: int) -> None:
+        """A client has connected; nothing can be sent to it yet."""
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """A client has disconnected, for any reason; nothing can be sent to it."""
+
+    def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
+        """A client has sent an ``auth`` operation; ``access`` is None if it was rejected."""
+
+    def refused(self, connection: Connection, refusal: Refusal) -> None:
+        """An operation of a client was rejected.
+
+        Error responses of services are not observed. Of operations over a limit, the first is
+        observed, and the one for which the client is disconnected.
+        """
+
+    def received(self, connection: Connection, frame: str | bytes) -> None:
+        """A frame was received from a client; it has not been processed yet."""
+
+    def sent(self, connection: Connection, output: Output) -> None:
+        """A frame was queued for a client."""
+
+
+class Observers(Observer):
+    """The observers of a protocol, as one; they are called in the order of their addition."""
+
+    def __init__(self) -> None:
+        self._observers: list[Observer] = []
+
+    def add(self, observer: Observer) -> None:
+        """Add an observer."""
+        self._observers.append(observer)
+
+    def connected(self, connection: Connection, now: int) -> None:
+        """Notify all observers."""
+        for observer in self._observers:
+            observer.connected(connection, now)
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """Notify all observers."""
+        for observer in self._observers:
+            observer.disconnected(connection, now)
+
+    def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
+        """Notify all observers."""
+        for observer in self._observers:
+            observer.authenticated(connection, access, now)
+
+    def refused(self, connection: Connection, refusal: Refusal) -> None:
+        """Notify all observers."""
+        for observer in self._observers:
+            observer.refused(connection, refusal)
+
+    def received(self, connection: Connection, frame: str | bytes) -> None:
+        """Notify all observers."""
+        for observer in self._observers:
+            observer.received(connection, frame)
+
+    def sent(self, connection: Connection, output: Output) -> None:
+        """Notify all observers."""
+        for observer in self._observers:
+            observer.sent(connection, output)

@@ -1,0 +1,74 @@
+"""The commands ``farsteer sim`` and ``farsteer evaluate``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from localization.cli.terminal import Progress, say
+from teleop.scenario.mission import Mission
+
+
+@dataclass(frozen=True)
+class Sim:
+    """Drive a scene's tour and report how accurately the robot was localised.
+
+    There are two processes, joined by rosbridge alone: the robot, and a scripted operator that has the map
+    file. The operator gives a hint that is wrong by a metre and 20 degrees, then steers by the messages it
+    receives. Both run in lockstep, faster than real time; the same seed gives the same bits. The results
+    are in one folder: readings.mcap, truth.tum, estimate.tum, trace.csv, config.json, summary.json,
+    run.png, and the operator's display, operator.rrd.
+    """
+
+    mission: tyro.conf.OmitArgPrefixes[Mission] = field(default_factory=Mission)
+    """Scene, seed, hint and faults."""
+    out: Path | None = None
+    """Folder for the files; runs/<time> unless given."""
+    picture: bool = True
+    """Draw run.png."""
+
+    def __call__(self) -> int:
+        """Drive and report."""
+        from localization.cli.run_folder import run_folder
+        from localization.maps.prepared_map import default_cache
+        from teleop.scenario.lockstep_run import run_over_wire
+        from teleop.scenario.run_report import summary_table
+        from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
+
+        mission = self.mission
+        folder = run_folder(self.out)
+        world = mission.robot.world(mission.scene, mission.seed)
+        cloud, path = load_scene_cloud(mission.scene), scene_cloud_path(mission.scene)
+        bar = Progress()
+        summary, record = run_over_wire(
+            mission, world, cloud, path, folder, cache=default_cache(), progress=bar
+        )
+        if self.picture and record.ticks:
+            from teleop.scenario.run_picture import draw
+
+            bar(1.0, "drawing")
+            title = f"farsteer sim --scene {mission.scene} --seed {mission.seed}: {record.ending}"
+            draw(record, cloud, folder / "run.png", title=title)
+        bar.end()
+        say(summary_table(summary), f"\nfiles in {folder}/")
+        return 130 if record.ending == "interrupted" else int(not summary.passed)
+
+
+@dataclass(frozen=True)
+class Evaluate:
+    """Print a run's report again, computed from its files."""
+
+    run: Annotated[Path, tyro.conf.Positional]
+    """Folder of a run, such as runs/2026-01-31T12-00-00."""
+
+    def __call__(self) -> int:
+        """Compute and print the report."""
+        from teleop.scenario.run_report import summary_table
+        from teleop.scenario.run_summary import read_summary
+
+        summary = read_summary(self.run)
+        say(summary_table(summary))
+        return int(not summary.passed)

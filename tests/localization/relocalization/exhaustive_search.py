@@ -1,0 +1,63 @@
+"""Exhaustive correlative search of a window (Olson 2009): slow, and the oracle of branch and bound."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+import numpy as np
+
+from localization.maps.prepared_map import PreparedMap
+from localization.relocalization.floor_plan import FloorPlan, level_points
+from localization.relocalization.refinement import best_places, refined_places
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_window import Window
+from localization.types import Candidate, Pose, Sweep
+
+
+def exhaustive_search(
+    sweep: Sweep,
+    world: PreparedMap,
+    plan: FloorPlan,
+    window: Window,
+    level: Pose,
+    config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
+) -> Generator[None, None, tuple[Candidate, ...]]:
+    """Search a window; yields after each budget's worth of work and returns the places found.
+
+    Args:
+        sweep: points in ``base_link`` at one instant.
+        world: the prepared cloud.
+        plan: its floor plan at the horizontal scanner's height.
+        window: where to look.
+        level: a pose whose height, roll and pitch the robot has on level ground; x, y and yaw are not
+            used.
+        config: steps and thresholds.
+
+    Returns:
+        Distinct places, best first, each with the share of the sweep that it explains.
+    """
+    flat = level_points(sweep, level)
+    if len(flat) < 10:
+        return ()
+    flat = flat[np.linspace(0, len(flat) - 1, min(config.beams, len(flat))).astype(int)]
+
+    steps = np.arange(
+        -np.ceil(window.half_width / config.step), window.half_width / config.step + 1
+    )
+    grid = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2) * config.step
+    places = grid + [window.x, window.y]
+    turns = int(np.ceil(window.half_yaw / config.step_yaw))
+    yaws = window.yaw + config.step_yaw * np.arange(-turns, turns + 1, dtype=np.float64)
+    scores = np.empty((len(yaws), len(places)))
+    spent = 0
+    for i, yaw in enumerate(yaws):
+        c, s = np.cos(yaw), np.sin(yaw)
+        scores[i] = plan.score(flat @ np.array([[c, s], [-s, c]]), places)
+        spent += len(places)
+        if spent >= config.budget:
+            spent = 0
+            yield
+
+    heading, place = np.divmod(np.arange(scores.size), len(places))
+    peaks = best_places(scores.ravel(), places[place], yaws[heading], config, most=config.refine)
+    return (yield from refined_places(sweep, world, peaks, level, config))

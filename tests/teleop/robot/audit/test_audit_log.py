@@ -1,0 +1,120 @@
+"""Rate limits of the audit log: a flood fills no disk, and suppressed lines are counted."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import Any
+
+from hypothesis import given, strategies as st
+
+from teleop.robot.audit.audit_log import SUPPRESSED, AuditLog
+from teleop.robot.audit.audit_rate_limit import LINE_RATES, AuditRateLimiter
+from teleop.rosbridge import ClientLimits, Protocol, Server
+from tests.teleop.rosbridge.support import REGISTRY, SECOND
+
+KINDS = (*LINE_RATES, "drive")
+
+
+class Rig:
+    """An audit of clients without sockets."""
+
+    def __init__(self, limits: ClientLimits | None = None) -> None:
+        self.lines: list[dict[str, Any]] = []
+        self.now = 0
+        self.protocol = Protocol(REGISTRY, limits=limits)
+        self.protocol.topics.advertise("/odom", "nav_msgs/Odometry")
+        self.audit = AuditLog(
+            self.lines.append, Server(self.protocol), stamp=lambda: self.now, wall=lambda: "noon"
+        )
+
+    def logged(self, what: str) -> list[dict[str, Any]]:
+        return [line for line in self.lines if line["what"] == what]
+
+    def suppressed(self, kind: str) -> int:
+        lines = [line["lines"] for line in self.logged(SUPPRESSED)]
+        return sum(counts.get(kind, 0) for line in lines for counts in line.values())
+
+
+def test_repeated_attempts_are_logged_once_a_second_and_counted() -> None:
+    rig = Rig(ClientLimits.unhurried())
+    flood, other = rig.protocol.connect(0, "10.0.0.6:1"), rig.protocol.connect(0, "10.0.0.7:1")
+    attempt = json.dumps({"op": "publish", "topic": "/odom", "msg": {}})
+    for second in range(60):
+        rig.now = second * SECOND
+        for _ in range(300):
+            rig.protocol.receive(flood, attempt, rig.now)
+        if second == 30:
+            rig.protocol.receive(other, attempt, rig.now)
+    rig.audit.end()
+    own = [line for line in rig.logged("refused") if "10.0.0.6" in line["client"]]
+    assert 70 < len(own) < 90  # a burst of 20, and then one a second
+    assert len(own) + rig.suppressed("refused") == 18_000
+    assert len(rig.logged(SUPPRESSED)) <= 61
+    assert len(rig.logged("refused")) == len(own) + 1  # the other's is among them
+
+
+def test_constant_reconnection_fills_no_disk() -> None:
+    rig = Rig()
+    for number in range(6000):
+        rig.now = number * SECOND // 100
+        rig.protocol.disconnect(rig.protocol.connect(rig.now), rig.now)
+    rig.audit.end()
+    for kind in ("connected", "disconnected"):
+        assert 350 < len(rig.logged(kind)) < 450  # a burst of 100, and then five a second
+        assert len(rig.logged(kind)) + rig.suppressed(kind) == 6000
+    assert len(rig.lines) < 1000
+    assert max(len(json.dumps(line)) for line in rig.lines) < 10_000
+
+
+def test_excessive_rate_is_logged_once_and_when_it_ends_the_connection() -> None:
+    rig = Rig(ClientLimits(messages=10, burst=1))
+    client = rig.protocol.connect(0, "10.0.0.6:1")
+    for _ in range(100):
+        rig.protocol.receive(client, '{"op":"set_level","level":"error"}', 0)
+    assert [line["refused"] for line in rig.logged("refused")] == [
+        "rate limit of 10 operations/s exceeded",
+        "rate limit of 10 operations/s exceeded: disconnected",
+    ]
+    large = rig.protocol.connect(0, "10.0.0.7:1")
+    rig.protocol.receive(large, " " * 1_000_001, 0)
+    assert rig.logged("refused")[-1]["refused"] == "a frame may have at most 1000000 bytes"
+
+
+def test_line_about_a_rejected_operation_is_short_for_any_operation() -> None:
+    rig = Rig(ClientLimits.unhurried())
+    client = rig.protocol.connect(0, "10.0.0.6:1")
+    for key in ("op", "topic", "service", "action", "type", "msg", "id"):
+        base = {"op": "publish", "topic": "/odom", "msg": {}}
+        rig.protocol.receive(client, json.dumps({**base, key: "x" * 900_000}), 0)
+        rig.protocol.receive(client, json.dumps({**base, key: {"deep": [1, 2]}}), 0)
+    assert len(rig.logged("refused")) == 14
+    assert max(len(json.dumps(line)) for line in rig.lines) < 1500
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(KINDS),
+            st.sampled_from("abc"),
+            st.integers(0, SECOND // 4),
+            st.booleans(),
+        ),
+        max_size=300,
+    )
+)
+def test_no_line_is_lost_uncounted(lines: list[tuple[str, str, int, bool]]) -> None:
+    limiter, now = AuditRateLimiter(), 0
+    written: Counter[str] = Counter()
+    counted: Counter[str] = Counter()
+    for kind, client, wait, leaves in lines:
+        now += wait
+        written[kind] += limiter.take(kind, client, now)
+        for counts in limiter.suppressed(now).values():
+            counted.update(counts)
+        if leaves:
+            limiter.leave(client)
+    for counts in limiter.suppressed(now, last=True).values():
+        counted.update(counts)
+    assert written + counted == Counter(kind for kind, *_ in lines)
+    assert counted["drive"] == 0  # commands that move the robot are never suppressed

@@ -1,0 +1,49 @@
+"""The table of topics: the page made of it is up to date, and its types are known."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from teleop.interfaces import registry
+from teleop.robot.topics.topic_table import (
+    INPUTS,
+    MAP_INFO,
+    OUTPUTS,
+    SERVICES,
+    TF_STATIC,
+    Interface,
+    Topic,
+)
+from teleop.robot.topics.topics_page import markdown
+
+ROOT = Path(__file__).resolve().parents[4]
+REGISTRY = registry()
+TABLE: tuple[Topic | Interface, ...] = (*OUTPUTS, *INPUTS, TF_STATIC, MAP_INFO)
+TOPICS = [(t.name, t.type) for t in TABLE]
+
+
+def test_page_of_the_docs_is_what_the_table_says() -> None:
+    page = (ROOT / "docs" / "topics.md").read_text(encoding="utf-8")
+    assert page == markdown(), "run: python -m teleop.robot.topics.topics_page > docs/topics.md"
+
+
+@pytest.mark.parametrize(("name", "kind"), TOPICS, ids=[name for name, _ in TOPICS])
+def test_type_of_each_topic_is_known(name: str, kind: str) -> None:
+    assert REGISTRY[kind].name == kind
+
+
+@pytest.mark.parametrize("kind", sorted({service.type for service in SERVICES}))
+def test_type_of_each_service_is_known(kind: str) -> None:
+    assert REGISTRY.service(kind).name == kind
+
+
+def test_no_name_is_taken_twice() -> None:
+    names = Counter([name for name, _ in TOPICS] + [s.name for s in SERVICES])
+    assert names.most_common(1)[0][1] == 1
+
+
+def test_rates_divide_the_second() -> None:
+    assert all(50 % topic.every == 0 for topic in OUTPUTS if topic.every)

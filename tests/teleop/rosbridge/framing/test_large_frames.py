@@ -1,0 +1,216 @@
+"""Large frames: what fits its type is read, what does not is refused before it is built."""
+
+from __future__ import annotations
+
+import base64
+import json
+import tracemalloc
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from teleop.rosbridge.compat.rosapi import serve_rosapi
+from teleop.rosbridge.errors import FrameError
+from teleop.rosbridge.framing.large_frames import LARGE_FRAME, LargeFrameReader, PayloadField
+from teleop.rosbridge.limits import ClientLimits
+from tests.teleop.rosbridge.support import REGISTRY, Wire, error, messages
+
+KINDS = sorted(REGISTRY)
+MANY = 333_000
+AXES = '{"op":"publish","topic":"/joy","msg":{"axes":%s}}'
+TYPES = {
+    "/joy": "sensor_msgs/Joy",
+    "/path": "nav_msgs/Path",
+    "/tf": "tf2_msgs/TFMessage",
+    "/cloud": "sensor_msgs/PointCloud2",
+    "/text": "std_msgs/String",
+}
+
+
+def shapes(kind: str) -> LargeFrameReader:
+    """Return a reader that takes large messages of a type for topic ``/t``."""
+    known = REGISTRY[kind]
+    return LargeFrameReader(
+        REGISTRY,
+        {"publish": PayloadField("topic", "msg", lambda name: known if name == "/t" else None)},
+    )
+
+
+def wire() -> Wire:
+    """Return a wire whose client has advertised topics, and may send much."""
+    wire = Wire(2, limits=ClientLimits(messages=1e9, bytes=1e12, frame=5_000_000))
+    serve_rosapi(wire.protocol)
+    for topic, kind in TYPES.items():
+        wire.send({"op": "advertise", "topic": topic, "type": kind})
+        wire.send({"op": "subscribe", "topic": topic, "compression": "cbor"}, 1)
+    return wire
+
+
+def plain(value: Any) -> Any:
+    """Return a message as JSON has it, bytes as base64 or as a list."""
+    if isinstance(value, dict):
+        return {name: plain(part) for name, part in value.items()}
+    if isinstance(value, list):
+        return [plain(part) for part in value]
+    if isinstance(value, bytes):
+        return base64.b64encode(value).decode() if len(value) % 2 else list(value)
+    return value
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=3)
+@given(data=st.data())
+def test_what_fits_a_type_fits_its_shape(kind: str, data: st.DataObject) -> None:
+    message = plain(data.draw(messages(kind)))
+    frame = json.dumps({"op": "publish", "topic": "/t", "id": "publish:/t:1", "msg": message})
+    assert shapes(kind).read(frame) == json.loads(frame)
+    assert shapes(kind).read(frame.encode()) == json.loads(frame)
+
+
+@pytest.mark.parametrize(
+    ("garbage", "text"),
+    [
+        ("x" * 999_999, "must have in its first or last 1024 an op of"),
+        ("[" * 999_999, "must have in its first or last 1024 an op of"),
+        ("[" + "[]," * MANY + "[]]", "must have in its first or last 1024 an op of"),
+        ('{"op":' + "1" * 999_000 + "}", "must have in its first or last 1024"),
+        ('{"op":"no","msg":[' + "{}," * MANY + "{}]}", "an op of action_feedback"),
+        ('{"op":"subscribe","topic":[' + "[]," * MANY + "[]]}", "an op of"),
+        ('{"op":"publish","msg":[' + "[]," * MANY + "[]]}", "must have its topic in its first"),
+        ('{"op":"publish","topic":"/no","msg":[' + "[]," * MANY + "[]]}", "unknown topic /no"),
+        ('{"op":"publish","topic":"/joy","x":[' + "[]," * MANY + "]}", "unknown field `x`"),
+        ('{"op":"publish","topic":"/joy","id":[' + "[]," * MANY + "]}", "got `array`"),
+        (AXES % ("[" + "[]," * MANY + "[]]"), "got `array` - at `$.msg.axes[0]`"),
+        (AXES % ('"' + "x" * 999_000 + '"'), "got `str` - at `$.msg.axes`"),
+        (AXES % ("[" + "1" * 999_000 + "]"), "out of range"),
+        (AXES % ("[" + "[" * 999_000), "got `array` - at `$.msg.axes[0]`"),
+        (AXES.replace("axes", "x") % ("[" + "1," * 499_000 + "1]"), "unknown field `x`"),
+        (AXES.replace("/joy", "/path") % ("[" + "[]," * MANY + "[]]"), "unknown field `axes`"),
+        (
+            AXES.replace("/joy", "/path").replace("axes", "poses") % ("[" + "{}," * MANY + "{}]"),
+            "too many omitted",
+        ),
+        ("{}" * 499_000, "must have in its first or last 1024 an op of"),
+        (" " * 999_999, "must have in its first or last 1024 an op of"),
+        (np.random.default_rng(0).bytes(999_999), "must have in its first or last 1024"),
+        (b"\xa1\x62op\x59\xff\xff" + bytes(999_000), "must have in its first or last 1024"),
+    ],
+    ids=lambda value: repr(value[:40]) if isinstance(value, bytes | str) else None,
+)
+def test_garbage_is_refused_before_it_is_built(garbage: str | bytes, text: str) -> None:
+    there = wire()
+    there.raw(garbage[: LARGE_FRAME + 10])  # builds what is kept for later
+    there.heard()
+    tracemalloc.start()
+    there.raw(garbage)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    (said,) = there.heard()
+    assert text in said["msg"]
+    # A megabyte of a string or of digits is one object; the rest would be hundreds of thousands.
+    one = '"axes":["1' in str(garbage)[:60] or '"axes":"' in str(garbage)[:60]
+    assert most < (2_100_000 if one else 100_000)
+
+
+def test_large_messages_of_all_kinds_arrive() -> None:
+    there = wire()
+    pose = {"position": {"x": 1.25, "y": 2.5, "z": 0.0}, "orientation": {"x": 0.0, "w": 1.0}}
+    header = {"stamp": {"secs": 1, "nsecs": 2}, "seq": 4, "frame_id": "map"}
+    numbers = np.random.default_rng(0).integers(0, 256, 30_000).tolist()
+    for topic, message in (
+        ("/path", {"header": {"stamp": "now"}, "poses": [{"header": header, "pose": pose}] * 500}),
+        ("/tf", {"transforms": [{"header": header, "child_frame_id": "a"}] * 500}),
+        ("/cloud", {"width": 1, "data": numbers}),
+        ("/cloud", {"width": 1, "data": base64.b64encode(bytes(numbers)).decode()}),
+        ("/text", {"data": "[[]," * 100_000}),
+    ):
+        operation = {"op": "publish", "id": "publish:1", "topic": topic, "msg": message}
+        for frame in (
+            json.dumps({**operation, "latch": False}),
+            json.dumps(dict(reversed(operation.items()))).encode(),  # ROS# has op last
+        ):
+            assert len(frame) > LARGE_FRAME
+            there.raw(frame)
+            (heard,) = there.heard(1)
+            assert heard["topic"] == topic
+            assert set(message) <= set(heard["msg"])
+        assert there.heard() == []
+
+
+def test_a_large_call_may_have_names_or_not() -> None:
+    there = wire()
+    value = json.dumps("y" * 20_000)
+    for args in ({"name": "/n", "value": value}, ["/n", value]):
+        call = {"op": "call_service", "service": "/rosapi/set_param", "args": args, "id": "c"}
+        (answer,) = there.ask(call)
+        assert answer["result"] is True, answer
+
+
+def test_large_answers_of_clients_arrive_and_so_do_their_errors() -> None:
+    there = wire()
+    service = {"service": "/big", "type": "std_srvs/Trigger"}
+    there.send({"op": "advertise_service", **service}, 1)
+    for values, good, heard in (
+        ({"success": True, "message": "m" * 20_000}, True, "{'success': True, 'message': 'mmm"),
+        ("e" * 20_000, False, "Service /big failed: eee"),
+    ):
+        there.send({"op": "call_service", "service": "/big", "id": "c"})
+        (request,) = there.heard(1)
+        response = {"op": "service_response", "service": "/big", "id": request["id"]}
+        there.send({**response, "values": values, "result": good}, 1)
+        (answer,) = there.heard()
+        assert answer["result"] is good
+        assert str(answer["values"]).startswith(heard)
+
+
+def test_a_frame_cannot_be_judged_by_one_topic_and_read_by_another() -> None:
+    there = wire()
+    twice = '{"op":"publish","topic":"/text","msg":{"data":"%s"},"topic":"/joy"}'
+    there.raw(twice % ("x" * LARGE_FRAME))
+    assert there.heard() == [error("publish: duplicate field topic")]
+
+
+def test_a_fragment_may_be_large_and_what_it_joins_to_is_judged_too() -> None:
+    there = wire()
+    whole = json.dumps({"op": "publish", "topic": "/text", "msg": {"data": "x" * 50_000}})
+    for num, data in enumerate((whole[:30_000], whole[30_000:])):
+        there.send({"op": "fragment", "id": "f", "num": num, "total": 2, "data": data})
+    assert len(there.heard(1)) == 1
+    for num, data in enumerate(("[" * 20_000, "[" * 20_000)):
+        there.send({"op": "fragment", "id": "g", "num": num, "total": 2, "data": data})
+    (said,) = there.heard()
+    assert "must have in its first or last 1024" in said["msg"]
+
+
+def test_a_frame_holds_at_most_sixteen_operations() -> None:
+    there = Wire(limits=ClientLimits.unhurried())
+    there.raw('{"op":"status"}' * 16)
+    assert there.heard() == []
+    there.raw('{"op":"status"}' * 17)
+    assert there.heard() == [error("a frame may contain at most 16 operations")]
+
+
+def test_half_a_character_and_a_second_operation_are_refused_in_a_large_frame_too() -> None:
+    reader = shapes("std_msgs/String")
+    fill = "x" * LARGE_FRAME
+    frame = '{"op":"publish","topic":"/t","msg":{"data":"' + fill
+    assert reader.read(frame + '"}}')["msg"] == {"data": fill}
+    for end in ('\\ud800"}}', '"}}{"op":"publish"}'):
+        with pytest.raises(FrameError, match="not JSON"):
+            reader.read(frame + end)
+
+
+def test_a_message_that_leaves_out_more_than_it_says_is_refused() -> None:
+    there = wire()
+    path = {"op": "publish", "topic": "/path"}
+    there.send({**path, "msg": {"poses": [{}] * 400}})
+    assert there.heard() == []
+    there.send({**path, "msg": {"poses": [{"pose": {"position": {"x": 1.0}}}] * 3000}})
+    assert there.heard() == []
+    all_poses: list[list[Any]] = [[{}] * 300_000, [{"pose": {}}] * 80_000, [{}] * 5000]
+    for poses in all_poses:
+        there.send({**path, "msg": {"poses": poses}})
+        (said,) = there.heard()
+        assert "too many omitted fields" in said["msg"]

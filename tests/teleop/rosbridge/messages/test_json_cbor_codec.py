@@ -1,0 +1,174 @@
+from __future__ import annotations
+
+import base64
+import contextlib
+import json
+import math
+from typing import Any
+
+import cbor2
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from teleop.rosbridge.errors import FrameError, MessageError
+from teleop.rosbridge.messages.cbor import read_cbor, write_cbor
+from teleop.rosbridge.messages.json_cbor_codec import Codec
+from teleop.rosbridge.messages.message_completion import complete
+from tests.teleop.rosbridge.support import REGISTRY, messages, whole
+
+CODEC = Codec(REGISTRY)
+KINDS = sorted(REGISTRY)
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two messages are equal, NaN being equal to NaN."""
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    if isinstance(a, np.ndarray):
+        return a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+    if isinstance(a, list):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, float) and math.isnan(a):
+        return math.isnan(b)
+    return type(a) is type(b) and bool(a == b)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=3)
+@given(data=st.data())
+def test_a_message_comes_back_from_json_as_it_went(kind: str, data: st.DataObject) -> None:
+    message = whole(kind, data.draw(messages(kind)))
+    text = CODEC.json(REGISTRY[kind], message)
+    assert text.isascii()
+    assert same(complete(REGISTRY, kind, json.loads(text)), message)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=3)
+@given(data=st.data())
+def test_a_message_comes_back_from_cbor_as_it_went(kind: str, data: st.DataObject) -> None:
+    message = whole(kind, data.draw(messages(kind, finite=False)))
+    read = read_cbor(write_cbor(CODEC.cbor(REGISTRY[kind], message)))
+    assert same(complete(REGISTRY, kind, read, finite=False), message)
+
+
+@given(values=st.lists(st.floats(width=32, allow_nan=False, allow_infinity=False), max_size=50))
+def test_float32_are_written_short_but_exact(values: list[float]) -> None:
+    text = CODEC.json(REGISTRY["sensor_msgs/LaserScan"], {"ranges": values})
+    assert json.loads(text)["ranges"] == pytest.approx(values, rel=1e-7)
+    assert np.array_equal(
+        np.array(json.loads(text)["ranges"], np.float32), np.array(values, np.float32)
+    )
+
+
+def test_a_scan_takes_no_more_digits_than_its_floats_have() -> None:
+    ranges = np.linspace(0.1, 29.9, 1000).astype(np.float32)
+    text = CODEC.json(REGISTRY["sensor_msgs/LaserScan"], {"ranges": ranges})
+    assert len(text) < 13 * 1000
+
+
+def test_json_is_compact_ascii_with_fields_in_the_order_of_the_type() -> None:
+    text = CODEC.json(REGISTRY["std_msgs/Header"], {"frame_id": "é"})
+    assert text == ('{"stamp":{"sec":0,"nanosec":0,"secs":0,"nsecs":0},"frame_id":"\\u00e9"}')
+
+
+@pytest.mark.parametrize(
+    ("stamps", "names"),
+    [
+        ("ros1", {"secs", "nsecs"}),
+        ("ros2", {"sec", "nanosec"}),
+        ("both", {"secs", "nsecs", "sec", "nanosec"}),
+    ],
+)
+def test_stamps_are_spelled_as_wished(stamps: Any, names: set[str]) -> None:
+    codec = Codec(REGISTRY, stamps=stamps)
+    stamp = json.loads(codec.json(REGISTRY["builtin_interfaces/Time"], {"sec": 1}))
+    assert set(stamp) == names
+
+
+@pytest.mark.parametrize("blob", [bytes(range(256)), memoryview(bytes(256)), np.zeros(9, np.uint8)])
+def test_bytes_are_base64_in_json_and_a_byte_string_in_cbor(blob: Any) -> None:
+    kind, message = REGISTRY["sensor_msgs/CompressedImage"], {"data": blob}
+    assert json.loads(CODEC.json(kind, message))["data"] == base64.b64encode(blob).decode()
+    assert read_cbor(write_cbor(CODEC.cbor(kind, message)))["data"] == bytes(blob)
+
+
+@pytest.mark.parametrize(
+    ("kind", "tag"),
+    [
+        ("UInt16", 69),
+        ("UInt32", 70),
+        ("UInt64", 71),
+        ("Int8", 72),
+        ("Int16", 77),
+        ("Int32", 78),
+        ("Int64", 79),
+        ("Float32", 85),
+        ("Float64", 86),
+    ],
+)
+def test_arrays_of_numbers_are_typed_arrays_in_cbor(kind: str, tag: int) -> None:
+    message = CODEC.cbor(REGISTRY[f"std_msgs/{kind}MultiArray"], {"data": [1, 2]})
+    data = cbor2.loads(write_cbor(message))["data"]
+    assert data.tag == tag
+    width = int("".join(filter(str.isdigit, kind))) // 8
+    assert len(data.value) == 2 * width
+
+
+def test_a_fixed_array_is_a_typed_array_too() -> None:
+    message = CODEC.cbor(REGISTRY["nav_msgs/Odometry"], {})
+    assert message["pose"]["covariance"].tag == 86
+    assert len(message["pose"]["covariance"].value) == 36 * 8
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_what_json_cannot_hold_is_refused_and_named(bad: float) -> None:
+    with pytest.raises(MessageError, match="field data is"):
+        CODEC.json(REGISTRY["std_msgs/Float64"], {"data": bad})
+    with pytest.raises(MessageError, match="field ranges contains NaN"):
+        CODEC.json(REGISTRY["sensor_msgs/LaserScan"], {"ranges": [1.0, bad]})
+    read = read_cbor(write_cbor(CODEC.cbor(REGISTRY["std_msgs/Float64"], {"data": bad})))
+    assert same(read["data"], bad)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"datum": ""},
+        {"data": 1},
+        {"data": None},
+        [],
+        None,
+    ],
+)
+def test_a_message_of_the_hosts_that_does_not_fit_is_refused(message: Any) -> None:
+    for write in (CODEC.json, CODEC.cbor):
+        with pytest.raises(MessageError, match="cannot encode a std_msgs/String"):
+            write(REGISTRY["std_msgs/String"], message)
+
+
+def test_a_fixed_array_of_another_size_is_refused() -> None:
+    with pytest.raises(MessageError, match="covariance"):
+        CODEC.json(REGISTRY["geometry_msgs/PoseWithCovariance"], {"covariance": np.zeros((6, 6))})
+
+
+@given(st.binary(max_size=60))
+def test_bytes_that_are_not_cbor_are_refused(data: bytes) -> None:
+    with contextlib.suppress(FrameError):
+        read_cbor(data)
+
+
+def test_cbor_nested_without_end_is_refused() -> None:
+    with pytest.raises(FrameError):
+        read_cbor(b"\x81" * 100_000)
+
+
+@pytest.mark.parametrize("step", [1, -1, 3])
+def test_small_integers_are_written_as_all_others(step: int) -> None:
+    cells = np.arange(-128, 128, dtype=np.int8)[::step]
+    text = CODEC.json(REGISTRY["nav_msgs/OccupancyGrid"], {"data": cells})
+    assert json.loads(text)["data"] == cells.tolist()
+    assert " " not in text
+    empty = CODEC.json(REGISTRY["nav_msgs/OccupancyGrid"], {"data": cells[:0]})
+    assert json.loads(empty)["data"] == []
