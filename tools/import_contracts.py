@@ -21,7 +21,8 @@ class AcyclicModules(Contract):
 
     def check(self, graph: ImportGraph, verbose: bool) -> ContractCheck:
         """Return whether the modules of all packages can be put in an order of imports."""
-        inside = [m for m in graph.modules if m.split(".")[0] in self.packages]
+        packages: set[str] = self.packages  # type: ignore[assignment]
+        inside = [m for m in graph.modules if m.split(".")[0] in packages]
         imports = {m: graph.find_modules_directly_imported_by(m) for m in inside}
         try:
             TopologicalSorter(imports).prepare()

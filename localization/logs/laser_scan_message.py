@@ -1,4 +1,4 @@
-"""Planar scans as ``sensor_msgs/LaserScan``, without a lost bit."""
+"""Planar scans as ``sensor_msgs/LaserScan``, converted exactly in both directions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What logs of every kind have in common."""
+"""Interface, errors and counters that logs of every kind share."""
 
 from __future__ import annotations
 

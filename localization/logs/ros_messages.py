@@ -1,4 +1,4 @@
-"""ROS messages of any reading, without ROS and without a lost bit."""
+"""Exact conversion of any reading to a ROS message and back."""
 
 from __future__ import annotations
 

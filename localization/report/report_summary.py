@@ -1,4 +1,4 @@
-"""Figures of a localised log as text: for the terminal, and for the tables of the HTML page."""
+"""Statistics of a localised log as text: for the terminal, and for the tables of the HTML page."""
 
 from __future__ import annotations
 

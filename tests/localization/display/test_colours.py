@@ -1,4 +1,4 @@
-"""Colours: a scale that reads in grey too, and states that can be told apart."""
+"""Colours: a scale that reads in grey too, and states in distinguishable colours."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def _lightness(colours: np.ndarray) -> np.ndarray:
     return weighted
 
 
-def test_distance_scale_gets_lighter_all_the_way() -> None:
+def test_distance_scale_gets_lighter_monotonically() -> None:
     light = _lightness(distance_colours(np.linspace(0.0, DISTANCE_FULL, 50)))
     assert (np.diff(light) > -0.5).all()
     assert light[-1] - light[0] > 80.0
@@ -30,7 +30,7 @@ def test_distance_beyond_the_scale_is_its_end() -> None:
     assert tuple(far[2]) == UNMAPPED
 
 
-def test_points_near_which_nothing_is_mapped_have_a_colour_of_their_own() -> None:
+def test_unmapped_points_have_a_separate_colour() -> None:
     nan, near = distance_colours([np.nan, 0.0])
     assert tuple(nan) == UNMAPPED != tuple(near)
 

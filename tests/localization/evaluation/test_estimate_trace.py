@@ -33,7 +33,7 @@ def everything(row: TraceRow) -> list[object]:
 
 @given(written=st.lists(rows(), max_size=5))
 @settings(max_examples=50)
-def test_trace_survives_the_file_bit_for_bit(written: list[TraceRow]) -> None:
+def test_trace_is_restored_from_its_file_bit_for_bit(written: list[TraceRow]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "trace.csv"
         write_trace(path, written)
@@ -41,7 +41,7 @@ def test_trace_survives_the_file_bit_for_bit(written: list[TraceRow]) -> None:
     assert [everything(row) for row in again] == [everything(row) for row in written]
 
 
-def test_row_of_an_estimate_holds_its_opinion() -> None:
+def test_row_holds_the_estimates_quality() -> None:
     covariance = np.diag(np.arange(1.0, 7.0))
     match = Match(1, Pose.identity(), np.eye(6), np.eye(6)[:3], np.zeros(5), 0.75)
     estimate = Estimate(
@@ -71,12 +71,12 @@ def test_file_opens_as_a_table(tmp_path: Path) -> None:
     write_trace(tmp_path / "t.csv", [TraceRow(5, Health.LOST, np.eye(6), reasons=("no match",))])
     header, line = (tmp_path / "t.csv").read_text().splitlines()
     assert header.startswith("stamp_ns,health,cov_x_x,cov_x_y,")
-    assert header.endswith("cov_rz_rz,nis,directions,fit,unexplained,reasons")
+    assert header.endswith("cov_rz_rz,nis,observable_directions,inlier_ratio,unexplained,reasons")
     assert line.startswith("5,lost,1.0,0.0,")
     assert line.endswith(',1.0,,,,,"[""no match""]"')
 
 
-def test_what_is_no_trace_is_refused_in_one_line(tmp_path: Path) -> None:
+def test_invalid_trace_is_rejected_in_one_line(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
     with pytest.raises(TraceError, match=r"t\.csv: No such file"):
         read_trace(path)
@@ -87,7 +87,7 @@ def test_what_is_no_trace_is_refused_in_one_line(tmp_path: Path) -> None:
     good = path.read_text()
     for before, after, expected in (
         ("lost", "fine", "line 2: 'fine'"),
-        (",[]", "", "line 2: want 28 cells, got 27"),
+        (",[]", "", "line 2: a row needs 28 cells, got 27"),
         ("[]", "3", "line 2: reasons must be a JSON list"),
         ("1.0", "one", "line 2: could not convert"),
     ):

@@ -71,7 +71,7 @@ def test_clutter_hides_its_share_of_the_beams_of_each_scanner(share: float) -> N
             assert bits(before) == bits(after)
 
 
-def test_clutter_never_stands_behind_a_wall_and_hides_what_had_no_return() -> None:
+def test_clutter_is_never_behind_a_wall_and_blocks_beams_without_return() -> None:
     scan = a_scan(ranges=[0.2] * 40 + [np.inf] * 40 + [np.nan] * 40)
     (hidden,) = occluded([scan], Clutter(1.0))
     assert isinstance(hidden, Scan)
@@ -92,7 +92,7 @@ def test_clutter_stands_still_for_a_while_and_the_same_seed_places_it_alike() ->
     assert all_bits([first, second, third]) == all_bits(again)
 
 
-def test_a_silent_source_says_nothing_during_the_span_and_the_others_go_on() -> None:
+def test_silent_source_has_no_readings_in_the_span_and_others_continue() -> None:
     before, span = drive(), Span(SECOND // 2, SECOND)
     after = list(silent(before, "laser_vertical", span))
     gone = [r for r in before if source_of(r) == "laser_vertical" and span.holds(end_of(r))]
@@ -137,7 +137,7 @@ def test_late_readings_overtake_each_other_when_each_has_a_delay_of_its_own() ->
     assert all_bits(after) != all_bits(arrive(2))
 
 
-def test_a_kidnapped_robots_clock_runs_on_while_its_readings_are_from_elsewhere() -> None:
+def test_kidnapped_robots_stamps_continue_with_readings_from_elsewhere() -> None:
     first, second = drive(), drive()
     spliced = list(kidnapped(first, second))
     assert len(spliced) == 2 * len(first)
@@ -150,7 +150,7 @@ def test_a_kidnapped_robots_clock_runs_on_while_its_readings_are_from_elsewhere(
     assert there.left == second[0].left
 
 
-def test_a_kidnapped_robots_odometry_stands_still_in_the_air_and_nobody_tells_it_anything() -> None:
+def test_kidnapped_robots_odometry_stands_still_and_hints_are_removed() -> None:
     def poses(x: float) -> list[Reading]:
         return [Odometry(i * SECOND, Pose.planar(x + i, 0.0, 0.0)) for i in range(1, 4)]
 
@@ -167,8 +167,8 @@ def test_a_scan_of_points_has_its_frame_as_source_and_ends_with_its_last_point()
     assert end_of(scan) == 12
 
 
-def test_what_cannot_be_is_refused_by_name() -> None:
-    with pytest.raises(ValueError, match="must end after it begins"):
+def test_invalid_faults_are_rejected_by_name() -> None:
+    with pytest.raises(ValueError, match="must end after its begin"):
         Span(2, 1)
     with pytest.raises(ValueError, match="share must be in"):
         Clutter(1.5)

@@ -72,13 +72,13 @@ def test_scans_and_odometry_come_in_order_with_exact_stamps(log: Path) -> None:
     assert readings[2].stamp == 976052857_310000000
 
 
-def test_mount_is_read_from_where_scanner_and_base_say_they_are(log: Path) -> None:
+def test_mount_follows_from_scanner_and_base_poses(log: Path) -> None:
     mount = CarmenLog(log).mounts[SCANNER]
     np.testing.assert_allclose(mount.position, [FORWARD, 0.0, 0.0], atol=1e-5)
     assert mount.yaw == pytest.approx(0.0, abs=1e-5)
 
 
-def test_scanner_pose_that_was_corrected_afterwards_is_no_mount(text: str, tmp_path: Path) -> None:
+def test_corrected_scanner_poses_give_no_mount(text: str, tmp_path: Path) -> None:
     lines = []
     for i, line in enumerate(x for x in text.splitlines() if x.startswith("FLASER")):
         words = line.split()
@@ -104,7 +104,7 @@ def test_beams_span_the_half_circle_ahead(
     )
 
 
-def test_the_scanners_limit_means_nothing_was_there(tmp_path: Path) -> None:
+def test_range_at_the_limit_means_no_echo(tmp_path: Path) -> None:
     path = tmp_path / "a.log"
     path.write_text("FLASER 3 1.5 81.83 2.5 0 0 0 0 0 0 7.25 robot 1.0\n")
     scan = next(iter(CarmenLog(path)))
@@ -127,7 +127,7 @@ def test_newer_laser_lines_carry_their_own_angles_and_poses(tmp_path: Path) -> N
     np.testing.assert_allclose(log.mounts[SCANNER].position, [0.2, 0.0, 0.0], atol=1e-12)
 
 
-def test_times_that_lost_their_zeros_get_them_back(tmp_path: Path) -> None:
+def test_times_without_zeros_are_repaired(tmp_path: Path) -> None:
     """As in the log of the Intel Research Lab: ``976052917.910720`` was 0.091072 s past the second."""
     rng = np.random.default_rng(5)
     stamps = 976052917_000000000 + np.cumsum(rng.integers(40_000, 320_000, 120)) * 1000
@@ -146,7 +146,7 @@ def test_times_that_lost_their_zeros_get_them_back(tmp_path: Path) -> None:
     assert (told == stamps).mean() > 0.97
 
 
-def test_sound_times_are_left_alone(log: Path) -> None:
+def test_correct_times_are_unchanged(log: Path) -> None:
     assert CarmenLog(log).warning is None
 
 
@@ -159,7 +159,7 @@ def test_compressed_logs_read_the_same(
     assert [r.stamp for r in open_log(packed)] == [r.stamp for r in open_log(log)]
 
 
-def test_log_that_ends_too_soon_ends_with_its_last_whole_line(text: str, tmp_path: Path) -> None:
+def test_cut_text_ends_with_its_last_whole_line(text: str, tmp_path: Path) -> None:
     packed = tmp_path / "cut.gz"
     data = gzip.compress(text.encode())
     packed.write_bytes(data[: len(data) // 2])
@@ -190,9 +190,7 @@ def test_broken_lines_are_counted_with_the_reason(text: str, tmp_path: Path) -> 
         ("x\n" * 3000, "not a CARMEN log"),
     ],
 )
-def test_texts_that_are_no_log_are_refused_in_one_line(
-    tmp_path: Path, content: str, reason: str
-) -> None:
+def test_other_texts_are_rejected_in_one_line(tmp_path: Path, content: str, reason: str) -> None:
     path = tmp_path / "x.log"
     path.write_text(content)
     with pytest.raises(LogError, match=reason) as error:

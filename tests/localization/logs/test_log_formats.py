@@ -155,7 +155,7 @@ def cut(path: Path, share: float) -> Path:
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_log_is_read_whole_whatever_its_format(
+def test_every_format_is_read_completely(
     name: str, tmp_path: Path, readings: list[Reading]
 ) -> None:
     log = open_log(FORMATS[name](tmp_path, readings))
@@ -167,9 +167,7 @@ def test_log_is_read_whole_whatever_its_format(
 
 
 @pytest.mark.parametrize("name", ENDS_WITH_LAST_WHOLE_PART)
-def test_log_that_was_cut_short_is_read_as_far_as_it_goes(
-    name: str, tmp_path: Path, readings: list[Reading]
-) -> None:
+def test_cut_log_is_read_to_its_end(name: str, tmp_path: Path, readings: list[Reading]) -> None:
     log = open_log(cut(FORMATS[name](tmp_path, readings), 0.6))
     count = len(list(log))
     assert 10 < count < max(len(readings), 2 * CARMEN_SCANS if name.startswith("CARMEN") else 0)
@@ -178,7 +176,7 @@ def test_log_that_was_cut_short_is_read_as_far_as_it_goes(
 
 @pytest.mark.parametrize("share", [0.02, 0.6, 0.98])
 @pytest.mark.parametrize("name", ASKS_FOR_MENDING)
-def test_bag_that_was_cut_short_says_what_mends_it(
+def test_cut_bag_is_an_error_with_a_remedy(
     name: str, share: float, tmp_path: Path, readings: list[Reading]
 ) -> None:
     path = cut(FORMATS[name](tmp_path, readings), share)

@@ -37,7 +37,7 @@ def record(path: Path, drive: list[tuple[int, Reading]], **metadata: str) -> Pat
 
 @given(written=st.lists(readings(), max_size=8), radius=st.floats(0.05, 0.5))
 @settings(max_examples=50)
-def test_readings_come_back_bit_for_bit_in_order(written: list[Reading], radius: float) -> None:
+def test_readings_are_restored_bit_for_bit_in_order(written: list[Reading], radius: float) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "drive.mcap"
         with ReadingsWriter(path, MOUNTS, wheel_radius=radius) as writer:
@@ -46,7 +46,7 @@ def test_readings_come_back_bit_for_bit_in_order(written: list[Reading], radius:
         assert [bits(r) for r in read_log(path)] == [bits(r) for r in written]
 
 
-def test_log_says_what_it_is(tmp_path: Path) -> None:
+def test_log_holds_its_metadata(tmp_path: Path) -> None:
     log = read_log(record(tmp_path / "new" / "a.mcap", a_drive(0.5), scene="office", seed="3"))
     assert log.metadata == {"scene": "office", "seed": "3", "wheel_radius": "0.111"}
     assert {k: bits(v) for k, v in log.mounts.items()} == {k: bits(v) for k, v in MOUNTS.items()}
@@ -74,7 +74,7 @@ def test_log_time_must_not_decrease(tmp_path: Path) -> None:
             writer.write(WheelSpeeds(4, 0.0, 0.0), 4)
 
 
-def test_reading_without_an_exact_message_is_refused(tmp_path: Path) -> None:
+def test_reading_without_an_exact_message_is_rejected(tmp_path: Path) -> None:
     with (
         ReadingsWriter(tmp_path / "a.mcap", MOUNTS) as writer,
         pytest.raises(LogError, match=r"0\.1"),
@@ -82,7 +82,7 @@ def test_reading_without_an_exact_message_is_refused(tmp_path: Path) -> None:
         writer.write(WheelSpeeds(5, 0.1, 0.0), 5)
 
 
-def test_interrupted_recording_is_a_whole_log(tmp_path: Path) -> None:
+def test_interrupted_recording_is_a_complete_log(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
 
     def interrupted() -> None:
@@ -109,7 +109,7 @@ sys.stdin.read()
 """
 
 
-def test_killed_recording_is_readable_up_to_its_last_chunk(tmp_path: Path) -> None:
+def test_killed_recording_is_readable_to_its_last_chunk(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     root = Path(__file__).parents[3]
     with subprocess.Popen(
@@ -133,7 +133,7 @@ def test_killed_recording_is_readable_up_to_its_last_chunk(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.999])
-def test_cut_off_log_gives_a_beginning_of_its_readings(tmp_path: Path, share: float) -> None:
+def test_cut_log_gives_the_first_of_its_readings(tmp_path: Path, share: float) -> None:
     drive = a_drive(20.0)
     path = record(tmp_path / "a.mcap", drive)
     whole = path.read_bytes()
@@ -201,7 +201,7 @@ def foreign_log(path: Path, *sent: tuple[str, Message]) -> Path:
     return path
 
 
-def test_log_without_mounts_is_refused(tmp_path: Path) -> None:
+def test_log_without_mounts_is_rejected(tmp_path: Path) -> None:
     path = foreign_log(tmp_path / "a.mcap", ("/scan", scan_message(a_scan())))
     with pytest.raises(LogError, match="no /tf_static"):
         read_log(path)

@@ -272,7 +272,7 @@ def test_topics_can_be_chosen(tmp_path: Path, drive: Drive) -> None:
     assert bag.sensors == SensorConfiguration(Motion.WHEELS, flat=True)
 
 
-def test_what_is_no_reading_is_counted_with_its_reason(tmp_path: Path, drive: Drive) -> None:
+def test_messages_without_a_reading_are_counted_with_a_reason(tmp_path: Path, drive: Drive) -> None:
     text = build("std_msgs/msg/String", data="hello")
     held = [*recorded(drive.readings()[:50]), ("/chatter", 9 * SECOND, text)]
     bag = RosBag(ros2(tmp_path / "bag", held, StoragePlugin.SQLITE3))
@@ -281,14 +281,14 @@ def test_what_is_no_reading_is_counted_with_its_reason(tmp_path: Path, drive: Dr
     assert "String holds no reading" in bag.skipped["/chatter"].reason
 
 
-def test_bag_without_a_scanner_says_what_it_has(tmp_path: Path) -> None:
+def test_bag_without_a_scanner_is_rejected_with_its_types(tmp_path: Path) -> None:
     text = build("std_msgs/msg/String", data="hello")
     path = ros2(tmp_path / "bag", [("/chatter", 1, text)], StoragePlugin.MCAP)
     with pytest.raises(LogError, match="no scanner among its types std_msgs/msg/String"):
         RosBag(path)
 
 
-def test_damaged_and_foreign_files_are_refused_in_one_line(tmp_path: Path, drive: Drive) -> None:
+def test_damaged_and_foreign_files_are_rejected_in_one_line(tmp_path: Path, drive: Drive) -> None:
     whole = ros1(tmp_path / "bag", recorded(drive.readings()[:50]))
     cut = tmp_path / "cut.bag"
     cut.write_bytes(whole.read_bytes()[:3000])

@@ -20,12 +20,12 @@ def assert_same(a: Pose, b: Pose) -> None:
     assert_array_equal(a.quaternion_wxyz, b.quaternion_wxyz)
 
 
-def test_pose_survives_a_dictionary_exactly() -> None:
+def test_pose_is_restored_from_a_dictionary_exactly() -> None:
     assert_same(pose_from_message(pose_to_dict(POSE)), POSE)
     assert_same(pose_from_transform(transform_to_dict(POSE)), POSE)
 
 
-def test_pose_survives_a_message_object_exactly() -> None:
+def test_pose_is_restored_from_a_message_exactly() -> None:
     assert_same(pose_from_message(odometry_message(Odometry(0, POSE)).pose.pose), POSE)
     link = mounts_message({"laser": POSE}).transforms[0]
     assert_same(pose_from_transform(link.transform), POSE)

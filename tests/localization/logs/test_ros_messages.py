@@ -16,26 +16,26 @@ from tests.support import MOUNTS, a_scan, bits, floats, poses, readings, scans, 
 
 
 @given(reading=readings())
-def test_readings_survive_the_wire_bit_for_bit(reading: Reading) -> None:
+def test_readings_are_restored_from_cdr_bit_for_bit(reading: Reading) -> None:
     message = reading_message(reading)
     again = from_cdr(to_cdr(message), message.__msgtype__)
     assert bits(readers()[message.__msgtype__](again)) == bits(reading)
 
 
 @given(wheels=wheel_speeds(), radius=floats(0.01, 1.0))
-def test_rim_speeds_survive_any_wheel_radius(wheels: WheelSpeeds, radius: float) -> None:
+def test_rim_speeds_are_restored_for_any_wheel_radius(wheels: WheelSpeeds, radius: float) -> None:
     assert read_wheels(wheels_message(wheels, radius), radius) == wheels
 
 
 @given(first=poses(), second=poses())
-def test_mounts_survive_bit_for_bit(first: Pose, second: Pose) -> None:
+def test_mounts_are_restored_bit_for_bit(first: Pose, second: Pose) -> None:
     mounts = {"laser_horizontal": first, "mast/laser": second}
     message = from_cdr(to_cdr(mounts_message(mounts)), TF)
     again = read_mounts(message)
     assert {k: bits(v) for k, v in again.items()} == {k: bits(v) for k, v in mounts.items()}
 
 
-def test_mounts_leave_out_what_does_not_hang_on_the_base() -> None:
+def test_frames_not_on_the_base_are_no_mounts() -> None:
     message = mounts_message(MOUNTS)
     message.transforms[1].header.frame_id = "map"
     assert list(read_mounts(message)) == ["laser_horizontal"]
@@ -52,7 +52,7 @@ def test_scan_message_holds_what_ros_expects(scan: Scan) -> None:
         assert message.angle_max == pytest.approx(last, abs=1e-9)
 
 
-def test_scan_with_unequal_steps_is_refused() -> None:
+def test_scan_with_unequal_steps_is_rejected() -> None:
     scan = a_scan()
     for bent in (
         replace(scan, angles=scan.angles + np.array([0.0, 0.0, 1e-3])),
@@ -64,7 +64,7 @@ def test_scan_with_unequal_steps_is_refused() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.1, float("nan"), float("inf") * 0])
-def test_rim_speed_that_would_change_is_refused(speed: float) -> None:
+def test_rim_speed_that_would_change_is_rejected(speed: float) -> None:
     with pytest.raises(MessageError, match=r"wheels\.left .* float32"):
         wheels_message(WheelSpeeds(0, speed, 0.0))
 
@@ -83,7 +83,7 @@ def test_joint_state_without_our_wheels_is_rejected_by_name() -> None:
         read_wheels(message)
 
 
-def test_imu_says_that_it_has_no_orientation() -> None:
+def test_imu_message_marks_its_orientation_as_missing() -> None:
     message = inertial_message(Inertial(0, np.zeros(3), np.array([0.0, 0.0, 9.81])))
     assert message.orientation_covariance[0] == -1.0
     assert message.linear_acceleration.z == 9.81
@@ -98,6 +98,6 @@ def test_hint_has_ros_quaternion_order_and_must_be_in_map() -> None:
 
 
 @pytest.mark.parametrize("stamp", [-1, 2**31 * 10**9])
-def test_stamp_that_ros_cannot_hold_is_refused(stamp: int) -> None:
+def test_stamp_that_ros_cannot_hold_is_rejected(stamp: int) -> None:
     with pytest.raises(MessageError, match="stamp must be"):
         stamp_message(stamp)

@@ -60,7 +60,7 @@ def test_map_lies_on_the_walls(mapped: Cloud) -> None:
     assert mapped.name == "two rooms"
 
 
-def test_faces_of_a_thin_wall_stay_apart_and_turn_to_where_they_were_seen_from(
+def test_faces_of_a_thin_wall_stay_separate_and_face_the_scanner(
     mapped: Cloud,
 ) -> None:
     p, n = mapped.points, mapped.normals
@@ -94,7 +94,7 @@ def test_same_drive_makes_the_same_map_to_the_last_bit(mapped: Cloud) -> None:
     assert again.normals.tobytes() == mapped.normals.tobytes()
 
 
-def test_robot_finds_itself_on_a_map_that_was_built(mapped: Cloud) -> None:
+def test_robot_is_localised_in_a_built_map(mapped: Cloud) -> None:
     true = Pose.planar(1.4, 1.4, 0.3)
     prior = true @ Pose.planar(0.06, -0.05, 0.03)
     poor = np.diag(np.square([0.1, 0.1, 0.02, 0.01, 0.01, 0.05]))
@@ -119,7 +119,7 @@ def test_stray_points_are_dropped() -> None:
 
 
 @pytest.mark.parametrize("n", [0, 1])
-def test_too_little_makes_no_map_and_says_how_little(n: int) -> None:
+def test_too_few_points_are_an_error_with_their_number(n: int) -> None:
     builder = tour(HALL, around(4.0, 2.5, n))
     assert builder.count < 1000
     with pytest.raises(CloudError, match=f"only {builder.count} points were seen"):
@@ -139,7 +139,7 @@ def test_count_is_of_raw_points() -> None:
         (ImportError("libusb-1.0.so.0: cannot open"), "libusb-1.0.so.0.*apt-get install .*libusb"),
     ],
 )
-def test_missing_open3d_names_the_cure(
+def test_missing_open3d_is_an_error_with_the_package_name(
     monkeypatch: pytest.MonkeyPatch, error: ImportError, cure: str
 ) -> None:
     true_import = builtins.__import__

@@ -91,7 +91,7 @@ def errors(poses: FloatArray, truth: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(*(poses - truth)[:, :2].T))
 
 
-def test_closing_loops_takes_drift_out_of_a_drive() -> None:
+def test_loop_closure_removes_drift() -> None:
     truth = around_the_block(1.4)
     odometry = strayed(truth, 0.01, np.deg2rad(0.15))
     closed = close_loops(flat(RING, truth), odometry, np.zeros(len(truth)), loose(truth))
@@ -107,7 +107,7 @@ def test_closing_loops_takes_drift_out_of_a_drive() -> None:
         assert abs(off[2]) < np.deg2rad(1.0)
 
 
-def test_drive_without_loops_stays_as_odometry_has_it() -> None:
+def test_drive_without_loops_follows_odometry() -> None:
     truth = around_the_block(0.6)
     odometry = strayed(truth, 0.01, np.deg2rad(0.15))
     closed = close_loops(flat(RING, truth), odometry, np.zeros(len(truth)), loose(truth))
@@ -135,7 +135,7 @@ def test_place_that_repeats_within_the_drift_closes_no_loop() -> None:
     assert rejected_closures.ambiguous >= 3
 
 
-def test_lone_closure_is_not_believed() -> None:
+def test_single_closure_without_support_is_rejected() -> None:
     truth = around_the_block(1.4)
     sweeps = flat(RING, truth)
     odometry = strayed(truth, 0.01, np.deg2rad(0.15))
@@ -146,7 +146,7 @@ def test_lone_closure_is_not_believed() -> None:
     assert rejected_closures.unsupported >= 3
 
 
-def test_closure_that_drift_cannot_explain_is_refused() -> None:
+def test_closure_that_drift_cannot_explain_is_rejected() -> None:
     truth = np.array([(1.0, 1.0, 0.0), (1.3, 1.0, 0.0), (1.6, 1.0, 0.0)])
     closer = LoopCloser(flat(RING, truth), np.array([0.0, 0.3, 6.0]))
     right = closer.close(2, 0, truth, 6.0)

@@ -71,7 +71,7 @@ def test_first_pose_and_level_heights_stay() -> None:
     assert after.stamps.tolist() == before.stamps.tolist()
 
 
-def test_height_that_wanders_is_brought_back_where_ground_is_not_level() -> None:
+def test_drifting_height_is_corrected_on_uneven_ground() -> None:
     wandering = [Pose.from_euler([x, y, 0.0], yaw=yaw) for x, y, yaw in TRUE.tolist()]
     height = 0.02 * np.sin(ANGLES)
     lifted = Trajectory.from_poses(

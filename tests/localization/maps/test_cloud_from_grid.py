@@ -30,7 +30,7 @@ def half_plane(angle: float, offset: float) -> tuple[np.ndarray, np.ndarray, np.
 
 
 @given(angle=floats(-3.1, 3.1), offset=floats(-0.3, 0.3))
-def test_straight_walls_face_where_they_were_seen_from(angle: float, offset: float) -> None:
+def test_straight_walls_face_free_space(angle: float, offset: float) -> None:
     occupied, free, normal = half_plane(angle, offset)
     cloud = cloud_from_grid(occupied, free, CELL, Pose.identity(), name="wall")
     inner = np.abs(cloud.points[:, :2] - [4.0, 3.5]).max(axis=1) < 2.0
@@ -53,7 +53,7 @@ def test_wall_of_one_cell_has_two_faces() -> None:
 
 
 @given(st.tuples(floats(-50, 50), floats(-50, 50), floats(-3.1, 3.1)))
-def test_grid_lies_in_the_map_where_its_origin_says(origin: tuple[float, float, float]) -> None:
+def test_grid_is_placed_by_its_origin(origin: tuple[float, float, float]) -> None:
     occupied, free, _ = half_plane(0.4, 0.0)
     pose = Pose.planar(*origin)
     here = cloud_from_grid(occupied, free, CELL, Pose.identity(), name="here")
@@ -64,7 +64,7 @@ def test_grid_lies_in_the_map_where_its_origin_says(origin: tuple[float, float, 
     )  # kept as float32
 
 
-def test_grid_that_nothing_can_be_seen_in_is_refused() -> None:
+def test_grid_without_visible_walls_is_rejected() -> None:
     nothing = np.zeros((20, 20), dtype=bool)
     with pytest.raises(CloudError, match="no occupied cell beside a free one"):
         cloud_from_grid(nothing, ~nothing, CELL, Pose.identity(), name="void")

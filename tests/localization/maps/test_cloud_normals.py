@@ -115,7 +115,7 @@ def rightly_faced(cloud: Cloud, truth: Cloud) -> float:
     return float((cosine[told] > 0.0).mean())
 
 
-def test_faces_of_thin_walls_and_furniture_look_to_where_they_are_seen_from(
+def test_normals_of_thin_walls_and_furniture_face_their_viewpoints(
     tmp_path: Path,
 ) -> None:
     cloud = load_cloud(bare_ply(tmp_path / "bare.ply", rough(ROOMS)))
@@ -123,7 +123,7 @@ def test_faces_of_thin_walls_and_furniture_look_to_where_they_are_seen_from(
     assert rightly_faced(cloud, ROOMS.cloud(0.08)) > 0.99
 
 
-def test_scene_stripped_of_its_normals_gets_them_back(tmp_path: Path) -> None:
+def test_computed_normals_match_those_of_the_scene(tmp_path: Path) -> None:
     scene = load_cloud(Path(__file__).parents[3] / "scenes/corridor/cloud.ply")
     near = scene.points[:, 0] < 9.0
     truth = Cloud(scene.points[near], scene.normals[near], name="corridor")
@@ -139,7 +139,7 @@ def test_normals_are_those_of_the_planes() -> None:
     assert np.percentile(np.rad2deg(np.arccos(np.clip(cosine, 0, 1))), 90) < 10.0
 
 
-def test_drive_beside_the_map_says_who_saw_it(tmp_path: Path) -> None:
+def test_drive_beside_the_map_orients_its_normals(tmp_path: Path) -> None:
     """A facade that was only ever seen from the south, with no floor to stand on."""
     x, z = np.meshgrid(np.arange(0.0, 12.0, 0.08), np.arange(0.0, 4.0, 0.08))
     facade = np.column_stack([x.ravel(), np.full(x.size, 5.0), z.ravel()])
@@ -157,7 +157,7 @@ def test_drive_beside_the_map_says_who_saw_it(tmp_path: Path) -> None:
     np.testing.assert_allclose(north.normals, -cloud.normals, atol=1e-6)
 
 
-def test_place_inside_serves_where_there_is_no_floor(tmp_path: Path) -> None:
+def test_place_inside_replaces_a_missing_floor(tmp_path: Path) -> None:
     whole = rough(ROOMS)
     walls = whole[(whole[:, 2] > 0.1) & (whole[:, 2] < 2.4)]
     left = walls[walls[:, 0] < 5.08]
@@ -187,7 +187,7 @@ def test_six_columns_are_normals_if_they_are_of_unit_length(tmp_path: Path) -> N
     assert table.normals.tolist() == [[0, 0, 1], [0, -1, 0]]
 
 
-def test_cloud_of_the_cache_is_the_one_that_was_made(tmp_path: Path) -> None:
+def test_cached_cloud_equals_the_computed_one(tmp_path: Path) -> None:
     path = bare_ply(tmp_path / "bare.ply", rough(CLOSET))
     first = load_cloud(path, cache=tmp_path / "cache")
     (kept,) = (tmp_path / "cache").iterdir()
@@ -211,7 +211,7 @@ def test_cloud_of_the_cache_is_the_one_that_was_made(tmp_path: Path) -> None:
         (lambda p: np.random.default_rng(0).uniform(0.0, 9.0, (5000, 3)), "points on planes"),
     ],
 )
-def test_clouds_that_cannot_serve_are_refused_with_a_way_out(
+def test_unusable_clouds_are_rejected_with_a_remedy(
     change: Callable[[FloatArray], FloatArray], says: str, tmp_path: Path
 ) -> None:
     flat = Place(box((0.0, 0.0, 0.0), (9.0, 8.0, 2.5), inside=True))
@@ -237,7 +237,7 @@ def test_clouds_that_cannot_serve_are_refused_with_a_way_out(
         (b"", "is empty"),
     ],
 )
-def test_damaged_and_foreign_files_are_refused_in_one_line(
+def test_damaged_and_foreign_files_are_rejected_in_one_line(
     content: bytes, says: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "cloud.xyz"
@@ -248,7 +248,7 @@ def test_damaged_and_foreign_files_are_refused_in_one_line(
     assert str(path) in str(error.value)
 
 
-def test_robot_is_as_well_off_without_given_normals(tmp_path: Path) -> None:
+def test_localisation_is_as_accurate_with_computed_normals(tmp_path: Path) -> None:
     start = Pose.planar(2.6, 1.6, 0.2)
     drive = Drive(HALL, start, (1.0, 0.0, 0.0), (5.0, 0.5, 0.35), noise=0.012, seed=2)
     with ReadingsWriter(tmp_path / "drive.mcap", MOUNTS) as writer:
@@ -270,7 +270,7 @@ def test_robot_is_as_well_off_without_given_normals(tmp_path: Path) -> None:
     assert rmse["bare"] < 0.005
 
 
-def test_nobody_stands_in_furniture() -> None:
+def test_no_viewpoint_is_inside_furniture() -> None:
     points, normals = planes(rough(ROOMS))
     eyes = standing_places(points, normals)
     assert len(eyes) > 150

@@ -61,7 +61,7 @@ def test_level_floor_with_furniture_on_it_is_level(place: Place) -> None:
     assert height(ground, (0.3, 1.5), (50.0, -3.0)).tolist() == [0.0, 0.0]
 
 
-def test_cloud_without_a_floor_says_nothing_of_the_ground() -> None:
+def test_cloud_without_a_floor_has_no_ground() -> None:
     walls = HALL.cloud()
     upright = np.abs(walls.normals[:, 2]) < 0.5
     assert ground_of(Cloud(walls.points[upright], walls.normals[upright], name="walls")).level
@@ -86,7 +86,7 @@ def test_ground_is_under_the_table_and_beside_the_cupboards(yard: PreparedMap) -
     assert heights == pytest.approx([0.0, 0.0, RISE, RISE], abs=0.005)
 
 
-def test_robot_stands_on_the_ramp_as_it_slopes(yard: PreparedMap) -> None:
+def test_robot_on_a_ramp_is_tilted_like_it(yard: PreparedMap) -> None:
     for yaw in (0.0, 0.7, np.pi / 2, -2.0):
         stands = yard.ground.stand(6.0, 1.5, yaw)
         assert stands.position == pytest.approx([6.0, 1.5, SLOPE * 2.0], abs=0.015)

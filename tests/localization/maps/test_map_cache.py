@@ -24,7 +24,7 @@ def aged(folder: Path, name: str, size: int, used: int) -> Path:
     return file
 
 
-def test_arrays_come_back_as_they_were(tmp_path: Path) -> None:
+def test_arrays_are_restored(tmp_path: Path) -> None:
     file = tmp_path / "some.npz"
     store(file, ARRAYS)
     kept = load(file)
@@ -37,7 +37,7 @@ def test_arrays_come_back_as_they_were(tmp_path: Path) -> None:
         assert set(others) == set(ARRAYS)
 
 
-def test_no_damage_passes_unseen(tmp_path: Path) -> None:
+def test_any_damage_is_detected(tmp_path: Path) -> None:
     file = tmp_path / "some.npz"
     store(file, ARRAYS)
     whole = file.read_bytes()
@@ -53,14 +53,14 @@ def test_no_damage_passes_unseen(tmp_path: Path) -> None:
         assert load(file) is None
 
 
-def test_file_that_is_missing_or_holds_no_arrays_gives_none(tmp_path: Path) -> None:
+def test_missing_file_or_file_without_arrays_gives_none(tmp_path: Path) -> None:
     assert load(tmp_path / "none.npz") is None
     with zipfile.ZipFile(tmp_path / "some.npz", "w") as archive:
         archive.writestr("large.npy", b"not an array")
     assert load(tmp_path / "some.npz") is None
 
 
-def test_longest_unused_files_go_first_once_a_folder_is_full(tmp_path: Path) -> None:
+def test_least_recently_used_files_are_deleted_first(tmp_path: Path) -> None:
     for name, used in (("a", 30), ("b", 10), ("c", 20), ("d", 40)):
         aged(tmp_path, f"{name}.npz", 1000, used)
     (tmp_path / "notes.txt").write_bytes(bytes(9000))
@@ -71,7 +71,7 @@ def test_longest_unused_files_go_first_once_a_folder_is_full(tmp_path: Path) -> 
     assert (tmp_path / "folder" / "old.npz").exists()
 
 
-def test_file_that_was_read_counts_as_used_and_what_was_just_written_stays(tmp_path: Path) -> None:
+def test_read_and_just_written_files_are_kept(tmp_path: Path) -> None:
     files = [tmp_path / f"{i}.npz" for i in range(3)]
     for i, file in enumerate(files):
         store(file, ARRAYS)

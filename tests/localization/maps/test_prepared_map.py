@@ -35,7 +35,7 @@ def same(a: NearestGrid, b: NearestGrid) -> bool:
 
 @given(seed=st.integers(0, 10_000))
 @settings(max_examples=20)
-def test_nearest_point_is_that_of_a_tree_within_a_cells_diagonal(
+def test_nearest_point_agrees_with_a_tree_within_a_cell_diagonal(
     world: PreparedMap, seed: int
 ) -> None:
     queries = np.random.default_rng(seed).uniform(-0.6, 3.6, (500, 3))
@@ -50,7 +50,7 @@ def test_nearest_point_is_that_of_a_tree_within_a_cells_diagonal(
     assert not near[true > REACH + DIAGONAL].any()
 
 
-def test_lone_point_is_found_all_around_and_no_farther() -> None:
+def test_single_point_is_found_within_the_reach_only() -> None:
     world = prepare(Cloud(np.array([[1.025, 2.025, 3.025]]), np.array([[0, 0, 1.0]]), name="one"))
     steps = np.array([-0.44, -0.38, 0.0, 0.38, 0.44])
     for axis in np.eye(3):
@@ -60,19 +60,17 @@ def test_lone_point_is_found_all_around_and_no_farther() -> None:
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e12, -1e12, 1e300])
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_places_that_are_nowhere_have_no_nearest_point(
-    world: PreparedMap, bad: float, axis: int
-) -> None:
+def test_places_outside_have_no_nearest_point(world: PreparedMap, bad: float, axis: int) -> None:
     query = np.repeat(world.cloud.points[:1], 2, axis=0)
     query[1, axis] = bad
     assert (world.grid.nearest(query) >= 0).tolist() == [True, False]
 
 
-def test_no_places_have_no_answers(world: PreparedMap) -> None:
+def test_no_places_give_no_results(world: PreparedMap) -> None:
     assert world.grid.nearest(np.zeros((0, 3))).shape == (0,)
 
 
-def test_far_parts_share_no_blocks_and_need_no_room_between() -> None:
+def test_distant_parts_need_no_memory_for_the_space_between() -> None:
     points = np.array([[0.0, 0.0, 0.0], [100.0, 80.0, 0.0]])
     world = prepare(Cloud(points, np.tile([0, 0, 1.0], (2, 1)), name="two"))
     assert world.grid.nearest(points).tolist() == [0, 1]
@@ -82,7 +80,7 @@ def test_far_parts_share_no_blocks_and_need_no_room_between() -> None:
 
 @given(seed=st.integers(0, 1000), shift=st.integers(-400, 400))
 @settings(max_examples=10)
-def test_grid_does_not_depend_on_where_the_map_begins(seed: int, shift: int) -> None:
+def test_grid_does_not_depend_on_the_origin_of_the_map(seed: int, shift: int) -> None:
     cloud = scattered(60, seed)
     moved = Cloud(cloud.points + shift * 4 * CELL, cloud.normals, name="moved")
     queries = cloud.points + 0.1
@@ -92,7 +90,7 @@ def test_grid_does_not_depend_on_where_the_map_begins(seed: int, shift: int) -> 
     assert (here == there).mean() > 0.9
 
 
-def test_each_cell_knows_the_point_nearest_to_its_middle() -> None:
+def test_each_cell_holds_the_point_nearest_to_its_centre() -> None:
     world = prepare(scattered(150, 3))
     low, high = world.cloud.bounds
     rng = np.random.default_rng(3)
@@ -108,14 +106,14 @@ def test_each_cell_knows_the_point_nearest_to_its_middle() -> None:
     assert taken == pytest.approx(away[near])
 
 
-def test_surfaces_so_ragged_that_a_byte_is_too_little_are_told_apart_all_the_same() -> None:
+def test_ragged_surfaces_that_need_two_bytes_give_correct_points() -> None:
     points = CELL * (np.stack(np.meshgrid(*[np.arange(10.0)] * 3), axis=-1).reshape(-1, 3) + 0.5)
     world = prepare(Cloud(points, np.tile([0, 0, 1.0], (1000, 1)), name="solid"))
     assert world.grid.blocks.dtype == np.uint16
     assert world.grid.nearest(points).tolist() == list(range(1000))
 
 
-def test_cell_takes_little_more_than_a_byte() -> None:
+def test_cell_takes_about_one_byte() -> None:
     x, y = np.meshgrid(np.arange(0.0, 20.0, 0.05), np.arange(0.0, 10.0, 0.05), indexing="ij")
     floor = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
     grid = prepare(Cloud(floor, np.tile([0, 0, 1.0], (len(floor), 1)), name="floor")).grid
@@ -123,7 +121,7 @@ def test_cell_takes_little_more_than_a_byte() -> None:
     assert grid.nbytes < 2.0 * cells
 
 
-def test_reach_beyond_a_block_is_refused() -> None:
+def test_reach_beyond_a_block_is_rejected() -> None:
     with pytest.raises(ValueError, match="reach must be under"):
         prepare(scattered(10), reach=2.0)
 
@@ -135,7 +133,7 @@ def test_map_contains_its_bounds_and_a_margin(world: PreparedMap) -> None:
     assert not world.contains(1.5, -1.1, margin=1.0)
 
 
-def test_grid_comes_back_from_the_cache_as_it_was(tmp_path: Path) -> None:
+def test_grid_is_restored_from_the_cache(tmp_path: Path) -> None:
     cloud = save_cloud(scattered(), tmp_path / "place.ply")
     cache = tmp_path / "deep" / "cache"
     first = prepare(cloud, cache=cache)
@@ -144,7 +142,7 @@ def test_grid_comes_back_from_the_cache_as_it_was(tmp_path: Path) -> None:
     assert same(prepare(cloud).grid, first.grid)
 
 
-def test_cache_is_read_rather_than_the_grid_built_anew(tmp_path: Path) -> None:
+def test_cached_grid_is_not_built_again(tmp_path: Path) -> None:
     cloud = save_cloud(scattered(), tmp_path / "place.ply")
     prepare(cloud, cache=tmp_path)
     (file,) = tmp_path.glob("*.npz")
@@ -194,7 +192,7 @@ def test_cache_of_pickles_is_not_opened(tmp_path: Path) -> None:
     assert same(prepare(cloud, cache=tmp_path).grid, true)
 
 
-def test_cache_that_is_no_folder_is_done_without(tmp_path: Path) -> None:
+def test_cache_that_is_a_file_is_ignored(tmp_path: Path) -> None:
     cloud = save_cloud(scattered(), tmp_path / "place.ply")
     (tmp_path / "cache").write_text("in the way")
     world = prepare(cloud, cache=tmp_path / "cache")
@@ -203,7 +201,7 @@ def test_cache_that_is_no_folder_is_done_without(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("operation", ["replace", "savez"])
-def test_cache_that_cannot_be_written_is_done_without(
+def test_cache_that_cannot_be_written_is_ignored(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, operation: str
 ) -> None:
     def fail(*_: object, **__: object) -> None:
@@ -223,7 +221,7 @@ def test_cloud_that_was_never_saved_is_not_cached(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_cache_lies_where_the_desktop_says(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cache_folder_follows_xdg(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", "/somewhere")
     assert default_cache() == Path("/somewhere/farsteer")
     monkeypatch.delenv("XDG_CACHE_HOME")

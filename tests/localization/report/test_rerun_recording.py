@@ -75,7 +75,7 @@ def test_map_paths_hypotheses_hint_and_plots_are_there(recording: Path) -> None:
         assert drawn.get(entity, 0) > 0, entity
 
 
-def test_robot_that_stands_fills_no_disk(recording: Path) -> None:
+def test_standing_robot_gives_a_small_recording(recording: Path) -> None:
     # Once a second while it stands, then every two decimetres.
     assert rows(recording)["map/live"] < 20
 
