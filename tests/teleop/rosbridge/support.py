@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from hypothesis import strategies as st
 
 from teleop.rosbridge.auth.permissions import Access
@@ -103,16 +105,53 @@ def error(text: str, identity: object = None) -> dict[str, object]:
     return status if identity is None else {**status, "id": identity}
 
 
+def client_type_registry() -> TypeRegistry:
+    """Return the standard types and, for each primitive, a type with a field of each form.
+
+    The standard types contain no bounded string array, for example; ``forms/...`` contain them all.
+    """
+    registry = TypeRegistry([ROOT / "assets" / "farsteer_msgs"])
+    for primitive in PRIMITIVES:
+        registry.add(f"forms/{primitive.title()}", _field_of_each_form(primitive))
+    registry.add("forms/Inner", "int16 number\nstring<=4 text\nbuiltin_interfaces/Time time")
+    registry.add("forms/Outer", _field_of_each_form("forms/Inner"))
+    registry.add("forms/Outermost", _field_of_each_form("forms/Outer"))
+    registry.add("forms/Empty", "")
+    return registry
+
+
+PRIMITIVES = (
+    *("bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16"),
+    *("int32", "uint32", "int64", "uint64", "string"),
+)
+
+
+def _field_of_each_form(type: str) -> str:
+    return f"{type} one\n{type}[] sequence\n{type}[3] array\n{type}[<=2] bounded"
+
+
+FORMS = client_type_registry()
+FORM_NAMES = sorted(name for name in FORMS if name.startswith("forms/"))
+
+
+@st.composite
+def typed_messages(draw: st.DrawFn, *, finite: bool = True) -> tuple[MessageType, Any]:
+    """Types of ``FORMS`` and messages of them; half of the types are those of all forms."""
+    name = draw(st.one_of(st.sampled_from(FORM_NAMES), st.sampled_from(sorted(FORMS))))
+    return FORMS[name], draw(messages(FORMS[name], finite=finite))
+
+
+@cache
 def messages(kind: MessageType | str, *, finite: bool = True) -> st.SearchStrategy[Any]:
-    """Messages of a type, in the forms in which clients write them."""
-    kind = REGISTRY[kind] if isinstance(kind, str) else kind
+    """Messages of a type, in the forms in which clients send them."""
+    kind = FORMS[kind] if isinstance(kind, str) else kind
     fields = {field.name: _values(field, finite) for field in kind.fields}
     return st.fixed_dictionaries({}, optional=fields)
 
 
-def whole(kind: str, partial: object) -> Any:
+def whole(kind: MessageType | str, partial: object) -> Any:
     """Return a message with all fields."""
-    return complete(REGISTRY, kind, partial, finite=False)
+    return complete(FORMS, kind, partial, finite=False)
 
 
 def _values(field: Field, finite: bool) -> st.SearchStrategy[Any]:
@@ -142,3 +181,31 @@ def _elements(field: Field, finite: bool) -> st.SearchStrategy[Any]:
     if dtype.kind == "u":
         return st.integers(0, 2**bits - 1)
     return st.integers(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+
+
+def extreme(kind: MessageType) -> Any:
+    """Return a message of a type with extreme values in all fields."""
+    return {field.name: _extreme_value(field) for field in kind.fields}
+
+
+def _extreme_value(field: Field) -> Any:
+    if not field.repeated:
+        return _extreme_elements(field)[0]
+    size = field.size or field.bound or 2
+    elements = _extreme_elements(field)
+    values = [elements[i % len(elements)] for i in range(size)]
+    return bytes(values) if field.kind in BLOBS else values
+
+
+def _extreme_elements(field: Field) -> list[Any]:
+    if field.nested:
+        return [extreme(FORMS[field.kind])]
+    if field.kind == "string":
+        return ['"\\', "é𝄞"[: field.longest // 4 or 2]]
+    if field.kind == "bool":
+        return [True, False]
+    dtype = DTYPES[field.kind]
+    if dtype.kind == "f":
+        limits = np.finfo(dtype)
+        return [float(limits.max), -float(limits.tiny), 0.1 if field.kind == "float64" else 0.5]
+    return [int(np.iinfo(dtype).min), int(np.iinfo(dtype).max), 1]

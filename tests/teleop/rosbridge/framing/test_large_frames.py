@@ -15,9 +15,16 @@ from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import FrameError
 from teleop.rosbridge.framing.large_frames import LARGE_FRAME, LargeFrameReader, PayloadField
 from teleop.rosbridge.limits import ClientLimits
-from tests.teleop.rosbridge.support import REGISTRY, Wire, error, messages
+from teleop.rosbridge.messages.message_types import MessageType
+from tests.teleop.rosbridge.support import (
+    FORMS,
+    PRIMITIVES,
+    Wire,
+    error,
+    extreme,
+    typed_messages,
+)
 
-KINDS = sorted(REGISTRY)
 MANY = 333_000
 AXES = '{"op":"publish","topic":"/joy","msg":{"axes":%s}}'
 TYPES = {
@@ -29,13 +36,10 @@ TYPES = {
 }
 
 
-def shapes(kind: str) -> LargeFrameReader:
-    """Return a reader that takes large messages of a type for topic ``/t``."""
-    known = REGISTRY[kind]
-    return LargeFrameReader(
-        REGISTRY,
-        {"publish": PayloadField("topic", "msg", lambda name: known if name == "/t" else None)},
-    )
+def reader_of(kind: MessageType) -> LargeFrameReader:
+    """Return a reader of large messages of a type on topic ``/t``."""
+    payload = PayloadField("topic", "msg", lambda name: kind if name == "/t" else None)
+    return LargeFrameReader(FORMS, {"publish": payload})
 
 
 def wire() -> Wire:
@@ -59,14 +63,34 @@ def plain(value: Any) -> Any:
     return value
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=3)
-@given(data=st.data())
-def test_what_fits_a_type_fits_its_shape(kind: str, data: st.DataObject) -> None:
-    message = plain(data.draw(messages(kind)))
+@settings(max_examples=200)
+@given(typed_messages())
+def test_valid_messages_of_all_types_pass_the_schema(typed: tuple[MessageType, Any]) -> None:
+    kind, message = typed
+    check_schema(kind, plain(message))
+
+
+@pytest.mark.sweep
+def test_extreme_messages_of_every_type_pass_the_schema() -> None:
+    for name in FORMS:
+        check_schema(FORMS[name], plain(extreme(FORMS[name])))
+
+
+def check_schema(kind: MessageType, message: Any) -> None:
     frame = json.dumps({"op": "publish", "topic": "/t", "id": "publish:/t:1", "msg": message})
-    assert shapes(kind).read(frame) == json.loads(frame)
-    assert shapes(kind).read(frame.encode()) == json.loads(frame)
+    assert reader_of(kind).read(frame) == json.loads(frame)
+    assert reader_of(kind).read(frame.encode()) == json.loads(frame)
+
+
+@settings(max_examples=100)
+@given(st.sampled_from(PRIMITIVES), st.sampled_from(["one", "sequence", "array", "bounded"]))
+def test_values_of_another_json_type_do_not_pass_the_schema(primitive: str, form: str) -> None:
+    kind = FORMS[f"forms/{primitive.title()}"]
+    value: Any = 1 if primitive in ("string", "bool") else True
+    message = {form: value if form == "one" else [value]}
+    frame = json.dumps({"op": "publish", "topic": "/t", "msg": message})
+    with pytest.raises(FrameError, match=r"publish: Expected"):
+        reader_of(kind).read(frame)
 
 
 @pytest.mark.parametrize(
@@ -193,7 +217,7 @@ def test_a_frame_holds_at_most_sixteen_operations() -> None:
 
 
 def test_half_a_character_and_a_second_operation_are_refused_in_a_large_frame_too() -> None:
-    reader = shapes("std_msgs/String")
+    reader = reader_of(FORMS["std_msgs/String"])
     fill = "x" * LARGE_FRAME
     frame = '{"op":"publish","topic":"/t","msg":{"data":"' + fill
     assert reader.read(frame + '"}}')["msg"] == {"data": fill}
