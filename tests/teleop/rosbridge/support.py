@@ -60,7 +60,7 @@ class Wire:
         self.protocol = Protocol(REGISTRY, limits=limits, **options)
         self.now = SECOND
         self.clients = [self.protocol.connect(self.now) for _ in range(clients)]
-        self._heard: dict[int, list[Any]] = {}
+        self._received: dict[int, list[Any]] = {}
 
     def send(self, operation: object, client: int = 0) -> None:
         """Have a client (by its place) send an operation."""
@@ -78,18 +78,18 @@ class Wire:
     def outputs(self, client: int = 0) -> list[Any]:
         """Return what has gone to a client since the last look, as it went."""
         for other, output in self.protocol.connections.drain():
-            self._heard.setdefault(other, []).append(output)
-        return self._heard.pop(self.clients[client], [])
+            self._received.setdefault(other, []).append(output)
+        return self._received.pop(self.clients[client], [])
 
-    def heard(self, client: int = 0) -> list[Any]:
+    def received(self, client: int = 0) -> list[Any]:
         """Return what has gone to a client since the last look, decoded."""
         return [decoded(output) for output in self.outputs(client)]
 
     def ask(self, operation: object, client: int = 0) -> list[Any]:
         """Have a client send an operation; return what it hears."""
-        self.heard(client)
+        self.received(client)
         self.send(operation, client)
-        return self.heard(client)
+        return self.received(client)
 
 
 def decoded(output: OutgoingFrame | CloseFrame) -> Any:

@@ -144,7 +144,7 @@ def test_pages_of_this_machine_use_the_published_clients_unmodified(
 @pytest.mark.slow
 @node
 @browser
-def test_pages_from_elsewhere_can_neither_drive_nor_look(
+def test_foreign_pages_can_neither_drive_nor_subscribe(
     site: tuple[int, SimpleQueue[Any]], tmp_path: Path
 ) -> None:
     said, wishes = visit(site, "foreign.example", tmp_path)

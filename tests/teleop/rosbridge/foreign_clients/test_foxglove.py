@@ -113,9 +113,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @node
 @pytest.mark.parametrize("flavour", ["ros1", "ros2"])
 @in_a_loop
-async def test_foxglove_reads_every_type_that_there_is_at_first_try(
-    flavour: RosVersion, folder: Path
-) -> None:
+async def test_foxglove_reads_messages_of_every_type(flavour: RosVersion, folder: Path) -> None:
     protocol = Protocol(REGISTRY, ros_version=flavour, limits=ClientLimits(subscriptions=1000))
     serve_standard(protocol)
     kinds = [REGISTRY[name] for name in REGISTRY]

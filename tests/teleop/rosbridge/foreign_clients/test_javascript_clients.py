@@ -208,19 +208,19 @@ def roslib(url: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str 
 @pytest.mark.slow
 @node
 @pytest.mark.parametrize("check", [*TWENTY, *FURTHER])
-def test_roslib_can_do_all_it_can_do(roslib: dict[str, str | None], check: str) -> None:
+def test_roslib_checks_pass(roslib: dict[str, str | None], check: str) -> None:
     assert roslib[check] is None
 
 
 @node
-def test_no_check_of_roslib_is_forgotten(roslib: dict[str, str | None]) -> None:
+def test_all_roslib_checks_are_listed(roslib: dict[str, str | None]) -> None:
     assert set(roslib) == {*TWENTY, *FURTHER}
     assert len(TWENTY) == 20
 
 
 @pytest.mark.slow
 @node
-def test_ros3d_shows_clouds_and_scans_where_they_are(url: str, tmp_path: Path) -> None:
+def test_ros3d_shows_clouds_and_scans_at_their_positions(url: str, tmp_path: Path) -> None:
     folder = installed(tmp_path, *ROS3D)
     script = Path(shutil.copy(JAVASCRIPT / "ros3d_checks.cjs", folder))
     seen = json.loads(run(script, url).splitlines()[-1])

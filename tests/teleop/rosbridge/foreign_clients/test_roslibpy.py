@@ -66,10 +66,10 @@ class Robot:
         protocol = Protocol(REGISTRY)
         serve_rosapi(protocol)
         self.server = Server(protocol, port=port)
-        self.heard: list[Message] = []
+        self.received: list[Message] = []
         self.server.protocol.topics.advertise("/chatter", "std_msgs/String")
         self.server.protocol.topics.subscribe(
-            "/joy", "sensor_msgs/Joy", lambda c, m, now: self.heard.append(m)
+            "/joy", "sensor_msgs/Joy", lambda c, m, now: self.received.append(m)
         )
         self.server.protocol.services.serve(
             "/set", "std_srvs/SetBool", lambda *_: {"success": True}
@@ -89,7 +89,7 @@ async def expect(process: Process, what: str) -> Any:
 
 @pytest.mark.parametrize("transport", ["twisted", "asyncio"])
 @in_a_loop
-async def test_roslibpy_subscribes_publishes_calls_and_comes_back(transport: str) -> None:
+async def test_roslibpy_subscribes_publishes_calls_and_reconnects(transport: str) -> None:
     robot = Robot()
     await robot.server.start()
     port = robot.server.port
@@ -109,7 +109,7 @@ async def test_roslibpy_subscribes_publishes_calls_and_comes_back(transport: str
         assert await expect(process, "set") == {"success": True, "message": ""}
         assert "requires a bool" in await expect(process, "refused")
         await expect(process, "ready")
-        await until(lambda: bool(robot.heard))
+        await until(lambda: bool(robot.received))
         robot.server.protocol.topics.publish("/chatter", {"data": "hello"}, robot.server.now)
         assert await expect(process, "chatter") == "hello"
         await robot.server.close()

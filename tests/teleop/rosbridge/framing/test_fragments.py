@@ -24,31 +24,31 @@ def pieces(wire: Wire, client: int = 0) -> list[Any]:
 
 
 @pytest.mark.parametrize("size", [10, 100, 1000])
-def test_a_message_larger_than_asked_for_comes_in_fragments(size: int) -> None:
+def test_large_messages_are_sent_in_fragments_on_request(size: int) -> None:
     wire = Wire()
     wire.send({"op": "subscribe", **TEXT, "fragment_size": size})
     wire.send(publish('"é\n' * 100))
-    heard = pieces(wire)
+    received = pieces(wire)
     if size == 1000:  # of its 935 bytes
-        assert heard == [publish('"é\n' * 100)] or len(heard) == 2
+        assert received == [publish('"é\n' * 100)] or len(received) == 2
         return
-    assert {f["op"] for f in heard} == {"fragment"}
-    assert {f["id"] for f in heard} == {"fragment:1"}
-    assert [f["num"] for f in heard] == list(range(len(heard)))
-    assert {f["total"] for f in heard} == {len(heard)}
-    assert all(type(f["total"]) is int and len(f["data"]) <= size for f in heard)
-    assert json.loads("".join(f["data"] for f in heard)) == publish('"é\n' * 100)
+    assert {f["op"] for f in received} == {"fragment"}
+    assert {f["id"] for f in received} == {"fragment:1"}
+    assert [f["num"] for f in received] == list(range(len(received)))
+    assert {f["total"] for f in received} == {len(received)}
+    assert all(type(f["total"]) is int and len(f["data"]) <= size for f in received)
+    assert json.loads("".join(f["data"] for f in received)) == publish('"é\n' * 100)
 
 
 @pytest.mark.parametrize("size", [None, 0, 2**31 - 1, 2**31, 1e12, 100_000])
-def test_nobody_who_did_not_ask_gets_fragments(size: object) -> None:
+def test_messages_are_not_fragmented_without_request(size: object) -> None:
     wire = Wire()
     wire.send({"op": "subscribe", **TEXT, "fragment_size": size})
     wire.send(publish("x" * 1000))
     assert pieces(wire) == [publish("x" * 1000)]
 
 
-def test_binary_messages_are_never_cut() -> None:
+def test_binary_messages_are_never_fragmented() -> None:
     wire = Wire()
     wire.send({"op": "subscribe", **TEXT, "fragment_size": 10, "compression": "cbor"})
     wire.send(publish("x" * 1000))
@@ -56,19 +56,19 @@ def test_binary_messages_are_never_cut() -> None:
     assert list(output.frames) == [output.payload]
 
 
-def test_each_message_in_fragments_has_an_id_of_its_own_and_the_smallest_size_counts() -> None:
+def test_fragmented_messages_have_unique_ids_and_the_smallest_size() -> None:
     wire = Wire(clients=2)
     wire.send({"op": "subscribe", **TEXT, "fragment_size": 500, "id": "a"})
     wire.send({"op": "subscribe", **TEXT, "fragment_size": 50, "id": "b"})
     wire.send({"op": "subscribe", **TEXT}, 1)
     for _ in range(2):
         wire.send(publish("x" * 80))
-    heard = pieces(wire)
-    assert [f["id"] for f in heard] == ["fragment:1"] * 3 + ["fragment:2"] * 3
+    received = pieces(wire)
+    assert [f["id"] for f in received] == ["fragment:1"] * 3 + ["fragment:2"] * 3
     assert pieces(wire, 1) == [publish("x" * 80)] * 2
 
 
-def test_an_answer_comes_in_fragments_too() -> None:
+def test_responses_are_fragmented_on_request() -> None:
     wire = Wire()
     wire.send({"op": "call_service", "service": "/nope", "fragment_size": 20, "id": 1})
     whole = json.loads("".join(f["data"] for f in pieces(wire)))
@@ -76,7 +76,7 @@ def test_an_answer_comes_in_fragments_too() -> None:
 
 
 @given(st.binary(min_size=1, max_size=5000).map(bytes.hex), st.integers(1, 3000))
-def test_pieces_are_the_whole_and_not_too_many(text: str, size: int) -> None:
+def test_fragments_join_to_the_message_and_are_limited_in_number(text: str, size: int) -> None:
     parts = [json.loads(part) for part in split_message(text.encode(), size, "i")]
     assert "".join(part["data"] for part in parts) == text
     assert len(parts) == parts[0]["total"] <= 1024
@@ -102,38 +102,39 @@ CALL = {"op": "call_service", "service": "/nope", "id": "c", "args": {"text": "�
 
 @settings(max_examples=30)
 @given(st.permutations(range(7)), st.permutations(range(7)))
-def test_fragments_are_joined_by_number_in_whatever_order_they_come(
-    first: list[int], second: list[int]
-) -> None:
+def test_received_fragments_are_joined_in_any_order(first: list[int], second: list[int]) -> None:
     wire = Wire()
     one, two = fragments(CALL, 7, "one"), fragments({**CALL, "id": "d"}, 7, 2)
     for i, j in zip(first, second, strict=True):
         wire.send(one[i])
         wire.send(one[i])  # again, as after a stall
         wire.send(two[j])
-    assert sorted(answer["id"] for answer in wire.heard() if answer["op"] != "status") == ["c", "d"]
+    assert sorted(answer["id"] for answer in wire.received() if answer["op"] != "status") == [
+        "c",
+        "d",
+    ]
 
 
-def test_fragments_of_different_clients_do_not_meet() -> None:
+def test_fragments_of_different_clients_are_separate() -> None:
     wire = Wire(clients=2)
     parts = fragments(CALL, 2)
     wire.send(parts[0], 0)
     wire.send(parts[1], 1)
-    assert wire.heard(0) == wire.heard(1) == []
+    assert wire.received(0) == wire.received(1) == []
 
 
-def test_fragments_without_their_rest_are_forgotten_after_ten_seconds() -> None:
+def test_incomplete_messages_expire_after_ten_seconds() -> None:
     wire = Wire()
     wire.send(fragments(CALL, 2)[0])
     assert wire.protocol.timers.due == wire.now + 10 * SECOND
     wire.wait(10_000)
     text = "fragment: message incomplete after 10 s"
-    assert wire.heard() == [error(text, "f")]
+    assert wire.received() == [error(text, "f")]
     assert wire.ask(fragments(CALL, 2)[1]) == []
     assert wire.protocol.timers.due == wire.now + 10 * SECOND
 
 
-def test_who_left_is_told_nothing_of_its_fragments() -> None:
+def test_expiry_is_not_reported_to_disconnected_clients() -> None:
     wire = Wire()
     wire.send(fragments(CALL, 2)[0])
     wire.protocol.disconnect(wire.clients[0], wire.now)
@@ -141,7 +142,7 @@ def test_who_left_is_told_nothing_of_its_fragments() -> None:
     assert wire.protocol.connections.drain() == []
 
 
-def test_who_leaves_takes_its_fragments_along_before_their_time_is_over() -> None:
+def test_fragments_are_discarded_on_disconnect() -> None:
     wire = Wire()
     (connection,) = wire.protocol.connections
     wire.send(fragments(publish("x" * 1000), 2)[0])
@@ -150,7 +151,7 @@ def test_who_leaves_takes_its_fragments_along_before_their_time_is_over() -> Non
     assert "f" not in connection.reassembly  # though a timer still knows the connection
 
 
-def test_fragments_that_wait_are_bounded_in_bytes_and_number() -> None:
+def test_incomplete_messages_are_limited_in_bytes_and_number() -> None:
     wire = Wire(limits=ClientLimits(assembly=100))
     piece = {"op": "fragment", "id": "f", "num": 0, "total": 3, "data": "x" * 60}
     wire.send(piece)
@@ -162,16 +163,16 @@ def test_fragments_that_wait_are_bounded_in_bytes_and_number() -> None:
     assert "at most 8 messages may be incomplete" in status["msg"]
 
 
-def test_operations_in_fragments_are_counted_like_others() -> None:
+def test_fragmented_operations_count_for_the_rate() -> None:
     wire = Wire(limits=ClientLimits(messages=10, burst=1))
     calls = '{"op":"call_service","service":"/nope"}' * 15
     wire.send({"op": "fragment", "num": 0, "total": 1, "data": calls, "id": 1})
-    heard = wire.heard()
-    assert [h["op"] for h in heard] == ["service_response"] * 10 + ["status"]
-    assert heard[-1] == error("rate limit of 10 operations/s exceeded: operation dropped")
+    received = wire.received()
+    assert [h["op"] for h in received] == ["service_response"] * 10 + ["status"]
+    assert received[-1] == error("rate limit of 10 operations/s exceeded: operation dropped")
 
 
-def test_a_message_does_not_change_its_number_of_pieces() -> None:
+def test_total_number_of_fragments_must_not_change() -> None:
     wire = Wire()
     piece = {"op": "fragment", "id": "f", "num": 0, "total": 3, "data": "x"}
     wire.send(piece)
@@ -180,9 +181,9 @@ def test_a_message_does_not_change_its_number_of_pieces() -> None:
 
 
 @pytest.mark.parametrize("inner", [fragments(CALL, 1)[0], [1], "x"])
-def test_what_fragments_join_to_must_be_an_operation(inner: object) -> None:
+def test_reassembled_message_must_be_an_operation(inner: object) -> None:
     wire = Wire()
     for part in fragments(inner, 3 if isinstance(inner, dict) else 1):
         wire.send(part)
-    (status,) = wire.heard()
+    (status,) = wire.received()
     assert status["level"] == "error"

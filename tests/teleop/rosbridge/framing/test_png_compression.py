@@ -29,20 +29,20 @@ def pixels(png: bytes) -> bytes:
 
 
 @given(st.binary(min_size=1, max_size=3000))
-def test_a_picture_holds_its_text_and_line_feeds_behind_it(text: bytes) -> None:
+def test_image_contains_the_text_padded_with_line_feeds(text: bytes) -> None:
     read = pixels(encode_png(text))
     assert read.startswith(text)
     assert not read[len(text) :].strip(b"\n")
     assert len(read) - len(text) < 3 * (len(text) ** 0.5 + 2)
 
 
-def test_a_subscriber_may_have_its_json_in_pictures() -> None:
+def test_subscribers_may_request_json_in_png() -> None:
     wire = Wire()
     wire.send({"op": "subscribe", **TEXT, "compression": "png"})
     wire.send(publish("é" * 1000))
-    (heard,) = wire.heard()
-    assert heard.keys() == {"op", "data"}
-    assert json.loads(pixels(b64decode(heard["data"]))) == publish("é" * 1000)
+    (received,) = wire.received()
+    assert received.keys() == {"op", "data"}
+    assert json.loads(pixels(b64decode(received["data"]))) == publish("é" * 1000)
     wire.send({"op": "subscribe", **TEXT, "compression": "png", "fragment_size": 50, "id": "b"})
     wire.send(publish("x" * 1000))
     joined = json.loads("".join(f["data"] for f in pieces(wire)))

@@ -35,19 +35,19 @@ class Exchange(RuleBasedStateMachine):
         self.number = 0
 
     def look(self) -> None:
-        """Take in what everybody heard, and check that it was for them."""
+        """Take in what everybody received, and check that it was for them."""
         for client in range(CLIENTS):
-            for heard in self.wire.heard(client):
-                assert "forged" not in str(heard.get("values"))
-                match heard["op"]:
+            for received in self.wire.received(client):
+                assert "forged" not in str(received.get("values"))
+                match received["op"]:
                     case "call_service" | "send_action_goal":
-                        self.received[client].append(heard)
+                        self.received[client].append(received)
                     case "service_response" | "action_result":
-                        assert heard["id"] in self.asked[client], heard
-                        wanted = self.asked[client].pop(heard["id"])
-                        assert heard["op"] == wanted
+                        assert received["id"] in self.asked[client], received
+                        wanted = self.asked[client].pop(received["id"])
+                        assert received["op"] == wanted
                     case "action_feedback":
-                        assert heard["id"] in self.asked[client]
+                        assert received["id"] in self.asked[client]
                     case "cancel_action_goal":
                         assert self.action == client
                     case other:
@@ -140,11 +140,11 @@ class Exchange(RuleBasedStateMachine):
             self.action = None
 
     @invariant()
-    def everybody_hears_what_is_for_it(self) -> None:
+    def every_client_receives_only_its_own(self) -> None:
         self.look()
 
     @invariant()
-    def services_and_actions_are_those_somebody_provides(self) -> None:
+    def services_and_actions_are_those_provided(self) -> None:
         there = {service.name: service.provider for service in self.wire.protocol.services.all}
         wanted = {name: self.wire.clients[p[-1]] for name, p in self.providers.items() if p}
         assert there == wanted

@@ -15,21 +15,21 @@ def publish(data: str) -> dict[str, Any]:
     return {"op": "publish", "topic": "/text", "msg": {"data": data}}
 
 
-def test_a_transient_publishers_last_message_waits_unless_the_subscriber_is_volatile() -> None:
+def test_transient_message_is_kept_unless_the_subscriber_is_volatile() -> None:
     wire = Wire(clients=3)
     wire.send({"op": "advertise", **TEXT, "qos": {"durability": "transient_local"}}, 0)
     wire.send(publish("x"), 0)
     wire.send({"op": "subscribe", **TEXT}, 1)
     wire.send({"op": "subscribe", **TEXT, "qos": {"durability": "volatile"}}, 2)
-    assert wire.heard(1) == [publish("x")]
-    assert wire.heard(2) == []
+    assert wire.received(1) == [publish("x")]
+    assert wire.received(2) == []
 
 
 @pytest.mark.parametrize(
     ("qos", "depth"),
     [({}, 4), ({"depth": 2}, 2), ({"depth": 2, "history": "keep_all"}, 0), (None, 4)],
 )
-def test_the_depth_of_a_qos_is_the_length_of_the_queue(qos: object, depth: int) -> None:
+def test_qos_depth_is_the_queue_length(qos: object, depth: int) -> None:
     wire = Wire()
     wire.send({"op": "subscribe", **TEXT, "queue_length": 4, "qos": qos})
     wire.send(publish("x"))

@@ -63,7 +63,7 @@ def test_every_type_round_trips_through_json_and_cbor() -> None:
 
 
 @given(values=st.lists(st.floats(width=32, allow_nan=False, allow_infinity=False), max_size=50))
-def test_float32_are_written_short_but_exact(values: list[float]) -> None:
+def test_float32_values_are_written_short_but_exact(values: list[float]) -> None:
     text = CODEC.json(FORMS["sensor_msgs/LaserScan"], {"ranges": values})
     assert json.loads(text)["ranges"] == pytest.approx(values, rel=1e-7)
     assert np.array_equal(
@@ -71,7 +71,7 @@ def test_float32_are_written_short_but_exact(values: list[float]) -> None:
     )
 
 
-def test_a_scan_takes_no_more_digits_than_its_floats_have() -> None:
+def test_scans_are_written_with_significant_digits_only() -> None:
     ranges = np.linspace(0.1, 29.9, 1000).astype(np.float32)
     text = CODEC.json(FORMS["sensor_msgs/LaserScan"], {"ranges": ranges})
     assert len(text) < 13 * 1000
@@ -90,7 +90,7 @@ def test_json_is_compact_ascii_with_fields_in_the_order_of_the_type() -> None:
         ("both", {"secs", "nsecs", "sec", "nanosec"}),
     ],
 )
-def test_stamps_are_spelled_as_wished(stamps: Any, names: set[str]) -> None:
+def test_stamp_fields_are_named_as_configured(stamps: Any, names: set[str]) -> None:
     codec = Codec(FORMS, stamps=stamps)
     stamp = json.loads(codec.json(FORMS["builtin_interfaces/Time"], {"sec": 1}))
     assert set(stamp) == names
@@ -125,14 +125,14 @@ def test_arrays_of_numbers_are_typed_arrays_in_cbor(kind: str, tag: int) -> None
     assert len(data.value) == 2 * width
 
 
-def test_a_fixed_array_is_a_typed_array_too() -> None:
+def test_fixed_arrays_are_typed_arrays_in_cbor() -> None:
     message = CODEC.cbor(FORMS["nav_msgs/Odometry"], {})
     assert message["pose"]["covariance"].tag == 86
     assert len(message["pose"]["covariance"].value) == 36 * 8
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_what_json_cannot_hold_is_refused_and_named(bad: float) -> None:
+def test_nan_and_infinity_are_rejected_in_json_by_field(bad: float) -> None:
     with pytest.raises(MessageError, match="field data is"):
         CODEC.json(FORMS["std_msgs/Float64"], {"data": bad})
     with pytest.raises(MessageError, match="field ranges contains NaN"):
@@ -151,13 +151,13 @@ def test_what_json_cannot_hold_is_refused_and_named(bad: float) -> None:
         None,
     ],
 )
-def test_a_message_of_the_hosts_that_does_not_fit_is_refused(message: Any) -> None:
+def test_invalid_host_messages_are_rejected(message: Any) -> None:
     for write in (CODEC.json, CODEC.cbor):
         with pytest.raises(MessageError, match="cannot encode a std_msgs/String"):
             write(FORMS["std_msgs/String"], message)
 
 
-def test_a_fixed_array_of_another_size_is_refused() -> None:
+def test_fixed_arrays_of_wrong_size_are_rejected() -> None:
     with pytest.raises(MessageError, match="covariance"):
         CODEC.json(FORMS["geometry_msgs/PoseWithCovariance"], {"covariance": np.zeros((6, 6))})
 
@@ -202,13 +202,13 @@ def test_arbitrary_bytes_raise_no_other_exception_than_frame_error(data: bytes) 
         read_cbor(data)
 
 
-def test_cbor_nested_without_end_is_refused() -> None:
+def test_deeply_nested_cbor_is_rejected() -> None:
     with pytest.raises(FrameError):
         read_cbor(b"\x81" * 100_000)
 
 
 @pytest.mark.parametrize("step", [1, -1, 3])
-def test_small_integers_are_written_as_all_others(step: int) -> None:
+def test_int8_arrays_are_written_as_numbers(step: int) -> None:
     cells = np.arange(-128, 128, dtype=np.int8)[::step]
     text = CODEC.json(FORMS["nav_msgs/OccupancyGrid"], {"data": cells})
     assert json.loads(text)["data"] == cells.tolist()

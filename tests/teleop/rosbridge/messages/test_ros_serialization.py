@@ -32,19 +32,19 @@ def publish(data: str) -> dict[str, Any]:
         ("std_msgs/msg/String", "ros1", b"\x00\x01\x00\x00\x03\x00\x00\x00\xc3\xa9\x00"),
     ],
 )
-def test_cbor_raw_brings_the_bytes_of_the_ros_that_is_spoken(
+def test_cbor_raw_contains_the_serialization_of_the_requested_ros(
     kind: str, ros_version: Any, expected: bytes
 ) -> None:
     wire = Wire(ros_version=ros_version)
     wire.send({"op": "subscribe", "topic": "/text", "type": kind, "compression": "cbor-raw"})
     wire.now += 7
     wire.send(publish("é"))
-    (heard,) = wire.heard()
+    (received,) = wire.received()
     message = {"secs": 1, "nsecs": 7, "bytes": expected}
-    assert heard == {"op": "publish", "topic": "/text", "msg": message}
+    assert received == {"op": "publish", "topic": "/text", "msg": message}
 
 
-def test_of_several_codings_the_densest_counts() -> None:
+def test_highest_priority_encoding_is_used() -> None:
     wire = Wire()
     for i, compression in enumerate(("none", "png", "cbor", "cbor-raw")):
         wire.send({"op": "subscribe", **TEXT, "compression": compression, "id": i})
@@ -108,7 +108,7 @@ def check_serialization(kind: MessageType, message: Any) -> None:
 
 @pytest.mark.parametrize("store", [Stores.ROS2_JAZZY, Stores.ROS1_NOETIC])
 @pytest.mark.parametrize("kind", ["sensor_msgs/msg/PointCloud2", "nav_msgs/msg/Odometry"])
-def test_ros_itself_writes_the_same_bytes(store: Stores, kind: str) -> None:
+def test_serialization_is_that_of_ros(store: Stores, kind: str) -> None:
     ros_version: RosVersion = "ros2" if store is Stores.ROS2_JAZZY else "ros1"
     raw = SERIALIZERS[ros_version].bytes(FORMS[kind], whole(kind, {"header": {"frame_id": "é"}}))
     ros = get_typestore(store)
@@ -118,7 +118,7 @@ def test_ros_itself_writes_the_same_bytes(store: Stores, kind: str) -> None:
         assert bytes(ros.serialize_cdr(ros.deserialize_cdr(raw, kind), kind)) == raw
 
 
-def test_ros_1_has_no_bounds_and_ros_2_has_a_field_in_types_of_constants() -> None:
+def test_ros_1_definitions_have_no_bounds_and_ros_2_pads_empty_types() -> None:
     bounded, constant = FORMS["shape_msgs/SolidPrimitive"], FORMS["bond/Constants"]
     assert "float64[<=3] dimensions" in SERIALIZERS["ros2"].definition(bounded)
     assert "float64[] dimensions" in SERIALIZERS["ros1"].definition(bounded)
@@ -130,7 +130,7 @@ def test_ros_1_has_no_bounds_and_ros_2_has_a_field_in_types_of_constants() -> No
     assert "structure" not in SERIALIZERS["ros1"].definition(constant)
 
 
-def test_a_header_of_ros_1_has_a_sequence_number() -> None:
+def test_ros_1_headers_have_a_sequence_number() -> None:
     raw = RosSerializer(FORMS, "ros1").bytes(
         FORMS["std_msgs/Header"], {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "a"}
     )

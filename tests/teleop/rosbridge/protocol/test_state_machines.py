@@ -64,8 +64,8 @@ class Household(RuleBasedStateMachine):
         self.services, self.actions = Side(), Side()
         self.numbers = itertools.count()
 
-    def heard(self) -> list[list[Any]]:
-        return [self.wire.heard(client) for client in range(CLIENTS)]
+    def received(self) -> list[list[Any]]:
+        return [self.wire.received(client) for client in range(CLIENTS)]
 
     def answered(
         self, answers: list[tuple[Asked, object, bool]], cancelled: Counter[int] | None = None
@@ -77,12 +77,12 @@ class Household(RuleBasedStateMachine):
         expected: list[list[tuple[int, str, bool]]] = [[] for _ in range(CLIENTS)]
         for asked, values, good in answers:
             expected[asked.caller].append((asked.identity, str(values), good))
-        for client, heard in enumerate(self.heard()):
-            cancels = [each for each in heard if each["op"] == "cancel_action_goal"]
+        for client, received in enumerate(self.received()):
+            cancels = [each for each in received if each["op"] == "cancel_action_goal"]
             assert len(cancels) == (cancelled or Counter())[client]
             got = [
                 (each["id"], str(each["values"]), each["result"])
-                for each in heard
+                for each in received
                 if each not in cancels
             ]
             assert sorted(got) == sorted(expected[client])
@@ -110,10 +110,10 @@ class Household(RuleBasedStateMachine):
             self.answered([(asked, "Service /s does not exist", False)])
             return
         provider = self.services.providers[-1]
-        heard = self.heard()
-        (request,) = heard.pop(provider)
+        received = self.received()
+        (request,) = received.pop(provider)
         assert (request["op"], request["args"]) == ("call_service", {})
-        assert heard == [[]] * (CLIENTS - 1)
+        assert received == [[]] * (CLIENTS - 1)
         self.services.asked[provider][request["id"]] = asked
 
     @rule(client=clients, good=st.booleans(), which=identities)
@@ -149,7 +149,7 @@ class Household(RuleBasedStateMachine):
         self.wire.send({"op": "advertise_action", "action": "/a", "type": "actionlib/Test"}, client)
         ends: list[tuple[Asked, object, bool]] = []
         if self.actions.providers and self.actions.providers != [client]:
-            (status,) = self.wire.heard(client)
+            (status,) = self.wire.received(client)
             assert "provided by another client" in status["msg"]
         else:  # to offer it again is to begin anew
             ends = self.abandon(self.actions, client)
@@ -169,10 +169,10 @@ class Household(RuleBasedStateMachine):
         if not self.actions.providers:
             self.answered([(asked, "Action /a does not exist", False)])
             return
-        heard = self.heard()
-        (request,) = heard.pop(self.actions.providers[0])
+        received = self.received()
+        (request,) = received.pop(self.actions.providers[0])
         assert (request["op"], request["args"]) == ("send_action_goal", {"goal": asked.identity})
-        assert heard == [[]] * (CLIENTS - 1)
+        assert received == [[]] * (CLIENTS - 1)
         self.actions.asked[self.actions.providers[0]][request["id"]] = asked
 
     @precondition(lambda self: any(self.actions.asked.values()))
@@ -183,15 +183,15 @@ class Household(RuleBasedStateMachine):
         provider, key = goals[which % len(goals)]
         asked = self.actions.asked[provider][key]
         self.wire.send({"op": "cancel_action_goal", "action": "/a", "id": asked.identity}, by)
-        heard = self.heard()
+        received = self.received()
         if by == asked.caller and not asked.cancelled:
             asked.cancelled = True
-            assert [(each["op"], each["id"]) for each in heard.pop(provider)] == [
+            assert [(each["op"], each["id"]) for each in received.pop(provider)] == [
                 ("cancel_action_goal", key)
             ]
-            assert heard == [[]] * (CLIENTS - 1)
+            assert received == [[]] * (CLIENTS - 1)
         else:
-            assert heard == [[]] * CLIENTS
+            assert received == [[]] * CLIENTS
 
     @rule(client=clients, which=identities, status=st.sampled_from([4, 5, 6]))
     def finish(self, client: int, which: int, status: int) -> None:
@@ -222,7 +222,7 @@ class Household(RuleBasedStateMachine):
         for provider, key in self.services.of(client):
             del self.services.asked[provider][key]
         self.wire.protocol.disconnect(self.wire.clients[client], self.wire.now)
-        self.wire.heard(client)
+        self.wire.received(client)
         # Goals of who has left are cancelled; when their providers end them, nobody hears it.
         left = [(p, self.actions.asked[p].pop(key)) for p, key in self.actions.of(client)]
         cancelled = Counter(p for p, asked in left if not asked.cancelled)
@@ -239,7 +239,7 @@ class Household(RuleBasedStateMachine):
         return [(each, f"{what}: its provider has left", False) for each in asked.values()]
 
     @invariant()
-    def there_are_no_ghosts(self) -> None:
+    def no_state_remains(self) -> None:
         protocol = self.wire.protocol
         there = {service.name: service.provider for service in protocol.services.all}
         expected = self.services.providers[-1:]

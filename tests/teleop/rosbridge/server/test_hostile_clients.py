@@ -36,7 +36,7 @@ TEXT = "std_msgs/String"
 CALL = '{"op":"call_service","service":"/rosapi/get_time","id":"c"}'
 
 
-def heard(*frames: str | bytes, **options: Any) -> list[Any]:
+def received(*frames: str | bytes, **options: Any) -> list[Any]:
     """Return what a client hears that subscribes to a topic of each type and sends frames."""
     wire = Wire(**options)
     serve_rosapi(wire.protocol)
@@ -45,10 +45,10 @@ def heard(*frames: str | bytes, **options: Any) -> list[Any]:
     blob = {"op": "subscribe", "topic": "/b", "type": "sensor_msgs/CompressedImage"}
     wire.send(blob)
     wire.send({"op": "subscribe", "topic": "/h", "type": "geometry_msgs/PointStamped"})
-    assert wire.heard() == []
+    assert wire.received() == []
     for frame in frames:
         wire.raw(frame)
-    return wire.heard()
+    return wire.received()
 
 
 def published(topic: str, msg: object) -> str:
@@ -83,10 +83,8 @@ def published(topic: str, msg: object) -> str:
         (published("/b", {"data": "no base64!"}), "field data"),
     ],
 )
-def test_what_rosbridge_passes_over_in_silence_or_lets_through_is_answered(
-    frame: str, answer: str
-) -> None:
-    (status,) = heard(frame)
+def test_errors_that_rosbridge_ignores_are_answered(frame: str, answer: str) -> None:
+    (status,) = received(frame)
     assert (status["op"], status["level"]) == ("status", "error")
     assert answer in status["msg"]
 
@@ -99,23 +97,23 @@ def test_what_rosbridge_passes_over_in_silence_or_lets_through_is_answered(
         ({"service": "/rosapi/get_param", "args": {"name": 1}}, "requires a string"),
     ],
 )
-def test_a_call_that_cannot_be_done_is_answered_without_a_path_of_the_server(
-    call: dict[str, Any], why: str
-) -> None:
-    (answer,) = heard(json.dumps({"op": "call_service", "id": 7, **call}))
+def test_failed_calls_reveal_no_server_path(call: dict[str, Any], why: str) -> None:
+    (answer,) = received(json.dumps({"op": "call_service", "id": 7, **call}))
     assert (answer["op"], answer["result"], answer["id"]) == ("service_response", False, 7)
     assert why in answer["values"]
     assert ".py" not in answer["values"]
 
 
-def test_ending_what_never_was_is_no_error_as_in_rosbridge() -> None:
-    assert heard(*(f'{{"op":"{op}","topic":"/x"}}' for op in ("unsubscribe", "unadvertise"))) == []
+def test_ending_unknown_registrations_is_not_an_error() -> None:
+    assert (
+        received(*(f'{{"op":"{op}","topic":"/x"}}' for op in ("unsubscribe", "unadvertise"))) == []
+    )
 
 
-def test_broken_json_leaves_nothing_behind_that_a_later_frame_meets() -> None:
-    status, answer = heard('{"op":"publish","topic":"/t","msg":{"data":"', CALL)
+def test_invalid_json_does_not_affect_later_frames() -> None:
+    status, answer = received('{"op":"publish","topic":"/t","msg":{"data":"', CALL)
     assert (status["op"], answer["op"]) == ("status", "service_response")
-    assert [each["op"] for each in heard(CALL + CALL)] == ["service_response"] * 2
+    assert [each["op"] for each in received(CALL + CALL)] == ["service_response"] * 2
 
 
 @pytest.mark.parametrize(
@@ -132,11 +130,11 @@ def test_broken_json_leaves_nothing_behind_that_a_later_frame_meets() -> None:
     ],
 )
 @pytest.mark.parametrize("binary", [False, True])
-def test_what_rosbridge_takes_is_taken_in_text_and_in_binary_frames(
+def test_valid_operations_are_accepted_in_text_and_binary_frames(
     topic: str, sent: object, arrives: dict[str, Any], binary: bool
 ) -> None:
     frame = published(topic, sent)
-    (message,) = heard(frame.encode() if binary else frame)
+    (message,) = received(frame.encode() if binary else frame)
     if "header" in arrives:
         assert message["msg"]["header"]["stamp"]["sec"] == arrives["header"]["sec"]
     else:
@@ -146,8 +144,10 @@ def test_what_rosbridge_takes_is_taken_in_text_and_in_binary_frames(
 # What the issue names besides.
 
 
-def test_of_a_key_that_comes_twice_the_last_counts_as_in_every_browser() -> None:
-    (message,) = heard('{"op":"dance","op":"publish","topic":"/t","msg":{"data":"a","data":"b"}}')
+def test_last_of_duplicate_keys_is_used() -> None:
+    (message,) = received(
+        '{"op":"dance","op":"publish","topic":"/t","msg":{"data":"a","data":"b"}}'
+    )
     assert message["msg"] == {"data": "b"}
 
 
@@ -166,26 +166,26 @@ def test_of_a_key_that_comes_twice_the_last_counts_as_in_every_browser() -> None
         '{"op":"publish","topic":"/h","msg":{"header":{"stamp":{"sec":%s}}}}',
     ],
 )
-def test_no_number_is_too_large_to_be_answered(operation: str, number: str) -> None:
-    said = heard(operation % number, CALL)
+def test_too_large_numbers_are_answered(operation: str, number: str) -> None:
+    said = received(operation % number, CALL)
     assert said[-1]["id"] == "c"
     assert "internal" not in str(said)
 
 
-def test_ten_thousand_topics_of_one_client_are_refused_beyond_its_own() -> None:
+def test_topics_of_one_client_are_limited() -> None:
     wire = Wire(2, limits=ClientLimits.unhurried())
     for number in range(10_000):
         topic = {"topic": f"/t{number}", "type": TEXT}
         wire.send({"op": "advertise", **topic})
         wire.send({"op": "subscribe", **topic})
-    refused = [status["msg"] for status in wire.heard()]
+    refused = [status["msg"] for status in wire.received()]
     assert len(wire.protocol.topics.all) == 64
     assert len(refused) == 2 * (10_000 - 64)
     assert all("at most 64 topics" in text for text in refused)
     assert wire.ask({"op": "subscribe", "topic": "/mine", "type": TEXT}, 1) == []
 
 
-def test_ten_thousand_topics_one_after_the_other_are_forgotten() -> None:
+def test_topics_advertised_in_sequence_are_removed() -> None:
     wire = Wire(limits=ClientLimits.unhurried())
     for number in range(10_000):
         wire.send({"op": "subscribe", "topic": f"/t{number}", "type": TEXT})
@@ -198,7 +198,7 @@ def test_ten_thousand_topics_one_after_the_other_are_forgotten() -> None:
 @pytest.mark.parametrize(
     "frame", ["[" + "[]," * 300_000 + "[]]", " " * 1_000_000, "[" * 1_000_000, '{"a":' * 190_000]
 )
-def test_a_megabyte_of_nothing_is_read_without_looking_for_garbage_in_it(frame: str) -> None:
+def test_garbage_collection_pauses_while_large_frames_are_parsed(frame: str) -> None:
     looks: list[int] = []
 
     def look(phase: str, info: dict[str, int]) -> None:
@@ -206,7 +206,7 @@ def test_a_megabyte_of_nothing_is_read_without_looking_for_garbage_in_it(frame: 
 
     gc.callbacks.append(look)
     try:
-        (status,) = heard(frame)
+        (status,) = received(frame)
     finally:
         gc.callbacks.remove(look)
     assert status["op"] == "status"
@@ -234,11 +234,11 @@ async def beside_a_stream(**options: Any) -> AsyncIterator[Server]:
 
         arrived: list[str] = []
 
-        async def hear() -> None:
+        async def receive() -> None:
             async for frame in bystander:
                 arrived.append(json.loads(frame)["msg"]["data"])
 
-        publisher, hearer = asyncio.create_task(publish()), asyncio.create_task(hear())
+        publisher, hearer = asyncio.create_task(publish()), asyncio.create_task(receive())
         yield server
         before = sent
         await until(lambda: sent >= before + 5)  # it still turns
@@ -301,9 +301,7 @@ async def close_code(reader: asyncio.StreamReader) -> int:
     ],
 )
 @in_a_loop
-async def test_what_breaks_the_websocket_ends_that_connection_with_its_code(
-    sent: bytes, code: int
-) -> None:
+async def test_websocket_violations_close_with_their_code(sent: bytes, code: int) -> None:
     async with beside_a_stream() as server:
         reader, writer = await opened(server)
         writer.write(sent)
@@ -381,7 +379,7 @@ async def reads_nothing(server: Server) -> None:
     "attack", [slow_loris, half_open, deep_and_wide, floods, mutates, reads_nothing]
 )
 @in_a_loop
-async def test_who_does_harm_costs_the_others_no_message(
+async def test_hostile_clients_cost_others_no_message(
     attack: Callable[[Server], Awaitable[None]],
 ) -> None:
     async with beside_a_stream() as server:
@@ -399,9 +397,7 @@ async def test_who_does_harm_costs_the_others_no_message(
     ids=["long-target", "long-header", "many-headers", "endless-header"],
 )
 @in_a_loop
-async def test_a_request_that_is_too_long_is_answered_with_its_code(
-    lines: bytes, status: int
-) -> None:
+async def test_too_long_requests_are_answered_with_their_code(lines: bytes, status: int) -> None:
     async with beside_a_stream() as server:
         reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
         writer.write(lines + b"\r\n")
@@ -410,7 +406,7 @@ async def test_a_request_that_is_too_long_is_answered_with_its_code(
 
 
 @in_a_loop
-async def test_a_connection_that_answers_no_ping_in_the_middle_of_a_frame_is_ended() -> None:
+async def test_unresponsive_connection_within_a_frame_is_closed() -> None:
     async with beside_a_stream(keepalive=Keepalive(0.05, 0.05, 0.05)) as server:
         reader, writer = await opened(server)
         writer.write(struct.pack("!BBQ", 0x81, 0xFF, 900_000) + b"x" * 100)
@@ -419,7 +415,7 @@ async def test_a_connection_that_answers_no_ping_in_the_middle_of_a_frame_is_end
 
 
 @in_a_loop
-async def test_who_begins_no_tls_is_cut_off(
+async def test_connections_without_tls_handshake_are_aborted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("teleop.rosbridge.server.listener.HEADER_TIMEOUT", 0.1)

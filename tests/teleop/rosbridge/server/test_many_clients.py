@@ -24,7 +24,7 @@ from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire
 
 
-def test_a_message_is_encoded_once_for_all_who_want_it_alike(
+def test_messages_are_encoded_once_for_all_equal_subscribers(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     wire = Wire(9, limits=ClientLimits.unhurried())
@@ -72,7 +72,9 @@ def test_long_frames_arrive_whole_between_pings(encrypted: bool, tmp_path: Path)
                 await client.send('{"op":"unsubscribe","topic":"/cloud"}')
                 await client.send(json.dumps(subscribe))
                 await client.send('{"op":"call_service","service":"/there"}')
-                assert "service_response" in str(await client.recv())  # it has heard the rest, too
+                assert "service_response" in str(
+                    await client.recv()
+                )  # it has received the rest, too
                 server.protocol.topics.publish("/cloud", {"data": data}, server.now)
                 frame = await client.recv()
                 if isinstance(frame, str):

@@ -47,7 +47,7 @@ def life(i: int) -> list[dict[str, Any]]:
     ]
 
 
-def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
+def test_memory_stays_constant_over_many_connections() -> None:
     protocol = Protocol(REGISTRY, limits=ClientLimits())
     serve_standard(protocol)
     now = 0
@@ -94,7 +94,7 @@ def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
 
 @pytest.mark.slow
 @in_a_loop
-async def test_over_sockets_too_nothing_stays_of_clients_that_go_vanish_or_stall() -> None:
+async def test_sockets_and_tasks_are_released_after_many_clients() -> None:
     tracemalloc.start()
     try:
         async with crowded_server(REGISTRY) as server:
