@@ -1,4 +1,4 @@
-"""Hands for the rosbridge tests: a protocol with clients, and messages of any type."""
+"""Test support: a protocol with clients, and messages of all types."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ REGISTRY = TypeRegistry([ROOT / "assets" / "farsteer_msgs"])
 
 
 class ConnectionLog(Observer):
-    """Records who connects and disconnects, and who authenticates."""
+    """Records connections, disconnections and authentications."""
 
     def __init__(self, protocol: Protocol) -> None:
         self.connections: list[Connection] = []
@@ -63,37 +63,37 @@ class Wire:
         self._received: dict[int, list[Any]] = {}
 
     def send(self, operation: object, client: int = 0) -> None:
-        """Have a client (by its place) send an operation."""
+        """Send an operation as the client with this index."""
         self.raw(json.dumps(operation), client)
 
     def raw(self, frame: str | bytes, client: int = 0) -> None:
-        """Have a client send a frame."""
+        """Send a frame as a client."""
         self.protocol.receive(self.clients[client], frame, self.now)
 
     def wait(self, milliseconds: float) -> None:
-        """Let time pass."""
+        """Advance the time."""
         self.now += int(milliseconds * MILLISECOND)
         self.protocol.timers.tick(self.now)
 
     def outputs(self, client: int = 0) -> list[Any]:
-        """Return what has gone to a client since the last look, as it went."""
+        """Return the frames sent to a client since the last call."""
         for other, output in self.protocol.connections.drain():
             self._received.setdefault(other, []).append(output)
         return self._received.pop(self.clients[client], [])
 
     def received(self, client: int = 0) -> list[Any]:
-        """Return what has gone to a client since the last look, decoded."""
+        """Return the operations sent to a client since the last call."""
         return [decoded(output) for output in self.outputs(client)]
 
     def ask(self, operation: object, client: int = 0) -> list[Any]:
-        """Have a client send an operation; return what it hears."""
+        """Send an operation as a client; return what it receives."""
         self.received(client)
         self.send(operation, client)
         return self.received(client)
 
 
 def decoded(output: OutgoingFrame | CloseFrame) -> Any:
-    """Return an output as its reader sees it."""
+    """Return an output as its receiver decodes it."""
     if isinstance(output, CloseFrame):
         return output
     return read_cbor(output.payload) if output.binary else json.loads(output.text)

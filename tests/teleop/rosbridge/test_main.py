@@ -16,6 +16,8 @@ from teleop.rosbridge import Client
 from tests.teleop.rosbridge.server.test_server import in_a_loop, serving
 from tests.teleop.rosbridge.support import ROOT
 
+pytestmark = pytest.mark.process
+
 
 @in_a_loop
 async def test_program_serves_custom_types_until_interrupted(tmp_path: Path) -> None:

@@ -55,7 +55,7 @@ async def guarded(
 
 
 async def role(connection: ClientConnection) -> str:
-    """Return what the server answers to a publication."""
+    """Return the status that the server sends for a publication."""
     await connection.send('{"op":"advertise","topic":"/x","type":"std_msgs/String","id":"a"}')
     await connection.send('{"op":"call_service","service":"/rosapi/topics","id":"b"}')
     return str(json.loads(await connection.recv()).get("msg", "may publish"))
@@ -72,7 +72,7 @@ async def test_tokens_are_accepted_in_url_header_and_operation() -> None:
             assert await role(by_header) == "may publish"
         async with connect(server.url, proxy=None) as by_operation:
             assert "authentication with a token is required" in await role(by_operation)
-            await by_operation.recv()  # that the call was refused as well
+            await by_operation.recv()  # the rejection of the call
             await by_operation.send(json.dumps({"op": "auth", "token": OPERATE}))
             assert await role(by_operation) == "may publish"
         async with Client(server.url, token=OPERATE) as client:
@@ -204,7 +204,7 @@ async def test_tokens_are_neither_logged_nor_sent() -> None:
 
 
 def certificate(folder: Path, name: str = "server") -> tuple[Path, Path]:
-    """Write a certificate of this machine that it has signed itself, and its key."""
+    """Write a self-signed certificate of this machine and its key."""
     key = ec.generate_private_key(ec.SECP256R1())
     whose = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "robot")])
     begin = datetime.datetime(2020, 1, 1, tzinfo=datetime.UTC)

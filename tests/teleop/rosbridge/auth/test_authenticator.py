@@ -21,7 +21,7 @@ def ring(role: Role = Role.OPERATE) -> Credentials:
 
 
 def signed(secret: str = SECRET, **changes: Any) -> dict[str, Any]:
-    """The operation that roslibjs's and roslibpy's ``authenticate`` send."""
+    """Return the operation that ``authenticate`` of roslibjs and roslibpy sends."""
     fields: dict[str, Any] = {"client": "192.168.1.2", "dest": "192.168.1.3", "rand": "r4nd"}
     fields |= {"t": NOW, "level": "user", "end": NOW + 60, **changes}
     t, end = (v["secs"] if isinstance(v, dict) else v for v in (fields["t"], fields["end"]))
@@ -35,9 +35,7 @@ def test_codes_are_accepted_once_and_expire() -> None:
     admission = authenticator.verify_operation(signed())
     assert admission is not None
     assert (admission.access.holder, admission.duration) == ("lab", 59.0)
-    assert (
-        authenticator.verify_operation(signed()) is None
-    )  # somebody has listened, and says it again
+    assert authenticator.verify_operation(signed()) is None  # replayed
     assert authenticator.verify_operation(signed(rand="other")) is not None
 
 

@@ -15,7 +15,7 @@ ORIGINS = Origins("127.0.0.1", frozenset({"https://lab.example"}))
         ("http://[::1]:8000", "[::1]:9090"),
         ("http://192.168.1.7:8000", "192.168.1.7:9090"),
         ("https://lab.example", "192.168.1.7:9090"),
-        ("robot.local:9090", "robot.local:9090"),  # jrosbridge, which is no page
+        ("robot.local:9090", "robot.local:9090"),  # jrosbridge, which is not a browser
     ],
 )
 def test_local_and_listed_origins_are_allowed(origin: str, host: str) -> None:
@@ -35,7 +35,7 @@ def test_local_and_listed_origins_are_allowed(origin: str, host: str) -> None:
         ("http://[", "127.0.0.1:9090"),
         ("http://192.168.1.8", "192.168.1.7:9090"),
         ("http://lab.example", "127.0.0.1:9090"),
-        ("http://rebound.example", "rebound.example"),  # a name that its owner points here
+        ("http://rebound.example", "rebound.example"),  # a name that resolves to this machine
     ],
 )
 def test_foreign_origins_are_rejected(origin: str, host: str) -> None:

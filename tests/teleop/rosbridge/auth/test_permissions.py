@@ -24,7 +24,7 @@ def credentials(anonymous: Role | None = None) -> Credentials:
 
 
 class Guarded(Wire):
-    """A protocol that asks who its clients are; of the last three each has a role."""
+    """A protocol with authentication; the last three clients have one role each."""
 
     def __init__(self, strangers: int = 1) -> None:
         super().__init__(strangers, authenticator=Authenticator(credentials(), lambda: 1e9))

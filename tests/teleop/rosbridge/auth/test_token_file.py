@@ -1,4 +1,4 @@
-"""Tokens that are withdrawn while the server runs."""
+"""Token files that change while the server runs."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ BOTH = text(("one", ONE), ("two", TWO))
 
 
 def write(path: Path, content: str, mode: int = 0o600) -> None:
-    """Write as an editor does: another file in the place of the first."""
+    """Replace the file by another, as editors do."""
     new = path.with_suffix(".new")
     new.touch()
     new.chmod(mode)
@@ -59,7 +59,7 @@ def test_changed_file_is_reloaded_once_it_is_steady(path: Path) -> None:
     assert file.credentials.find(ONE) is not None
     assert (file.poll(), file.poll()) == (None, None)
     write(path, text(("two", TWO)))
-    assert file.poll() is None  # it may still be being written
+    assert file.poll() is None  # it may still be written
     ring = file.poll()
     assert ring is not None
     assert (ring.find(ONE), file.credentials) == (None, ring)
@@ -89,7 +89,7 @@ def test_invalid_file_is_logged_once_and_ignored(
 
 
 def guarded(path: Path) -> tuple[Wire, list[int]]:
-    """A protocol with a client by each token of a file, one by a secret, and one without anything."""
+    """Return a protocol with a client for each token of a file."""
     authenticator = Authenticator(TokenFile(path).credentials, lambda: 1e9)
     wire = Wire(0, authenticator=authenticator)
     for token in (ONE, TWO):
@@ -105,7 +105,7 @@ def guarded(path: Path) -> tuple[Wire, list[int]]:
         (BOTH, []),
         (text(("uno", ONE), ("two", TWO)), [0]),
         (text(("two", TWO)), [0]),
-        (text(("one", TWO)), [0, 1]),  # the name is the same, the token is not
+        (text(("one", TWO)), [0, 1]),  # the same name with another token
         (text(("one", "another-token-instead"), ("two", TWO)), [0]),
         (text(("one", ONE), ("two", TWO), role="view"), [0, 1]),
         (BOTH + '[roles.operate]\npublish = ["/joy"]\n', [0, 1]),
@@ -134,7 +134,7 @@ def test_anonymous_clients_stay_while_anonymous_access_is_allowed(path: Path) ->
     assert wire.protocol.update_credentials(TokenFile(path).credentials) == []
     write(path, BOTH)
     assert wire.protocol.update_credentials(TokenFile(path).credentials) == wire.clients
-    waiting = wire.protocol.connect(wire.now)  # who has not said who it is has time to
+    waiting = wire.protocol.connect(wire.now)  # it has time to authenticate
     assert wire.protocol.update_credentials(TokenFile(path).credentials) == []
     assert waiting in client_ids(wire.protocol)
 

@@ -1,4 +1,4 @@
-"""The client against the real server, and against servers that are something else."""
+"""The client against the server, and against servers of other kinds."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ async def test_slow_clients_are_reported_with_their_dropped_messages() -> None:
             assert [status[:2] for status in by_name(told[1]).values()] == [(0, "ok")] * 2
         await until(lambda: len(server.protocol.connections) == 0)
         server.protocol.timers.tick(server.now + 10**10)
-        assert server.protocol.timers.due is None  # with nobody there, nothing is looked at
+        assert server.protocol.timers.due is None  # without clients, no timer runs
 
 
 @in_a_loop

@@ -69,7 +69,7 @@ def test_every_rosapi_service_responds(wire: Wire) -> None:
     assert len(names) == 30
     for name in names:
         (answer,) = wire.ask({"op": "call_service", "service": name, "args": {}})
-        # Of nothing there is no description, and it cannot be set.
+        # An empty name has no details and cannot be set.
         nothing = (name.endswith("_details") and "node" not in name) or name.endswith("/set_param")
         assert answer["result"] is not nothing
 

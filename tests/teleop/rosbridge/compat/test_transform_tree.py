@@ -112,8 +112,8 @@ def move(wire: Wire, x: float) -> None:
     )
 
 
-def told(received: list[Any]) -> list[tuple[str, str, float]]:
-    """Parent, child and x of each transform in messages, feedback of either kind."""
+def transforms_in(received: list[Any]) -> list[tuple[str, str, float]]:
+    """Return parent, child and x of each transform in messages or feedback."""
     found = []
     for operation in received:
         content = operation.get("msg") or operation.get("values") or {}
@@ -157,11 +157,11 @@ def test_changed_transforms_are_sent_until_the_goal_is_cancelled(wire: Wire, for
     begin(wire, form)
     assert wire.protocol.topics.wanted("/tf")
     wire.wait(100)
-    assert told(wire.received()) == []
+    assert transforms_in(wire.received()) == []
     for x, expected in ((1.0, [1.0]), (1.05, []), (1.11, [1.11])):
         move(wire, x)
         wire.wait(100)
-        assert told(wire.received()) == [("map", "base", x) for x in expected]
+        assert transforms_in(wire.received()) == [("map", "base", x) for x in expected]
     assert wire.received(1) == []
     end(wire, form)
     wire.wait(1000)
@@ -191,7 +191,7 @@ def test_republisher_topic_remains_while_others_subscribe(wire: Wire) -> None:
     wire.protocol.disconnect(wire.clients[0], wire.now)
     move(wire, 1.0)
     wire.wait(100)
-    assert told(wire.received(1)) == [("map", "base", 1.0)]
+    assert transforms_in(wire.received(1)) == [("map", "base", 1.0)]
     wire.protocol.disconnect(wire.clients[1], wire.now)
     wire.wait(200)
     assert not wire.protocol.topics.wanted("/tf")

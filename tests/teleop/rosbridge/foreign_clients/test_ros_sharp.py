@@ -27,11 +27,11 @@ CHUNK = 1024
 
 
 class Fallen(Exception):
-    """The receive loop has ended, as ROS#'s does without a word."""
+    """The receive loop has ended, as that of ROS# does silently."""
 
 
 class RosSharp:
-    """A connection that writes and reads as ROS# does."""
+    """A connection that sends and receives as ROS# does."""
 
     def __init__(self, socket: Any) -> None:
         self._socket = socket
@@ -42,13 +42,13 @@ class RosSharp:
         self._loop = asyncio.create_task(self._read())
 
     async def send(self, text: str) -> None:
-        """Send a text as ROS# does: a binary message, a kilobyte to a frame."""
+        """Send a text as ROS# does: as a binary message in frames of 1 KiB."""
         data = text.encode("ascii")
         pieces = [data[i : i + CHUNK] for i in range(0, len(data), CHUNK)]
         await self._socket.send(iter(pieces) if len(pieces) > 1 else pieces[0])
 
     async def say(self, **operation: Any) -> None:
-        """Send an operation; ``op`` comes last but for the id, as the base class's members do."""
+        """Send an operation; ``op`` and id are last, as are the members of the base class."""
         op, identity = operation.pop("op"), operation.pop("id", None)
         end = {"op": op} if identity is None else {"op": op, "id": identity}
         await self.send(json.dumps({**operation, **end}, separators=(",", ":")))
@@ -79,7 +79,7 @@ class RosSharp:
         return self._answers.pop(identity)
 
     async def alive(self) -> None:
-        """Raise what the receive loop has fallen over, if it has."""
+        """Raise the exception that ended the receive loop, if any."""
         if self._loop.done():
             await self._loop
 
@@ -104,7 +104,7 @@ class RosSharp:
                 case "call_service":
                     self.asked.append(operation)
                 case _:
-                    pass  # it knows no status
+                    pass  # ROS# ignores status
 
 
 def _fall(constant: str) -> None:
@@ -112,11 +112,11 @@ def _fall(constant: str) -> None:
 
 
 def strict(kind: MessageType, message: Any, path: str) -> None:
-    """Read a message as a typed deserialiser does: any value of another kind ends all."""
+    """Read a message as a typed deserialiser does, which fails on any other type."""
     if not isinstance(message, dict):
         raise Fallen(f"{path}: no object")
     for field in kind.fields:
-        if field.name not in message:  # what is missing keeps its default, unknown is ignored
+        if field.name not in message:  # missing fields keep their default, unknown ones are ignored
             continue
         value = message[field.name]
         where = f"{path}.{field.name}"
@@ -144,7 +144,7 @@ def _strict(field: Field, value: Any, where: str) -> None:
         good = isinstance(value, int | float) and not isinstance(value, bool)
     else:
         good = isinstance(value, int) and not isinstance(value, bool)
-    if not good:  # null among numbers, above all
+    if not good:  # in particular null among numbers
         raise Fallen(f"{where}: {value!r} is no {field.kind}")
 
 
@@ -158,8 +158,8 @@ async def unity(server: Server) -> AsyncIterator[RosSharp]:
 
 JOY = {
     "header": {"seq": 0, "stamp": {"secs": 0, "nsecs": 0}, "frame_id": "Unity"},
-    "axes": [0, 1],  # integers where the stick is at its end
-    "buttons": [0] * 600 + [1],  # more than a kilobyte, so that there are several frames
+    "axes": [0, 1],  # integers at the ends of an axis
+    "buttons": [0] * 600 + [1],  # more than 1 KiB, so that there are several frames
 }
 
 

@@ -1,4 +1,4 @@
-"""roslibpy as it is published, against our server; in a process of its own, as it owns a thread."""
+"""The published roslibpy against the server, in a process, as it has a thread of its own."""
 
 from __future__ import annotations
 
@@ -19,9 +19,12 @@ from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import in_a_loop, until
 from tests.teleop.rosbridge.support import REGISTRY
 
-pytestmark = pytest.mark.skipif(
-    importlib.util.find_spec("roslibpy") is None, reason="roslibpy is not installed"
-)
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.skipif(
+        importlib.util.find_spec("roslibpy") is None, reason="roslibpy is not installed"
+    ),
+]
 
 SCRIPT = """
 import json, sys, threading
@@ -60,7 +63,7 @@ ros.terminate()
 
 
 class Robot:
-    """What a robot offers, on a port."""
+    """A server with the topics of a robot."""
 
     def __init__(self, port: int = 0) -> None:
         protocol = Protocol(REGISTRY)
@@ -77,7 +80,7 @@ class Robot:
 
 
 async def expect(process: Process, what: str) -> Any:
-    """Return what the script says of one thing; of others it may speak before."""
+    """Return the value that the script prints under a name, ignoring others before."""
     assert process.stdout is not None
     while line := await process.stdout.readline():
         said, value = json.loads(line)

@@ -29,7 +29,7 @@ def test_large_messages_are_sent_in_fragments_on_request(size: int) -> None:
     wire.send({"op": "subscribe", **TEXT, "fragment_size": size})
     wire.send(publish('"é\n' * 100))
     received = pieces(wire)
-    if size == 1000:  # of its 935 bytes
+    if size == 1000:  # the message has 935 bytes
         assert received == [publish('"é\n' * 100)] or len(received) == 2
         return
     assert {f["op"] for f in received} == {"fragment"}
@@ -107,7 +107,7 @@ def test_received_fragments_are_joined_in_any_order(first: list[int], second: li
     one, two = fragments(CALL, 7, "one"), fragments({**CALL, "id": "d"}, 7, 2)
     for i, j in zip(first, second, strict=True):
         wire.send(one[i])
-        wire.send(one[i])  # again, as after a stall
+        wire.send(one[i])  # repeated, as after a stall
         wire.send(two[j])
     assert sorted(answer["id"] for answer in wire.received() if answer["op"] != "status") == [
         "c",
@@ -148,7 +148,7 @@ def test_fragments_are_discarded_on_disconnect() -> None:
     wire.send(fragments(publish("x" * 1000), 2)[0])
     assert "f" in connection.reassembly
     wire.protocol.disconnect(wire.clients[0], wire.now)
-    assert "f" not in connection.reassembly  # though a timer still knows the connection
+    assert "f" not in connection.reassembly  # though a timer still refers to the connection
 
 
 def test_incomplete_messages_are_limited_in_bytes_and_number() -> None:

@@ -1,4 +1,4 @@
-"""Large frames: what fits its type is read, what does not is refused before it is built."""
+"""Large frames are validated by the type of their payload before any object is built."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def reader_of(kind: MessageType) -> LargeFrameReader:
 
 
 def wire() -> Wire:
-    """Return a wire whose client has advertised topics, and may send much."""
+    """Return a wire without rate limits whose client has advertised topics."""
     wire = Wire(2, limits=ClientLimits(messages=1e9, bytes=1e12, frame=5_000_000))
     serve_rosapi(wire.protocol)
     for topic, kind in TYPES.items():
@@ -53,7 +53,7 @@ def wire() -> Wire:
 
 
 def plain(value: Any) -> Any:
-    """Return a message as JSON has it, bytes as base64 or as a list."""
+    """Return a message for JSON, with bytes as base64 or as a list."""
     if isinstance(value, dict):
         return {name: plain(part) for name, part in value.items()}
     if isinstance(value, list):
@@ -125,7 +125,7 @@ def test_values_of_another_json_type_do_not_pass_the_schema(primitive: str, form
 )
 def test_garbage_is_rejected_before_objects_are_built(garbage: str | bytes, text: str) -> None:
     there = wire()
-    there.raw(garbage[: LARGE_FRAME + 10])  # builds what is kept for later
+    there.raw(garbage[: LARGE_FRAME + 10])  # fills the caches
     there.received()
     tracemalloc.start()
     there.raw(garbage)
@@ -133,7 +133,7 @@ def test_garbage_is_rejected_before_objects_are_built(garbage: str | bytes, text
     tracemalloc.stop()
     (said,) = there.received()
     assert text in said["msg"]
-    # A megabyte of a string or of digits is one object; the rest would be hundreds of thousands.
+    # A megabyte of one string or number is one object; the others would be hundreds of thousands.
     one = '"axes":["1' in str(garbage)[:60] or '"axes":"' in str(garbage)[:60]
     assert most < (2_100_000 if one else 100_000)
 

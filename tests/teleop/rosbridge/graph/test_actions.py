@@ -1,4 +1,4 @@
-"""Actions of ROS 2: between clients, and of the host."""
+"""ROS 2 actions of clients and of the host."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ def test_actions_and_goals_are_limited() -> None:
     assert received["values"] == "at most 1 goals may be active"
 
 
-# Of the host
+# Actions of the host
 
 
 def test_host_executes_goals() -> None:

@@ -1,6 +1,7 @@
-"""Several clients that provide services and actions to each other, leave, come back and talk nonsense.
+"""State machine of clients that provide services and actions to each other and disconnect.
 
-However they behave, every call and every goal of a client that stays gets one answer, and only it.
+Each request receives at most one response, responses reach only their callers, and no state remains
+when all have left.
 """
 
 from __future__ import annotations
@@ -27,15 +28,15 @@ class Exchange(RuleBasedStateMachine):
         super().__init__()
         self.wire = Wire(clients=CLIENTS, limits=ClientLimits.unhurried())
         self.asked: list[dict[int, str]] = [{} for _ in range(CLIENTS)]
-        """Of each client, what it waits for, by id."""
+        """Pending requests of each client, by id."""
         self.received: list[list[Any]] = [[] for _ in range(CLIENTS)]
-        """Of each client, requests that it has not answered."""
+        """Requests that each client has received and not answered."""
         self.providers: dict[str, list[int]] = {name: [] for name in NAMES}
         self.action: int | None = None
         self.number = 0
 
     def look(self) -> None:
-        """Take in what everybody received, and check that it was for them."""
+        """Receive the frames of all clients, and check that they were for them."""
         for client in range(CLIENTS):
             for received in self.wire.received(client):
                 assert "forged" not in str(received.get("values"))
@@ -151,7 +152,7 @@ class Exchange(RuleBasedStateMachine):
         assert len(self.wire.protocol.actions.all) == (self.action is not None)
 
     def teardown(self) -> None:
-        """Let all providers leave: then no pending request any more, and nothing is left behind."""
+        """Disconnect all providers: then no request is pending and no state remains."""
         for client in range(CLIENTS):
             for name in NAMES:
                 self.withdraw(client, name)

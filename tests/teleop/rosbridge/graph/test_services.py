@@ -1,4 +1,4 @@
-"""Services that clients provide for each other."""
+"""Services that clients provide to each other."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ def test_only_the_provider_can_respond(wire: Wire) -> None:
     assert wire.received(ASKER) == []
 
 
-# Time
+# Timeouts
 
 
 def test_calls_time_out_after_five_seconds(wire: Wire) -> None:
@@ -247,7 +247,7 @@ def test_response_in_time_leaves_no_timer(wire: Wire) -> None:
     assert wire.protocol.timers.due is None
 
 
-# QueueLimits
+# Limits
 
 
 def test_services_and_calls_are_limited() -> None:

@@ -22,7 +22,7 @@ CODEC = Codec(FORMS)
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two messages are equal, NaN being equal to NaN."""
+    """Return whether two messages are equal, with NaN equal to NaN."""
     if isinstance(a, dict):
         return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
     if isinstance(a, np.ndarray):

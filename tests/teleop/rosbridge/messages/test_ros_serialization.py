@@ -69,7 +69,7 @@ def reader(kind: str, ros_version: RosVersion) -> Typestore:
 
 
 def agrees(kind: MessageType, message: Any, read: Any) -> bool:
-    """Whether a message was read as it was written."""
+    """Return whether a message was read as it was written."""
     return all(
         alike(field, message[field.name], getattr(read, field.name)) for field in kind.fields
     )
@@ -86,7 +86,7 @@ def alike(field: Field, wrote: Any, read: Any) -> bool:
         return np.array_equal(np.asarray(wrote, bool), np.asarray(read, bool))
     dtype = DTYPES[field.kind]
     one = np.frombuffer(wrote, dtype) if isinstance(wrote, bytes) else np.asarray(wrote, dtype)
-    other = np.asarray(read).astype(dtype)  # a byte of ROS 1 has a sign
+    other = np.asarray(read).astype(dtype)  # bytes of ROS 1 are signed
     return np.array_equal(one, other, equal_nan=dtype.kind == "f")
 
 

@@ -1,4 +1,4 @@
-"""Whatever a client sends is answered, never with silence, an exception or a closed connection."""
+"""Invalid input is answered, never with silence, an exception or a closed connection."""
 
 from __future__ import annotations
 
@@ -259,7 +259,7 @@ def test_arbitrary_fields_raise_no_exception(op: str, fields: dict[str, Any]) ->
 
 
 class Crowd(RuleBasedStateMachine):
-    """Several clients at once, some of them rude; a model says who must hear what."""
+    """State machine of several clients, some of which send garbage; a model predicts the frames."""
 
     topics = st.sampled_from(["/a", "/b"])
     clients = st.integers(0, 2)
@@ -280,7 +280,7 @@ class Crowd(RuleBasedStateMachine):
     def unsubscribe(self, client: int, topic: str) -> None:
         self.wire.send({"op": "unsubscribe", "topic": topic}, client)
         self.subscribed.discard((client, topic))
-        self.wire.wait(1000)  # its time of grace is over
+        self.wire.wait(1000)  # the unused topic is removed
 
     @rule(client=clients, topic=topics)
     def advertise(self, client: int, topic: str) -> None:

@@ -516,7 +516,7 @@ def test_deferred_responses_to_disconnected_clients_are_dropped() -> None:
 # Status
 
 
-def test_errors_are_sent_unless_the_level_is_none() -> None:
+def test_errors_are_sent_unless_level_none_is_set() -> None:
     wire = Wire()
     (status,) = wire.ask({"op": "nonsense", "id": "x"})
     assert (status["op"], status["level"], status["id"]) == ("status", "error", "x")
@@ -545,7 +545,7 @@ def test_warnings_are_sent_only_on_request() -> None:
     assert wire.received() == [{"op": "status", "level": "warning", "msg": "somebody else drives"}]
 
 
-# ClientLimits
+# Limits
 
 
 def test_clients_over_the_rate_are_warned_once_and_then_disconnected() -> None:

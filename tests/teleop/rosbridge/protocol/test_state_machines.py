@@ -1,6 +1,6 @@
-"""Clients that provide services and actions to each other, leave, and come late, against a model.
+"""State machine of clients that provide services and actions and disconnect, against a model.
 
-The machine of topics is in ``test_bad_input.py``.
+Every request receives exactly one response, at once, from its provider or by its timeout.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tests.teleop.rosbridge.support import SECOND, Wire
 
 CLIENTS = 3
 TIMEOUT = 5 * SECOND
-"""For a call whose caller does not say."""
+"""Default timeout of a call."""
 
 clients = st.integers(0, CLIENTS - 1)
 identities = st.integers(0, 10**6)
@@ -26,7 +26,7 @@ identities = st.integers(0, 10**6)
 
 @dataclass
 class Asked:
-    """A call or a goal that has not been answered."""
+    """A pending call or goal."""
 
     caller: int
     identity: int
@@ -36,15 +36,15 @@ class Asked:
 
 @dataclass
 class Side:
-    """What the model knows of the service, or of the action."""
+    """State of the service or of the action in the model."""
 
     providers: list[int] = field(default_factory=list)
-    """Of several the last answers; an action has one at most."""
+    """The last of several providers is called; an action has at most one."""
 
     asked: dict[int, dict[str, Asked]] = field(
         default_factory=lambda: {i: {} for i in range(CLIENTS)}
     )
-    """By provider and by the id that it was given."""
+    """Pending requests by provider and id."""
 
     def of(self, caller: int) -> list[tuple[int, str]]:
         return [
@@ -55,8 +55,8 @@ class Side:
         ]
 
 
-class Household(RuleBasedStateMachine):
-    """Whoever asks is answered once; who has left is waited for by nobody, and answers nobody."""
+class ClientExchange(RuleBasedStateMachine):
+    """Each request is answered once; disconnected clients neither respond nor are waited for."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -70,9 +70,9 @@ class Household(RuleBasedStateMachine):
     def answered(
         self, answers: list[tuple[Asked, object, bool]], cancelled: Counter[int] | None = None
     ) -> None:
-        """Hold what everybody hears against answers: whose, their values, and their result.
+        """Compare the received responses with the expected ones: caller, values, result.
 
-        ``cancelled`` counts the goals, by provider, that are to be ended.
+        ``cancelled`` counts the expected cancellations by provider.
         """
         expected: list[list[tuple[int, str, bool]]] = [[] for _ in range(CLIENTS)]
         for asked, values, good in answers:
@@ -151,7 +151,7 @@ class Household(RuleBasedStateMachine):
         if self.actions.providers and self.actions.providers != [client]:
             (status,) = self.wire.received(client)
             assert "provided by another client" in status["msg"]
-        else:  # to offer it again is to begin anew
+        else:  # advertising it again resets it
             ends = self.abandon(self.actions, client)
             self.actions.providers = [client]
         self.answered(ends)
@@ -178,7 +178,7 @@ class Household(RuleBasedStateMachine):
     @precondition(lambda self: any(self.actions.asked.values()))
     @rule(which=identities, by=clients)
     def cancel(self, which: int, by: int) -> None:
-        """Only who sent a goal can cancel it, and once."""
+        """Cancel a goal; only its sender can, and only once."""
         goals = [(p, key) for p, asked in self.actions.asked.items() for key in asked]
         provider, key = goals[which % len(goals)]
         asked = self.actions.asked[provider][key]
@@ -204,7 +204,7 @@ class Household(RuleBasedStateMachine):
         self.wire.send({"op": "action_result", **result, "result": True}, client)
         self.answered([(asked, {"result": 7}, True)])
 
-    # Time, and who comes and goes
+    # Time and disconnections
 
     @rule(seconds=st.sampled_from([1, 3, 6]))
     def wait(self, seconds: int) -> None:
@@ -223,14 +223,14 @@ class Household(RuleBasedStateMachine):
             del self.services.asked[provider][key]
         self.wire.protocol.disconnect(self.wire.clients[client], self.wire.now)
         self.wire.received(client)
-        # Goals of who has left are cancelled; when their providers end them, nobody hears it.
+        # Goals of disconnected clients are cancelled, and their results are dropped.
         left = [(p, self.actions.asked[p].pop(key)) for p, key in self.actions.of(client)]
         cancelled = Counter(p for p, asked in left if not asked.cancelled)
         self.answered([end for end in ends if end[0].caller != client], cancelled)
         self.wire.clients[client] = self.wire.protocol.connect(self.wire.now)
 
     def abandon(self, side: Side, provider: int) -> list[tuple[Asked, object, bool]]:
-        """Forget a provider; return what becomes of what it was asked."""
+        """Remove a provider; return the expected responses to its pending requests."""
         if provider not in side.providers:
             return []
         side.providers.remove(provider)
@@ -252,5 +252,5 @@ class Household(RuleBasedStateMachine):
         assert (protocol.timers.due is not None) == waits
 
 
-TestHousehold = Household.TestCase
-TestHousehold.settings = settings(max_examples=60, stateful_step_count=30)
+TestClientExchange = ClientExchange.TestCase
+TestClientExchange.settings = settings(max_examples=60, stateful_step_count=30)

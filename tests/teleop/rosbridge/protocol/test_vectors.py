@@ -1,6 +1,6 @@
-"""What rosbridge_suite's own websocket tests look at, on sockets.
+"""The cases of rosbridge_suite's own websocket tests, on sockets.
 
-Its files are ``rosbridge_server/test/websocket/*.test.py``; each test here names its one.
+Its files are ``rosbridge_server/test/websocket/*.test.py``; each test has the name of its file.
 """
 
 from __future__ import annotations

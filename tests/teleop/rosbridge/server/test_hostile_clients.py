@@ -1,4 +1,4 @@
-"""What rosbridge_suite was measured to do badly, and clients that mean harm: the others never notice."""
+"""Hostile clients, and inputs that rosbridge_suite handles badly: other clients are not affected."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ CALL = '{"op":"call_service","service":"/rosapi/get_time","id":"c"}'
 
 
 def received(*frames: str | bytes, **options: Any) -> list[Any]:
-    """Return what a client hears that subscribes to a topic of each type and sends frames."""
+    """Return what a client receives that subscribes to a topic of each type and sends frames."""
     wire = Wire(**options)
     serve_rosapi(wire.protocol)
     for topic, kind in (("/t", TEXT), ("/f", "std_msgs/Float64"), ("/u", "std_msgs/UInt8")):
@@ -55,7 +55,7 @@ def published(topic: str, msg: object) -> str:
     return json.dumps({"op": "publish", "topic": topic, "msg": msg}, ensure_ascii=False)
 
 
-# The rows of the measurement of rosbridge_suite, which answered nothing to most of them.
+# Inputs measured with rosbridge_suite, which did not answer most of them.
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def test_valid_operations_are_accepted_in_text_and_binary_frames(
         assert message["msg"]["data"] == arrives["data"]
 
 
-# What the issue names besides.
+# Further inputs.
 
 
 def test_last_of_duplicate_keys_is_used() -> None:
@@ -214,12 +214,12 @@ def test_garbage_collection_pauses_while_large_frames_are_parsed(frame: str) -> 
     assert len(looks) < 200  # 856 for the first frame if it did not pause
 
 
-# On sockets: while one client does harm, another hears every message of a stream.
+# On sockets: while one client is hostile, another receives every message of a stream.
 
 
 @asynccontextmanager
 async def beside_a_stream(**options: Any) -> AsyncIterator[Server]:
-    """A server that publishes as fast as its loop turns, and a client that must hear all of it."""
+    """A server that publishes at full speed, and a client that must receive every message."""
     async with serving(**options) as server, client(server) as bystander:
         await say(bystander, CHATTER)
         sent = 0
@@ -241,7 +241,7 @@ async def beside_a_stream(**options: Any) -> AsyncIterator[Server]:
         publisher, hearer = asyncio.create_task(publish()), asyncio.create_task(receive())
         yield server
         before = sent
-        await until(lambda: sent >= before + 5)  # it still turns
+        await until(lambda: sent >= before + 5)  # the loop still runs
         stop.set()
         await publisher
         await until(lambda: len(arrived) >= sent or hearer.done())
@@ -250,7 +250,7 @@ async def beside_a_stream(**options: Any) -> AsyncIterator[Server]:
 
 
 async def opened(server: Server) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
-    """Return a WebSocket by hand, for what no library would send."""
+    """Open a WebSocket without library, to send invalid frames."""
     reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
     key = base64.b64encode(os.urandom(16)).decode()
     writer.write(
@@ -272,7 +272,7 @@ def masked(payload: bytes, first: int = 0x81) -> bytes:
 
 
 async def close_code(reader: asyncio.StreamReader) -> int:
-    """Return the code with which the server is shutting down the connection, having said what it likes."""
+    """Return the code with which the server closes the connection, ignoring earlier frames."""
     while True:
         first, size = await reader.readexactly(2)
         size = struct.unpack("!H", await reader.readexactly(2))[0] if size == 126 else size
@@ -310,7 +310,7 @@ async def test_websocket_violations_close_with_their_code(sent: bytes, code: int
 
 
 async def slow_loris(server: Server) -> None:
-    """Send a frame's bytes one by one, and never its last."""
+    """Send the bytes of a frame one by one, without the last."""
     _, writer = await opened(server)
     writer.write(struct.pack("!BBQ", 0x81, 0xFF, 900_000))
     for _ in range(50):
@@ -320,7 +320,7 @@ async def slow_loris(server: Server) -> None:
 
 
 async def half_open(server: Server) -> None:
-    """Connect many times and say nothing, or half of a request, or vanish without a word."""
+    """Connect many times and send nothing or half a request, or abort the connection."""
     writers = []
     for said in (b"", b"GET / HT", b"\x16\x03\x01") * 20:
         _, writer = await asyncio.open_connection("127.0.0.1", server.port)
@@ -350,7 +350,7 @@ async def floods(server: Server) -> None:
 
 
 async def mutates(server: Server) -> None:
-    """Send frames as they should be, but for some bits."""
+    """Send valid frames with some bits flipped."""
     random = Random(0)
     call = masked(CALL.encode())
     say = masked(published("/t", {"data": "x" * 200}).encode())
@@ -410,7 +410,7 @@ async def test_unresponsive_connection_within_a_frame_is_closed() -> None:
     async with beside_a_stream(keepalive=Keepalive(0.05, 0.05, 0.05)) as server:
         reader, writer = await opened(server)
         writer.write(struct.pack("!BBQ", 0x81, 0xFF, 900_000) + b"x" * 100)
-        await reader.read()  # until it is at its end
+        await reader.read()  # until the end of the stream
         writer.close()
 
 

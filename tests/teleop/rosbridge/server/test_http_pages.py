@@ -1,4 +1,4 @@
-"""Plain HTTP on the WebSocket's port."""
+"""HTTP pages on the port of the WebSocket."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving
 
 MAP = bytes(range(256)) * 8192
-"""Two megabytes, which no socket takes at once."""
+"""Two megabytes, more than a socket buffers."""
 
 
 async def fetch(
@@ -113,7 +113,7 @@ async def test_connections_without_request_are_aborted(monkeypatch: pytest.Monke
         with pytest.raises((ConnectionError, asyncio.IncompleteReadError)):
             assert await reader.readexactly(1)
         writer.close()
-        async with client(server) as other:  # who was quick enough stays
+        async with client(server) as other:  # a client that was in time stays
             await asyncio.sleep(0.2)
             await other.ping()
 

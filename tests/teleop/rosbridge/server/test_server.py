@@ -1,4 +1,4 @@
-"""The server on real sockets of this machine; all waiting is for something to happen."""
+"""The server on local sockets; the tests wait for events, not for times."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ async def serving(limits: ClientLimits | None = None, **options: Any) -> AsyncIt
 
 @asynccontextmanager
 async def client(server: Server, **options: Any) -> AsyncIterator[ClientConnection]:
-    # A narrow window, so that what nobody reads does not hide in the kernel.
+    # A small window, so that unread data does not remain in the kernel.
     window = socket.socket()
     window.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65_536)
     window.setblocking(False)
@@ -68,7 +68,7 @@ async def client(server: Server, **options: Any) -> AsyncIterator[ClientConnecti
 
 
 async def say(connection: ClientConnection, *operations: Message) -> None:
-    """Send operations, and wait until the server has done them."""
+    """Send operations, and wait until the server has processed them."""
     for operation in operations:
         await connection.send(json.dumps(operation))
     await connection.send('{"op":"call_service","service":"/done","id":"done"}')
@@ -81,12 +81,12 @@ async def receive(connection: ClientConnection) -> Any:
 
 
 async def until(condition: Callable[[], bool]) -> None:
-    while not condition():  # noqa: ASYNC110 - there is no event for what a test waits for
+    while not condition():  # noqa: ASYNC110 - the condition has no event
         await asyncio.sleep(0.005)
 
 
 def stall(connection: ClientConnection) -> None:
-    """Have a client read nothing more, as one that hangs."""
+    """Stop reading, as a client that hangs."""
     connection.transport.pause_reading()
 
 
@@ -177,7 +177,7 @@ async def test_stalled_readers_do_not_affect_others() -> None:
         while not frames or frames[-1] != '{"op":"publish","topic":"/chatter","msg":{"data":"19"}}':
             frames.append(await stalled.recv())
         clouds = [frame for frame in frames if isinstance(frame, bytes)]
-        assert len(clouds) <= 3  # one was on its way, one waited, and one may fit into the kernel
+        assert len(clouds) <= 3  # one in transit, one queued, and one may fit into the kernel
         assert b"format\x62" + b"19" in clouds[-1]
 
 
