@@ -16,9 +16,11 @@ from teleop.rosbridge import Client
 from tests.teleop.rosbridge.server.test_server import in_a_loop, serving
 from tests.teleop.rosbridge.support import ROOT
 
+pytestmark = pytest.mark.process
+
 
 @in_a_loop
-async def test_it_serves_clients_with_their_own_types_until_told_to_stop(tmp_path: Path) -> None:
+async def test_program_serves_custom_types_until_interrupted(tmp_path: Path) -> None:
     package = tmp_path / "lamp_msgs"
     package.mkdir()
     (package / "Lamp.msg").write_text("bool on\n")
@@ -31,12 +33,12 @@ async def test_it_serves_clients_with_their_own_types_until_told_to_stop(tmp_pat
     assert process.stdout is not None
     found = re.search(r"ws://\S+:\d+", (await process.stdout.readline()).decode())
     assert found is not None
-    heard: asyncio.Queue[object] = asyncio.Queue()
+    received: asyncio.Queue[object] = asyncio.Queue()
     async with Client(found[0]) as client:
-        await client.subscribe("/lamp", "lamp_msgs/Lamp", heard.put_nowait)
+        await client.subscribe("/lamp", "lamp_msgs/Lamp", received.put_nowait)
         await client.advertise("/lamp", "lamp_msgs/Lamp")
         await client.publish("/lamp", {"on": True})
-        assert await heard.get() == {"on": True}
+        assert await received.get() == {"on": True}
         assert (await client.call("/rosapi/get_ros_version"))["version"] == 1
     process.send_signal(signal.SIGINT)
     assert await process.wait() == 0
@@ -44,7 +46,7 @@ async def test_it_serves_clients_with_their_own_types_until_told_to_stop(tmp_pat
 
 @pytest.mark.parametrize(("host", "warned"), [("127.0.0.1", False), ("0.0.0.0", True)])
 @in_a_loop
-async def test_whoever_has_it_listen_to_others_is_warned(host: str, warned: bool) -> None:
+async def test_listening_on_the_network_prints_a_warning(host: str, warned: bool) -> None:
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "teleop.rosbridge", "--port", "0", "--host", host),
         cwd=ROOT,
@@ -70,7 +72,7 @@ def run(*arguments: str) -> tuple[int, str]:
 
 
 @in_a_loop
-async def test_what_is_wrong_is_told_in_a_line() -> None:
+async def test_startup_errors_are_one_line() -> None:
     async with serving() as server:
         status, said = await asyncio.to_thread(run, "--port", str(server.port))
         assert (status, "is in use" in said, said.count("\n")) == (2, True, 1)

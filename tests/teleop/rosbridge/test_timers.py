@@ -12,9 +12,7 @@ def _note(rung: list[tuple[int, int]], number: int, now: int) -> None:
 
 
 @given(st.lists(st.integers(0, 20), max_size=30), st.lists(st.integers(0, 20), max_size=10))
-def test_alarms_ring_in_order_once_and_not_before_their_time(
-    times: list[int], ticks: list[int]
-) -> None:
+def test_timers_fire_once_in_order_when_due(times: list[int], ticks: list[int]) -> None:
     timers = Timers()
     rung: list[tuple[int, int]] = []
     for number, when in enumerate(times):
@@ -31,7 +29,7 @@ def test_alarms_ring_in_order_once_and_not_before_their_time(
     assert sorted(n for _, n in rung) == sorted(n for _, n in expected)
 
 
-def test_a_cancelled_alarm_neither_rings_nor_is_due() -> None:
+def test_cancelled_timers_do_not_fire() -> None:
     timers = Timers()
     rung: list[int] = []
     second = timers.at(2, rung.append)
@@ -42,7 +40,7 @@ def test_a_cancelled_alarm_neither_rings_nor_is_due() -> None:
     assert timers.due is None
 
 
-def test_an_alarm_set_while_ringing_waits_for_the_next_tick() -> None:
+def test_timers_set_by_callbacks_wait_for_the_next_tick() -> None:
     timers = Timers()
     rung: list[int] = []
     timers.at(1, lambda now: timers.at(now, rung.append))
@@ -52,7 +50,7 @@ def test_an_alarm_set_while_ringing_waits_for_the_next_tick() -> None:
     assert rung == [1]
 
 
-def test_cancelled_alarms_of_a_far_future_are_forgotten() -> None:
+def test_cancelled_timers_are_removed_from_the_heap() -> None:
     timers = Timers()
     rung: list[int] = []
     timers.at(1, rung.append)

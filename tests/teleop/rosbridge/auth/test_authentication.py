@@ -55,14 +55,14 @@ async def guarded(
 
 
 async def role(connection: ClientConnection) -> str:
-    """Return what the server answers to a publication."""
+    """Return the status that the server sends for a publication."""
     await connection.send('{"op":"advertise","topic":"/x","type":"std_msgs/String","id":"a"}')
     await connection.send('{"op":"call_service","service":"/rosapi/topics","id":"b"}')
     return str(json.loads(await connection.recv()).get("msg", "may publish"))
 
 
 @in_a_loop
-async def test_a_token_lets_in_by_url_by_header_and_by_operation() -> None:
+async def test_tokens_are_accepted_in_url_header_and_operation() -> None:
     async with guarded() as server:
         quoted = VIEW.replace(" ", "%20")
         async with connect(f"{server.url}/?token={quoted}", proxy=None) as by_url:
@@ -72,7 +72,7 @@ async def test_a_token_lets_in_by_url_by_header_and_by_operation() -> None:
             assert await role(by_header) == "may publish"
         async with connect(server.url, proxy=None) as by_operation:
             assert "authentication with a token is required" in await role(by_operation)
-            await by_operation.recv()  # that the call was refused as well
+            await by_operation.recv()  # the rejection of the call
             await by_operation.send(json.dumps({"op": "auth", "token": OPERATE}))
             assert await role(by_operation) == "may publish"
         async with Client(server.url, token=OPERATE) as client:
@@ -82,7 +82,7 @@ async def test_a_token_lets_in_by_url_by_header_and_by_operation() -> None:
 
 
 @in_a_loop
-async def test_a_wrong_token_is_refused_at_the_door() -> None:
+async def test_wrong_tokens_are_rejected_in_the_handshake() -> None:
     async with guarded() as server:
         for url, header in (
             (f"{server.url}/?token={GUESS}", {}),
@@ -98,7 +98,7 @@ async def test_a_wrong_token_is_refused_at_the_door() -> None:
 
 
 @in_a_loop
-async def test_a_wrong_token_in_an_operation_ends_the_connection_with_1008() -> None:
+async def test_wrong_token_in_an_operation_closes_with_1008() -> None:
     async with guarded() as server, connect(server.url, proxy=None) as stranger:
         await stranger.send(json.dumps({"op": "auth", "token": GUESS}))
         with pytest.raises(ConnectionClosed):
@@ -107,7 +107,7 @@ async def test_a_wrong_token_in_an_operation_ends_the_connection_with_1008() -> 
 
 
 @in_a_loop
-async def test_who_does_not_say_who_it_is_is_disconnected_and_who_does_stays() -> None:
+async def test_clients_without_auth_are_disconnected_after_the_timeout() -> None:
     async with (
         guarded(keepalive=Keepalive(auth_timeout=0.2)) as server,
         connect(server.url, proxy=None) as silent,
@@ -121,7 +121,7 @@ async def test_who_does_not_say_who_it_is_is_disconnected_and_who_does_stays() -
 
 
 @in_a_loop
-async def test_strangers_cannot_keep_out_those_who_have_a_token() -> None:
+async def test_unauthenticated_clients_cannot_block_those_with_tokens() -> None:
     async with guarded(limits=ClientLimits(clients=10)) as server:
         strangers = [await connect(server.url, proxy=None) for _ in range(8)]
         with pytest.raises(InvalidStatus) as refused:
@@ -133,7 +133,7 @@ async def test_strangers_cannot_keep_out_those_who_have_a_token() -> None:
 
 
 @in_a_loop
-async def test_where_anybody_may_look_on_a_token_is_needed_for_more() -> None:
+async def test_anonymous_viewers_need_a_token_for_more() -> None:
     async with (
         guarded(anonymous=Role.VIEW) as server,
         connect(server.url, proxy=None) as anybody,
@@ -142,7 +142,7 @@ async def test_where_anybody_may_look_on_a_token_is_needed_for_more() -> None:
 
 
 @in_a_loop
-async def test_files_need_a_token_and_the_health_does_not() -> None:
+async def test_files_require_a_token_and_health_does_not() -> None:
     def status(port: int, path: str, token: str = "") -> int:
         connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
         headers = {"Authorization": f"Bearer {token}"} if token else {}
@@ -166,7 +166,7 @@ async def test_files_need_a_token_and_the_health_does_not() -> None:
 
 
 @in_a_loop
-async def test_no_token_is_logged_or_told() -> None:
+async def test_tokens_are_neither_logged_nor_sent() -> None:
     records: list[str] = []
 
     class Ear(logging.Handler):
@@ -204,7 +204,7 @@ async def test_no_token_is_logged_or_told() -> None:
 
 
 def certificate(folder: Path, name: str = "server") -> tuple[Path, Path]:
-    """Write a certificate of this machine that it has signed itself, and its key."""
+    """Write a self-signed certificate of this machine and its key."""
     key = ec.generate_private_key(ec.SECP256R1())
     whose = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "robot")])
     begin = datetime.datetime(2020, 1, 1, tzinfo=datetime.UTC)
@@ -236,7 +236,7 @@ def certificate(folder: Path, name: str = "server") -> tuple[Path, Path]:
 
 
 @in_a_loop
-async def test_an_encrypted_server_is_heard_by_who_believes_its_certificate(tmp_path: Path) -> None:
+async def test_tls_clients_connect_if_they_trust_the_certificate(tmp_path: Path) -> None:
     crt, key = certificate(tmp_path)
     trust = ssl.create_default_context(cafile=str(crt))
     async with guarded(tls=tls_context(crt, key)) as server:
@@ -244,15 +244,15 @@ async def test_an_encrypted_server_is_heard_by_who_believes_its_certificate(tmp_
         assert server.url.startswith("wss://")
         server.protocol.topics.advertise("/cloud", "sensor_msgs/CompressedImage")
         async with Client(server.url, token=VIEW, tls=trust) as client:
-            heard: asyncio.Queue[Any] = asyncio.Queue()
+            received: asyncio.Queue[Any] = asyncio.Queue()
             await client.subscribe(
-                "/cloud", "sensor_msgs/CompressedImage", heard.put_nowait, compression="cbor"
+                "/cloud", "sensor_msgs/CompressedImage", received.put_nowait, compression="cbor"
             )
             await client.call("/rosapi/topics")
             server.protocol.topics.publish(
                 "/cloud", {"data": bytes(range(256)) * 10_000}, server.now
             )
-            assert bytes((await heard.get())["data"]) == bytes(range(256)) * 10_000
+            assert bytes((await received.get())["data"]) == bytes(range(256)) * 10_000
         with pytest.raises(ClientError, match="is not trusted: self-signed certificate"):
             await Client(server.url, token=VIEW).connect()
         with pytest.raises(ClientError):
@@ -266,7 +266,7 @@ async def test_an_encrypted_server_is_heard_by_who_believes_its_certificate(tmp_
             assert await client.call("/rosapi/topics")
 
 
-def test_what_is_wrong_with_a_certificate_is_told_in_a_line(tmp_path: Path) -> None:
+def test_certificate_errors_are_one_line(tmp_path: Path) -> None:
     crt, key = certificate(tmp_path)
     _, other = certificate(tmp_path, "other")
     text = tmp_path / "text"
@@ -301,6 +301,6 @@ def test_what_is_wrong_with_a_certificate_is_told_in_a_line(tmp_path: Path) -> N
     "origin",
     ["lab.example", "https://lab.example/", "https://Lab.example", "https://", "*", "null", ""],
 )
-def test_an_origin_that_no_browser_would_send_is_told(origin: str) -> None:
+def test_invalid_origins_are_rejected(origin: str) -> None:
     with pytest.raises(ServerError, match=r"is not a valid origin such as https://lab\.example"):
         Server(Protocol(REGISTRY), origins=(origin,))

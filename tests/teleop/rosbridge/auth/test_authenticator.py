@@ -21,7 +21,7 @@ def ring(role: Role = Role.OPERATE) -> Credentials:
 
 
 def signed(secret: str = SECRET, **changes: Any) -> dict[str, Any]:
-    """The operation that roslibjs's and roslibpy's ``authenticate`` send."""
+    """Return the operation that ``authenticate`` of roslibjs and roslibpy sends."""
     fields: dict[str, Any] = {"client": "192.168.1.2", "dest": "192.168.1.3", "rand": "r4nd"}
     fields |= {"t": NOW, "level": "user", "end": NOW + 60, **changes}
     t, end = (v["secs"] if isinstance(v, dict) else v for v in (fields["t"], fields["end"]))
@@ -30,18 +30,16 @@ def signed(secret: str = SECRET, **changes: Any) -> dict[str, Any]:
     return {"op": "auth", "mac": mac, **fields}
 
 
-def test_a_code_made_from_the_secret_lets_in_once_and_until_its_end() -> None:
+def test_codes_are_accepted_once_and_expire() -> None:
     authenticator = Authenticator(ring(), lambda: NOW + 1.0)
     admission = authenticator.verify_operation(signed())
     assert admission is not None
     assert (admission.access.holder, admission.duration) == ("lab", 59.0)
-    assert (
-        authenticator.verify_operation(signed()) is None
-    )  # somebody has listened, and says it again
+    assert authenticator.verify_operation(signed()) is None  # replayed
     assert authenticator.verify_operation(signed(rand="other")) is not None
 
 
-def test_the_code_is_the_one_of_rosauth() -> None:
+def test_code_is_that_of_rosauth() -> None:
     # printf 'abcdefghijklmnop192.168.1.2192.168.1.3r4nd1700000000user1700000060' | sha512sum
     assert signed()["mac"] == (
         "34f92cd9f4f7149aa245536b8e617acab6cfd6cd7bce17d614654b959f65e65f"
@@ -64,7 +62,7 @@ def test_the_code_is_the_one_of_rosauth() -> None:
         {"op": "auth", "token": ""},
     ],
 )
-def test_a_code_that_is_wrong_late_or_early_is_not_accepted(operation: dict[str, Any]) -> None:
+def test_wrong_late_and_early_codes_are_rejected(operation: dict[str, Any]) -> None:
     assert Authenticator(ring(), lambda: float(NOW)).verify_operation(operation) is None
 
 
@@ -81,18 +79,18 @@ def test_a_code_that_is_wrong_late_or_early_is_not_accepted(operation: dict[str,
         {**signed(), "client": "x" * 257},
     ],
 )
-def test_a_code_that_lacks_something_is_told_so(operation: dict[str, Any]) -> None:
+def test_incomplete_auth_operations_are_rejected(operation: dict[str, Any]) -> None:
     with pytest.raises(OperationError, match=r"is required|must be"):
         Authenticator(ring(), lambda: float(NOW)).verify_operation(operation)
 
 
-def test_times_may_be_written_as_ros_does() -> None:
+def test_times_may_be_ros_stamps() -> None:
     authenticator = Authenticator(ring(), lambda: float(NOW))
     made, end = {"secs": NOW, "nsecs": 5}, {"secs": NOW + 9, "nsecs": 0}
     assert authenticator.verify_operation(signed(t=made, end=end)) is not None
 
 
-def test_a_code_may_be_for_less_than_the_secret_is_for_but_not_for_more() -> None:
+def test_code_may_lower_the_role_of_the_secret_but_not_raise_it() -> None:
     for level, role in (("view", Role.VIEW), ("admin", Role.OPERATE), ("user", Role.OPERATE)):
         admission = Authenticator(ring(), lambda: float(NOW)).verify_operation(signed(level=level))
         assert admission is not None
@@ -100,16 +98,16 @@ def test_a_code_may_be_for_less_than_the_secret_is_for_but_not_for_more() -> Non
         assert admission.access.rules is DEFAULT_RULES[role]
 
 
-def test_when_a_code_ends_the_connection_does() -> None:
+def test_connection_is_closed_when_its_code_expires() -> None:
     wire = Wire(authenticator=Authenticator(ring(), lambda: float(NOW)))
     assert wire.ask(signed(end=NOW + 10)) == []
     wire.wait(9_999)
-    assert wire.heard() == []
+    assert wire.received() == []
     wire.wait(1)
-    assert wire.heard() == [CloseFrame(1008, "auth: expired")]
+    assert wire.received() == [CloseFrame(1008, "auth: expired")]
 
 
-def test_codes_seen_are_not_remembered_for_ever() -> None:
+def test_used_codes_are_discarded_after_they_expire() -> None:
     now = [float(NOW)]
     authenticator = Authenticator(ring(), lambda: now[0])
     for number in range(1024):
@@ -133,7 +131,7 @@ def test_codes_seen_are_not_remembered_for_ever() -> None:
         ("/?tokens=x", "Bearer", ""),
     ],
 )
-def test_a_token_is_read_from_the_header_or_the_url(
+def test_token_is_read_from_header_or_url(
     target: str, header: str | None, token: str | None
 ) -> None:
     assert token_in(target, header) == token

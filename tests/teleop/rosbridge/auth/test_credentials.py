@@ -23,7 +23,7 @@ def written(folder: Path, text: str, mode: int = 0o600) -> Path:
     return path
 
 
-def test_a_token_is_found_whether_the_file_has_it_or_its_digest(tmp_path: Path) -> None:
+def test_tokens_are_found_by_plain_text_or_digest(tmp_path: Path) -> None:
     other = "another-token-of-some-length"
     ring = read_credentials(
         written(
@@ -44,7 +44,7 @@ def test_a_token_is_found_whether_the_file_has_it_or_its_digest(tmp_path: Path) 
     assert other not in repr(ring)
 
 
-def test_a_secret_is_no_token(tmp_path: Path) -> None:
+def test_secret_is_not_a_token(tmp_path: Path) -> None:
     text = f'[tokens.lab]\nrole = "view"\nsecret = "{TOKEN}"'
     ring = read_credentials(written(tmp_path, text))
     assert ring.find(TOKEN) is None
@@ -52,7 +52,7 @@ def test_a_secret_is_no_token(tmp_path: Path) -> None:
     assert TOKEN not in repr(ring)
 
 
-def test_the_file_may_narrow_and_widen_what_a_role_may_do(tmp_path: Path) -> None:
+def test_file_can_change_the_rules_of_roles(tmp_path: Path) -> None:
     ring = read_credentials(
         written(
             tmp_path,
@@ -65,7 +65,7 @@ def test_the_file_may_narrow_and_widen_what_a_role_may_do(tmp_path: Path) -> Non
     assert rules.call == DEFAULT_RULES[Role.OPERATE].call
 
 
-def test_the_host_has_rules_of_its_own(tmp_path: Path) -> None:
+def test_host_can_set_default_rules(tmp_path: Path) -> None:
     rules = {**DEFAULT_RULES, Role.VIEW: RoleRules(call=("/stop",))}
     ring = read_credentials(written(tmp_path, 'anonymous = "view"'), rules)
     assert ring.anonymous is not None
@@ -73,7 +73,7 @@ def test_the_host_has_rules_of_its_own(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("mode", [0o644, 0o640, 0o604, 0o620])
-def test_a_file_that_others_can_read_or_write_is_refused(tmp_path: Path, mode: int) -> None:
+def test_token_file_accessible_to_others_is_rejected(tmp_path: Path, mode: int) -> None:
     path = written(tmp_path, f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"', mode)
     with pytest.raises(ServerError, match=r"accessible to others: chmod 600 tokens\.toml"):
         read_credentials(path)
@@ -111,7 +111,7 @@ def test_a_file_that_others_can_read_or_write_is_refused(tmp_path: Path, mode: i
         (f"{TOKEN} = = {TOKEN}", "is not valid TOML"),
     ],
 )
-def test_what_is_wrong_with_a_file_is_told_in_a_line_without_its_secrets(
+def test_token_file_errors_are_one_line_without_secrets(
     tmp_path: Path, text: str, why: str
 ) -> None:
     path = written(tmp_path, text)
@@ -123,7 +123,7 @@ def test_what_is_wrong_with_a_file_is_told_in_a_line_without_its_secrets(
     assert TOKEN not in said
 
 
-def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_missing_token_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(ServerError, match=r"cannot read the tokens in .*: No such file"):
         read_credentials(tmp_path / "none")
     with pytest.raises(ServerError, match=r"cannot read the tokens in .*: Is a directory"):

@@ -15,10 +15,10 @@ ORIGINS = Origins("127.0.0.1", frozenset({"https://lab.example"}))
         ("http://[::1]:8000", "[::1]:9090"),
         ("http://192.168.1.7:8000", "192.168.1.7:9090"),
         ("https://lab.example", "192.168.1.7:9090"),
-        ("robot.local:9090", "robot.local:9090"),  # jrosbridge, which is no page
+        ("robot.local:9090", "robot.local:9090"),  # jrosbridge, which is not a browser
     ],
 )
-def test_pages_of_this_machine_and_those_named_may_connect(origin: str, host: str) -> None:
+def test_local_and_listed_origins_are_allowed(origin: str, host: str) -> None:
     assert ORIGINS.allow(origin, host)
 
 
@@ -35,14 +35,14 @@ def test_pages_of_this_machine_and_those_named_may_connect(origin: str, host: st
         ("http://[", "127.0.0.1:9090"),
         ("http://192.168.1.8", "192.168.1.7:9090"),
         ("http://lab.example", "127.0.0.1:9090"),
-        ("http://rebound.example", "rebound.example"),  # a name that its owner points here
+        ("http://rebound.example", "rebound.example"),  # a name that resolves to this machine
     ],
 )
-def test_pages_from_elsewhere_may_not(origin: str, host: str) -> None:
+def test_foreign_origins_are_rejected(origin: str, host: str) -> None:
     assert not ORIGINS.allow(origin, host)
 
 
-def test_pages_that_are_files_may_connect_where_that_is_wished_and_others_not_for_it() -> None:
+def test_file_origins_are_allowed_only_if_listed() -> None:
     origins = Origins.of("127.0.0.1", ["file://"])
     assert origins.allow("file://", "127.0.0.1:9090")
     assert not origins.allow("null", "127.0.0.1:9090")

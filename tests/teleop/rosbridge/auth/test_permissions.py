@@ -24,7 +24,7 @@ def credentials(anonymous: Role | None = None) -> Credentials:
 
 
 class Guarded(Wire):
-    """A protocol that asks who its clients are; of the last three each has a role."""
+    """A protocol with authentication; the last three clients have one role each."""
 
     def __init__(self, strangers: int = 1) -> None:
         super().__init__(strangers, authenticator=Authenticator(credentials(), lambda: 1e9))
@@ -53,12 +53,12 @@ class Guarded(Wire):
         (Role.ADMIN, "provide", "/lamp/off", True),
     ],
 )
-def test_a_role_may_do_what_its_rules_say(role: Role, act: Act, name: str, allowed: bool) -> None:
+def test_rules_decide_what_a_role_may_do(role: Role, act: Act, name: str, allowed: bool) -> None:
     refusal = Access("x", role, DEFAULT_RULES[role]).refusal(act, name)
     assert refusal == (None if allowed else f"role {role} may not {act} {name}")
 
 
-def test_each_role_may_do_what_those_before_it_may() -> None:
+def test_higher_roles_include_lower_ones() -> None:
     assert [role.rank for role in (Role.VIEW, Role.OPERATE, Role.ADMIN)] == [0, 1, 2]
     for act in ("subscribe", "publish", "call", "provide"):
         for name in ("/x", "/rosapi/topics", "/rosapi/set_param", "/republish_tfs"):
@@ -66,7 +66,7 @@ def test_each_role_may_do_what_those_before_it_may() -> None:
             assert may == sorted(may)
 
 
-def test_a_pattern_with_a_bang_takes_names_out_wherever_it_stands() -> None:
+def test_exclusion_patterns_apply_in_any_position() -> None:
     rules = RoleRules(publish=("!/lamp/secret*", "/lamp/*"))
     assert rules.allow("publish", "/lamp/on")
     assert not rules.allow("publish", "/lamp/secret_one")
@@ -75,7 +75,7 @@ def test_a_pattern_with_a_bang_takes_names_out_wherever_it_stands() -> None:
         RoleRules(publish=("lamp",))
 
 
-def test_where_nobody_asks_everybody_may_do_everything() -> None:
+def test_without_authenticator_everything_is_permitted() -> None:
     wire = Wire()
     assert wire.protocol.connections.access(wire.clients[0]) is UNGUARDED
     assert UNGUARDED.refusal("provide", "/x") is None
@@ -94,7 +94,7 @@ def test_where_nobody_asks_everybody_may_do_everything() -> None:
         {"op": "send_action_goal", "action": "/x", "action_type": "actionlib/Test"},
     ],
 )
-def test_before_auth_nothing_is_done(operation: dict[str, Any]) -> None:
+def test_operations_before_auth_are_rejected(operation: dict[str, Any]) -> None:
     wire = Guarded()
     topics = len(wire.protocol.topics.all)
     what = f"{operation['op']}: authentication with a token is required"
@@ -102,13 +102,13 @@ def test_before_auth_nothing_is_done(operation: dict[str, Any]) -> None:
     assert len(wire.protocol.topics.all) == topics
 
 
-def test_a_stranger_sends_small_frames_only() -> None:
+def test_unauthenticated_clients_may_send_only_small_frames() -> None:
     wire = Guarded()
     wire.raw("[" * 4097)
-    assert wire.heard() == [CloseFrame(1009, "a frame may have at most 4096 bytes")]
+    assert wire.received() == [CloseFrame(1009, "a frame may have at most 4096 bytes")]
 
 
-def test_a_token_lets_in_and_nothing_is_said_unless_asked_for() -> None:
+def test_auth_by_token_is_confirmed_only_at_level_info() -> None:
     wire = Guarded()
     assert wire.ask({"op": "auth", "token": TOKENS[Role.VIEW]}) == []
     assert wire.ask({"op": "set_level", "level": "info"}) == []
@@ -119,12 +119,12 @@ def test_a_token_lets_in_and_nothing_is_said_unless_asked_for() -> None:
     assert access.role is Role.OPERATE
 
 
-def test_a_wrong_token_ends_the_connection_and_what_stands_behind_it_is_not_heard() -> None:
+def test_wrong_token_disconnects_and_later_operations_are_ignored() -> None:
     wire = Guarded()
     log = ConnectionLog(wire.protocol)
     call = '{"op":"call_service","service":"/rosapi/topics"}'
     wire.raw('{"op":"auth","token":"a guess"}' + call)
-    assert wire.heard() == [CloseFrame(1008, "auth: rejected")]
+    assert wire.received() == [CloseFrame(1008, "auth: rejected")]
     assert log.authentications == [(wire.clients[0], None)]
 
 
@@ -150,31 +150,31 @@ def test_a_wrong_token_ends_the_connection_and_what_stands_behind_it_is_not_hear
         ),
     ],
 )
-def test_an_operation_is_done_for_roles_that_may_and_answered_to_those_that_may_not(
+def test_operations_are_permitted_or_rejected_by_role(
     operation: dict[str, Any], may: tuple[bool, bool, bool]
 ) -> None:
     for place, allowed in enumerate(may, 1):
         wire = Guarded()
         wire.send({"op": "advertise", "topic": "/known", "type": TEXT}, 3)
-        heard = str(wire.ask(operation, place))
-        assert ("may not" in heard) == (not allowed)
+        received = str(wire.ask(operation, place))
+        assert ("may not" in received) == (not allowed)
         if operation["op"] == "call_service":
-            assert f"'result': {allowed}" in heard
+            assert f"'result': {allowed}" in received
 
 
-def test_a_goal_that_may_not_be_sent_has_a_result() -> None:
+def test_forbidden_goal_receives_a_result() -> None:
     wire = Guarded()
     wire.send({"op": "advertise_action", "action": "/dim", "type": "actionlib/Test"}, 3)
     goal = {"op": "send_action_goal", "action": "/dim", "action_type": "actionlib/Test", "id": "g"}
     (result,) = wire.ask(goal, 1)
     assert (result["op"], result["result"]) == ("action_result", False)
     assert result["values"] == "role view may not call /dim"
-    assert wire.heard(3) == []
+    assert wire.received(3) == []
     wire.send(goal, 2)
-    assert [asked["op"] for asked in wire.heard(3)] == ["send_action_goal"]
+    assert [asked["op"] for asked in wire.received(3)] == ["send_action_goal"]
 
 
-def test_who_brings_nothing_gets_the_anonymous_role_and_may_rise() -> None:
+def test_anonymous_clients_can_authenticate_later() -> None:
     protocol = Protocol(REGISTRY, authenticator=Authenticator(credentials(Role.VIEW), lambda: 1e9))
     client = protocol.connect(SECOND)
     before = protocol.connections.access(client)

@@ -1,4 +1,4 @@
-"""Tokens that are withdrawn while the server runs."""
+"""Token files that change while the server runs."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ BOTH = text(("one", ONE), ("two", TWO))
 
 
 def write(path: Path, content: str, mode: int = 0o600) -> None:
-    """Write as an editor does: another file in the place of the first."""
+    """Replace the file by another, as editors do."""
     new = path.with_suffix(".new")
     new.touch()
     new.chmod(mode)
@@ -54,12 +54,12 @@ def path(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_file_is_read_again_when_it_has_changed_and_then_stood_still(path: Path) -> None:
+def test_changed_file_is_reloaded_once_it_is_steady(path: Path) -> None:
     file = TokenFile(path)
     assert file.credentials.find(ONE) is not None
     assert (file.poll(), file.poll()) == (None, None)
     write(path, text(("two", TWO)))
-    assert file.poll() is None  # it may still be being written
+    assert file.poll() is None  # it may still be written
     ring = file.poll()
     assert ring is not None
     assert (ring.find(ONE), file.credentials) == (None, ring)
@@ -70,7 +70,7 @@ def test_a_file_is_read_again_when_it_has_changed_and_then_stood_still(path: Pat
 
 
 @pytest.mark.parametrize("bad", ["[tokens", "", "gone", "open"])
-def test_a_file_that_cannot_be_used_changes_nothing_and_is_complained_of_once(
+def test_invalid_file_is_logged_once_and_ignored(
     path: Path, bad: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     file = TokenFile(path)
@@ -89,7 +89,7 @@ def test_a_file_that_cannot_be_used_changes_nothing_and_is_complained_of_once(
 
 
 def guarded(path: Path) -> tuple[Wire, list[int]]:
-    """A protocol with a client by each token of a file, one by a secret, and one without anything."""
+    """Return a protocol with a client for each token of a file."""
     authenticator = Authenticator(TokenFile(path).credentials, lambda: 1e9)
     wire = Wire(0, authenticator=authenticator)
     for token in (ONE, TWO):
@@ -105,7 +105,7 @@ def guarded(path: Path) -> tuple[Wire, list[int]]:
         (BOTH, []),
         (text(("uno", ONE), ("two", TWO)), [0]),
         (text(("two", TWO)), [0]),
-        (text(("one", TWO)), [0, 1]),  # the name is the same, the token is not
+        (text(("one", TWO)), [0, 1]),  # the same name with another token
         (text(("one", "another-token-instead"), ("two", TWO)), [0]),
         (text(("one", ONE), ("two", TWO), role="view"), [0, 1]),
         (BOTH + '[roles.operate]\npublish = ["/joy"]\n', [0, 1]),
@@ -113,7 +113,7 @@ def guarded(path: Path) -> tuple[Wire, list[int]]:
         ('anonymous = "operate"\n', [0, 1]),
     ],
 )
-def test_who_would_not_get_what_it_has_is_disconnected_and_the_others_stay(
+def test_clients_with_changed_access_are_disconnected(
     path: Path, content: str, gone: list[int]
 ) -> None:
     wire, clients = guarded(path)
@@ -123,10 +123,10 @@ def test_who_would_not_get_what_it_has_is_disconnected_and_the_others_stay(
     ]
     for place in range(2):
         ends = [CloseFrame(1008, "your access has changed")] if place in gone else []
-        assert wire.heard(place) == ends
+        assert wire.received(place) == ends
 
 
-def test_who_brought_nothing_stays_as_long_as_that_is_enough(path: Path) -> None:
+def test_anonymous_clients_stay_while_anonymous_access_is_allowed(path: Path) -> None:
     write(path, 'anonymous = "view"\n')
     authenticator = Authenticator(TokenFile(path).credentials, lambda: 1e9)
     wire = Wire(authenticator=authenticator)
@@ -134,12 +134,12 @@ def test_who_brought_nothing_stays_as_long_as_that_is_enough(path: Path) -> None
     assert wire.protocol.update_credentials(TokenFile(path).credentials) == []
     write(path, BOTH)
     assert wire.protocol.update_credentials(TokenFile(path).credentials) == wire.clients
-    waiting = wire.protocol.connect(wire.now)  # who has not said who it is has time to
+    waiting = wire.protocol.connect(wire.now)  # it has time to authenticate
     assert wire.protocol.update_credentials(TokenFile(path).credentials) == []
     assert waiting in client_ids(wire.protocol)
 
 
-def test_a_secret_is_withdrawn_like_a_token(path: Path) -> None:
+def test_changed_secret_disconnects_its_clients(path: Path) -> None:
     def secret(value: str) -> str:
         return f'[tokens.lab]\nrole = "admin"\nsecret = "{value}"\n'
 
@@ -154,13 +154,13 @@ def test_a_secret_is_withdrawn_like_a_token(path: Path) -> None:
     assert wire.protocol.update_credentials(TokenFile(path).credentials) == wire.clients
 
 
-def test_without_a_gate_there_is_nothing_to_renew() -> None:
+def test_credentials_cannot_be_updated_without_authenticator() -> None:
     with pytest.raises(ValueError, match="without an authenticator"):
         Wire().protocol.update_credentials(Credentials())
 
 
 @in_a_loop
-async def test_a_connection_ends_when_its_token_is_taken_out_of_the_file(path: Path) -> None:
+async def test_removing_a_token_from_the_file_disconnects_its_client(path: Path) -> None:
     file = TokenFile(path)
     protocol = Protocol(TypeRegistry(), authenticator=Authenticator(file.credentials, lambda: 1e9))
     serve_rosapi(protocol)
@@ -186,7 +186,7 @@ async def test_a_connection_ends_when_its_token_is_taken_out_of_the_file(path: P
         watch.close()
 
 
-def test_a_watch_that_is_told_to_hurry_looks_at_once(path: Path) -> None:
+def test_token_watch_can_check_immediately(path: Path) -> None:
     rings: list[Credentials] = []
     watch = TokenWatch(TokenFile(path), rings.append, interval=3600)
     write(path, text(("two", TWO)))

@@ -1,4 +1,4 @@
-"""The client against the real server, and against servers that are something else."""
+"""The client against the server, and against servers of other kinds."""
 
 from __future__ import annotations
 
@@ -26,62 +26,62 @@ def listening(url: str, **options: Any) -> Client:
 
 
 @in_a_loop
-async def test_messages_arrive_in_order_and_typed_in_either_encoding() -> None:
+async def test_messages_arrive_in_order_and_typed_in_both_encodings() -> None:
     async with serving() as server, listening(server.url) as client:
         server.protocol.topics.advertise("/scan", "sensor_msgs/LaserScan")
-        heard: dict[str, list[Message]] = {"cbor": [], "none": []}
-        await client.subscribe("/scan", "sensor_msgs/LaserScan", heard["none"].append)
+        received: dict[str, list[Message]] = {"cbor": [], "none": []}
+        await client.subscribe("/scan", "sensor_msgs/LaserScan", received["none"].append)
         await until(lambda: server.protocol.topics.wanted("/scan"))
         for i in range(10):
             server.protocol.topics.publish(
                 "/scan", {"ranges": np.arange(3) + i, "header": {"stamp": {"sec": i}}}, server.now
             )
-        await until(lambda: len(heard["none"]) == 10)
+        await until(lambda: len(received["none"]) == 10)
         async with listening(server.url) as other:
             await other.subscribe(
-                "/scan", "sensor_msgs/LaserScan", heard["cbor"].append, compression="cbor"
+                "/scan", "sensor_msgs/LaserScan", received["cbor"].append, compression="cbor"
             )
             await until(lambda: len(server.protocol.topics.all[-1].subscriptions) == 2)
             server.protocol.topics.publish(
                 "/scan", {"ranges": np.arange(3) + 9, "header": {"stamp": {"sec": 9}}}, server.now
             )
-            await until(lambda: bool(heard["cbor"]))
-        assert [m["header"]["stamp"] for m in heard["none"][:10]] == [
+            await until(lambda: bool(received["cbor"]))
+        assert [m["header"]["stamp"] for m in received["none"][:10]] == [
             {"sec": i, "nanosec": 0} for i in range(10)
         ]
         for encoding in ("none", "cbor"):
-            assert heard[encoding][-1]["ranges"].dtype == np.float32
-            assert heard[encoding][-1]["ranges"].tolist() == [9.0, 10.0, 11.0]
+            assert received[encoding][-1]["ranges"].dtype == np.float32
+            assert received[encoding][-1]["ranges"].tolist() == [9.0, 10.0, 11.0]
 
 
 @in_a_loop
-async def test_bytes_arrive_as_bytes_in_either_encoding() -> None:
+async def test_bytes_arrive_as_bytes_in_both_encodings() -> None:
     async with serving() as server, listening(server.url) as client:
-        heard: list[Message] = []
+        received: list[Message] = []
         kind = "sensor_msgs/CompressedImage"
-        first = await client.subscribe("/cloud", kind, heard.append)
+        first = await client.subscribe("/cloud", kind, received.append)
         await client.call("/rosapi/get_time")
         server.protocol.topics.publish("/cloud", {"data": b"\x00\xff"}, server.now)
-        await until(lambda: len(heard) == 1)
+        await until(lambda: len(received) == 1)
         await client.unsubscribe(first)
-        await client.subscribe("/cloud", kind, heard.append, compression="cbor")
+        await client.subscribe("/cloud", kind, received.append, compression="cbor")
         await client.call("/rosapi/get_time")
         server.protocol.topics.publish("/cloud", {"data": b"\x00\xff"}, server.now)
-        await until(lambda: len(heard) == 2)
-        assert [message["data"] for message in heard] == [b"\x00\xff"] * 2
+        await until(lambda: len(received) == 2)
+        assert [message["data"] for message in received] == [b"\x00\xff"] * 2
 
 
 @in_a_loop
-async def test_what_is_published_reaches_the_host() -> None:
+async def test_published_messages_reach_the_host() -> None:
     async with serving() as server, listening(server.url) as client:
-        heard: list[Message] = []
+        received: list[Message] = []
         server.protocol.topics.subscribe(
-            "/joy", "sensor_msgs/Joy", lambda client, message, now: heard.append(message)
+            "/joy", "sensor_msgs/Joy", lambda client, message, now: received.append(message)
         )
         await client.advertise("/joy", "sensor_msgs/Joy")
         assert await client.publish("/joy", {"axes": np.array([0.5, -1.0]), "buttons": [1]})
-        await until(lambda: bool(heard))
-        assert heard[0]["axes"].tolist() == [0.5, -1.0]
+        await until(lambda: bool(received))
+        assert received[0]["axes"].tolist() == [0.5, -1.0]
         with pytest.raises(MessageError):
             await client.publish("/joy", {"axis": []})
         with pytest.raises(ClientError, match="advertised before"):
@@ -90,7 +90,7 @@ async def test_what_is_published_reaches_the_host() -> None:
 
 
 @in_a_loop
-async def test_a_call_returns_after_the_callbacks_of_all_messages_before_it() -> None:
+async def test_call_returns_after_callbacks_of_earlier_messages() -> None:
     async with serving() as server:
 
         def step(client: int, request: Message, now: int) -> Message:
@@ -101,16 +101,16 @@ async def test_a_call_returns_after_the_callbacks_of_all_messages_before_it() ->
 
         server.protocol.services.serve("/sim/step", "farsteer_msgs/Step", step)
         async with listening(server.url) as client:
-            heard: list[Message] = []
-            await client.subscribe("/chatter", "std_msgs/String", heard.append)
+            received: list[Message] = []
+            await client.subscribe("/chatter", "std_msgs/String", received.append)
             for calls in range(1, 20):
                 answer = await client.call("/sim/step", {"ticks": 7})
                 assert answer["success"] is True
-                assert len(heard) == 7 * calls
+                assert len(received) == 7 * calls
 
 
 @in_a_loop
-async def test_a_call_that_is_refused_says_why_and_one_without_an_answer_ends() -> None:
+async def test_failed_calls_raise_the_reason_and_unanswered_ones_time_out() -> None:
     async with serving() as server, listening(server.url) as client:
 
         async def never(client: int, request: Message, now: int) -> Message:
@@ -127,41 +127,41 @@ async def test_a_call_that_is_refused_says_why_and_one_without_an_answer_ends() 
 
 
 @in_a_loop
-async def test_complaints_of_the_server_are_heard() -> None:
+async def test_server_statuses_reach_the_callback() -> None:
     async with serving() as server, listening(server.url) as client:
-        heard: list[tuple[str, str]] = []
-        client.on_status(lambda level, text: heard.append((level, text)))
+        received: list[tuple[str, str]] = []
+        client.on_status(lambda level, text: received.append((level, text)))
         await client.advertise("/chatter", "std_msgs/String")
-        await until(lambda: bool(heard))
-        assert heard == [("error", "advertise: topic /chatter is published by the server only")]
+        await until(lambda: bool(received))
+        assert received == [("error", "advertise: topic /chatter is published by the server only")]
 
 
 @in_a_loop
-async def test_a_callback_that_falls_ends_nothing(caplog: pytest.LogCaptureFixture) -> None:
+async def test_failing_callback_is_logged_and_others_run(caplog: pytest.LogCaptureFixture) -> None:
     async with serving() as server, listening(server.url) as client:
-        heard: list[Message] = []
+        received: list[Message] = []
 
         def fall(message: Message) -> None:
             raise ZeroDivisionError
 
         await client.subscribe("/chatter", "std_msgs/String", fall)
-        await client.subscribe("/chatter", "std_msgs/String", heard.append)
+        await client.subscribe("/chatter", "std_msgs/String", received.append)
         await until(lambda: server.protocol.topics.wanted("/chatter"))
         server.protocol.topics.publish("/chatter", {"data": "x"}, server.now)
-        await until(lambda: bool(heard))
+        await until(lambda: bool(received))
         assert "ZeroDivisionError" in caplog.text
 
 
 @in_a_loop
-async def test_a_lost_connection_is_made_again_with_all_that_was_asked_for() -> None:
+async def test_reconnecting_restores_subscriptions_and_advertisements() -> None:
     states: list[ConnectionState] = []
-    heard: list[Message] = []
+    received: list[Message] = []
     async with serving() as server:
         port = server.port
         client = listening(server.url)
         client.on_connection(states.append)
         await client.connect()
-        await client.subscribe("/chatter", "std_msgs/String", heard.append)
+        await client.subscribe("/chatter", "std_msgs/String", received.append)
         await client.advertise("/joy", "sensor_msgs/Joy")
         calling = asyncio.create_task(client.call("/never"))
         await asyncio.sleep(0)
@@ -178,9 +178,9 @@ async def test_a_lost_connection_is_made_again_with_all_that_was_asked_for() -> 
         await until(lambda: again.protocol.topics.wanted("/chatter"))
         assert "/joy" in [topic.name for topic in again.protocol.topics.all]
         again.protocol.topics.publish("/chatter", {"data": "again"}, again.now)
-        await until(lambda: bool(heard))
+        await until(lambda: bool(received))
         await client.close()
-    assert heard == [{"data": "again"}]
+    assert received == [{"data": "again"}]
     assert [state.value for state in states] == [
         "connected",
         "disconnected",
@@ -190,7 +190,7 @@ async def test_a_lost_connection_is_made_again_with_all_that_was_asked_for() -> 
 
 
 @in_a_loop
-async def test_a_client_that_is_not_to_reconnect_does_not() -> None:
+async def test_client_without_reconnect_stays_disconnected() -> None:
     async with serving() as server:
         port = server.port
         client = listening(server.url, reconnect=False)
@@ -210,7 +210,7 @@ async def test_a_client_that_is_not_to_reconnect_does_not() -> None:
 
 
 @in_a_loop
-async def test_a_server_that_falls_silent_is_noticed() -> None:
+async def test_unresponsive_server_is_detected_by_pings() -> None:
     async with serving(lockstep=True) as server:
         client = listening(server.url, keepalive=0.05, timeout=0.2, reconnect=False)
         await client.connect()
@@ -232,7 +232,7 @@ async def test_a_server_that_falls_silent_is_noticed() -> None:
     ],
 )
 @in_a_loop
-async def test_a_wrong_address_is_one_clear_line(url: str, text: str) -> None:
+async def test_wrong_address_is_a_one_line_error(url: str, text: str) -> None:
     with pytest.raises(ClientError) as caught:
         await listening(url).connect()
     assert text in str(caught.value)
@@ -240,7 +240,7 @@ async def test_a_wrong_address_is_one_clear_line(url: str, text: str) -> None:
 
 
 @in_a_loop
-async def test_a_server_of_another_kind_is_one_clear_line() -> None:
+async def test_other_kind_of_server_is_a_one_line_error() -> None:
     async def page(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         await reader.readline()
         writer.write(b"HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n")
@@ -255,7 +255,7 @@ async def test_a_server_of_another_kind_is_one_clear_line() -> None:
 
 @pytest.mark.parametrize("echo", [True, False])
 @in_a_loop
-async def test_a_websocket_server_that_does_not_speak_rosbridge_is_one_clear_line(
+async def test_websocket_server_without_rosbridge_is_a_one_line_error(
     echo: bool,
 ) -> None:
     async def attend(connection: ServerConnection) -> None:
@@ -273,7 +273,7 @@ async def test_a_websocket_server_that_does_not_speak_rosbridge_is_one_clear_lin
 
 
 @in_a_loop
-async def test_a_client_may_be_patient_with_a_server_that_comes_later() -> None:
+async def test_client_can_wait_for_a_server_that_starts_later() -> None:
     protocol = Protocol(REGISTRY)
     serve_rosapi(protocol)
     server = Server(protocol, port=0)
@@ -293,7 +293,7 @@ async def test_a_client_may_be_patient_with_a_server_that_comes_later() -> None:
 
 
 @in_a_loop
-async def test_a_client_provides_services_again_after_the_connection_was_lost(
+async def test_provided_services_survive_reconnecting(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     def add(request: Message) -> Message:

@@ -29,7 +29,7 @@ def by_name(message: Any) -> dict[str, tuple[int, str, dict[str, str]]]:
 
 
 @in_a_loop
-async def test_it_is_told_who_keeps_up_and_who_reads_too_slowly() -> None:
+async def test_slow_clients_are_reported_with_their_dropped_messages() -> None:
     async with serving(keepalive=Keepalive(0.05, 5.0, 30.0)) as server:
         publish_client_traffic(server)
         told: list[Any] = []
@@ -57,11 +57,11 @@ async def test_it_is_told_who_keeps_up_and_who_reads_too_slowly() -> None:
             assert [status[:2] for status in by_name(told[1]).values()] == [(0, "ok")] * 2
         await until(lambda: len(server.protocol.connections) == 0)
         server.protocol.timers.tick(server.now + 10**10)
-        assert server.protocol.timers.due is None  # with nobody there, nothing is looked at
+        assert server.protocol.timers.due is None  # without clients, no timer runs
 
 
 @in_a_loop
-async def test_in_lockstep_nothing_is_told_of_the_wire() -> None:
+async def test_client_traffic_is_not_published_in_lockstep() -> None:
     async with serving(lockstep=True, clock=lambda: 0) as server:
         before = {topic.name for topic in server.protocol.topics.all}
         publish_client_traffic(server)

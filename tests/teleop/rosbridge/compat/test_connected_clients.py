@@ -13,29 +13,29 @@ from tests.teleop.rosbridge.auth.test_permissions import TOKENS, credentials
 from tests.teleop.rosbridge.support import Wire
 
 
-def test_clients_hear_how_many_they_are_and_from_where() -> None:
+def test_number_and_addresses_of_clients_are_published() -> None:
     wire = Wire(clients=0)
     publish_connected_clients(wire.protocol)
     wire.now += 7
     wire.clients = [wire.protocol.connect(wire.now, "10.0.0.5:1234")]
     for topic in ("/client_count", "/connected_clients"):
         wire.send({"op": "subscribe", "topic": topic})
-    count, clients = wire.heard()
+    count, clients = wire.received()
     assert count["msg"] == {"data": 1}
     (only,) = clients["msg"]["clients"]
     assert only["ip_address"] == "10.0.0.5"
     assert (only["connection_time"]["sec"], only["connection_time"]["nanosec"]) == (1, 7)
     other = wire.protocol.connect(wire.now, "::1:9")
-    assert wire.heard()[0]["msg"] == {"data": 2}
+    assert wire.received()[0]["msg"] == {"data": 2}
     wire.protocol.disconnect(other, wire.now)
-    assert wire.heard()[0]["msg"] == {"data": 1}
+    assert wire.received()[0]["msg"] == {"data": 1}
 
 
 @pytest.mark.parametrize(
     ("flavour", "kind", "levels"),
     [("ros2", "rcl_interfaces/msg/Log", (20, 30)), ("ros1", "rosgraph_msgs/Log", (2, 4))],
 )
-def test_who_comes_goes_and_says_who_it_is_is_logged_as_each_ros_does(
+def test_connections_and_auth_are_logged_in_the_format_of_each_ros(
     flavour: RosVersion, kind: str, levels: tuple[int, int]
 ) -> None:
     wire = Wire(
@@ -49,7 +49,7 @@ def test_who_comes_goes_and_says_who_it_is_is_logged_as_each_ros_does(
         client = wire.protocol.connect(wire.now, "10.0.0.7:5")
         wire.protocol.receive(client, json.dumps({"op": "auth", "token": token}), wire.now)
         wire.protocol.disconnect(client, wire.now)
-    said = [message["msg"] for message in wire.heard()]
+    said = [message["msg"] for message in wire.received()]
     assert [(each["level"], each["msg"]) for each in said] == [
         (levels[0], "client 2 (10.0.0.7:5) has connected"),
         (levels[0], "client 2 (10.0.0.7:5) authenticated as operateer, role operate"),

@@ -36,7 +36,7 @@ def test_topics_are_listed_with_their_types(wire: Wire) -> None:
     }
 
 
-def test_a_topic_has_a_type_or_none(wire: Wire) -> None:
+def test_topic_type_is_empty_for_unknown_topics(wire: Wire) -> None:
     assert ask(wire, "topic_type", topic="scan") == {"type": "sensor_msgs/msg/LaserScan"}
     assert ask(wire, "topic_type", topic="/nope") == {"type": ""}
 
@@ -54,22 +54,22 @@ def test_services_are_listed_and_found_by_type(wire: Wire) -> None:
     assert ask(wire, "service_type", service="/nope") == {"type": ""}
 
 
-def test_the_time_has_both_spellings(wire: Wire) -> None:
+def test_time_has_both_spellings(wire: Wire) -> None:
     wire.now = 5 * SECOND + 7
     time = ask(wire, "get_time")["time"]
     assert time == {"sec": 5, "nanosec": 7, "secs": 5, "nsecs": 7}
 
 
-def test_the_version_of_ros_is_told(wire: Wire) -> None:
+def test_ros_version_is_reported(wire: Wire) -> None:
     assert ask(wire, "get_ros_version") == {"version": 2, "distro": "jazzy"}
 
 
-def test_every_service_is_there_and_answers_or_says_why(wire: Wire) -> None:
+def test_every_rosapi_service_responds(wire: Wire) -> None:
     names = [name for name in ask(wire, "services")["services"] if name.startswith("/rosapi/")]
     assert len(names) == 30
     for name in names:
         (answer,) = wire.ask({"op": "call_service", "service": name, "args": {}})
-        # Of nothing there is no description, and it cannot be set.
+        # An empty name has no details and cannot be set.
         nothing = (name.endswith("_details") and "node" not in name) or name.endswith("/set_param")
         assert answer["result"] is not nothing
 
@@ -105,7 +105,7 @@ def test_nodes_are_the_server_and_each_client(wire: Wire) -> None:
         assert ask(wire, "service_providers", service=asked) == {"providers": ["/client_1"]}
 
 
-def test_services_are_described_by_their_halves(wire: Wire) -> None:
+def test_service_details_describe_request_and_response(wire: Wire) -> None:
     (asked,) = ask(wire, "service_request_details", type="std_srvs/SetBool")["typedefs"]
     (given,) = ask(wire, "service_response_details", type="std_srvs/srv/SetBool")["typedefs"]
     assert (asked["fieldnames"], asked["fieldtypes"]) == (["data"], ["bool"])
@@ -132,7 +132,7 @@ def test_actions_are_described_and_listed_in_both_forms(wire: Wire) -> None:
         assert typedef["fieldnames"] == [field]
 
 
-def test_topics_come_with_the_text_of_their_types() -> None:
+def test_topics_are_listed_with_their_definitions() -> None:
     for flavour, kind, parts in (
         ("ros2", "sensor_msgs/msg/Joy", ["builtin_interfaces/Time stamp"]),
         ("ros1", "sensor_msgs/Joy", ["uint32 seq"]),
@@ -152,7 +152,7 @@ def test_topics_come_with_the_text_of_their_types() -> None:
 # Parameters
 
 
-def test_a_parameter_is_set_read_and_deleted_as_json_text(wire: Wire) -> None:
+def test_parameters_are_set_read_and_deleted_as_json_text(wire: Wire) -> None:
     assert ask(wire, "get_param", name="test_param")["value"] == "null"
     assert ask(wire, "set_param", name="test_param", value='"test_value"')["successful"] is True
     assert ask(wire, "get_param", name="/test_param")["value"] == '"test_value"'
@@ -166,25 +166,25 @@ def test_a_parameter_is_set_read_and_deleted_as_json_text(wire: Wire) -> None:
 
 
 @pytest.mark.parametrize("value", ["1", "1.5", "true", "[1, 2]", '{"a": {"b": "\\u00e9"}}', '"x"'])
-def test_a_parameter_may_be_any_json(wire: Wire, value: str) -> None:
+def test_parameters_may_be_any_json(wire: Wire, value: str) -> None:
     ask(wire, "set_param", name="/a/b", value=value)
     assert ask(wire, "get_param", name="/a/b")["value"] == value
 
 
 @pytest.mark.parametrize("value", ["plain words", "NaN", "1e999", "{", "[" * 100_0])
-def test_what_is_not_json_stands_for_itself(wire: Wire, value: str) -> None:
+def test_text_that_is_not_json_is_a_string_parameter(wire: Wire, value: str) -> None:
     ask(wire, "set_param", name="x", value=value)
     assert json.loads(ask(wire, "get_param", name="x")["value"]) == value
 
 
 @pytest.mark.parametrize("key", ["default", "default_value"])
-def test_a_parameter_that_is_not_set_has_the_callers_default(wire: Wire, key: str) -> None:
+def test_unset_parameter_has_the_default_of_the_caller(wire: Wire, key: str) -> None:
     assert ask(wire, "get_param", name="/nope", **{key: "default"})["value"] == '"default"'
     assert ask(wire, "get_param", name="/nope", **{key: "[1]"})["value"] == "[1]"
     assert ask(wire, "get_param", name="/rosdistro", **{key: "default"})["value"] == '"jazzy"'
 
 
-def test_a_namespace_has_all_in_it_and_goes_as_one(wire: Wire) -> None:
+def test_namespaces_are_read_and_deleted_as_a_whole(wire: Wire) -> None:
     ask(wire, "set_param", name="/robot/wheel/radius", value="0.11")
     ask(wire, "set_param", name="/robot/name", value='"p3at"')
     value = json.loads(ask(wire, "get_param", name="/robot")["value"])
@@ -211,7 +211,7 @@ def test_parameters_are_bounded_in_number_and_size(wire: Wire) -> None:
     assert answer["result"] is False
 
 
-def test_a_type_is_described_with_all_it_is_made_of(wire: Wire) -> None:
+def test_type_details_include_nested_types(wire: Wire) -> None:
     defs = ask(wire, "message_details", type="sensor_msgs/LaserScan")["typedefs"]
     assert [d["type"] for d in defs] == [
         "sensor_msgs/LaserScan",
@@ -225,7 +225,7 @@ def test_a_type_is_described_with_all_it_is_made_of(wire: Wire) -> None:
     assert scan["fieldarraylen"][scan["fieldnames"].index("ranges")] == 0
 
 
-def test_a_type_that_is_not_there_cannot_be_described(wire: Wire) -> None:
+def test_details_of_unknown_types_are_an_error(wire: Wire) -> None:
     (answer,) = wire.ask(
         {"op": "call_service", "service": "/rosapi/message_details", "args": {"type": "nope/Nope"}}
     )

@@ -37,7 +37,7 @@ def test_transforms_are_a_group(a: Transform, b: Transform, c: Transform) -> Non
     assert close(a @ Transform(), a)
 
 
-def test_a_quarter_turn_takes_forward_to_the_left() -> None:
+def test_quarter_turn_maps_forward_to_left() -> None:
     turned = Transform((1.0, 0.0, 0.0), QUARTER_TURN) @ Transform((2.0, 0.0, 0.0))
     assert turned.translation == pytest.approx((1.0, 2.0, 0.0))
     assert turned.angle(Transform()) == pytest.approx(math.pi / 2)
@@ -68,7 +68,7 @@ def test_frames_are_found_over_their_common_ancestor(
     assert tree.find("nowhere", "nowhere") == Transform()
 
 
-def test_a_ring_and_a_quaternion_of_zeros_do_no_harm() -> None:
+def test_frame_loops_and_invalid_quaternions_are_ignored() -> None:
     tree = TransformTree()
     tree.add(message(("a", "b", Transform()), ("b", "a", Transform()), ("x", "x", Transform())))
     assert tree.find("a", "c") is None
@@ -76,7 +76,7 @@ def test_a_ring_and_a_quaternion_of_zeros_do_no_harm() -> None:
     assert tree.find("a", "d") is None
 
 
-def test_frames_are_bounded() -> None:
+def test_number_of_frames_is_limited() -> None:
     tree = TransformTree()
     for i in range(5000):
         tree.add(message(("map", f"f{i}", Transform())))
@@ -112,10 +112,10 @@ def move(wire: Wire, x: float) -> None:
     )
 
 
-def told(heard: list[Any]) -> list[tuple[str, str, float]]:
-    """Parent, child and x of each transform in messages, feedback of either kind."""
+def transforms_in(received: list[Any]) -> list[tuple[str, str, float]]:
+    """Return parent, child and x of each transform in messages or feedback."""
     found = []
-    for operation in heard:
+    for operation in received:
         content = operation.get("msg") or operation.get("values") or {}
         for t in content.get("feedback", content).get("transforms", []):
             x = t["transform"]["translation"]["x"]
@@ -152,32 +152,30 @@ def end(wire: Wire, form: str) -> None:
 
 
 @pytest.mark.parametrize("form", ["service", "action", "actionlib"])
-def test_a_client_is_told_of_what_has_moved_enough_until_it_wants_no_more(
-    wire: Wire, form: str
-) -> None:
+def test_changed_transforms_are_sent_until_the_goal_is_cancelled(wire: Wire, form: str) -> None:
     assert not wire.protocol.topics.wanted("/tf")
     begin(wire, form)
     assert wire.protocol.topics.wanted("/tf")
     wire.wait(100)
-    assert told(wire.heard()) == []
+    assert transforms_in(wire.received()) == []
     for x, expected in ((1.0, [1.0]), (1.05, []), (1.11, [1.11])):
         move(wire, x)
         wire.wait(100)
-        assert told(wire.heard()) == [("map", "base", x) for x in expected]
-    assert wire.heard(1) == []
+        assert transforms_in(wire.received()) == [("map", "base", x) for x in expected]
+    assert wire.received(1) == []
     end(wire, form)
     wire.wait(1000)
     assert not wire.protocol.topics.wanted("/tf")
 
 
 @pytest.mark.parametrize("form", ["service", "action", "actionlib"])
-def test_a_client_that_leaves_is_followed_no_more(wire: Wire, form: str) -> None:
+def test_goals_end_when_the_client_disconnects(wire: Wire, form: str) -> None:
     begin(wire, form)
     wire.protocol.disconnect(wire.clients[0], wire.now)
     assert not wire.protocol.topics.wanted("/tf")
 
 
-def test_a_topic_that_nobody_fetches_ends(wire: Wire) -> None:
+def test_unused_republisher_topic_is_removed(wire: Wire) -> None:
     args = {**GOAL, "timeout": {"secs": 2}}
     wire.ask({"op": "call_service", "service": "/republish_tfs", "args": args})
     for _ in range(21):
@@ -187,19 +185,19 @@ def test_a_topic_that_nobody_fetches_ends(wire: Wire) -> None:
     assert "/tf_repub_0" not in {topic.name for topic in wire.protocol.topics.all}
 
 
-def test_a_topic_outlives_who_asked_for_it_while_another_hears_it(wire: Wire) -> None:
+def test_republisher_topic_remains_while_others_subscribe(wire: Wire) -> None:
     begin(wire, "service")
     wire.send({"op": "subscribe", "topic": "/tf_repub_0"}, 1)
     wire.protocol.disconnect(wire.clients[0], wire.now)
     move(wire, 1.0)
     wire.wait(100)
-    assert told(wire.heard(1)) == [("map", "base", 1.0)]
+    assert transforms_in(wire.received(1)) == [("map", "base", 1.0)]
     wire.protocol.disconnect(wire.clients[1], wire.now)
     wire.wait(200)
     assert not wire.protocol.topics.wanted("/tf")
 
 
-def test_clients_that_ask_and_go_leave_no_topics_behind_however_long_these_were_to_wait(
+def test_disconnected_clients_leave_no_topics_behind(
     wire: Wire,
 ) -> None:
     args = {**GOAL, "timeout": {"secs": 2**31 - 1}}
@@ -213,13 +211,13 @@ def test_clients_that_ask_and_go_leave_no_topics_behind_however_long_these_were_
     assert not [topic.name for topic in wire.protocol.topics.all if "repub_" in topic.name]
 
 
-def test_a_client_has_so_many_streams_and_frames(wire: Wire) -> None:
+def test_requests_and_frames_of_a_client_are_limited(wire: Wire) -> None:
     call = {"op": "call_service", "service": "/republish_tfs"}
     (answer,) = wire.ask({**call, "args": {**GOAL, "source_frames": ["x"] * 300}})
     assert answer["values"] == "a request may have at most 256 frames"
     for _ in range(17):
         wire.send({**call, "args": GOAL})
-    assert [heard["result"] for heard in wire.heard()] == [True] * 16 + [False]
+    assert [received["result"] for received in wire.received()] == [True] * 16 + [False]
 
 
 # actionlib
@@ -246,51 +244,51 @@ def server() -> tuple[Wire, list[Any]]:
     serve_actionlib(wire.protocol, "/test", "actionlib/Test", begin)
     for end in ("status", "feedback", "result"):
         wire.send({"op": "subscribe", "topic": f"/test/{end}"})
-    wire.heard()
+    wire.received()
     return wire, goals
 
 
-def statuses(heard: list[Any]) -> dict[str, int]:
+def statuses(received: list[Any]) -> dict[str, int]:
     """The last status of each goal."""
     found = {}
-    for operation in heard:
+    for operation in received:
         if operation["topic"] == "/test/status":
             for status in operation["msg"]["status_list"]:
                 found[status["goal_id"]["id"]] = status["status"]
     return found
 
 
-def results(heard: list[Any]) -> list[tuple[str, int, int]]:
+def results(received: list[Any]) -> list[tuple[str, int, int]]:
     return [
         (
             h["msg"]["status"]["goal_id"]["id"],
             h["msg"]["status"]["status"],
             h["msg"]["result"]["result"],
         )
-        for h in heard
+        for h in received
         if h["topic"] == "/test/result"
     ]
 
 
-def test_a_goal_is_told_of_until_some_time_after_its_end(server: tuple[Wire, list[Any]]) -> None:
+def test_goal_status_is_published_for_a_while_after_its_end(server: tuple[Wire, list[Any]]) -> None:
     wire, goals = server
     wire.send(goal("g"))
-    assert statuses(wire.heard()) == {"g": 1}
+    assert statuses(wire.received()) == {"g": 1}
     goals[0].feedback({"feedback": 5})
     goals[0].succeed({"result": 13})
     goals[0].abort("too late")
-    heard = wire.heard()
-    assert results(heard) == [("g", 3, 13)]
-    assert [h["msg"]["feedback"]["feedback"] for h in heard if "feedback" in h["topic"]] == [5]
+    received = wire.received()
+    assert results(received) == [("g", 3, 13)]
+    assert [h["msg"]["feedback"]["feedback"] for h in received if "feedback" in h["topic"]] == [5]
     wire.wait(200)
-    assert statuses(wire.heard()) == {"g": 3}
+    assert statuses(wire.received()) == {"g": 3}
     for _ in range(30):
         wire.wait(200)
-    assert wire.heard()[-1]["msg"]["status_list"] == []
+    assert wire.received()[-1]["msg"]["status_list"] == []
     assert wire.protocol.timers.due is None
 
 
-def test_a_goal_sent_twice_is_one(server: tuple[Wire, list[Any]]) -> None:
+def test_duplicate_goals_are_ignored(server: tuple[Wire, list[Any]]) -> None:
     wire, goals = server
     wire.send(goal("g"))
     wire.send(goal("g"))
@@ -305,22 +303,22 @@ def test_goals_are_cancelled_by_id_or_all_of_one_client(server: tuple[Wire, list
     for i, client in ((0, 0), (1, 0), (2, 1), (3, 0)):
         wire.send(goal(f"g{i}"), client)
         wire.wait(1000)
-    wire.heard()
+    wire.received()
     wire.send(cancel(id="g2"), 0)
-    assert results(wire.heard()) == [("g2", 2, 0)]
+    assert results(wire.received()) == [("g2", 2, 0)]
     wire.send(goal("g4"), 1)
     wire.send(cancel(stamp={"sec": 2}), 0)
-    assert [r[0] for r in results(wire.heard())] == ["g0", "g1"]
+    assert [r[0] for r in results(wire.received())] == ["g0", "g1"]
     wire.send(cancel(), 0)
-    assert [r[0] for r in results(wire.heard())] == ["g3"]
+    assert [r[0] for r in results(wire.received())] == ["g3"]
     wire.protocol.disconnect(wire.clients[1], wire.now)
-    assert results(wire.heard()) == [("g4", 2, 0)]
+    assert results(wire.received()) == [("g4", 2, 0)]
     assert not any(goal.active for goal in goals)
 
 
-def test_goals_are_bounded(server: tuple[Wire, list[Any]]) -> None:
+def test_number_of_goals_is_limited(server: tuple[Wire, list[Any]]) -> None:
     wire, goals = server
     for i in range(65):
         wire.send(goal(f"g{i}"))
     assert len(goals) == 64
-    assert wire.heard()[-1]["msg"] == "publish: /test accepts at most 64 goals at a time"
+    assert wire.received()[-1]["msg"] == "publish: /test accepts at most 64 goals at a time"

@@ -1,4 +1,4 @@
-"""A real browser: pages of this machine use the published clients, foreign pages are refused."""
+"""A real browser: local pages use the published clients, foreign pages are rejected."""
 
 from __future__ import annotations
 
@@ -28,11 +28,13 @@ from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
 )
 from tests.teleop.rosbridge.support import REGISTRY
 
+pytestmark = pytest.mark.process
+
 PACKAGES = ("roslib@2.1.0", "roslib-old@npm:roslib@1.4.1", "@foxglove/roslibjs@0.0.3")
 NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 BROWSER = next((found for name in NAMES if (found := shutil.which(name))), None)
 PATIENCE = 90.0
-"""For a browser to begin and three clients to connect, on a machine that has much to do [s]."""
+"""Time for a browser to start and three clients to connect on a loaded machine [s]."""
 
 CLOUD = bytes(range(256)) * 400
 MAP = b"ply of a map" * 1000
@@ -42,7 +44,7 @@ browser = pytest.mark.skipif(BROWSER is None, reason="Chromium is not installed"
 
 
 class Site(SimpleHTTPRequestHandler):
-    """Serves the page and the packages it loads, and takes what the page says."""
+    """Serves the page and its packages, and receives its results."""
 
     def __init__(self, *args: Any, said: SimpleQueue[Any], **options: Any) -> None:
         self.said = said
@@ -54,12 +56,12 @@ class Site(SimpleHTTPRequestHandler):
         self.end_headers()
 
     def log_message(self, *args: object) -> None:
-        """Say nothing."""
+        """Log nothing."""
 
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[int, SimpleQueue[Any]]]:
-    """A web server's port, and what its pages say."""
+    """Yield the port of a web server and the queue of its pages' results."""
     folder = installed(tmp_path_factory.mktemp("site"), *PACKAGES)
     shutil.copy(JAVASCRIPT / "browser_checks.html", folder / "index.html")
     said: SimpleQueue[Any] = SimpleQueue()
@@ -74,7 +76,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[int, Simple
 
 @asynccontextmanager
 async def browsing(url: str, profile: Path) -> AsyncIterator[None]:
-    """A browser that shows a page; another name than localhost is of this machine too."""
+    """Run a browser that shows a page; other host names also resolve to this machine."""
     assert BROWSER is not None
     headless = [] if BROWSER.endswith("shell") else ["--headless"]
     process = await asyncio.create_subprocess_exec(
@@ -93,7 +95,7 @@ async def browsing(url: str, profile: Path) -> AsyncIterator[None]:
 
 
 def visit(site: tuple[int, SimpleQueue[Any]], host: str, folder: Path) -> tuple[Any, list[Message]]:
-    """Return what a page of a host says that connects to a server, and what it published."""
+    """Return the results of a page of a host that connects to a server, and what it published."""
     port, said = site
     wishes: list[Message] = []
 
@@ -144,7 +146,7 @@ def test_pages_of_this_machine_use_the_published_clients_unmodified(
 @pytest.mark.slow
 @node
 @browser
-def test_pages_from_elsewhere_can_neither_drive_nor_look(
+def test_foreign_pages_can_neither_drive_nor_subscribe(
     site: tuple[int, SimpleQueue[Any]], tmp_path: Path
 ) -> None:
     said, wishes = visit(site, "foreign.example", tmp_path)

@@ -1,4 +1,4 @@
-"""Foxglove's rosbridge data source, by the packages it is made of, reads every type in either ROS."""
+"""The packages of Foxglove's rosbridge data source read messages of every type in both ROS versions."""
 
 from __future__ import annotations
 
@@ -36,18 +36,20 @@ from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
 from tests.teleop.rosbridge.server.test_server import in_a_loop
 from tests.teleop.rosbridge.support import REGISTRY
 
+pytestmark = pytest.mark.process
+
 PACKAGES = (
     *("@foxglove/roslibjs@0.0.3", "@foxglove/rosmsg@5.0.5", "ws@8"),
     *("@foxglove/rosmsg-serialization@2.0.4", "@foxglove/rosmsg2-serialization@3.1.0"),
-    "tslib@2",  # which the reader for ROS 1 forgets to ask for
+    "tslib@2",  # a missing dependency of the reader for ROS 1
 )
 
 ROSOUT = {"ros1": "rosgraph_msgs/Log", "ros2": "rcl_interfaces/msg/Log"}
 
 
 def filled(kind: MessageType, numbers: Iterator[int]) -> Message:
-    """A message in which no two numbers are the same, so that none can stand in another's place."""
-    if kind.name in (TIME, DURATION):  # whose nanoseconds are fewer than 2^31 in every ROS
+    """Return a message whose numbers all differ, so that exchanged fields are detected."""
+    if kind.name in (TIME, DURATION):  # nanoseconds are below 2^31 in every ROS
         return {"sec": next(numbers), "nanosec": next(numbers)}
     return {field.name: value(field, numbers) for field in kind.fields}
 
@@ -73,29 +75,29 @@ def element(field: Field, numbers: Iterator[int]) -> Any:
     if dtype.kind == "f":
         return number + 0.5
     info = np.iinfo(dtype)
-    return info.max - number % 100  # high bits tell the signed from the unsigned
+    return info.max - number % 100  # high bits distinguish signed from unsigned
 
 
-def as_read(kind: MessageType, message: Message, flavour: RosVersion) -> Any:
-    """Return a message as Foxglove's readers do."""
-    if flavour == "ros2" and kind.constants and not kind.fields:
+def as_read(kind: MessageType, message: Message, ros_version: RosVersion) -> Any:
+    """Return a message in the form of Foxglove's readers."""
+    if ros_version == "ros2" and kind.constants and not kind.fields:
         return {PADDING: 0}
-    read = {field.name: part(field, message[field.name], flavour) for field in kind.fields}
-    return {"seq": 0, **read} if kind.name == HEADER and flavour == "ros1" else read
+    read = {field.name: part(field, message[field.name], ros_version) for field in kind.fields}
+    return {"seq": 0, **read} if kind.name == HEADER and ros_version == "ros1" else read
 
 
-def part(field: Field, found: Any, flavour: RosVersion) -> Any:
+def part(field: Field, found: Any, ros_version: RosVersion) -> Any:
     if field.repeated:
-        return [one(field, each, flavour) for each in found]
-    return one(field, found, flavour)
+        return [one(field, each, ros_version) for each in found]
+    return one(field, found, ros_version)
 
 
-def one(field: Field, found: Any, flavour: RosVersion) -> Any:
-    if flavour == "ros1" and field.kind in (TIME, DURATION):
-        return {"sec": found["sec"], "nsec": found["nanosec"]}  # which are primitives there
+def one(field: Field, found: Any, ros_version: RosVersion) -> Any:
+    if ros_version == "ros1" and field.kind in (TIME, DURATION):
+        return {"sec": found["sec"], "nsec": found["nanosec"]}  # times are primitives there
     if field.nested:
-        return as_read(REGISTRY[field.kind], found, flavour)
-    if flavour == "ros1" and field.kind == "byte":  # an int8 there
+        return as_read(REGISTRY[field.kind], found, ros_version)
+    if ros_version == "ros1" and field.kind == "byte":  # an int8 there
         return (int(found) + 128) % 256 - 128
     if field.kind in ("int64", "uint64"):
         return str(found)
@@ -111,12 +113,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 @node
-@pytest.mark.parametrize("flavour", ["ros1", "ros2"])
+@pytest.mark.parametrize("ros_version", ["ros1", "ros2"])
 @in_a_loop
-async def test_foxglove_reads_every_type_that_there_is_at_first_try(
-    flavour: RosVersion, folder: Path
-) -> None:
-    protocol = Protocol(REGISTRY, ros_version=flavour, limits=ClientLimits(subscriptions=1000))
+async def test_foxglove_reads_messages_of_every_type(ros_version: RosVersion, folder: Path) -> None:
+    protocol = Protocol(REGISTRY, ros_version=ros_version, limits=ClientLimits(subscriptions=1000))
     serve_standard(protocol)
     kinds = [REGISTRY[name] for name in REGISTRY]
     sent = {kind.name: complete(REGISTRY, kind, filled(kind, itertools.count())) for kind in kinds}
@@ -140,17 +140,21 @@ async def test_foxglove_reads_every_type_that_there_is_at_first_try(
         out, complaints = await process.communicate()
     assert process.returncode == 0, complaints.decode()
     said = json.loads(out)
-    assert said["version"] == (1 if flavour == "ros1" else 2)
-    names = {kind.name: short_name(kind.name) if flavour == "ros1" else kind.name for kind in kinds}
+    assert said["version"] == (1 if ros_version == "ros1" else 2)
+    names = {
+        kind.name: short_name(kind.name) if ros_version == "ros1" else kind.name for kind in kinds
+    }
     for kind in kinds:
-        assert said["read"][names[kind.name]] == as_read(kind, sent[kind.name], flavour), kind.name
+        assert said["read"][names[kind.name]] == as_read(kind, sent[kind.name], ros_version), (
+            kind.name
+        )
     assert said["nodes"].keys() == {"/rosbridge_websocket", "/client_1"}
     subscriptions, publications, services = said["nodes"]["/rosbridge_websocket"]
     assert "/cmd_vel" in subscriptions
     assert "/rosout" in publications
     assert "/switch" in services
     assert said["serviceType"] == (
-        "std_srvs/SetBool" if flavour == "ros1" else "std_srvs/srv/SetBool"
+        "std_srvs/SetBool" if ros_version == "ros1" else "std_srvs/srv/SetBool"
     )
     assert said["answer"] == {"success": True, "message": "on"}
     assert [wish["linear"]["x"] for wish in wishes] == [0.5]

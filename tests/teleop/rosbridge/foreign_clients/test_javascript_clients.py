@@ -24,9 +24,11 @@ import pytest
 
 from tests.teleop.rosbridge.support import ROOT
 
+pytestmark = pytest.mark.process
+
 JAVASCRIPT = Path(__file__).parent / "javascript"
 ROSLIB = ("roslib@2.1.0", "ws@8")
-ROS3D = ("ros3d@1.1.0",)  # with the roslib 1.4 that it asks for
+ROS3D = ("ros3d@1.1.0",)  # with the roslib 1.4 that it requires
 
 TWENTY = (
     *("getTopics", "getNodes", "getNodeDetails", "getServices", "getTopicType", "getServiceType"),
@@ -35,7 +37,7 @@ TWENTY = (
     *("publishAndSubscribeCbor", "publishAndSubscribeCborRaw", "serviceLoopBack"),
     *("failingService", "fragments"),
 )
-"""What the client can do with rosbridge_suite, and fragments, which it cannot."""
+"""Checks that pass with rosbridge_suite, and fragments, which do not."""
 
 FURTHER = (
     *("twoTopicObjects", "topicsComeAndGo", "actionlibGoal", "actionLoopBack", "actionCancel"),
@@ -80,7 +82,7 @@ class Suite:
     report: Path
 
     def outcome(self) -> tuple[int, int, int]:
-        """Wait for the end; return how many passed, how many did not, and how many were skipped."""
+        """Wait for the end; return the numbers of passed, failed and skipped tests."""
         said, _ = self.process.communicate(timeout=200)
         assert self.report.exists(), said
         suite = ElementTree.parse(self.report).getroot().find("testsuite")
@@ -95,11 +97,11 @@ class Suite:
 
 
 def begin(source: Path, folder: Path, transport: str, tests: list[str], port: str) -> Suite:
-    """Start some tests of the source distribution; of its files only the ports are changed."""
+    """Start tests of the source distribution, of which only the ports are changed."""
     shutil.copytree(source, folder)
     for file in (folder / "tests").rglob("*.py"):
         text = file.read_text(encoding="utf-8")
-        # 9000 is of a server that the suite runs itself, and in two processes at a time here.
+        # Port 9000 is that of a server in the suite, which runs in two processes here.
         other = str(20_000 + int(port) % 10_000)
         file.write_text(text.replace("9090", port).replace("9000", other), encoding="utf-8")
     report = folder / "report.xml"
@@ -117,7 +119,7 @@ def begin(source: Path, folder: Path, transport: str, tests: list[str], port: st
 
 @pytest.fixture(scope="module")
 def suites(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, tuple[Suite, Suite]]]:
-    """roslibpy's tests by transport, all under way at the same time: they sleep a lot."""
+    """Run roslibpy's tests for all transports simultaneously, as they mostly sleep."""
     folder = tmp_path_factory.mktemp("roslibpy")
     wanted = f"roslibpy=={version('roslibpy')}"
     subprocess.run(
@@ -151,7 +153,7 @@ def suites(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, tuple
 @roslibpy
 @pytest.mark.parametrize(
     ("transport", "first", "second"),
-    # Two tests of the asyncio transport itself are skipped by the suite in the other's process.
+    # The suite skips two tests of the asyncio transport in the other process.
     [("twisted", (25, 0, 0), (30, 0, 2)), ("asyncio", (25, 0, 0), (32, 0, 0))],
 )
 def test_roslibpys_own_tests_pass(
@@ -168,7 +170,7 @@ def test_roslibpys_own_tests_pass(
 
 
 def installed(folder: Path, *packages: str) -> Path:
-    """Install packages with npm in a folder of ours."""
+    """Install packages with npm in a folder."""
     (folder / "package.json").write_text("{}", encoding="utf-8")
     command = ["npm", "install", "--no-save", "--no-package-lock", "--no-audit", "--no-fund"]
     done = subprocess.run(
@@ -184,7 +186,7 @@ def installed(folder: Path, *packages: str) -> Path:
 
 
 def run(script: Path, *arguments: str) -> str:
-    """Run a script with Node beside the packages it wants."""
+    """Run a script with Node in the folder of its packages."""
     done = subprocess.run(
         ["node", str(script), *arguments],
         cwd=script.parent,
@@ -199,7 +201,7 @@ def run(script: Path, *arguments: str) -> str:
 
 @pytest.fixture(scope="module")
 def roslib(url: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str | None]:
-    """What went wrong in each check of roslib: None, as a rule."""
+    """Return the error of each check of roslib, None for those that pass."""
     folder = installed(tmp_path_factory.mktemp("roslib"), *ROSLIB)
     script = Path(shutil.copy(JAVASCRIPT / "roslib_checks.mjs", folder))
     return dict(json.loads(line) for line in run(script, url).splitlines())
@@ -208,19 +210,19 @@ def roslib(url: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str 
 @pytest.mark.slow
 @node
 @pytest.mark.parametrize("check", [*TWENTY, *FURTHER])
-def test_roslib_can_do_all_it_can_do(roslib: dict[str, str | None], check: str) -> None:
+def test_roslib_checks_pass(roslib: dict[str, str | None], check: str) -> None:
     assert roslib[check] is None
 
 
 @node
-def test_no_check_of_roslib_is_forgotten(roslib: dict[str, str | None]) -> None:
+def test_all_roslib_checks_are_listed(roslib: dict[str, str | None]) -> None:
     assert set(roslib) == {*TWENTY, *FURTHER}
     assert len(TWENTY) == 20
 
 
 @pytest.mark.slow
 @node
-def test_ros3d_shows_clouds_and_scans_where_they_are(url: str, tmp_path: Path) -> None:
+def test_ros3d_shows_clouds_and_scans_at_their_positions(url: str, tmp_path: Path) -> None:
     folder = installed(tmp_path, *ROS3D)
     script = Path(shutil.copy(JAVASCRIPT / "ros3d_checks.cjs", folder))
     seen = json.loads(run(script, url).splitlines()[-1])

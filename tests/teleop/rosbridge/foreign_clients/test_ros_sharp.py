@@ -27,35 +27,35 @@ CHUNK = 1024
 
 
 class Fallen(Exception):
-    """The receive loop has ended, as ROS#'s does without a word."""
+    """The receive loop has ended, as that of ROS# does silently."""
 
 
 class RosSharp:
-    """A connection that writes and reads as ROS# does."""
+    """A connection that sends and receives as ROS# does."""
 
     def __init__(self, socket: Any) -> None:
         self._socket = socket
         self._kinds: dict[str, MessageType] = {}
         self._answers: dict[str, Any] = {}
-        self.heard: dict[str, list[Any]] = {}
+        self.received: dict[str, list[Any]] = {}
         self.asked: list[Any] = []
         self._loop = asyncio.create_task(self._read())
 
     async def send(self, text: str) -> None:
-        """Send a text as ROS# does: a binary message, a kilobyte to a frame."""
+        """Send a text as ROS# does: as a binary message in frames of 1 KiB."""
         data = text.encode("ascii")
         pieces = [data[i : i + CHUNK] for i in range(0, len(data), CHUNK)]
         await self._socket.send(iter(pieces) if len(pieces) > 1 else pieces[0])
 
     async def say(self, **operation: Any) -> None:
-        """Send an operation; ``op`` comes last but for the id, as the base class's members do."""
+        """Send an operation; ``op`` and id are last, as are the members of the base class."""
         op, identity = operation.pop("op"), operation.pop("id", None)
         end = {"op": op} if identity is None else {"op": op, "id": identity}
         await self.send(json.dumps({**operation, **end}, separators=(",", ":")))
 
     async def subscribe(self, topic: str, kind: str) -> None:
         self._kinds[topic] = REGISTRY[kind]
-        self.heard[topic] = []
+        self.received[topic] = []
         await self.send(
             f'{{"topic":"{topic}","type":"{kind}","throttle_rate":0,"queue_length":1,'
             f'"fragment_size":2147483647,"compression":"none","op":"subscribe","id":"{topic}:0"}}'
@@ -79,7 +79,7 @@ class RosSharp:
         return self._answers.pop(identity)
 
     async def alive(self) -> None:
-        """Raise what the receive loop has fallen over, if it has."""
+        """Raise the exception that ended the receive loop, if any."""
         if self._loop.done():
             await self._loop
 
@@ -97,14 +97,14 @@ class RosSharp:
                 case "publish":
                     topic = operation["topic"]
                     strict(self._kinds[topic], operation["msg"], topic)
-                    self.heard[topic].append(operation["msg"])
+                    self.received[topic].append(operation["msg"])
                 case "service_response":
                     strict(self._kinds[operation["id"]], operation["values"], operation["service"])
                     self._answers[operation["id"]] = operation["values"]
                 case "call_service":
                     self.asked.append(operation)
                 case _:
-                    pass  # it knows no status
+                    pass  # ROS# ignores status
 
 
 def _fall(constant: str) -> None:
@@ -112,11 +112,11 @@ def _fall(constant: str) -> None:
 
 
 def strict(kind: MessageType, message: Any, path: str) -> None:
-    """Read a message as a typed deserialiser does: any value of another kind ends all."""
+    """Read a message as a typed deserialiser does, which fails on any other type."""
     if not isinstance(message, dict):
         raise Fallen(f"{path}: no object")
     for field in kind.fields:
-        if field.name not in message:  # what is missing keeps its default, unknown is ignored
+        if field.name not in message:  # missing fields keep their default, unknown ones are ignored
             continue
         value = message[field.name]
         where = f"{path}.{field.name}"
@@ -144,7 +144,7 @@ def _strict(field: Field, value: Any, where: str) -> None:
         good = isinstance(value, int | float) and not isinstance(value, bool)
     else:
         good = isinstance(value, int) and not isinstance(value, bool)
-    if not good:  # null among numbers, above all
+    if not good:  # in particular null among numbers
         raise Fallen(f"{where}: {value!r} is no {field.kind}")
 
 
@@ -158,25 +158,25 @@ async def unity(server: Server) -> AsyncIterator[RosSharp]:
 
 JOY = {
     "header": {"seq": 0, "stamp": {"secs": 0, "nsecs": 0}, "frame_id": "Unity"},
-    "axes": [0, 1],  # integers where the stick is at its end
-    "buttons": [0] * 600 + [1],  # more than a kilobyte, so that there are several frames
+    "axes": [0, 1],  # integers at the ends of an axis
+    "buttons": [0] * 600 + [1],  # more than 1 KiB, so that there are several frames
 }
 
 
 @pytest.mark.parametrize("kind", ["sensor_msgs/Joy", "sensor_msgs/msg/Joy"])
 @in_a_loop
-async def test_its_joystick_arrives(kind: str) -> None:
+async def test_ros_sharp_joystick_arrives(kind: str) -> None:
     async with serving() as server, unity(server) as client:
-        heard: list[Any] = []
+        received: list[Any] = []
         server.protocol.topics.subscribe(
-            "/joy", "sensor_msgs/Joy", lambda c, message, now: heard.append(message)
+            "/joy", "sensor_msgs/Joy", lambda c, message, now: received.append(message)
         )
         await client.advertise("/joy", kind)
         for _ in range(3):
             await client.publish("/joy", JOY)
-        await until(lambda: len(heard) == 3)
-        assert heard[0]["axes"].tolist() == [0.0, 1.0]
-        assert heard[0]["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "Unity"}
+        await until(lambda: len(received) == 3)
+        assert received[0]["axes"].tolist() == [0.0, 1.0]
+        assert received[0]["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "Unity"}
 
 
 MESSAGES: dict[str, tuple[str, Any]] = {
@@ -189,7 +189,7 @@ MESSAGES: dict[str, tuple[str, Any]] = {
 
 
 @in_a_loop
-async def test_it_reads_all_that_robots_send() -> None:
+async def test_ros_sharp_reads_robot_messages() -> None:
     async with serving() as server, unity(server) as client:
         for topic, (kind, _) in MESSAGES.items():
             server.protocol.topics.advertise(topic, kind)
@@ -199,36 +199,36 @@ async def test_it_reads_all_that_robots_send() -> None:
             for topic, (_, message) in MESSAGES.items():
                 server.protocol.topics.publish(topic, message, server.now)
             await asyncio.sleep(0.05)
-        await until(lambda: all(client.heard.values()))
+        await until(lambda: all(client.received.values()))
         await client.alive()
-        assert client.heard["/odom"][0]["child_frame_id"] == "bäse"
+        assert client.received["/odom"][0]["child_frame_id"] == "bäse"
 
 
 @in_a_loop
-async def test_one_message_comes_once_for_each_topic_whatever_it_subscribed() -> None:
+async def test_each_message_arrives_once_per_topic() -> None:
     async with serving() as server, unity(server) as client:
         await client.subscribe("/chatter", "std_msgs/String")
         await client.say(topic="/chatter", type="std_msgs/String", op="subscribe", id="/chatter:1")
         await until(lambda: server.protocol.topics.wanted("/chatter"))
         server.protocol.topics.publish("/chatter", {"data": "once"}, server.now)
         server.protocol.topics.publish("/chatter", {"data": "x" * 5000}, server.now)
-        await until(lambda: len(client.heard["/chatter"]) >= 2)
-        assert [len(message["data"]) for message in client.heard["/chatter"]] == [4, 5000]
+        await until(lambda: len(client.received["/chatter"]) >= 2)
+        assert [len(message["data"]) for message in client.received["/chatter"]] == [4, 5000]
 
 
 @in_a_loop
-async def test_it_publishes_within_milliseconds_of_advertising_and_before_unadvertising() -> None:
+async def test_publishing_right_after_advertise_and_before_unadvertise_works() -> None:
     async with serving() as server, unity(server) as client, unity(server) as other:
         await other.subscribe("/publication_test", "std_msgs/String")
         await until(lambda: server.protocol.topics.wanted("/publication_test"))
         await client.advertise("/publication_test", "std_msgs/String")
         await client.publish("/publication_test", {"data": "publication test message data"})
         await client.say(topic="/publication_test", op="unadvertise", id="/publication_test")
-        await until(lambda: bool(other.heard["/publication_test"]))
+        await until(lambda: bool(other.received["/publication_test"]))
 
 
 @in_a_loop
-async def test_it_asks_for_a_parameter_and_for_the_time() -> None:
+async def test_ros_sharp_reads_a_parameter_and_the_time() -> None:
     async with serving() as server, unity(server) as client:
         kind = REGISTRY.service("rosapi_msgs/GetParam").response
         asked = {"name": "/rosdistro", "default": "default"}
@@ -239,7 +239,7 @@ async def test_it_asks_for_a_parameter_and_for_the_time() -> None:
 
 
 @in_a_loop
-async def test_it_provides_a_service() -> None:
+async def test_ros_sharp_provides_a_service() -> None:
     async with serving() as server, unity(server) as client, unity(server) as other:
         await client.say(
             service="/service_response_test",
@@ -264,7 +264,7 @@ async def test_it_provides_a_service() -> None:
 
 
 @in_a_loop
-async def test_it_floods_with_pictures_and_all_of_them_arrive() -> None:
+async def test_flood_of_images_arrives_completely() -> None:
     async with serving() as server, unity(server) as client:
         serve_standard(server.protocol)
         count = 0
@@ -292,7 +292,7 @@ async def test_it_floods_with_pictures_and_all_of_them_arrive() -> None:
     ],
 )
 @in_a_loop
-async def test_the_imitation_falls_where_it_should(broken: str) -> None:
+async def test_imitated_client_fails_where_ros_sharp_does(broken: str) -> None:
     class Socket:
         def __aiter__(self) -> AsyncIterator[str]:
             async def frames() -> AsyncIterator[str]:
@@ -302,6 +302,6 @@ async def test_the_imitation_falls_where_it_should(broken: str) -> None:
 
     client = RosSharp(Socket())
     client._kinds["/x"] = REGISTRY["sensor_msgs/LaserScan"]
-    client.heard["/x"] = []
+    client.received["/x"] = []
     with pytest.raises((Fallen, KeyError)):
         await client._loop

@@ -1,4 +1,4 @@
-"""roslibpy as it is published, against our server; in a process of its own, as it owns a thread."""
+"""The published roslibpy against the server, in a process, as it has a thread of its own."""
 
 from __future__ import annotations
 
@@ -19,9 +19,12 @@ from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import in_a_loop, until
 from tests.teleop.rosbridge.support import REGISTRY
 
-pytestmark = pytest.mark.skipif(
-    importlib.util.find_spec("roslibpy") is None, reason="roslibpy is not installed"
-)
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.skipif(
+        importlib.util.find_spec("roslibpy") is None, reason="roslibpy is not installed"
+    ),
+]
 
 SCRIPT = """
 import json, sys, threading
@@ -60,16 +63,16 @@ ros.terminate()
 
 
 class Robot:
-    """What a robot offers, on a port."""
+    """A server with the topics of a robot."""
 
     def __init__(self, port: int = 0) -> None:
         protocol = Protocol(REGISTRY)
         serve_rosapi(protocol)
         self.server = Server(protocol, port=port)
-        self.heard: list[Message] = []
+        self.received: list[Message] = []
         self.server.protocol.topics.advertise("/chatter", "std_msgs/String")
         self.server.protocol.topics.subscribe(
-            "/joy", "sensor_msgs/Joy", lambda c, m, now: self.heard.append(m)
+            "/joy", "sensor_msgs/Joy", lambda c, m, now: self.received.append(m)
         )
         self.server.protocol.services.serve(
             "/set", "std_srvs/SetBool", lambda *_: {"success": True}
@@ -77,7 +80,7 @@ class Robot:
 
 
 async def expect(process: Process, what: str) -> Any:
-    """Return what the script says of one thing; of others it may speak before."""
+    """Return the value that the script prints under a name, ignoring others before."""
     assert process.stdout is not None
     while line := await process.stdout.readline():
         said, value = json.loads(line)
@@ -89,7 +92,7 @@ async def expect(process: Process, what: str) -> Any:
 
 @pytest.mark.parametrize("transport", ["twisted", "asyncio"])
 @in_a_loop
-async def test_roslibpy_subscribes_publishes_calls_and_comes_back(transport: str) -> None:
+async def test_roslibpy_subscribes_publishes_calls_and_reconnects(transport: str) -> None:
     robot = Robot()
     await robot.server.start()
     port = robot.server.port
@@ -109,7 +112,7 @@ async def test_roslibpy_subscribes_publishes_calls_and_comes_back(transport: str
         assert await expect(process, "set") == {"success": True, "message": ""}
         assert "requires a bool" in await expect(process, "refused")
         await expect(process, "ready")
-        await until(lambda: bool(robot.heard))
+        await until(lambda: bool(robot.received))
         robot.server.protocol.topics.publish("/chatter", {"data": "hello"}, robot.server.now)
         assert await expect(process, "chatter") == "hello"
         await robot.server.close()

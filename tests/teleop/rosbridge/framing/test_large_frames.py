@@ -1,4 +1,4 @@
-"""Large frames: what fits its type is read, what does not is refused before it is built."""
+"""Large frames are validated by the type of their payload before any object is built."""
 
 from __future__ import annotations
 
@@ -15,9 +15,16 @@ from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import FrameError
 from teleop.rosbridge.framing.large_frames import LARGE_FRAME, LargeFrameReader, PayloadField
 from teleop.rosbridge.limits import ClientLimits
-from tests.teleop.rosbridge.support import REGISTRY, Wire, error, messages
+from teleop.rosbridge.messages.message_types import MessageType
+from tests.teleop.rosbridge.support import (
+    FORMS,
+    PRIMITIVES,
+    Wire,
+    error,
+    extreme,
+    typed_messages,
+)
 
-KINDS = sorted(REGISTRY)
 MANY = 333_000
 AXES = '{"op":"publish","topic":"/joy","msg":{"axes":%s}}'
 TYPES = {
@@ -29,17 +36,14 @@ TYPES = {
 }
 
 
-def shapes(kind: str) -> LargeFrameReader:
-    """Return a reader that takes large messages of a type for topic ``/t``."""
-    known = REGISTRY[kind]
-    return LargeFrameReader(
-        REGISTRY,
-        {"publish": PayloadField("topic", "msg", lambda name: known if name == "/t" else None)},
-    )
+def reader_of(kind: MessageType) -> LargeFrameReader:
+    """Return a reader of large messages of a type on topic ``/t``."""
+    payload = PayloadField("topic", "msg", lambda name: kind if name == "/t" else None)
+    return LargeFrameReader(FORMS, {"publish": payload})
 
 
 def wire() -> Wire:
-    """Return a wire whose client has advertised topics, and may send much."""
+    """Return a wire without rate limits whose client has advertised topics."""
     wire = Wire(2, limits=ClientLimits(messages=1e9, bytes=1e12, frame=5_000_000))
     serve_rosapi(wire.protocol)
     for topic, kind in TYPES.items():
@@ -49,7 +53,7 @@ def wire() -> Wire:
 
 
 def plain(value: Any) -> Any:
-    """Return a message as JSON has it, bytes as base64 or as a list."""
+    """Return a message for JSON, with bytes as base64 or as a list."""
     if isinstance(value, dict):
         return {name: plain(part) for name, part in value.items()}
     if isinstance(value, list):
@@ -59,14 +63,34 @@ def plain(value: Any) -> Any:
     return value
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=3)
-@given(data=st.data())
-def test_what_fits_a_type_fits_its_shape(kind: str, data: st.DataObject) -> None:
-    message = plain(data.draw(messages(kind)))
+@settings(max_examples=200)
+@given(typed_messages())
+def test_valid_messages_of_all_types_pass_the_schema(typed: tuple[MessageType, Any]) -> None:
+    kind, message = typed
+    check_schema(kind, plain(message))
+
+
+@pytest.mark.sweep
+def test_extreme_messages_of_every_type_pass_the_schema() -> None:
+    for name in FORMS:
+        check_schema(FORMS[name], plain(extreme(FORMS[name])))
+
+
+def check_schema(kind: MessageType, message: Any) -> None:
     frame = json.dumps({"op": "publish", "topic": "/t", "id": "publish:/t:1", "msg": message})
-    assert shapes(kind).read(frame) == json.loads(frame)
-    assert shapes(kind).read(frame.encode()) == json.loads(frame)
+    assert reader_of(kind).read(frame) == json.loads(frame)
+    assert reader_of(kind).read(frame.encode()) == json.loads(frame)
+
+
+@settings(max_examples=100)
+@given(st.sampled_from(PRIMITIVES), st.sampled_from(["one", "sequence", "array", "bounded"]))
+def test_values_of_another_json_type_do_not_pass_the_schema(primitive: str, form: str) -> None:
+    kind = FORMS[f"forms/{primitive.title()}"]
+    value: Any = 1 if primitive in ("string", "bool") else True
+    message = {form: value if form == "one" else [value]}
+    frame = json.dumps({"op": "publish", "topic": "/t", "msg": message})
+    with pytest.raises(FrameError, match=r"publish: Expected"):
+        reader_of(kind).read(frame)
 
 
 @pytest.mark.parametrize(
@@ -99,22 +123,22 @@ def test_what_fits_a_type_fits_its_shape(kind: str, data: st.DataObject) -> None
     ],
     ids=lambda value: repr(value[:40]) if isinstance(value, bytes | str) else None,
 )
-def test_garbage_is_refused_before_it_is_built(garbage: str | bytes, text: str) -> None:
+def test_garbage_is_rejected_before_objects_are_built(garbage: str | bytes, text: str) -> None:
     there = wire()
-    there.raw(garbage[: LARGE_FRAME + 10])  # builds what is kept for later
-    there.heard()
+    there.raw(garbage[: LARGE_FRAME + 10])  # fills the caches
+    there.received()
     tracemalloc.start()
     there.raw(garbage)
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    (said,) = there.heard()
+    (said,) = there.received()
     assert text in said["msg"]
-    # A megabyte of a string or of digits is one object; the rest would be hundreds of thousands.
+    # A megabyte of one string or number is one object; the others would be hundreds of thousands.
     one = '"axes":["1' in str(garbage)[:60] or '"axes":"' in str(garbage)[:60]
     assert most < (2_100_000 if one else 100_000)
 
 
-def test_large_messages_of_all_kinds_arrive() -> None:
+def test_large_messages_of_all_types_arrive() -> None:
     there = wire()
     pose = {"position": {"x": 1.25, "y": 2.5, "z": 0.0}, "orientation": {"x": 0.0, "w": 1.0}}
     header = {"stamp": {"secs": 1, "nsecs": 2}, "seq": 4, "frame_id": "map"}
@@ -133,13 +157,13 @@ def test_large_messages_of_all_kinds_arrive() -> None:
         ):
             assert len(frame) > LARGE_FRAME
             there.raw(frame)
-            (heard,) = there.heard(1)
-            assert heard["topic"] == topic
-            assert set(message) <= set(heard["msg"])
-        assert there.heard() == []
+            (received,) = there.received(1)
+            assert received["topic"] == topic
+            assert set(message) <= set(received["msg"])
+        assert there.received() == []
 
 
-def test_a_large_call_may_have_names_or_not() -> None:
+def test_large_call_arguments_may_be_named_or_positional() -> None:
     there = wire()
     value = json.dumps("y" * 20_000)
     for args in ({"name": "/n", "value": value}, ["/n", value]):
@@ -148,52 +172,52 @@ def test_a_large_call_may_have_names_or_not() -> None:
         assert answer["result"] is True, answer
 
 
-def test_large_answers_of_clients_arrive_and_so_do_their_errors() -> None:
+def test_large_responses_and_errors_of_clients_arrive() -> None:
     there = wire()
     service = {"service": "/big", "type": "std_srvs/Trigger"}
     there.send({"op": "advertise_service", **service}, 1)
-    for values, good, heard in (
+    for values, good, received in (
         ({"success": True, "message": "m" * 20_000}, True, "{'success': True, 'message': 'mmm"),
         ("e" * 20_000, False, "Service /big failed: eee"),
     ):
         there.send({"op": "call_service", "service": "/big", "id": "c"})
-        (request,) = there.heard(1)
+        (request,) = there.received(1)
         response = {"op": "service_response", "service": "/big", "id": request["id"]}
         there.send({**response, "values": values, "result": good}, 1)
-        (answer,) = there.heard()
+        (answer,) = there.received()
         assert answer["result"] is good
-        assert str(answer["values"]).startswith(heard)
+        assert str(answer["values"]).startswith(received)
 
 
-def test_a_frame_cannot_be_judged_by_one_topic_and_read_by_another() -> None:
+def test_duplicate_topic_field_is_rejected() -> None:
     there = wire()
     twice = '{"op":"publish","topic":"/text","msg":{"data":"%s"},"topic":"/joy"}'
     there.raw(twice % ("x" * LARGE_FRAME))
-    assert there.heard() == [error("publish: duplicate field topic")]
+    assert there.received() == [error("publish: duplicate field topic")]
 
 
-def test_a_fragment_may_be_large_and_what_it_joins_to_is_judged_too() -> None:
+def test_large_fragments_are_accepted_and_their_message_is_validated() -> None:
     there = wire()
     whole = json.dumps({"op": "publish", "topic": "/text", "msg": {"data": "x" * 50_000}})
     for num, data in enumerate((whole[:30_000], whole[30_000:])):
         there.send({"op": "fragment", "id": "f", "num": num, "total": 2, "data": data})
-    assert len(there.heard(1)) == 1
+    assert len(there.received(1)) == 1
     for num, data in enumerate(("[" * 20_000, "[" * 20_000)):
         there.send({"op": "fragment", "id": "g", "num": num, "total": 2, "data": data})
-    (said,) = there.heard()
+    (said,) = there.received()
     assert "must have in its first or last 1024" in said["msg"]
 
 
-def test_a_frame_holds_at_most_sixteen_operations() -> None:
+def test_frames_may_contain_at_most_sixteen_operations() -> None:
     there = Wire(limits=ClientLimits.unhurried())
     there.raw('{"op":"status"}' * 16)
-    assert there.heard() == []
+    assert there.received() == []
     there.raw('{"op":"status"}' * 17)
-    assert there.heard() == [error("a frame may contain at most 16 operations")]
+    assert there.received() == [error("a frame may contain at most 16 operations")]
 
 
-def test_half_a_character_and_a_second_operation_are_refused_in_a_large_frame_too() -> None:
-    reader = shapes("std_msgs/String")
+def test_unpaired_surrogates_and_trailing_operations_in_large_frames_are_rejected() -> None:
+    reader = reader_of(FORMS["std_msgs/String"])
     fill = "x" * LARGE_FRAME
     frame = '{"op":"publish","topic":"/t","msg":{"data":"' + fill
     assert reader.read(frame + '"}}')["msg"] == {"data": fill}
@@ -202,15 +226,15 @@ def test_half_a_character_and_a_second_operation_are_refused_in_a_large_frame_to
             reader.read(frame + end)
 
 
-def test_a_message_that_leaves_out_more_than_it_says_is_refused() -> None:
+def test_messages_with_too_many_omitted_fields_are_rejected() -> None:
     there = wire()
     path = {"op": "publish", "topic": "/path"}
     there.send({**path, "msg": {"poses": [{}] * 400}})
-    assert there.heard() == []
+    assert there.received() == []
     there.send({**path, "msg": {"poses": [{"pose": {"position": {"x": 1.0}}}] * 3000}})
-    assert there.heard() == []
+    assert there.received() == []
     all_poses: list[list[Any]] = [[{}] * 300_000, [{"pose": {}}] * 80_000, [{}] * 5000]
     for poses in all_poses:
         there.send({**path, "msg": {"poses": poses}})
-        (said,) = there.heard()
+        (said,) = there.received()
         assert "too many omitted fields" in said["msg"]

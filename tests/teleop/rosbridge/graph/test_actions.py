@@ -1,4 +1,4 @@
-"""Actions of ROS 2: between clients, and of the host."""
+"""ROS 2 actions of clients and of the host."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ def wire() -> Wire:
     return wire
 
 
-def test_a_goal_reaches_its_provider_and_what_becomes_of_it_its_caller(wire: Wire) -> None:
+def test_goal_is_forwarded_and_feedback_and_result_return(wire: Wire) -> None:
     wire.send(goal(args={}, feedback=True), ASKER)
-    assert wire.heard(PROVIDER) == [
+    assert wire.received(PROVIDER) == [
         {
             "op": "send_action_goal",
             "id": "action_goal:/fib:1",
@@ -65,14 +65,14 @@ def test_a_goal_reaches_its_provider_and_what_becomes_of_it_its_caller(wire: Wir
         said("action_result", values={"sequence": [0, 1, 1]}, status=4, result=True), PROVIDER
     )
     told = {"op": "action_feedback", "action": NAME, "id": "g", "values": {"sequence": [0, 1]}}
-    assert wire.heard(ASKER) == [told, result({"sequence": [0, 1, 1]}, 4, True)]
-    assert wire.heard(PROVIDER) == wire.heard(OTHER) == []
+    assert wire.received(ASKER) == [told, result({"sequence": [0, 1, 1]}, 4, True)]
+    assert wire.received(PROVIDER) == wire.received(OTHER) == []
 
 
-def test_feedback_is_for_who_asked_for_it(wire: Wire) -> None:
+def test_feedback_is_sent_only_on_request(wire: Wire) -> None:
     wire.send(goal(), ASKER)
     wire.send(said("action_feedback", values={"sequence": [0]}), PROVIDER)
-    assert wire.heard(ASKER) == []
+    assert wire.received(ASKER) == []
 
 
 @pytest.mark.parametrize(
@@ -87,32 +87,32 @@ def test_feedback_is_for_who_asked_for_it(wire: Wire) -> None:
         ({"values": "no way", "status": 6, "result": False}, result("no way", 6, False)),
     ],
 )
-def test_a_goal_ends_in_the_ways_in_which_clients_say_so(
+def test_goals_end_with_the_status_of_the_provider(
     wire: Wire, more: Message, expected: Message
 ) -> None:
     wire.send(goal(), ASKER)
-    assert wire.heard(PROVIDER)
+    assert wire.received(PROVIDER)
     assert wire.ask(said("action_result", **more), PROVIDER) == []
-    assert wire.heard(ASKER) == [expected]
+    assert wire.received(ASKER) == [expected]
 
 
-def test_a_cancelled_goal_has_a_good_result_of_status_5(wire: Wire) -> None:
+def test_cancelled_goal_has_a_result_with_status_5(wire: Wire) -> None:
     wire.send(goal(), ASKER)
-    wire.heard(PROVIDER)
+    wire.received(PROVIDER)
     wire.send({"op": "cancel_action_goal", "action": NAME, "id": "g"}, ASKER)
     wire.send({"op": "cancel_action_goal", "action": NAME, "id": "g"}, ASKER)
     wire.send({"op": "cancel_action_goal", "action": NAME, "id": "nope"}, ASKER)
-    assert wire.heard(PROVIDER) == [said("cancel_action_goal")]
+    assert wire.received(PROVIDER) == [said("cancel_action_goal")]
     wire.send(said("action_result", values={}, status=5, result=True), PROVIDER)
-    assert wire.heard(ASKER) == [result({"sequence": []}, 5, True)]
+    assert wire.received(ASKER) == [result({"sequence": []}, 5, True)]
 
 
-def test_only_who_sent_a_goal_can_cancel_it_and_only_its_provider_end_it(wire: Wire) -> None:
+def test_only_the_sender_can_cancel_and_only_the_provider_can_end_a_goal(wire: Wire) -> None:
     wire.send(goal(), ASKER)
-    wire.heard(PROVIDER)
+    wire.received(PROVIDER)
     wire.send({"op": "cancel_action_goal", "action": NAME, "id": "g"}, OTHER)
     wire.send(said("action_result", values={}, result=True), OTHER)
-    assert wire.heard(PROVIDER) == wire.heard(ASKER) == []
+    assert wire.received(PROVIDER) == wire.received(ASKER) == []
 
 
 @pytest.mark.parametrize(
@@ -124,69 +124,67 @@ def test_only_who_sent_a_goal_can_cancel_it_and_only_its_provider_end_it(wire: W
         ({"args": [1]}, "requires a"),
     ],
 )
-def test_a_goal_that_cannot_be_pursued_is_answered_at_once(
-    wire: Wire, more: Message, text: str
-) -> None:
-    (heard,) = wire.ask(goal(**more), ASKER)
-    assert (heard["op"], heard["status"], heard["result"]) == ("action_result", 0, False)
-    assert text in heard["values"]
-    assert wire.heard(PROVIDER) == []
+def test_rejected_goal_receives_a_result_at_once(wire: Wire, more: Message, text: str) -> None:
+    (received,) = wire.ask(goal(**more), ASKER)
+    assert (received["op"], received["status"], received["result"]) == ("action_result", 0, False)
+    assert text in received["values"]
+    assert wire.received(PROVIDER) == []
 
 
-def test_values_of_another_type_end_the_goal_and_are_the_providers_error(wire: Wire) -> None:
+def test_invalid_result_aborts_the_goal_and_is_reported_to_the_provider(wire: Wire) -> None:
     wire.send(goal(feedback=True), ASKER)
-    wire.heard(PROVIDER)
+    wire.received(PROVIDER)
     assert wire.ask(said("action_feedback", values={"x": 1}), PROVIDER)[0]["level"] == "error"
-    assert wire.heard(ASKER) == []
+    assert wire.received(ASKER) == []
     assert wire.ask(said("action_result", values={"x": 1}), PROVIDER)[0]["level"] == "error"
-    (heard,) = wire.heard(ASKER)
-    assert (heard["status"], heard["result"]) == (6, False)
+    (received,) = wire.received(ASKER)
+    assert (received["status"], received["result"]) == (6, False)
 
 
-def test_a_provider_that_leaves_ends_its_goals(wire: Wire) -> None:
+def test_goals_abort_when_the_provider_disconnects(wire: Wire) -> None:
     wire.send(goal(), ASKER)
     wire.protocol.disconnect(wire.clients[PROVIDER], wire.now)
-    assert wire.heard(ASKER) == [result("Action /fib: its provider has left", 6, False)]
+    assert wire.received(ASKER) == [result("Action /fib: its provider has left", 6, False)]
     assert wire.protocol.actions.all == []
 
 
-def test_a_caller_that_leaves_has_its_goals_cancelled(wire: Wire) -> None:
+def test_goals_are_cancelled_when_the_sender_disconnects(wire: Wire) -> None:
     wire.send(goal(), ASKER)
-    wire.heard(PROVIDER)
+    wire.received(PROVIDER)
     wire.protocol.disconnect(wire.clients[ASKER], wire.now)
-    assert wire.heard(PROVIDER) == [said("cancel_action_goal")]
+    assert wire.received(PROVIDER) == [said("cancel_action_goal")]
     assert wire.ask(said("action_result", values={}, status=5), PROVIDER) == []
 
 
-def test_an_action_has_one_provider(wire: Wire) -> None:
-    heard = wire.ask(provide(), OTHER)
-    assert heard == [error("advertise_action: action /fib is provided by another client")]
+def test_actions_have_one_provider(wire: Wire) -> None:
+    received = wire.ask(provide(), OTHER)
+    assert received == [error("advertise_action: action /fib is provided by another client")]
     wire.send({"op": "unadvertise_action", "action": NAME}, OTHER)
     wire.send({"op": "unadvertise_action", "action": NAME}, PROVIDER)
     assert wire.ask(provide(), OTHER) == []
 
 
-def test_actions_and_goals_are_counted() -> None:
+def test_actions_and_goals_are_limited() -> None:
     wire = Wire(clients=2, limits=ClientLimits(services=1, calls=1))
     wire.send(provide(), PROVIDER)
     (status,) = wire.ask(provide(action="/more"), PROVIDER)
     assert "at most 1 actions" in status["msg"]
     wire.send(goal(), ASKER)
-    (heard,) = wire.ask(goal(), ASKER)
-    assert heard["values"] == "goal g is active already"
-    (heard,) = wire.ask(goal(id="h"), ASKER)
-    assert heard["values"] == "at most 1 goals may be active"
+    (received,) = wire.ask(goal(), ASKER)
+    assert received["values"] == "goal g is active already"
+    (received,) = wire.ask(goal(id="h"), ASKER)
+    assert received["values"] == "at most 1 goals may be active"
 
 
-# Of the host
+# Actions of the host
 
 
-def test_the_host_pursues_goals_too() -> None:
+def test_host_executes_goals() -> None:
     wire = Wire()
     goals: list[Goal] = []
     wire.protocol.actions.serve(NAME, KIND, goals.append)
-    heard = wire.ask(provide())
-    assert heard == [error("advertise_action: action /fib is provided by the server only")]
+    received = wire.ask(provide())
+    assert received == [error("advertise_action: action /fib is provided by the server only")]
     wire.send(goal(feedback=True))
     assert goals[0].request == {"order": 5}
     goals[0].feedback({"sequence": [0]})
@@ -195,10 +193,10 @@ def test_the_host_pursues_goals_too() -> None:
     goals[0].canceled()
     goals[0].succeed({"sequence": [1]})
     assert not goals[0].active
-    assert [heard["op"] for heard in wire.heard()] == ["action_feedback", "action_result"]
+    assert [received["op"] for received in wire.received()] == ["action_feedback", "action_result"]
 
 
-def test_the_host_may_refuse_or_fall(caplog: pytest.LogCaptureFixture) -> None:
+def test_host_may_reject_a_goal_or_fail(caplog: pytest.LogCaptureFixture) -> None:
     wire = Wire()
 
     def refuse(goal: Goal) -> None:
@@ -208,7 +206,7 @@ def test_the_host_may_refuse_or_fall(caplog: pytest.LogCaptureFixture) -> None:
 
     wire.protocol.actions.serve(NAME, KIND, refuse)
     assert wire.ask(goal()) == [result("not five", 0, False)]
-    heard = wire.ask(goal(args={}))
-    assert heard[0] == result("Action /fib failed: internal error", 0, False)
+    received = wire.ask(goal(args={}))
+    assert received[0] == result("Action /fib failed: internal error", 0, False)
     assert "KeyError" in caplog.text
     assert wire.ask(goal()) == [result("not five", 0, False)]

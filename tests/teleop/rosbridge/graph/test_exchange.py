@@ -1,6 +1,7 @@
-"""Several clients that provide services and actions to each other, leave, come back and talk nonsense.
+"""State machine of clients that provide services and actions to each other and disconnect.
 
-However they behave, every call and every goal of a client that stays gets one answer, and only it.
+Each request receives at most one response, responses reach only their callers, and no state remains
+when all have left.
 """
 
 from __future__ import annotations
@@ -27,27 +28,27 @@ class Exchange(RuleBasedStateMachine):
         super().__init__()
         self.wire = Wire(clients=CLIENTS, limits=ClientLimits.unhurried())
         self.asked: list[dict[int, str]] = [{} for _ in range(CLIENTS)]
-        """Of each client, what it waits for, by id."""
+        """Pending requests of each client, by id."""
         self.received: list[list[Any]] = [[] for _ in range(CLIENTS)]
-        """Of each client, requests that it has not answered."""
+        """Requests that each client has received and not answered."""
         self.providers: dict[str, list[int]] = {name: [] for name in NAMES}
         self.action: int | None = None
         self.number = 0
 
     def look(self) -> None:
-        """Take in what everybody heard, and check that it was for them."""
+        """Receive the frames of all clients, and check that they were for them."""
         for client in range(CLIENTS):
-            for heard in self.wire.heard(client):
-                assert "forged" not in str(heard.get("values"))
-                match heard["op"]:
+            for received in self.wire.received(client):
+                assert "forged" not in str(received.get("values"))
+                match received["op"]:
                     case "call_service" | "send_action_goal":
-                        self.received[client].append(heard)
+                        self.received[client].append(received)
                     case "service_response" | "action_result":
-                        assert heard["id"] in self.asked[client], heard
-                        wanted = self.asked[client].pop(heard["id"])
-                        assert heard["op"] == wanted
+                        assert received["id"] in self.asked[client], received
+                        wanted = self.asked[client].pop(received["id"])
+                        assert received["op"] == wanted
                     case "action_feedback":
-                        assert heard["id"] in self.asked[client]
+                        assert received["id"] in self.asked[client]
                     case "cancel_action_goal":
                         assert self.action == client
                     case other:
@@ -140,18 +141,18 @@ class Exchange(RuleBasedStateMachine):
             self.action = None
 
     @invariant()
-    def everybody_hears_what_is_for_it(self) -> None:
+    def every_client_receives_only_its_own(self) -> None:
         self.look()
 
     @invariant()
-    def services_and_actions_are_those_somebody_provides(self) -> None:
+    def services_and_actions_are_those_provided(self) -> None:
         there = {service.name: service.provider for service in self.wire.protocol.services.all}
         wanted = {name: self.wire.clients[p[-1]] for name, p in self.providers.items() if p}
         assert there == wanted
         assert len(self.wire.protocol.actions.all) == (self.action is not None)
 
     def teardown(self) -> None:
-        """Let all providers leave: then no pending request any more, and nothing is left behind."""
+        """Disconnect all providers: then no request is pending and no state remains."""
         for client in range(CLIENTS):
             for name in NAMES:
                 self.withdraw(client, name)

@@ -19,7 +19,7 @@ def refusal(kind: str, partial: object) -> str:
     return str(caught.value)
 
 
-def test_fields_left_out_get_typed_defaults() -> None:
+def test_omitted_fields_have_typed_defaults() -> None:
     odometry = complete(REGISTRY, "nav_msgs/Odometry", {"child_frame_id": "base_link"})
     assert odometry["child_frame_id"] == "base_link"
     assert odometry["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
@@ -27,7 +27,7 @@ def test_fields_left_out_get_typed_defaults() -> None:
     assert odometry["pose"]["pose"]["orientation"]["w"] == 1.0
 
 
-def test_an_integer_may_stand_for_a_float() -> None:
+def test_integers_are_accepted_as_floats() -> None:
     value = complete(REGISTRY, "std_msgs/Float64", {"data": 1})["data"]
     assert (value, type(value)) == (1.0, float)
 
@@ -74,7 +74,7 @@ def test_an_integer_may_stand_for_a_float() -> None:
         ),
     ],
 )
-def test_what_does_not_fit_is_refused_in_rosbridges_words(
+def test_misfits_are_rejected_with_the_texts_of_rosbridge(
     kind: str, partial: object, text: str
 ) -> None:
     assert refusal(kind, partial) == text
@@ -112,22 +112,22 @@ def test_what_does_not_fit_is_refused_in_rosbridges_words(
         ("UInt8MultiArray", None),
     ],
 )
-def test_values_of_another_kind_or_out_of_range_are_refused(kind: str, data: object) -> None:
+def test_values_of_wrong_type_or_out_of_range_are_rejected(kind: str, data: object) -> None:
     assert "data" in refusal(f"std_msgs/{kind}", {"data": data})
 
 
-def test_a_huge_double_is_legal() -> None:
+def test_largest_double_is_accepted() -> None:
     assert complete(REGISTRY, "std_msgs/Float64", {"data": 1e308})["data"] == 1e308
 
 
 @pytest.mark.parametrize("data", [b"\x00\xff", "AP8=", [0, 255], bytearray(b"\x00\xff")])
-def test_bytes_may_come_as_base64_or_as_a_list(data: object) -> None:
+def test_bytes_may_be_base64_or_a_list(data: object) -> None:
     image = complete(REGISTRY, "sensor_msgs/CompressedImage", {**BLOB, "data": data})
     assert image["data"] == b"\x00\xff"
 
 
 @pytest.mark.parametrize("size", [0, 35, 37])
-def test_a_fixed_array_has_its_size(size: int) -> None:
+def test_fixed_arrays_must_have_their_size(size: int) -> None:
     text = refusal("geometry_msgs/PoseWithCovariance", {"covariance": [0.0] * size})
     assert "36 elements" in text
 
@@ -141,41 +141,41 @@ def test_a_fixed_array_has_its_size(size: int) -> None:
         "now",
     ],
 )
-def test_a_stamp_may_be_spelled_as_in_either_ros_or_be_now(stamp: object) -> None:
+def test_stamps_may_have_either_spelling_or_be_now(stamp: object) -> None:
     header = complete(REGISTRY, "std_msgs/Header", {"stamp": stamp}, now=5 * SECOND + 7)
     assert header["stamp"] == {"sec": 5, "nanosec": 7}
 
 
-def test_a_header_without_a_stamp_is_stamped_now_and_a_header_left_out_is_not() -> None:
+def test_header_without_stamp_is_stamped_now_and_omitted_header_is_not() -> None:
     given = complete(REGISTRY, "sensor_msgs/Joy", {"header": {}}, now=SECOND)
     absent = complete(REGISTRY, "sensor_msgs/Joy", {}, now=SECOND)
     assert given["header"]["stamp"] == {"sec": 1, "nanosec": 0}
     assert absent["header"]["stamp"] == {"sec": 0, "nanosec": 0}
 
 
-def test_a_stamp_of_zero_stays_zero() -> None:
+def test_zero_stamps_stay_zero() -> None:
     stamp = {"secs": 0, "nsecs": 0}
     header = complete(REGISTRY, "std_msgs/Header", {"stamp": stamp}, now=SECOND)
     assert header["stamp"] == {"sec": 0, "nanosec": 0}
 
 
-def test_the_sequence_number_of_ros_1_is_ignored() -> None:
+def test_ros_1_sequence_number_is_ignored() -> None:
     header = complete(REGISTRY, "std_msgs/Header", {"seq": 7, "frame_id": "map"})
     assert header == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
 
 
-def test_now_needs_a_clock() -> None:
+def test_stamp_now_requires_a_time() -> None:
     assert "now" in refusal("std_msgs/Header", {"stamp": "now"})
 
 
-def test_numpy_arrays_pass_if_their_values_fit() -> None:
+def test_numpy_arrays_are_accepted_if_their_values_fit() -> None:
     joy = complete(REGISTRY, "sensor_msgs/Joy", {"axes": np.array([0.5]), "buttons": np.array([1])})
     assert joy["axes"].dtype == np.float32
     assert joy["buttons"].dtype == np.int32
     assert "buttons" in refusal("sensor_msgs/Joy", {"buttons": np.array([2**40])})
 
 
-def test_bytes_are_told_from_text() -> None:
+def test_bytes_are_distinguished_from_text() -> None:
     text = base64.b64encode(b"abc").decode()
     assert "string" in refusal("std_msgs/String", {"data": b"abc"})
     assert complete(REGISTRY, "std_msgs/String", {"data": text})["data"] == text

@@ -13,30 +13,30 @@ from tests.teleop.rosbridge.support import REGISTRY
 @pytest.mark.parametrize(
     "name", ["sensor_msgs/Joy", "sensor_msgs/msg/Joy", "sensor_msgs/joy", "SENSOR_MSGS/MSG/JOY"]
 )
-def test_a_type_has_one_canonical_name_however_it_is_written(name: str) -> None:
+def test_spellings_of_a_type_have_one_canonical_name(name: str) -> None:
     assert REGISTRY.resolve(name) == "sensor_msgs/msg/Joy"
     assert name in REGISTRY
 
 
 @pytest.mark.parametrize("name", ["std_srvs/Trigger", "std_srvs/srv/Trigger", "std_srvs/trigger"])
-def test_a_service_type_has_one_canonical_name_however_it_is_written(name: str) -> None:
+def test_spellings_of_a_service_type_have_one_canonical_name(name: str) -> None:
     assert REGISTRY.resolve_service(name) == "std_srvs/srv/Trigger"
 
 
-def test_a_type_that_is_not_there_is_answered_with_those_written_alike() -> None:
+def test_unknown_types_are_answered_with_similar_names() -> None:
     with pytest.raises(TypeNameError, match="did you mean sensor_msgs/PointCloud2"):
         REGISTRY.resolve("sensor_msgs/PointClud2")
 
 
 @pytest.mark.parametrize("name", ["", "Joy", "/", "a" * 1_000_000, "sensor_msgs/", "é/ü"])
-def test_what_is_no_name_is_refused_in_one_short_line(name: str) -> None:
+def test_invalid_type_names_are_rejected_in_one_line(name: str) -> None:
     with pytest.raises(TypeNameError) as caught:
         REGISTRY.resolve(name)
     assert len(str(caught.value)) < 200
     assert name not in REGISTRY or name == ""
 
 
-def test_our_own_types_are_read_from_their_folder() -> None:
+def test_farsteer_types_are_read_from_their_folder() -> None:
     ours = [name for name in REGISTRY if name.startswith("farsteer_msgs/")]
     assert sorted(map(short_name, ours)) == [
         "farsteer_msgs/BumperState",
@@ -52,17 +52,17 @@ def test_our_own_types_are_read_from_their_folder() -> None:
     assert [field.name for field in step.response.fields] == ["success", "message", "stamp"]
 
 
-def test_an_empty_message_has_no_field() -> None:
+def test_empty_messages_have_no_field() -> None:
     assert REGISTRY["std_msgs/Empty"].fields == ()
     assert REGISTRY.service("std_srvs/Empty").request.fields == ()
 
 
-def test_a_folder_without_definitions_is_refused(tmp_path: Path) -> None:
+def test_folders_without_definitions_are_rejected(tmp_path: Path) -> None:
     with pytest.raises(TypeNameError, match=r"no .msg, .srv or .action files"):
         TypeRegistry([tmp_path])
 
 
-def test_users_add_packages_of_messages_services_and_actions(tmp_path: Path) -> None:
+def test_packages_of_messages_services_and_actions_can_be_added(tmp_path: Path) -> None:
     for package, part, name, text in (
         ("lamp_msgs", "msg", "Lamp.msg", "bool on\nother_msgs/Color color  # of another package\n"),
         ("lamp_msgs", "srv", "Switch.srv", "bool on\r\n---\r\nbool done\r\n"),
@@ -88,33 +88,33 @@ def test_users_add_packages_of_messages_services_and_actions(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("text", ["float32 goal\n---\nbool x", "---\n---\n---\n", ""])
-def test_an_action_needs_two_lines_between_its_parts(text: str) -> None:
+def test_action_definitions_have_three_parts(text: str) -> None:
     with pytest.raises(TypeNameError, match="an action's definition must contain 2 lines '---'"):
         TypeRegistry().add_action("odd_msgs/Odd", text)
 
 
-def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_missing_folders_are_rejected(tmp_path: Path) -> None:
     with pytest.raises(TypeNameError, match="is not a folder"):
         TypeRegistry([tmp_path / "nope"])
 
 
-def test_an_action_that_is_not_there_is_answered_with_those_written_alike() -> None:
+def test_unknown_actions_are_answered_with_similar_names() -> None:
     with pytest.raises(TypeNameError, match=r"did you mean .*example_interfaces/Fibonacci"):
         REGISTRY.resolve_action("example_interface/Fibonaci")
 
 
-def test_a_field_of_an_unknown_type_is_refused_when_the_folder_is_loaded(tmp_path: Path) -> None:
+def test_fields_of_unknown_types_are_rejected_on_loading(tmp_path: Path) -> None:
     (tmp_path / "Odd.msg").write_text("nowhere_msgs/Nothing thing\n")
     with pytest.raises(TypeNameError, match=r"field thing .* unknown type nowhere_msgs/Nothing"):
         TypeRegistry([tmp_path])
 
 
 @pytest.mark.parametrize("text", ["float64", "[] x", "uint8 = 3", "---"])
-def test_a_definition_that_cannot_be_read_is_refused(text: str) -> None:
+def test_invalid_definitions_are_rejected(text: str) -> None:
     with pytest.raises(TypeNameError):
         TypeRegistry().add("odd_msgs/Odd", text)
 
 
-def test_a_service_needs_the_line_between_request_and_response() -> None:
+def test_service_definitions_have_two_parts() -> None:
     with pytest.raises(TypeNameError, match="---"):
         TypeRegistry().add_service("odd_msgs/Odd", "bool a\nbool b")

@@ -1,6 +1,6 @@
-"""Clients that provide services and actions to each other, leave, and come late, against a model.
+"""State machine of clients that provide services and actions and disconnect, against a model.
 
-The machine of topics is in ``test_bad_input.py``.
+Every request receives exactly one response, at once, from its provider or by its timeout.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tests.teleop.rosbridge.support import SECOND, Wire
 
 CLIENTS = 3
 TIMEOUT = 5 * SECOND
-"""For a call whose caller does not say."""
+"""Default timeout of a call."""
 
 clients = st.integers(0, CLIENTS - 1)
 identities = st.integers(0, 10**6)
@@ -26,7 +26,7 @@ identities = st.integers(0, 10**6)
 
 @dataclass
 class Asked:
-    """A call or a goal that has not been answered."""
+    """A pending call or goal."""
 
     caller: int
     identity: int
@@ -36,15 +36,15 @@ class Asked:
 
 @dataclass
 class Side:
-    """What the model knows of the service, or of the action."""
+    """State of the service or of the action in the model."""
 
     providers: list[int] = field(default_factory=list)
-    """Of several the last answers; an action has one at most."""
+    """The last of several providers is called; an action has at most one."""
 
     asked: dict[int, dict[str, Asked]] = field(
         default_factory=lambda: {i: {} for i in range(CLIENTS)}
     )
-    """By provider and by the id that it was given."""
+    """Pending requests by provider and id."""
 
     def of(self, caller: int) -> list[tuple[int, str]]:
         return [
@@ -55,8 +55,8 @@ class Side:
         ]
 
 
-class Household(RuleBasedStateMachine):
-    """Whoever asks is answered once; who has left is waited for by nobody, and answers nobody."""
+class ClientExchange(RuleBasedStateMachine):
+    """Each request is answered once; disconnected clients neither respond nor are waited for."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -64,25 +64,25 @@ class Household(RuleBasedStateMachine):
         self.services, self.actions = Side(), Side()
         self.numbers = itertools.count()
 
-    def heard(self) -> list[list[Any]]:
-        return [self.wire.heard(client) for client in range(CLIENTS)]
+    def received(self) -> list[list[Any]]:
+        return [self.wire.received(client) for client in range(CLIENTS)]
 
     def answered(
         self, answers: list[tuple[Asked, object, bool]], cancelled: Counter[int] | None = None
     ) -> None:
-        """Hold what everybody hears against answers: whose, their values, and their result.
+        """Compare the received responses with the expected ones: caller, values, result.
 
-        ``cancelled`` counts the goals, by provider, that are to be ended.
+        ``cancelled`` counts the expected cancellations by provider.
         """
         expected: list[list[tuple[int, str, bool]]] = [[] for _ in range(CLIENTS)]
         for asked, values, good in answers:
             expected[asked.caller].append((asked.identity, str(values), good))
-        for client, heard in enumerate(self.heard()):
-            cancels = [each for each in heard if each["op"] == "cancel_action_goal"]
+        for client, received in enumerate(self.received()):
+            cancels = [each for each in received if each["op"] == "cancel_action_goal"]
             assert len(cancels) == (cancelled or Counter())[client]
             got = [
                 (each["id"], str(each["values"]), each["result"])
-                for each in heard
+                for each in received
                 if each not in cancels
             ]
             assert sorted(got) == sorted(expected[client])
@@ -110,10 +110,10 @@ class Household(RuleBasedStateMachine):
             self.answered([(asked, "Service /s does not exist", False)])
             return
         provider = self.services.providers[-1]
-        heard = self.heard()
-        (request,) = heard.pop(provider)
+        received = self.received()
+        (request,) = received.pop(provider)
         assert (request["op"], request["args"]) == ("call_service", {})
-        assert heard == [[]] * (CLIENTS - 1)
+        assert received == [[]] * (CLIENTS - 1)
         self.services.asked[provider][request["id"]] = asked
 
     @rule(client=clients, good=st.booleans(), which=identities)
@@ -149,9 +149,9 @@ class Household(RuleBasedStateMachine):
         self.wire.send({"op": "advertise_action", "action": "/a", "type": "actionlib/Test"}, client)
         ends: list[tuple[Asked, object, bool]] = []
         if self.actions.providers and self.actions.providers != [client]:
-            (status,) = self.wire.heard(client)
+            (status,) = self.wire.received(client)
             assert "provided by another client" in status["msg"]
-        else:  # to offer it again is to begin anew
+        else:  # advertising it again resets it
             ends = self.abandon(self.actions, client)
             self.actions.providers = [client]
         self.answered(ends)
@@ -169,29 +169,29 @@ class Household(RuleBasedStateMachine):
         if not self.actions.providers:
             self.answered([(asked, "Action /a does not exist", False)])
             return
-        heard = self.heard()
-        (request,) = heard.pop(self.actions.providers[0])
+        received = self.received()
+        (request,) = received.pop(self.actions.providers[0])
         assert (request["op"], request["args"]) == ("send_action_goal", {"goal": asked.identity})
-        assert heard == [[]] * (CLIENTS - 1)
+        assert received == [[]] * (CLIENTS - 1)
         self.actions.asked[self.actions.providers[0]][request["id"]] = asked
 
     @precondition(lambda self: any(self.actions.asked.values()))
     @rule(which=identities, by=clients)
     def cancel(self, which: int, by: int) -> None:
-        """Only who sent a goal can cancel it, and once."""
+        """Cancel a goal; only its sender can, and only once."""
         goals = [(p, key) for p, asked in self.actions.asked.items() for key in asked]
         provider, key = goals[which % len(goals)]
         asked = self.actions.asked[provider][key]
         self.wire.send({"op": "cancel_action_goal", "action": "/a", "id": asked.identity}, by)
-        heard = self.heard()
+        received = self.received()
         if by == asked.caller and not asked.cancelled:
             asked.cancelled = True
-            assert [(each["op"], each["id"]) for each in heard.pop(provider)] == [
+            assert [(each["op"], each["id"]) for each in received.pop(provider)] == [
                 ("cancel_action_goal", key)
             ]
-            assert heard == [[]] * (CLIENTS - 1)
+            assert received == [[]] * (CLIENTS - 1)
         else:
-            assert heard == [[]] * CLIENTS
+            assert received == [[]] * CLIENTS
 
     @rule(client=clients, which=identities, status=st.sampled_from([4, 5, 6]))
     def finish(self, client: int, which: int, status: int) -> None:
@@ -204,7 +204,7 @@ class Household(RuleBasedStateMachine):
         self.wire.send({"op": "action_result", **result, "result": True}, client)
         self.answered([(asked, {"result": 7}, True)])
 
-    # Time, and who comes and goes
+    # Time and disconnections
 
     @rule(seconds=st.sampled_from([1, 3, 6]))
     def wait(self, seconds: int) -> None:
@@ -222,15 +222,15 @@ class Household(RuleBasedStateMachine):
         for provider, key in self.services.of(client):
             del self.services.asked[provider][key]
         self.wire.protocol.disconnect(self.wire.clients[client], self.wire.now)
-        self.wire.heard(client)
-        # Goals of who has left are cancelled; when their providers end them, nobody hears it.
+        self.wire.received(client)
+        # Goals of disconnected clients are cancelled, and their results are dropped.
         left = [(p, self.actions.asked[p].pop(key)) for p, key in self.actions.of(client)]
         cancelled = Counter(p for p, asked in left if not asked.cancelled)
         self.answered([end for end in ends if end[0].caller != client], cancelled)
         self.wire.clients[client] = self.wire.protocol.connect(self.wire.now)
 
     def abandon(self, side: Side, provider: int) -> list[tuple[Asked, object, bool]]:
-        """Forget a provider; return what becomes of what it was asked."""
+        """Remove a provider; return the expected responses to its pending requests."""
         if provider not in side.providers:
             return []
         side.providers.remove(provider)
@@ -239,7 +239,7 @@ class Household(RuleBasedStateMachine):
         return [(each, f"{what}: its provider has left", False) for each in asked.values()]
 
     @invariant()
-    def there_are_no_ghosts(self) -> None:
+    def no_state_remains(self) -> None:
         protocol = self.wire.protocol
         there = {service.name: service.provider for service in protocol.services.all}
         expected = self.services.providers[-1:]
@@ -252,5 +252,5 @@ class Household(RuleBasedStateMachine):
         assert (protocol.timers.due is not None) == waits
 
 
-TestHousehold = Household.TestCase
-TestHousehold.settings = settings(max_examples=60, stateful_step_count=30)
+TestClientExchange = ClientExchange.TestCase
+TestClientExchange.settings = settings(max_examples=60, stateful_step_count=30)

@@ -1,6 +1,6 @@
-"""What rosbridge_suite's own websocket tests look at, on sockets.
+"""The cases of rosbridge_suite's own websocket tests, on sockets.
 
-Its files are ``rosbridge_server/test/websocket/*.test.py``; each test here names its one.
+Its files are ``rosbridge_server/test/websocket/*.test.py``; each test has the name of its file.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from teleop.rosbridge.graph.goals import Goal
 from tests.teleop.rosbridge.server.test_server import (
     CLOUD,
     client,
-    hear,
     in_a_loop,
+    receive,
     say,
     serving,
     until,
@@ -34,7 +34,7 @@ async def send(connection: Any, *operations: Any) -> None:
 
 
 @in_a_loop
-async def test_smoke_ten_messages_go_each_way() -> None:
+async def test_smoke_ten_messages_in_each_direction() -> None:
     async with serving() as server, client(server) as one, client(server) as two:
         for connection, topic in ((one, "/a"), (two, "/b")):
             await say(
@@ -45,20 +45,20 @@ async def test_smoke_ten_messages_go_each_way() -> None:
             await send(one, {"op": "publish", "topic": "/b", "msg": {"data": f"hello {i}"}})
             await send(two, {"op": "publish", "topic": "/a", "msg": {"data": f"hello {i}"}})
         for connection, topic in ((one, "/a"), (two, "/b")):
-            heard = [await hear(connection) for _ in range(10)]
-            assert heard == [
+            received = [await receive(connection) for _ in range(10)]
+            assert received == [
                 {"op": "publish", "topic": topic, "msg": {"data": f"hello {i}"}} for i in range(10)
             ]
 
 
 @in_a_loop
-async def test_call_service_is_answered_to_the_letter() -> None:
+async def test_call_service_response_matches_exactly() -> None:
     async with serving() as server, client(server) as connection:
         server.protocol.services.serve(
             "/test_service", "std_srvs/SetBool", lambda c, request, now: {"success": True}
         )
         await send(connection, {**CALL, "args": {"data": True}})
-        assert await hear(connection) == {
+        assert await receive(connection) == {
             "op": "service_response",
             "service": "/test_service",
             "values": {"success": True, "message": ""},
@@ -72,7 +72,7 @@ async def test_advertise_service_two_calls_at_once_are_answered_in_order() -> No
         await say(provider, SERVICE)
         for i, data in enumerate((True, False)):
             await send(caller, {**CALL, "args": {"data": data}, "id": i})
-        asked = [await hear(provider), await hear(provider)]
+        asked = [await receive(provider), await receive(provider)]
         assert asked == [
             {
                 "op": "call_service",
@@ -93,7 +93,7 @@ async def test_advertise_service_two_calls_at_once_are_answered_in_order() -> No
                     "result": True,
                 },
             )
-        answers = [await hear(caller), await hear(caller)]
+        answers = [await receive(caller), await receive(caller)]
         assert [(a["id"], a["values"]["message"]) for a in answers] == [
             (0, "Hello world 0"),
             (1, "Hello world 1"),
@@ -106,12 +106,12 @@ async def test_advertise_service_duplicate_another_takes_over_when_the_first_clo
         async with client(server) as first:
             await say(first, SERVICE)
             await send(caller, {**CALL, "args": {"data": True}, "id": "x"})
-            assert (await hear(first))["id"] == "service_request:/test_service:1"
-        assert (await hear(caller))["values"] == "Service /test_service: its provider has left"
+            assert (await receive(first))["id"] == "service_request:/test_service:1"
+        assert (await receive(caller))["values"] == "Service /test_service: its provider has left"
         async with client(server) as second:
             await say(second, SERVICE)
             await send(caller, {**CALL, "args": {"data": False}, "id": "y"})
-            assert await hear(second) == {
+            assert await receive(second) == {
                 "op": "call_service",
                 "id": "service_request:/test_service:1",
                 "service": "/test_service",
@@ -121,7 +121,7 @@ async def test_advertise_service_duplicate_another_takes_over_when_the_first_clo
 
 @pytest.mark.parametrize("compression", ["none", "cbor-raw"])
 @in_a_loop
-async def test_multiple_subscribers_get_the_very_same(compression: str) -> None:
+async def test_multiple_subscribers_receive_identical_messages(compression: str) -> None:
     async with serving() as server, client(server) as one, client(server) as two:
         for connection in (one, two):
             await say(connection, {"op": "subscribe", **TOPIC, "compression": compression})
@@ -138,7 +138,7 @@ async def test_multiple_subscribers_get_the_very_same(compression: str) -> None:
 
 
 @in_a_loop
-async def test_transient_local_publisher_reaches_who_comes_late() -> None:
+async def test_transient_local_publisher_reaches_late_subscribers() -> None:
     async with serving() as server, client(server) as publisher:
         qos = {"durability": "transient_local", "reliability": "reliable", "depth": 1}
         await say(publisher, {"op": "advertise", **TOPIC, "qos": qos})
@@ -146,20 +146,20 @@ async def test_transient_local_publisher_reaches_who_comes_late() -> None:
             await say(publisher, {"op": "publish", "topic": "/a_topic", "msg": {"data": data}})
         async with client(server) as late:
             await send(late, {"op": "subscribe", **TOPIC})
-            assert (await hear(late))["msg"] == {"data": "last"}
+            assert (await receive(late))["msg"] == {"data": "last"}
 
 
 @in_a_loop
-async def test_best_effort_subscriber_hears_as_well() -> None:
+async def test_best_effort_subscriber_receives_messages() -> None:
     async with serving() as server, client(server) as connection:
         qos = {"reliability": "best_effort", "history": "keep_last", "depth": 10}
         await say(connection, {"op": "subscribe", **TOPIC, "qos": qos})
         await send(connection, {"op": "publish", "topic": "/a_topic", "msg": {"data": "x"}})
-        assert (await hear(connection))["msg"] == {"data": "x"}
+        assert (await receive(connection))["msg"] == {"data": "x"}
 
 
 @in_a_loop
-async def test_send_action_goal_is_fed_back_and_ends() -> None:
+async def test_send_action_goal_has_feedback_and_result() -> None:
     def count(goal: Goal) -> None:
         sequence = [0, 1]
         for i in range(1, goal.request["order"]):
@@ -181,10 +181,12 @@ async def test_send_action_goal_is_fed_back_and_ends() -> None:
                 "feedback": True,
             },
         )
-        heard = [await hear(connection) for _ in range(5)]
+        received = [await receive(connection) for _ in range(5)]
         expected = [0, 1, 1, 2, 3, 5]
-        assert [h["values"]["sequence"] for h in heard[:4]] == [expected[: i + 3] for i in range(4)]
-        assert heard[-1] == {
+        assert [h["values"]["sequence"] for h in received[:4]] == [
+            expected[: i + 3] for i in range(4)
+        ]
+        assert received[-1] == {
             "op": "action_result",
             "action": "/test_fibonacci_action",
             "values": {"sequence": expected},
@@ -194,7 +196,7 @@ async def test_send_action_goal_is_fed_back_and_ends() -> None:
 
 
 @in_a_loop
-async def test_event_loop_starvation_a_second_client_connects_and_hears_the_heartbeat() -> None:
+async def test_event_loop_starvation_second_client_receives_the_heartbeat() -> None:
     topics = [f"/load_{i}" for i in range(20)]
     async with serving() as server, client(server) as first:
         server.protocol.topics.advertise("/heartbeat", "std_msgs/Int32")
@@ -220,7 +222,7 @@ async def test_event_loop_starvation_a_second_client_connects_and_hears_the_hear
             for beat in range(20):
                 server.protocol.topics.publish("/heartbeat", {"data": beat}, server.now)
                 await asyncio.sleep(0.01)
-            assert [(await hear(second))["msg"]["data"] for _ in range(20)] == list(range(20))
+            assert [(await receive(second))["msg"]["data"] for _ in range(20)] == list(range(20))
         for task in work:
             task.cancel()
         await asyncio.gather(*work, return_exceptions=True)
@@ -242,17 +244,17 @@ async def test_rapid_disconnect_smoke_leaves_nothing_behind() -> None:
 
 
 @in_a_loop
-async def test_startup_race_operations_in_one_breath_with_the_handshake_are_heard() -> None:
+async def test_startup_race_operations_right_after_the_handshake_are_processed() -> None:
     async with serving() as server:
 
         async def one(i: int) -> Any:
             async with client(server) as connection:
                 await send(connection, {"op": "subscribe", **TOPIC, "topic": f"/t{i}"})
                 await send(connection, {"op": "publish", "topic": f"/t{i}", "msg": {"data": "x"}})
-                return (await hear(connection))["topic"]
+                return (await receive(connection))["topic"]
 
-        heard = await asyncio.gather(*map(one, range(20)))
-        assert heard == [f"/t{i}" for i in range(20)]
+        received = await asyncio.gather(*map(one, range(20)))
+        assert received == [f"/t{i}" for i in range(20)]
 
 
 @pytest.mark.parametrize(
@@ -271,7 +273,7 @@ async def test_startup_race_operations_in_one_breath_with_the_handshake_are_hear
     ],
 )
 @in_a_loop
-async def test_cbor_arrays_are_to_the_byte_as_clients_read_them(
+async def test_cbor_arrays_match_client_readers_exactly(
     kind: str, values: list[float], encoded: str
 ) -> None:
     async with serving() as server, client(server) as connection:

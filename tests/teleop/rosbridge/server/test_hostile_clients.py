@@ -1,4 +1,4 @@
-"""What rosbridge_suite was measured to do badly, and clients that mean harm: the others never notice."""
+"""Hostile clients, and inputs that rosbridge_suite handles badly: other clients are not affected."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ TEXT = "std_msgs/String"
 CALL = '{"op":"call_service","service":"/rosapi/get_time","id":"c"}'
 
 
-def heard(*frames: str | bytes, **options: Any) -> list[Any]:
-    """Return what a client hears that subscribes to a topic of each type and sends frames."""
+def received(*frames: str | bytes, **options: Any) -> list[Any]:
+    """Return what a client receives that subscribes to a topic of each type and sends frames."""
     wire = Wire(**options)
     serve_rosapi(wire.protocol)
     for topic, kind in (("/t", TEXT), ("/f", "std_msgs/Float64"), ("/u", "std_msgs/UInt8")):
@@ -45,17 +45,17 @@ def heard(*frames: str | bytes, **options: Any) -> list[Any]:
     blob = {"op": "subscribe", "topic": "/b", "type": "sensor_msgs/CompressedImage"}
     wire.send(blob)
     wire.send({"op": "subscribe", "topic": "/h", "type": "geometry_msgs/PointStamped"})
-    assert wire.heard() == []
+    assert wire.received() == []
     for frame in frames:
         wire.raw(frame)
-    return wire.heard()
+    return wire.received()
 
 
 def published(topic: str, msg: object) -> str:
     return json.dumps({"op": "publish", "topic": topic, "msg": msg}, ensure_ascii=False)
 
 
-# The rows of the measurement of rosbridge_suite, which answered nothing to most of them.
+# Inputs measured with rosbridge_suite, which did not answer most of them.
 
 
 @pytest.mark.parametrize(
@@ -83,10 +83,8 @@ def published(topic: str, msg: object) -> str:
         (published("/b", {"data": "no base64!"}), "field data"),
     ],
 )
-def test_what_rosbridge_passes_over_in_silence_or_lets_through_is_answered(
-    frame: str, answer: str
-) -> None:
-    (status,) = heard(frame)
+def test_errors_that_rosbridge_ignores_are_answered(frame: str, answer: str) -> None:
+    (status,) = received(frame)
     assert (status["op"], status["level"]) == ("status", "error")
     assert answer in status["msg"]
 
@@ -99,23 +97,23 @@ def test_what_rosbridge_passes_over_in_silence_or_lets_through_is_answered(
         ({"service": "/rosapi/get_param", "args": {"name": 1}}, "requires a string"),
     ],
 )
-def test_a_call_that_cannot_be_done_is_answered_without_a_path_of_the_server(
-    call: dict[str, Any], why: str
-) -> None:
-    (answer,) = heard(json.dumps({"op": "call_service", "id": 7, **call}))
+def test_failed_calls_reveal_no_server_path(call: dict[str, Any], why: str) -> None:
+    (answer,) = received(json.dumps({"op": "call_service", "id": 7, **call}))
     assert (answer["op"], answer["result"], answer["id"]) == ("service_response", False, 7)
     assert why in answer["values"]
     assert ".py" not in answer["values"]
 
 
-def test_ending_what_never_was_is_no_error_as_in_rosbridge() -> None:
-    assert heard(*(f'{{"op":"{op}","topic":"/x"}}' for op in ("unsubscribe", "unadvertise"))) == []
+def test_ending_unknown_registrations_is_not_an_error() -> None:
+    assert (
+        received(*(f'{{"op":"{op}","topic":"/x"}}' for op in ("unsubscribe", "unadvertise"))) == []
+    )
 
 
-def test_broken_json_leaves_nothing_behind_that_a_later_frame_meets() -> None:
-    status, answer = heard('{"op":"publish","topic":"/t","msg":{"data":"', CALL)
+def test_invalid_json_does_not_affect_later_frames() -> None:
+    status, answer = received('{"op":"publish","topic":"/t","msg":{"data":"', CALL)
     assert (status["op"], answer["op"]) == ("status", "service_response")
-    assert [each["op"] for each in heard(CALL + CALL)] == ["service_response"] * 2
+    assert [each["op"] for each in received(CALL + CALL)] == ["service_response"] * 2
 
 
 @pytest.mark.parametrize(
@@ -132,22 +130,24 @@ def test_broken_json_leaves_nothing_behind_that_a_later_frame_meets() -> None:
     ],
 )
 @pytest.mark.parametrize("binary", [False, True])
-def test_what_rosbridge_takes_is_taken_in_text_and_in_binary_frames(
+def test_valid_operations_are_accepted_in_text_and_binary_frames(
     topic: str, sent: object, arrives: dict[str, Any], binary: bool
 ) -> None:
     frame = published(topic, sent)
-    (message,) = heard(frame.encode() if binary else frame)
+    (message,) = received(frame.encode() if binary else frame)
     if "header" in arrives:
         assert message["msg"]["header"]["stamp"]["sec"] == arrives["header"]["sec"]
     else:
         assert message["msg"]["data"] == arrives["data"]
 
 
-# What the issue names besides.
+# Further inputs.
 
 
-def test_of_a_key_that_comes_twice_the_last_counts_as_in_every_browser() -> None:
-    (message,) = heard('{"op":"dance","op":"publish","topic":"/t","msg":{"data":"a","data":"b"}}')
+def test_last_of_duplicate_keys_is_used() -> None:
+    (message,) = received(
+        '{"op":"dance","op":"publish","topic":"/t","msg":{"data":"a","data":"b"}}'
+    )
     assert message["msg"] == {"data": "b"}
 
 
@@ -166,26 +166,26 @@ def test_of_a_key_that_comes_twice_the_last_counts_as_in_every_browser() -> None
         '{"op":"publish","topic":"/h","msg":{"header":{"stamp":{"sec":%s}}}}',
     ],
 )
-def test_no_number_is_too_large_to_be_answered(operation: str, number: str) -> None:
-    said = heard(operation % number, CALL)
+def test_too_large_numbers_are_answered(operation: str, number: str) -> None:
+    said = received(operation % number, CALL)
     assert said[-1]["id"] == "c"
     assert "internal" not in str(said)
 
 
-def test_ten_thousand_topics_of_one_client_are_refused_beyond_its_own() -> None:
+def test_topics_of_one_client_are_limited() -> None:
     wire = Wire(2, limits=ClientLimits.unhurried())
     for number in range(10_000):
         topic = {"topic": f"/t{number}", "type": TEXT}
         wire.send({"op": "advertise", **topic})
         wire.send({"op": "subscribe", **topic})
-    refused = [status["msg"] for status in wire.heard()]
+    refused = [status["msg"] for status in wire.received()]
     assert len(wire.protocol.topics.all) == 64
     assert len(refused) == 2 * (10_000 - 64)
     assert all("at most 64 topics" in text for text in refused)
     assert wire.ask({"op": "subscribe", "topic": "/mine", "type": TEXT}, 1) == []
 
 
-def test_ten_thousand_topics_one_after_the_other_are_forgotten() -> None:
+def test_topics_advertised_in_sequence_are_removed() -> None:
     wire = Wire(limits=ClientLimits.unhurried())
     for number in range(10_000):
         wire.send({"op": "subscribe", "topic": f"/t{number}", "type": TEXT})
@@ -198,7 +198,7 @@ def test_ten_thousand_topics_one_after_the_other_are_forgotten() -> None:
 @pytest.mark.parametrize(
     "frame", ["[" + "[]," * 300_000 + "[]]", " " * 1_000_000, "[" * 1_000_000, '{"a":' * 190_000]
 )
-def test_a_megabyte_of_nothing_is_read_without_looking_for_garbage_in_it(frame: str) -> None:
+def test_garbage_collection_pauses_while_large_frames_are_parsed(frame: str) -> None:
     looks: list[int] = []
 
     def look(phase: str, info: dict[str, int]) -> None:
@@ -206,7 +206,7 @@ def test_a_megabyte_of_nothing_is_read_without_looking_for_garbage_in_it(frame: 
 
     gc.callbacks.append(look)
     try:
-        (status,) = heard(frame)
+        (status,) = received(frame)
     finally:
         gc.callbacks.remove(look)
     assert status["op"] == "status"
@@ -214,12 +214,12 @@ def test_a_megabyte_of_nothing_is_read_without_looking_for_garbage_in_it(frame: 
     assert len(looks) < 200  # 856 for the first frame if it did not pause
 
 
-# On sockets: while one client does harm, another hears every message of a stream.
+# On sockets: while one client is hostile, another receives every message of a stream.
 
 
 @asynccontextmanager
 async def beside_a_stream(**options: Any) -> AsyncIterator[Server]:
-    """A server that publishes as fast as its loop turns, and a client that must hear all of it."""
+    """A server that publishes at full speed, and a client that must receive every message."""
     async with serving(**options) as server, client(server) as bystander:
         await say(bystander, CHATTER)
         sent = 0
@@ -234,14 +234,14 @@ async def beside_a_stream(**options: Any) -> AsyncIterator[Server]:
 
         arrived: list[str] = []
 
-        async def hear() -> None:
+        async def receive() -> None:
             async for frame in bystander:
                 arrived.append(json.loads(frame)["msg"]["data"])
 
-        publisher, hearer = asyncio.create_task(publish()), asyncio.create_task(hear())
+        publisher, hearer = asyncio.create_task(publish()), asyncio.create_task(receive())
         yield server
         before = sent
-        await until(lambda: sent >= before + 5)  # it still turns
+        await until(lambda: sent >= before + 5)  # the loop still runs
         stop.set()
         await publisher
         await until(lambda: len(arrived) >= sent or hearer.done())
@@ -250,7 +250,7 @@ async def beside_a_stream(**options: Any) -> AsyncIterator[Server]:
 
 
 async def opened(server: Server) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
-    """Return a WebSocket by hand, for what no library would send."""
+    """Open a WebSocket without library, to send invalid frames."""
     reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
     key = base64.b64encode(os.urandom(16)).decode()
     writer.write(
@@ -272,7 +272,7 @@ def masked(payload: bytes, first: int = 0x81) -> bytes:
 
 
 async def close_code(reader: asyncio.StreamReader) -> int:
-    """Return the code with which the server is shutting down the connection, having said what it likes."""
+    """Return the code with which the server closes the connection, ignoring earlier frames."""
     while True:
         first, size = await reader.readexactly(2)
         size = struct.unpack("!H", await reader.readexactly(2))[0] if size == 126 else size
@@ -301,9 +301,7 @@ async def close_code(reader: asyncio.StreamReader) -> int:
     ],
 )
 @in_a_loop
-async def test_what_breaks_the_websocket_ends_that_connection_with_its_code(
-    sent: bytes, code: int
-) -> None:
+async def test_websocket_violations_close_with_their_code(sent: bytes, code: int) -> None:
     async with beside_a_stream() as server:
         reader, writer = await opened(server)
         writer.write(sent)
@@ -312,7 +310,7 @@ async def test_what_breaks_the_websocket_ends_that_connection_with_its_code(
 
 
 async def slow_loris(server: Server) -> None:
-    """Send a frame's bytes one by one, and never its last."""
+    """Send the bytes of a frame one by one, without the last."""
     _, writer = await opened(server)
     writer.write(struct.pack("!BBQ", 0x81, 0xFF, 900_000))
     for _ in range(50):
@@ -322,7 +320,7 @@ async def slow_loris(server: Server) -> None:
 
 
 async def half_open(server: Server) -> None:
-    """Connect many times and say nothing, or half of a request, or vanish without a word."""
+    """Connect many times and send nothing or half a request, or abort the connection."""
     writers = []
     for said in (b"", b"GET / HT", b"\x16\x03\x01") * 20:
         _, writer = await asyncio.open_connection("127.0.0.1", server.port)
@@ -352,7 +350,7 @@ async def floods(server: Server) -> None:
 
 
 async def mutates(server: Server) -> None:
-    """Send frames as they should be, but for some bits."""
+    """Send valid frames with some bits flipped."""
     random = Random(0)
     call = masked(CALL.encode())
     say = masked(published("/t", {"data": "x" * 200}).encode())
@@ -381,7 +379,7 @@ async def reads_nothing(server: Server) -> None:
     "attack", [slow_loris, half_open, deep_and_wide, floods, mutates, reads_nothing]
 )
 @in_a_loop
-async def test_who_does_harm_costs_the_others_no_message(
+async def test_hostile_clients_cost_others_no_message(
     attack: Callable[[Server], Awaitable[None]],
 ) -> None:
     async with beside_a_stream() as server:
@@ -399,9 +397,7 @@ async def test_who_does_harm_costs_the_others_no_message(
     ids=["long-target", "long-header", "many-headers", "endless-header"],
 )
 @in_a_loop
-async def test_a_request_that_is_too_long_is_answered_with_its_code(
-    lines: bytes, status: int
-) -> None:
+async def test_too_long_requests_are_answered_with_their_code(lines: bytes, status: int) -> None:
     async with beside_a_stream() as server:
         reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
         writer.write(lines + b"\r\n")
@@ -410,16 +406,16 @@ async def test_a_request_that_is_too_long_is_answered_with_its_code(
 
 
 @in_a_loop
-async def test_a_connection_that_answers_no_ping_in_the_middle_of_a_frame_is_ended() -> None:
+async def test_unresponsive_connection_within_a_frame_is_closed() -> None:
     async with beside_a_stream(keepalive=Keepalive(0.05, 0.05, 0.05)) as server:
         reader, writer = await opened(server)
         writer.write(struct.pack("!BBQ", 0x81, 0xFF, 900_000) + b"x" * 100)
-        await reader.read()  # until it is at its end
+        await reader.read()  # until the end of the stream
         writer.close()
 
 
 @in_a_loop
-async def test_who_begins_no_tls_is_cut_off(
+async def test_connections_without_tls_handshake_are_aborted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("teleop.rosbridge.server.listener.HEADER_TIMEOUT", 0.1)

@@ -1,4 +1,4 @@
-"""Plain HTTP on the WebSocket's port."""
+"""HTTP pages on the port of the WebSocket."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving
 
 MAP = bytes(range(256)) * 8192
-"""Two megabytes, which no socket takes at once."""
+"""Two megabytes, more than a socket buffers."""
 
 
 async def fetch(
@@ -34,7 +34,7 @@ async def fetch(
 
 
 @in_a_loop
-async def test_version_and_health_are_told_as_json() -> None:
+async def test_version_and_health_are_json() -> None:
     async with serving() as server, client(server):
         status, headers, body = await fetch(server, "/version")
         assert (status, headers["content-type"]) == (200, "application/json")
@@ -46,7 +46,7 @@ async def test_version_and_health_are_told_as_json() -> None:
 
 
 @in_a_loop
-async def test_a_file_is_fetched_once_and_then_known_by_its_sha256() -> None:
+async def test_files_are_validated_by_their_etag() -> None:
     async with serving() as server:
         digest = server.pages.add_file("/map.ply", MAP)
         assert digest == hashlib.sha256(MAP).hexdigest()
@@ -61,7 +61,7 @@ async def test_a_file_is_fetched_once_and_then_known_by_its_sha256() -> None:
 
 
 @in_a_loop
-async def test_a_head_has_the_size_and_no_body() -> None:
+async def test_head_requests_return_size_without_body() -> None:
     async with serving() as server:
         server.pages.add_file("/map.ply", MAP)
         status, headers, body = await fetch(server, "/map.ply", "HEAD")
@@ -73,14 +73,14 @@ async def test_a_head_has_the_size_and_no_body() -> None:
     [("/nope", "GET", 404), ("/", "GET", 426), ("/map.ply", "DELETE", 405), ("/../x", "GET", 404)],
 )
 @in_a_loop
-async def test_what_there_is_not_is_refused(path: str, method: str, status: int) -> None:
+async def test_unknown_pages_and_methods_are_rejected(path: str, method: str, status: int) -> None:
     async with serving() as server:
         server.pages.add_file("/map.ply", MAP)
         assert (await fetch(server, path, method))[0] == status
 
 
 @in_a_loop
-async def test_pages_of_this_machine_may_read_and_foreign_ones_not() -> None:
+async def test_local_origins_may_read_pages_and_foreign_may_not() -> None:
     async with serving() as server:
         server.pages.add_file("/map.ply", MAP)
         origin = "http://localhost:8000"
@@ -92,7 +92,7 @@ async def test_pages_of_this_machine_may_read_and_foreign_ones_not() -> None:
 
 
 @in_a_loop
-async def test_a_slow_reader_of_a_page_holds_up_nobody_and_gets_it_all() -> None:
+async def test_slow_downloads_complete_without_blocking_others() -> None:
     async with serving() as server:
         server.pages.add_file("/map.ply", MAP)
         reader, writer = await asyncio.open_connection("127.0.0.1", server.port, limit=4096)
@@ -105,7 +105,7 @@ async def test_a_slow_reader_of_a_page_holds_up_nobody_and_gets_it_all() -> None
 
 
 @in_a_loop
-async def test_who_sends_no_request_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_connections_without_request_are_aborted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(opening, "HEADER_TIMEOUT", 0.1)
     async with serving() as server:
         reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
@@ -113,13 +113,13 @@ async def test_who_sends_no_request_is_cut_off(monkeypatch: pytest.MonkeyPatch) 
         with pytest.raises((ConnectionError, asyncio.IncompleteReadError)):
             assert await reader.readexactly(1)
         writer.close()
-        async with client(server) as other:  # who was quick enough stays
+        async with client(server) as other:  # a client that was in time stays
             await asyncio.sleep(0.2)
             await other.ping()
 
 
 @in_a_loop
-async def test_so_many_downloads_go_on_at_one_time() -> None:
+async def test_simultaneous_downloads_are_limited() -> None:
     async with serving() as server:
         server.pages.add_file("/map.ply", MAP * 8)
         idle = []

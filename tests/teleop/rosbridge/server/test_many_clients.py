@@ -1,4 +1,4 @@
-"""Many clients at once, and one that does not read: what they cost, and what they cost the others."""
+"""Many simultaneous clients, and the cost of one that does not read."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.support import REGISTRY, SECOND, Wire
 
 
-def test_a_message_is_encoded_once_for_all_who_want_it_alike(
+def test_messages_are_encoded_once_for_all_equal_subscribers(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     wire = Wire(9, limits=ClientLimits.unhurried())
@@ -72,14 +72,16 @@ def test_long_frames_arrive_whole_between_pings(encrypted: bool, tmp_path: Path)
                 await client.send('{"op":"unsubscribe","topic":"/cloud"}')
                 await client.send(json.dumps(subscribe))
                 await client.send('{"op":"call_service","service":"/there"}')
-                assert "service_response" in str(await client.recv())  # it has heard the rest, too
+                assert "service_response" in str(
+                    await client.recv()
+                )  # it has received all messages before
                 server.protocol.topics.publish("/cloud", {"data": data}, server.now)
                 frame = await client.recv()
                 if isinstance(frame, str):
                     assert base64.b64decode(json.loads(frame)["msg"]["data"]) == data.tobytes()
                 else:
                     content = read_cbor(frame)["msg"]
-                    # ROS's own bytes end with the data and one more truth value.
+                    # The serialised message ends with the data and one more bool.
                     assert (
                         content.get("data") or content["bytes"][-len(data) - 1 : -1]
                     ) == data.tobytes()

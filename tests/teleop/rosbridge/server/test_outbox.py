@@ -22,21 +22,21 @@ def contents(outbox: Outbox) -> list[str]:
     return frames
 
 
-def test_answers_leave_before_messages() -> None:
+def test_responses_are_sent_before_messages() -> None:
     outbox = Outbox()
     for frame in (data("1"), control("a"), data("2"), control("b")):
         outbox.push(frame)
     assert contents(outbox) == ["a", "b", "1", "2"]
 
 
-def test_small_messages_of_a_burst_all_leave_in_order() -> None:
+def test_small_messages_of_a_burst_are_sent_in_order() -> None:
     outbox = Outbox()
     for i in range(100):
         outbox.push(data(str(i)))
     assert contents(outbox) == [str(i) for i in range(100)]
 
 
-def test_of_a_topic_no_more_wait_than_its_queue_is_long() -> None:
+def test_queue_length_limits_messages_of_a_topic() -> None:
     outbox = Outbox()
     for i in range(5):
         outbox.push(data(f"a{i}", "/a", depth=2))
@@ -45,7 +45,7 @@ def test_of_a_topic_no_more_wait_than_its_queue_is_long() -> None:
     assert outbox.dropped == 3
 
 
-def test_of_bulk_messages_only_the_latest_of_a_topic_waits() -> None:
+def test_only_the_latest_bulk_message_of_a_topic_is_queued() -> None:
     outbox = Outbox()
     for i in range(5):
         outbox.push(data(str(i) * BULK_BYTES, depth=10))
@@ -53,7 +53,7 @@ def test_of_bulk_messages_only_the_latest_of_a_topic_waits() -> None:
     assert contents(outbox) == ["4" * BULK_BYTES]
 
 
-def test_when_the_queue_is_full_the_oldest_message_gives_way_and_the_newest_stays() -> None:
+def test_full_queue_drops_the_oldest_message() -> None:
     outbox = Outbox(QueueLimits(data=10))
     for text in ("aaaa", "bbbb", "cccc"):
         outbox.push(data(text))
@@ -62,13 +62,13 @@ def test_when_the_queue_is_full_the_oldest_message_gives_way_and_the_newest_stay
     assert contents(outbox) == ["larger than all of it"]
 
 
-def test_answers_that_nobody_reads_end_the_connection() -> None:
+def test_too_many_unread_responses_disconnect() -> None:
     outbox = Outbox(QueueLimits(control=10))
     assert outbox.push(control("0123456789")) is None
     assert "exceeds 10 bytes" in str(outbox.push(control("x")))
 
 
-def test_to_who_must_not_miss_anything_all_leaves_in_one_order() -> None:
+def test_lossless_clients_receive_all_frames_in_order() -> None:
     outbox = Outbox(QueueLimits(data=2))
     outbox.push(data("1", lossless=True, depth=1))
     outbox.push(data("2" * BULK_BYTES, lossless=True, depth=1))
@@ -77,7 +77,7 @@ def test_to_who_must_not_miss_anything_all_leaves_in_one_order() -> None:
     assert contents(outbox) == ["1", "2" * BULK_BYTES, "answer", "3"]
 
 
-def test_what_is_forgotten_is_gone() -> None:
+def test_cleared_queue_is_empty() -> None:
     outbox = Outbox()
     outbox.push(data("1"))
     outbox.push(control("a"))
@@ -98,7 +98,7 @@ def test_what_is_forgotten_is_gone() -> None:
         )
     )
 )
-def test_the_queue_keeps_its_bounds_and_its_books(
+def test_queue_stays_within_limits_and_counts_correctly(
     pushes: list[tuple[str, int, int, str]],
 ) -> None:
     outbox = Outbox(QueueLimits(data=100, control=10**6))

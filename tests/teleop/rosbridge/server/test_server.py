@@ -1,4 +1,4 @@
-"""The server on real sockets of this machine; all waiting is for something to happen."""
+"""The server on local sockets; the tests wait for events, not for times."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ async def serving(limits: ClientLimits | None = None, **options: Any) -> AsyncIt
 
 @asynccontextmanager
 async def client(server: Server, **options: Any) -> AsyncIterator[ClientConnection]:
-    # A narrow window, so that what nobody reads does not hide in the kernel.
+    # A small window, so that unread data does not remain in the kernel.
     window = socket.socket()
     window.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65_536)
     window.setblocking(False)
@@ -68,40 +68,40 @@ async def client(server: Server, **options: Any) -> AsyncIterator[ClientConnecti
 
 
 async def say(connection: ClientConnection, *operations: Message) -> None:
-    """Send operations, and wait until the server has done them."""
+    """Send operations, and wait until the server has processed them."""
     for operation in operations:
         await connection.send(json.dumps(operation))
     await connection.send('{"op":"call_service","service":"/done","id":"done"}')
-    while (await hear(connection)).get("id") != "done":
+    while (await receive(connection)).get("id") != "done":
         pass
 
 
-async def hear(connection: ClientConnection) -> Any:
+async def receive(connection: ClientConnection) -> Any:
     return json.loads(await connection.recv())
 
 
 async def until(condition: Callable[[], bool]) -> None:
-    while not condition():  # noqa: ASYNC110 - there is no event for what a test waits for
+    while not condition():  # noqa: ASYNC110 - the condition has no event
         await asyncio.sleep(0.005)
 
 
 def stall(connection: ClientConnection) -> None:
-    """Have a client read nothing more, as one that hangs."""
+    """Stop reading, as a client that hangs."""
     connection.transport.pause_reading()
 
 
 @in_a_loop
-async def test_a_message_reaches_all_subscribers() -> None:
+async def test_messages_reach_all_subscribers() -> None:
     async with serving() as server, client(server) as a, client(server) as b:
         await say(a, CHATTER)
         await say(b, CHATTER)
         server.protocol.topics.publish("/chatter", {"data": "x"}, server.now)
-        assert (await hear(a))["msg"] == (await hear(b))["msg"] == {"data": "x"}
+        assert (await receive(a))["msg"] == (await receive(b))["msg"] == {"data": "x"}
         assert len(server.protocol.connections) == 2
 
 
 @in_a_loop
-async def test_text_leaves_in_text_frames_and_cbor_in_binary_ones() -> None:
+async def test_json_is_sent_in_text_frames_and_cbor_in_binary_frames() -> None:
     async with serving() as server, client(server) as a, client(server) as b:
         await say(a, CHATTER)
         await say(b, {**CHATTER, "compression": "cbor"})
@@ -111,29 +111,29 @@ async def test_text_leaves_in_text_frames_and_cbor_in_binary_ones() -> None:
 
 
 @in_a_loop
-async def test_binary_frames_in_small_pieces_are_heard_as_ros_sharp_sends_them() -> None:
+async def test_binary_frames_in_small_websocket_fragments_are_processed() -> None:
     async with serving() as server, client(server) as a:
-        heard: list[Message] = []
+        received: list[Message] = []
         server.protocol.topics.subscribe(
-            "/joy", "sensor_msgs/Joy", lambda client, message, now: heard.append(message)
+            "/joy", "sensor_msgs/Joy", lambda client, message, now: received.append(message)
         )
         frame = json.dumps(
             {"op": "publish", "topic": "/joy", "msg": {"axes": [0.5] * 2000}}
         ).encode()
         await a.send([frame[i : i + 1024] for i in range(0, len(frame), 1024)])
-        await until(lambda: bool(heard))
-        assert len(heard[0]["axes"]) == 2000
+        await until(lambda: bool(received))
+        assert len(received[0]["axes"]) == 2000
 
 
 @in_a_loop
-async def test_nothing_is_deflated_even_if_the_client_offers_it() -> None:
+async def test_compression_is_not_negotiated() -> None:
     async with serving() as server, client(server, compression="deflate") as a:
         assert a.response is not None
         assert "Sec-WebSocket-Extensions" not in a.response.headers
 
 
 @in_a_loop
-async def test_a_frame_that_is_too_large_is_answered_with_1009() -> None:
+async def test_too_large_frames_are_closed_with_1009() -> None:
     async with (
         serving(ClientLimits(frame=1000)) as server,
         client(server) as a,
@@ -147,12 +147,12 @@ async def test_a_frame_that_is_too_large_is_answered_with_1009() -> None:
 
 
 @in_a_loop
-async def test_who_floods_is_told_and_closed_with_1008_and_the_others_go_on() -> None:
+async def test_flooding_clients_are_closed_with_1008() -> None:
     limits = ClientLimits(messages=50, burst=1)
     async with serving(limits) as server, client(server) as a, client(server) as b:
         for _ in range(200):
             await a.send(json.dumps(CHATTER))
-        assert "rate limit of 50 operations" in (await hear(a))["msg"]
+        assert "rate limit of 50 operations" in (await receive(a))["msg"]
         with pytest.raises(ConnectionClosed):
             await a.recv()
         assert a.close_code == 1008
@@ -160,7 +160,7 @@ async def test_who_floods_is_told_and_closed_with_1008_and_the_others_go_on() ->
 
 
 @in_a_loop
-async def test_a_stalled_reader_costs_the_others_nothing_and_keeps_one_bulk_message() -> None:
+async def test_stalled_readers_do_not_affect_others() -> None:
     async with serving() as server, client(server) as stalled, client(server) as good:
         await say(stalled, {**IMAGE, "compression": "cbor"}, CHATTER)
         await say(good, {**IMAGE, "compression": "cbor"})
@@ -177,12 +177,12 @@ async def test_a_stalled_reader_costs_the_others_nothing_and_keeps_one_bulk_mess
         while not frames or frames[-1] != '{"op":"publish","topic":"/chatter","msg":{"data":"19"}}':
             frames.append(await stalled.recv())
         clouds = [frame for frame in frames if isinstance(frame, bytes)]
-        assert len(clouds) <= 3  # one was on its way, one waited, and one may fit into the kernel
+        assert len(clouds) <= 3  # one in transit, one queued, and one may fit into the kernel
         assert b"format\x62" + b"19" in clouds[-1]
 
 
 @in_a_loop
-async def test_an_answer_overtakes_messages_that_wait() -> None:
+async def test_responses_overtake_queued_messages() -> None:
     async with serving() as server, client(server) as a:
         called: list[str] = []
 
@@ -198,13 +198,13 @@ async def test_an_answer_overtakes_messages_that_wait() -> None:
         await a.send('{"op":"call_service","service":"/trigger","id":"t"}')
         await until(lambda: "t" in called)
         a.transport.resume_reading()
-        while (await hear(a))["op"] != "service_response":
+        while (await receive(a))["op"] != "service_response":
             pass
-        assert (await hear(a))["op"] == "publish"
+        assert (await receive(a))["op"] == "publish"
 
 
 @in_a_loop
-async def test_in_lockstep_the_answer_comes_behind_all_messages_of_its_ticks() -> None:
+async def test_lockstep_response_follows_all_messages_of_its_ticks() -> None:
     time = 0
     async with serving(lockstep=True, clock=lambda: time) as server, client(server) as a:
         steps: list[tuple[int, int, DeferredResponse]] = []
@@ -226,15 +226,15 @@ async def test_in_lockstep_the_answer_comes_behind_all_messages_of_its_ticks() -
             server.protocol.topics.publish("/chatter", {"data": str(i)}, server.now)
             server.protocol.topics.publish("/cloud", {"data": CLOUD[:100_000]}, server.now)
         later.complete({"success": True})
-        heard = [await hear(a) for _ in range(101)]
-        assert [h["op"] for h in heard] == ["publish"] * 100 + ["service_response"]
-        assert [h["msg"]["data"] for h in heard[:-1:2]] == [str(i) for i in range(50)]
+        received = [await receive(a) for _ in range(101)]
+        assert [h["op"] for h in received] == ["publish"] * 100 + ["service_response"]
+        assert [h["msg"]["data"] for h in received[:-1:2]] == [str(i) for i in range(50)]
         await server.flush(caller)
         assert server.waiting(caller) == 0
 
 
 @in_a_loop
-async def test_a_service_may_be_a_coroutine_and_say_no(caplog: pytest.LogCaptureFixture) -> None:
+async def test_services_may_be_coroutines_and_fail(caplog: pytest.LogCaptureFixture) -> None:
     async with serving() as server, client(server) as a:
 
         async def handle(client: int, request: Message, now: int) -> Message:
@@ -255,24 +255,24 @@ async def test_a_service_may_be_a_coroutine_and_say_no(caplog: pytest.LogCapture
         for service, data in (("/set", False), ("/set", True)):
             call = {"op": "call_service", "service": service, "args": {"data": data}}
             await a.send(json.dumps(call))
-        assert (await hear(a))["values"]["success"] is True
-        assert (await hear(a))["values"] == "not today"
+        assert (await receive(a))["values"]["success"] is True
+        assert (await receive(a))["values"] == "not today"
         await a.send('{"op":"call_service","service":"/fall"}')
-        assert (await hear(a))["result"] is False
+        assert (await receive(a))["result"] is False
         assert "ZeroDivisionError" in caplog.text
 
 
 @in_a_loop
-async def test_a_throttled_message_arrives_without_the_host_doing_anything() -> None:
+async def test_throttled_messages_are_sent_by_the_timer() -> None:
     async with serving() as server, client(server) as a:
         await say(a, {**CHATTER, "throttle_rate": 50})
         for data in "123":
             server.protocol.topics.publish("/chatter", {"data": data}, server.now)
-        assert [(await hear(a))["msg"]["data"] for _ in range(2)] == ["1", "3"]
+        assert [(await receive(a))["msg"]["data"] for _ in range(2)] == ["1", "3"]
 
 
 @in_a_loop
-async def test_the_host_hears_who_comes_and_who_goes() -> None:
+async def test_observers_see_connections_and_disconnections() -> None:
     async with serving() as server:
         log = ConnectionLog(server.protocol)
         async with client(server) as a:
@@ -288,7 +288,7 @@ async def test_the_host_hears_who_comes_and_who_goes() -> None:
 
 
 @in_a_loop
-async def test_who_answers_no_ping_is_disconnected() -> None:
+async def test_clients_that_answer_no_ping_are_disconnected() -> None:
     pulse = Keepalive(ping_interval=0.05, ping_timeout=0.1)
     async with serving(keepalive=pulse) as server, client(server) as a:
         log = ConnectionLog(server.protocol)
@@ -298,7 +298,7 @@ async def test_who_answers_no_ping_is_disconnected() -> None:
 
 
 @in_a_loop
-async def test_who_takes_nothing_off_its_socket_is_cut_off() -> None:
+async def test_clients_that_read_nothing_are_disconnected() -> None:
     pulse = Keepalive(ping_interval=None, ping_timeout=None, write_timeout=0.2)
     async with serving(keepalive=pulse) as server, client(server) as a:
         log = ConnectionLog(server.protocol)
@@ -310,7 +310,7 @@ async def test_who_takes_nothing_off_its_socket_is_cut_off() -> None:
 
 
 @in_a_loop
-async def test_who_lets_answers_pile_up_is_disconnected() -> None:
+async def test_clients_with_too_many_queued_responses_are_disconnected() -> None:
     pulse = Keepalive(ping_interval=None, ping_timeout=None, write_timeout=0.2)
     bounds = QueueLimits(control=10_000)
     async with serving(queue_limits=bounds, keepalive=pulse) as server, client(server) as a:
@@ -327,7 +327,7 @@ async def test_who_lets_answers_pile_up_is_disconnected() -> None:
 
 
 @in_a_loop
-async def test_the_server_ends_though_a_client_hangs() -> None:
+async def test_server_closes_despite_a_hanging_client() -> None:
     async with serving(lockstep=True) as server, client(server) as a:
         await say(a, {**IMAGE, "compression": "cbor"})
         stall(a)
@@ -337,7 +337,7 @@ async def test_the_server_ends_though_a_client_hangs() -> None:
 
 
 @in_a_loop
-async def test_clients_are_told_when_the_server_ends() -> None:
+async def test_clients_receive_the_reason_when_the_server_closes() -> None:
     async with serving() as server:
         a = await connect(server.url, proxy=None)
     with pytest.raises(ConnectionClosed):
@@ -346,14 +346,14 @@ async def test_clients_are_told_when_the_server_ends() -> None:
 
 
 @in_a_loop
-async def test_only_the_loopback_is_listened_at() -> None:
+async def test_server_listens_on_loopback_only() -> None:
     async with serving() as server:
         assert server._listener.addresses == ["127.0.0.1"]
         assert server.url == f"ws://127.0.0.1:{server.port}"
 
 
 @in_a_loop
-async def test_a_port_in_use_is_one_clear_line() -> None:
+async def test_port_in_use_is_a_one_line_error() -> None:
     with socket.create_server(("127.0.0.1", 0)) as holder:
         port = holder.getsockname()[1]
         with pytest.raises(ServerError, match=rf"port {port} of 127\.0\.0\.1 is in use: .*0: any"):
@@ -361,13 +361,13 @@ async def test_a_port_in_use_is_one_clear_line() -> None:
 
 
 @in_a_loop
-async def test_an_address_that_is_not_ours_is_one_clear_line() -> None:
+async def test_foreign_address_is_a_one_line_error() -> None:
     with pytest.raises(ServerError, match=r"cannot listen on port 0 of 192\.0\.2\.1"):
         await Server(Protocol(REGISTRY), host="192.0.2.1", port=0).start()
 
 
 @in_a_loop
-async def test_pages_from_elsewhere_are_refused() -> None:
+async def test_foreign_origins_are_rejected() -> None:
     async with serving(origins=["https://lab.example"]) as server:
         for origin, status in (("https://evil.example", 403), ("null", 403)):
             with pytest.raises(InvalidStatus) as caught:
@@ -378,7 +378,7 @@ async def test_pages_from_elsewhere_are_refused() -> None:
 
 
 @in_a_loop
-async def test_more_clients_than_there_may_be_are_refused() -> None:
+async def test_clients_over_the_limit_are_rejected() -> None:
     async with serving(ClientLimits(clients=1)) as server, client(server) as a:
         await say(a)
         with pytest.raises(InvalidStatus, match="503"):
@@ -387,7 +387,7 @@ async def test_more_clients_than_there_may_be_are_refused() -> None:
 
 
 @in_a_loop
-async def test_many_clients_come_and_go_at_once() -> None:
+async def test_many_clients_connect_and_disconnect_at_once() -> None:
     async with serving(ClientLimits(clients=100)) as server:
 
         async def visit(number: int) -> None:
@@ -399,7 +399,7 @@ async def test_many_clients_come_and_go_at_once() -> None:
 
 
 @in_a_loop
-async def test_what_is_no_websocket_at_all_does_no_harm() -> None:
+async def test_connections_without_websocket_are_harmless() -> None:
     async with serving() as server, client(server) as a:
         for rubbish in (b"GET / HTTP/1.1\r\n\r\n", b"\x00\xff" * 1000, b""):
             reader, writer = await asyncio.open_connection("127.0.0.1", server.port)

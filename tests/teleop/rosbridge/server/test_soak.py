@@ -1,4 +1,4 @@
-"""Clients that come, do everything, and go, again and again: nothing of them stays."""
+"""Soak test: many clients connect, use everything and disconnect, and no state remains."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GOAL = {"source_frames": ["a"], "target_frame": "b"}
 
 
 def life(i: int) -> list[dict[str, Any]]:
-    """What one client does, with names of its own."""
+    """Run the operations of one client, with names of its own."""
     own, common = f"/own_{i}", f"/common_{i % 3}"
     return [
         {"op": "subscribe", "topic": common, "type": "std_msgs/String", "throttle_rate": 100},
@@ -47,7 +47,7 @@ def life(i: int) -> list[dict[str, Any]]:
     ]
 
 
-def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
+def test_memory_stays_constant_over_many_connections() -> None:
     protocol = Protocol(REGISTRY, limits=ClientLimits())
     serve_standard(protocol)
     now = 0
@@ -71,7 +71,7 @@ def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
             protocol.timers.tick(now)
         protocol.connections.drain()
         gc.collect()
-        # What the interpreter itself takes at times, such as for its table of names, is not counted.
+        # Memory of the interpreter itself, such as its string table, is not counted.
         ours = [
             tracemalloc.Filter(True, f"*/{part}/*") for part in ("rosbridge", "json", "rosbags")
         ]
@@ -94,7 +94,7 @@ def test_memory_stays_flat_however_many_clients_come_and_go() -> None:
 
 @pytest.mark.slow
 @in_a_loop
-async def test_over_sockets_too_nothing_stays_of_clients_that_go_vanish_or_stall() -> None:
+async def test_sockets_and_tasks_are_released_after_many_clients() -> None:
     tracemalloc.start()
     try:
         async with crowded_server(REGISTRY) as server:
@@ -109,8 +109,8 @@ async def test_over_sockets_too_nothing_stays_of_clients_that_go_vanish_or_stall
                 gc.collect()
                 sizes.append(tracemalloc.get_traced_memory()[0])
             publisher.cancel()
-            await asyncio.sleep(1.1)  # a topic's time of grace
-            # A third of a cloud: the caches of the interpreter itself grow at first.
+            await asyncio.sleep(1.1)  # unused topics are removed after a second
+            # A third of a cloud, as caches of the interpreter grow at first.
             assert sizes[-1] - sizes[2] < 100_000, sizes
             assert (len(asyncio.all_tasks()), open_files()) == (tasks, files)
             protocol.timers.tick(server.now)

@@ -1,8 +1,9 @@
 // What Foxglove's data source "Rosbridge" does, in its order and with the packages it uses, unmodified
-// (RosbridgePlayer of Foxglove Studio 1.x, and of Lichtblick): it asks for all topics with the text of
-// their types, tells by the type of /rosout which ROS it talks to, reads every message in ROS's own
-// bytes, asks for all nodes, calls a service and publishes. Prints one object of JSON: the version, what
-// it read on each topic, the nodes' details, and the service's answer; exits with 1 after 30 s.
+// (RosbridgePlayer of Foxglove Studio 1.x, and of Lichtblick): it requests all topics with the texts of
+// their types, derives the ROS version from the type of /rosout, reads every message in its
+// serialisation, requests all nodes, calls a service and publishes. Prints one object of JSON: the
+// version, what it read on each topic, the nodes' details, and the response of the service; exits with
+// 1 after 30 s.
 
 globalThis.WebSocket ??= require("ws"); // which browsers have
 const roslib = require("@foxglove/roslibjs");

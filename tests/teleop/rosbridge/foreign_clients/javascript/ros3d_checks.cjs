@@ -1,7 +1,7 @@
 // The published ros3d, with the roslib 1.x it brings: a cloud and a scan in CBOR, placed by /tf, as
 // points in the scene. Prints the positions; exits with 1 after 15 s without them.
 
-globalThis.self ??= globalThis; // what the library looks for in a browser
+globalThis.self ??= globalThis; // which the library expects in a browser
 const ROSLIB = require("roslib");
 const ROS3D = require("ros3d");
 

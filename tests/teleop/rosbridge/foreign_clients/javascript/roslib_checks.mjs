@@ -1,5 +1,5 @@
-// The published roslib against our server, given by its address. Each check prints one line of JSON:
-// its name and null, or what went wrong. Every check has a connection of its own.
+// The published roslib against the server at a URL. Each check prints one line of JSON: its name and
+// null, or its error. Every check has a connection of its own.
 
 import { webcrypto } from "node:crypto";
 
@@ -21,7 +21,7 @@ function same(got, wanted) {
 
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
-// Of functions that take two callbacks, the last two arguments.
+// For functions whose last two arguments are callbacks.
 const ask = (object, method, ...args) =>
   new Promise((resolve, reject) =>
     object[method](...args, resolve, (error) => reject(new Failed(`refused: ${JSON.stringify(error)}`))),
@@ -136,7 +136,7 @@ const checks = {
     same(heard, text);
   },
 
-  // Beyond the note's list: what roslib's own network tests look at
+  // Further checks: those of roslib's own network tests
 
   twoTopicObjects: async (ros) => {
     const options = { ros, name: "/checks/two", messageType: "std_msgs/String" };

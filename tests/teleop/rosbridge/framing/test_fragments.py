@@ -1,0 +1,189 @@
+"""Fragmented messages, received and sent."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from teleop.rosbridge.framing.fragments import split_message
+from teleop.rosbridge.limits import ClientLimits
+from tests.teleop.rosbridge.support import SECOND, Wire, error
+
+TEXT = {"topic": "/text", "type": "std_msgs/String"}
+
+
+def publish(data: str) -> dict[str, Any]:
+    return {"op": "publish", "topic": "/text", "msg": {"data": data}}
+
+
+def pieces(wire: Wire, client: int = 0) -> list[Any]:
+    return [json.loads(f) for output in wire.outputs(client) for f in output.frames]
+
+
+@pytest.mark.parametrize("size", [10, 100, 1000])
+def test_large_messages_are_sent_in_fragments_on_request(size: int) -> None:
+    wire = Wire()
+    wire.send({"op": "subscribe", **TEXT, "fragment_size": size})
+    wire.send(publish('"é\n' * 100))
+    received = pieces(wire)
+    if size == 1000:  # the message has 935 bytes
+        assert received == [publish('"é\n' * 100)] or len(received) == 2
+        return
+    assert {f["op"] for f in received} == {"fragment"}
+    assert {f["id"] for f in received} == {"fragment:1"}
+    assert [f["num"] for f in received] == list(range(len(received)))
+    assert {f["total"] for f in received} == {len(received)}
+    assert all(type(f["total"]) is int and len(f["data"]) <= size for f in received)
+    assert json.loads("".join(f["data"] for f in received)) == publish('"é\n' * 100)
+
+
+@pytest.mark.parametrize("size", [None, 0, 2**31 - 1, 2**31, 1e12, 100_000])
+def test_messages_are_not_fragmented_without_request(size: object) -> None:
+    wire = Wire()
+    wire.send({"op": "subscribe", **TEXT, "fragment_size": size})
+    wire.send(publish("x" * 1000))
+    assert pieces(wire) == [publish("x" * 1000)]
+
+
+def test_binary_messages_are_never_fragmented() -> None:
+    wire = Wire()
+    wire.send({"op": "subscribe", **TEXT, "fragment_size": 10, "compression": "cbor"})
+    wire.send(publish("x" * 1000))
+    (output,) = wire.outputs()
+    assert list(output.frames) == [output.payload]
+
+
+def test_fragmented_messages_have_unique_ids_and_the_smallest_size() -> None:
+    wire = Wire(clients=2)
+    wire.send({"op": "subscribe", **TEXT, "fragment_size": 500, "id": "a"})
+    wire.send({"op": "subscribe", **TEXT, "fragment_size": 50, "id": "b"})
+    wire.send({"op": "subscribe", **TEXT}, 1)
+    for _ in range(2):
+        wire.send(publish("x" * 80))
+    received = pieces(wire)
+    assert [f["id"] for f in received] == ["fragment:1"] * 3 + ["fragment:2"] * 3
+    assert pieces(wire, 1) == [publish("x" * 80)] * 2
+
+
+def test_responses_are_fragmented_on_request() -> None:
+    wire = Wire()
+    wire.send({"op": "call_service", "service": "/nope", "fragment_size": 20, "id": 1})
+    whole = json.loads("".join(f["data"] for f in pieces(wire)))
+    assert (whole["op"], whole["id"]) == ("service_response", 1)
+
+
+@given(st.binary(min_size=1, max_size=5000).map(bytes.hex), st.integers(1, 3000))
+def test_fragments_join_to_the_message_and_are_limited_in_number(text: str, size: int) -> None:
+    parts = [json.loads(part) for part in split_message(text.encode(), size, "i")]
+    assert "".join(part["data"] for part in parts) == text
+    assert len(parts) == parts[0]["total"] <= 1024
+
+
+def fragments(operation: object, count: int, identity: object = "f") -> list[dict[str, Any]]:
+    text = json.dumps(operation)
+    size = -(-len(text) // count)
+    return [
+        {
+            "op": "fragment",
+            "id": identity,
+            "num": i,
+            "total": count,
+            "data": text[i * size : (i + 1) * size],
+        }
+        for i in range(count)
+    ]
+
+
+CALL = {"op": "call_service", "service": "/nope", "id": "c", "args": {"text": "é" * 50}}
+
+
+@settings(max_examples=30)
+@given(st.permutations(range(7)), st.permutations(range(7)))
+def test_received_fragments_are_joined_in_any_order(first: list[int], second: list[int]) -> None:
+    wire = Wire()
+    one, two = fragments(CALL, 7, "one"), fragments({**CALL, "id": "d"}, 7, 2)
+    for i, j in zip(first, second, strict=True):
+        wire.send(one[i])
+        wire.send(one[i])  # repeated, as after a stall
+        wire.send(two[j])
+    assert sorted(answer["id"] for answer in wire.received() if answer["op"] != "status") == [
+        "c",
+        "d",
+    ]
+
+
+def test_fragments_of_different_clients_are_separate() -> None:
+    wire = Wire(clients=2)
+    parts = fragments(CALL, 2)
+    wire.send(parts[0], 0)
+    wire.send(parts[1], 1)
+    assert wire.received(0) == wire.received(1) == []
+
+
+def test_incomplete_messages_expire_after_ten_seconds() -> None:
+    wire = Wire()
+    wire.send(fragments(CALL, 2)[0])
+    assert wire.protocol.timers.due == wire.now + 10 * SECOND
+    wire.wait(10_000)
+    text = "fragment: message incomplete after 10 s"
+    assert wire.received() == [error(text, "f")]
+    assert wire.ask(fragments(CALL, 2)[1]) == []
+    assert wire.protocol.timers.due == wire.now + 10 * SECOND
+
+
+def test_expiry_is_not_reported_to_disconnected_clients() -> None:
+    wire = Wire()
+    wire.send(fragments(CALL, 2)[0])
+    wire.protocol.disconnect(wire.clients[0], wire.now)
+    wire.wait(10_000)
+    assert wire.protocol.connections.drain() == []
+
+
+def test_fragments_are_discarded_on_disconnect() -> None:
+    wire = Wire()
+    (connection,) = wire.protocol.connections
+    wire.send(fragments(publish("x" * 1000), 2)[0])
+    assert "f" in connection.reassembly
+    wire.protocol.disconnect(wire.clients[0], wire.now)
+    assert "f" not in connection.reassembly  # though a timer still refers to the connection
+
+
+def test_incomplete_messages_are_limited_in_bytes_and_number() -> None:
+    wire = Wire(limits=ClientLimits(assembly=100))
+    piece = {"op": "fragment", "id": "f", "num": 0, "total": 3, "data": "x" * 60}
+    wire.send(piece)
+    (status,) = wire.ask({**piece, "num": 1})
+    assert "exceed 100 bytes" in status["msg"]
+    for i in range(8):
+        assert wire.ask({**piece, "id": i, "data": "x"}) == []
+    (status,) = wire.ask({**piece, "id": 8, "data": "x"})
+    assert "at most 8 messages may be incomplete" in status["msg"]
+
+
+def test_fragmented_operations_count_for_the_rate() -> None:
+    wire = Wire(limits=ClientLimits(messages=10, burst=1))
+    calls = '{"op":"call_service","service":"/nope"}' * 15
+    wire.send({"op": "fragment", "num": 0, "total": 1, "data": calls, "id": 1})
+    received = wire.received()
+    assert [h["op"] for h in received] == ["service_response"] * 10 + ["status"]
+    assert received[-1] == error("rate limit of 10 operations/s exceeded: operation dropped")
+
+
+def test_total_number_of_fragments_must_not_change() -> None:
+    wire = Wire()
+    piece = {"op": "fragment", "id": "f", "num": 0, "total": 3, "data": "x"}
+    wire.send(piece)
+    (status,) = wire.ask({**piece, "num": 1, "total": 4})
+    assert "total was 3 before, got 4" in status["msg"]
+
+
+@pytest.mark.parametrize("inner", [fragments(CALL, 1)[0], [1], "x"])
+def test_reassembled_message_must_be_an_operation(inner: object) -> None:
+    wire = Wire()
+    for part in fragments(inner, 3 if isinstance(inner, dict) else 1):
+        wire.send(part)
+    (status,) = wire.received()
+    assert status["level"] == "error"
