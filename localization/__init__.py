@@ -1,12 +1,13 @@
-"""Where is the robot? Readings in, estimates out; no simulator, no network.
+"""Localisation of a skid-steer robot in a prebuilt point cloud: readings in, estimates out.
 
-One call on a log is ``localize``; reading by reading it is ``Localizer.add``; and each part, from the
-prepared map to the filter, can be used alone from its own module.
+``localize`` processes a log in one call, ``Localizer.add`` one reading at a time, and each part, from the
+prepared map to the filter, can be used alone from its own module. Needs no simulator and no network.
 """
 
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from localization.errors import LocalizationError as LocalizationError
 from localization.types import (
     Estimate as Estimate,
     Health as Health,
@@ -25,6 +26,7 @@ from localization.types import (
 )
 
 if TYPE_CHECKING:
+    from localization.config import LocalizerConfig as LocalizerConfig
     from localization.logs.mcap_log import (
         LogError as LogError,
         ReadingsWriter as ReadingsWriter,
@@ -37,21 +39,19 @@ if TYPE_CHECKING:
         save_cloud as save_cloud,
     )
     from localization.maps.prepared_map import PreparedMap as PreparedMap, prepare as prepare
-    from localization.pipeline.localizer import (
-        Localizer as Localizer,
-        LocalizerConfig as LocalizerConfig,
-    )
+    from localization.pipeline.localizer import Localizer as Localizer
     from localization.pipeline.log_replay import Localized as Localized, localize as localize
 
 _HOMES = {
-    "pipeline.localizer": ("Localizer", "LocalizerConfig"),
+    "config": ("LocalizerConfig",),
+    "pipeline.localizer": ("Localizer",),
     "logs.mcap_log": ("LogError", "ReadingsWriter", "read_log"),
     "maps.cloud": ("Cloud", "CloudError", "load_cloud", "save_cloud"),
     "maps.prepared_map": ("PreparedMap", "prepare"),
     "pipeline.log_replay": ("Localized", "localize"),
 }
-"""Which module each of the heavier names is in. They are imported when first asked for: whoever wants
-the vocabulary alone, as the simulation does, need not wait a second for statistics and logs."""
+"""Modules of the heavier names, which are imported at their first use: the vocabulary alone, as the simulation needs
+it, is imported without a second's wait for statistics and logs."""
 
 
 def __getattr__(name: str) -> Any:

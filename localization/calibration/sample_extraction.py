@@ -59,7 +59,7 @@ def stations_of(
         step: way between stations [m].
         turn: or turning between them [rad].
     """
-    plain = replace(config, matcher=Matcher.NONE, kiss_odometry=False, second_opinion=False)
+    plain = replace(config, matcher=Matcher.NONE, kiss_odometry=False)
     localizer = Localizer(world, mounts, config)
     if anywhere:
         localizer.relocalize()
