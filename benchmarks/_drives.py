@@ -235,7 +235,7 @@ def speed() -> Iterator[Figure]:
     world = map_of("office")
     mine = ours(recording, world)
     for name, goal in (("predict", 0.1), ("deskew", None), ("kiss odometry", None),
-                       ("registration", None), ("kiss opinion", None)):  # fmt: skip
+                       ("registration", None)):  # fmt: skip
         p50, p99 = mine.laps.ms(name)
         n = len(mine.laps.of[name])
         yield Figure(case, OURS, f"{name}, p50", p50, "ms", n, most=goal)

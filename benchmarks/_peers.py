@@ -25,7 +25,6 @@ def plain(matcher: Matcher) -> LocalizerConfig:
         matcher=matcher,
         kiss=KISS_PEER,
         kiss_odometry=False,
-        second_opinion=False,
         slip_min_inlier_ratio=2.0,
     )
 

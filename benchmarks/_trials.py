@@ -58,7 +58,7 @@ CONDITIONS = (
     Condition("furniture moved", moved=True, least=95.0),
 )
 
-_BLIND = LocalizerConfig(matcher=Matcher.NONE, second_opinion=False)
+_BLIND = LocalizerConfig(matcher=Matcher.NONE)
 """Trials want sweeps and odometry as of a robot that was never told where it is."""
 
 

@@ -32,9 +32,7 @@ OUTAGES = (10.0, 20.0, 30.0)
 """Both scanners say nothing for 4 s from these times [s]."""
 
 _BARE = RegistrationConfig(backface_culling=False, debias=0.0)
-_ALONE = LocalizerConfig(
-    matcher=Matcher.NONE, kiss_odometry=False, second_opinion=False, slip_min_inlier_ratio=2.0
-)
+_ALONE = LocalizerConfig(matcher=Matcher.NONE, kiss_odometry=False, slip_min_inlier_ratio=2.0)
 _PLANE = replace(_ALONE, matcher=Matcher.PLANE, registration=_BARE)
 _ALL = LocalizerConfig()
 
@@ -56,8 +54,7 @@ BUILT: dict[str, LocalizerConfig] = {
         _PLANE, kiss_odometry=True, registration=replace(_BARE, backface_culling=True)
     ),
     "+ debiasing": replace(_PLANE, kiss_odometry=True, registration=RegistrationConfig()),
-    "+ blame rule": replace(_ALL, second_opinion=False),
-    "+ second opinion: all": _ALL,
+    "+ blame rule: all": _ALL,
 }
 """Each adds to the row above; KISS-ICP to the map stands for itself."""
 
@@ -70,7 +67,6 @@ WITHOUT: dict[str, LocalizerConfig] = {
     "without facing gate": replace(_ALL, registration=_NO_GATE),
     "without debiasing": replace(_ALL, registration=RegistrationConfig(debias=0.0)),
     "without blame rule": replace(_ALL, slip_min_inlier_ratio=2.0),
-    "without second opinion": replace(_ALL, second_opinion=False),
     "without KISS-ICP odometry and blame rule": replace(_LONE, slip_min_inlier_ratio=2.0),
     "without KISS-ICP odometry and facing gate": replace(_LONE, registration=_NO_GATE),
 }

@@ -1,13 +1,15 @@
-"""Where is the robot? Readings in, estimates out; no simulator, no network.
+"""Localisation of a skid-steer robot in a prebuilt point cloud: readings in, estimates out.
 
-One call on a log is ``localize``; reading by reading it is ``Localizer.add``; and each part, from the
-prepared map to the filter, can be used alone from its own module.
+``localize`` processes a log in one call, ``Localizer.add`` one reading at a time, and each part, from the
+prepared map to the filter, can be used alone from its own module. Needs no simulator and no network.
 """
 
 import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from localization.config import LocalizerConfig as LocalizerConfig
+    from localization.errors import LocalizationError as LocalizationError
     from localization.logs.log_interface import LogError as LogError
     from localization.logs.mcap_log import read_log as read_log
     from localization.logs.mcap_writer import ReadingsWriter as ReadingsWriter
@@ -17,10 +19,7 @@ if TYPE_CHECKING:
     )
     from localization.maps.map_files import load_cloud as load_cloud, save_cloud as save_cloud
     from localization.maps.prepared_map import PreparedMap as PreparedMap, prepare as prepare
-    from localization.pipeline.localizer import (
-        Localizer as Localizer,
-        LocalizerConfig as LocalizerConfig,
-    )
+    from localization.pipeline.localizer import Localizer as Localizer
     from localization.pipeline.log_replay import Localized as Localized, localize as localize
     from localization.types import (
         Estimate as Estimate,
@@ -40,7 +39,9 @@ if TYPE_CHECKING:
     )
 
 _HOMES = {
-    "pipeline.localizer": ("Localizer", "LocalizerConfig"),
+    "config": ("LocalizerConfig",),
+    "errors": ("LocalizationError",),
+    "pipeline.localizer": ("Localizer",),
     "logs.log_interface": ("LogError",),
     "logs.mcap_log": ("read_log",),
     "logs.mcap_writer": ("ReadingsWriter",),

@@ -48,8 +48,6 @@ class LocalizerConfig:
     """The covariance assumed for a matcher that reports none."""
     kiss_odometry: bool = True
     """Whether KISS-ICP tracks the horizontal scanner; without it wheel slip is detected less often."""
-    second_opinion: bool = True
-    """Whether KISS-ICP is asked now and then where the robot is."""
     min_inlier_ratio: float = 0.3
     """A sweep of which the map explains a smaller share is rejected even if it agrees with the prediction."""
     slip_min_inlier_ratio: float = 0.6
@@ -67,8 +65,6 @@ class LocalizerConfig:
     """Change of wheel speed between two readings that noise may cause [m/s]."""
     placement_sigma: tuple[float, ...] = (0.05, 0.05, 0.02, 0.01, 0.01, 0.02)
     """Error of a pose found by searching: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
-    opinion_period: int = SECOND
-    """Between second opinions [ns]."""
     sweep_period: float = 0.1
     """Sweeps that arrive faster share the errors of map and mounts, and together inform like one sweep
     in this time [s]. The information of a sweep was tuned at 10 Hz."""
@@ -113,6 +109,7 @@ OLD_NAMES: dict[str, dict[str, str]] = {
         "judged_over": "slip_window",
         "rewind": "late_readings",
     },
+    "ExtrinsicsMonitorConfig": {"least": "min_offset"},
     "RegistrationConfig": {
         "inlier": "inlier_distance",
         "weakest": "max_sigma",

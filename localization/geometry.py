@@ -15,7 +15,7 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 
 _SMALL_ANGLE = 1e-8
-"""Below this [rad] the series replace sin(x)/x and its kin; their error is then under 1e-16."""
+"""Below this angle, series replace sin(x)/x and the like, with an error under 1e-16 [rad]."""
 
 
 def hat(v: npt.ArrayLike) -> FloatArray:
@@ -25,7 +25,7 @@ def hat(v: npt.ArrayLike) -> FloatArray:
 
 
 Quaternion = tuple[float, float, float, float]
-"""``wxyz`` as plain floats: for one rotation at a time they are quicker than small arrays."""
+"""``wxyz`` as plain floats: for one rotation at a time they are faster than small arrays."""
 
 
 def quaternion_exp(x: float, y: float, z: float) -> Quaternion:
@@ -169,10 +169,10 @@ def interpolate_many(
     """Interpolate a track of poses: positions linearly, rotations along the geodesic.
 
     Args:
-        times: (N,) [ns] when poses are wanted, within the knots (clamped to them otherwise).
-        knot_times: (K,) [ns] strictly increasing, K >= 2.
-        knot_positions: (K, 3) [m].
-        knot_rotations: (K, 3, 3).
+        times: (N,) times of the wanted poses [ns], clamped to those of the knots.
+        knot_times: (K,) times of the knots [ns], strictly increasing, K >= 2.
+        knot_positions: (K, 3) positions of the knots [m].
+        knot_rotations: (K, 3, 3) rotations of the knots.
 
     Returns:
         Positions (N, 3) [m] and rotations (N, 3, 3).

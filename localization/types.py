@@ -1,4 +1,4 @@
-"""The project's vocabulary: the values that flow between simulator, localiser and network.
+"""Vocabulary of the project: the values that flow between simulator, localiser and network.
 
 All are frozen and their arrays read-only. Stamps are integer nanoseconds of the robot's clock, lengths
 are metres, angles radians. ``map_from_base`` maps coordinates in ``base_link`` to coordinates in
@@ -34,11 +34,11 @@ SECOND = 1_000_000_000
 
 
 _FARTHEST_HINT = 1e6
-"""No map reaches so far [m]."""
+"""Largest coordinate of a hint [m]; no map reaches so far."""
 
 
 class InvalidReadingError(LocalizationError):
-    """A reading or a pose that cannot be true; the message names the field and what would work."""
+    """A reading or a pose with invalid values; the message names the field and what would work."""
 
 
 def _read_only(value: npt.ArrayLike, shape: tuple[int, ...] | None, name: str) -> FloatArray:
@@ -50,7 +50,7 @@ def _read_only(value: npt.ArrayLike, shape: tuple[int, ...] | None, name: str) -
 
 
 def _is_frozen(value: object, dtype: type[np.generic]) -> TypeGuard[npt.NDArray[Any]]:
-    """Return whether ``value`` is an array that can be shared: its own memory, which nobody writes to."""
+    """Return whether ``value`` is a read-only array with its own memory, which can be shared."""
     return (
         type(value) is np.ndarray
         and not value.flags.writeable
@@ -65,7 +65,7 @@ def _finite(array: FloatArray, name: str) -> None:
 
 
 def _refuse(position: FloatArray, quaternion: FloatArray) -> None:
-    """Say what is wrong with a position (3,) or a quaternion (4,), if anything is."""
+    """Raise what is wrong with a position (3,) or a quaternion (4,), if anything is."""
     _finite(position, "position")
     _finite(quaternion, "quaternion")
     if (
@@ -78,21 +78,21 @@ def _refuse(position: FloatArray, quaternion: FloatArray) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """A rigid motion; named by its ends where it is used, as in ``map_from_base``."""
+    """A rigid transform; named by its two frames where it is used, as in ``map_from_base``."""
 
     position: FloatArray
-    """(3,) [m]."""
+    """(3,) translation [m]."""
     quaternion_wxyz: FloatArray
     """(4,) unit quaternion."""
     rotation: FloatArray = field(init=False, repr=False)
-    """(3, 3), derived from the quaternion."""
+    """(3, 3) rotation matrix, derived from the quaternion."""
 
     def __post_init__(self) -> None:
         position = _read_only(self.position, (3,), "position")
         q = np.array(self.quaternion_wxyz, dtype=float)
         if q.shape != (4,):
             raise InvalidReadingError(f"quaternion must have shape (4,), got {q.shape}")
-        # Poses are made a few times per reading: numbers one by one are quicker than small arrays.
+        # Several poses are made per reading: single numbers are faster than small arrays.
         w, x, y, z = q.tolist()
         norm2 = w * w + x * x + y * y + z * z
         if not (1e-12 <= norm2 <= 1e300 and math.isfinite(sum(position.tolist()))):
@@ -110,7 +110,7 @@ class Pose:
 
     @classmethod
     def identity(cls) -> Pose:
-        """Return the motion that changes nothing."""
+        """Return the identity transform."""
         return cls(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
 
     @classmethod
@@ -140,7 +140,7 @@ class Pose:
         )
 
     def inverse(self) -> Pose:
-        """Return the motion that undoes this one."""
+        """Return the inverse transform."""
         w, x, y, z = self.quaternion_wxyz
         return Pose(-(self.rotation.T @ self.position), np.array([w, -x, -y, -z]))
 
@@ -165,9 +165,9 @@ class Twist:
     """Velocity of ``base_link`` expressed in ``base_link`` (REP 103)."""
 
     linear: FloatArray
-    """(3,) [m/s]."""
+    """(3,) linear velocity [m/s]."""
     angular: FloatArray
-    """(3,) [rad/s]."""
+    """(3,) angular velocity [rad/s]."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "linear", _read_only(self.linear, (3,), "linear"))
@@ -181,10 +181,10 @@ class Twist:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """One sweep of a planar scanner, as measured: each beam from where the robot was at its time.
+    """One scan of a planar scanner, as measured: each beam from where the robot was at its time.
 
     A range is a distance [m]; ``+inf`` means no return within ``range_max``, ``NaN`` an invalid
-    measurement. Both are legal and carry no point.
+    measurement. Both are valid and carry no point.
     """
 
     stamp: int
@@ -192,15 +192,17 @@ class Scan:
     scanner: str
     """Frame of the scanner, such as ``laser_horizontal``."""
     angles: FloatArray
-    """(N,) beam angles in the scanner's x-y plane, from its x axis [rad]."""
+    """(N,) angles of the beams in the scanner's x-y plane, from its x axis [rad]."""
     ranges: FloatArray
-    """(N,) [m], of float32 resolution, as in the message."""
+    """(N,) ranges [m], of float32 resolution, as in the message."""
     intensities: FloatArray
-    """(N,), or (0,) when the scanner gives none."""
+    """(N,) intensities, or (0,) for a scanner without."""
     offsets: IntArray
     """(N,) time of each beam after ``stamp`` [ns], not decreasing."""
     range_min: float
+    """Shortest valid range [m]."""
     range_max: float
+    """Longest valid range [m]."""
 
     def __post_init__(self) -> None:
         if self.stamp < 0:
@@ -261,14 +263,14 @@ class Scan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointScan:
-    """What a scanner of several planes saw in one turn, point by point, as measured."""
+    """One turn of a scanner with several planes, point by point, as measured."""
 
     stamp: int
     """Time of the first point [ns]."""
     scanner: str
     """Frame of the scanner."""
     points: FloatArray
-    """(N, 3) in that frame [m]."""
+    """(N, 3) points in that frame [m]."""
     offsets: IntArray
     """(N,) time of each point after ``stamp`` [ns]."""
 
@@ -278,7 +280,7 @@ class PointScan:
             raise InvalidReadingError(f"points.stamp must be >= 0 ns, got {self.stamp}")
         points = _read_only(self.points, (n, 3), "points.points")
         if not np.isfinite(points).all():
-            raise InvalidReadingError("points.points must be finite; leave out what is not")
+            raise InvalidReadingError("points.points must be finite; leave invalid points out")
         offsets = np.array(self.offsets, dtype=np.int64)
         if offsets.shape != (n,) or (offsets < 0).any():
             raise InvalidReadingError(f"points.offsets must be {n} times >= 0, got {offsets.shape}")
@@ -297,10 +299,11 @@ class WheelSpeeds:
     """Mean rim speed of each side over the interval that ends at the stamp."""
 
     stamp: int
+    """End of the interval [ns]."""
     left: float
-    """[m/s], of float32 resolution."""
+    """Rim speed of the left wheels [m/s], of float32 resolution."""
     right: float
-    """[m/s], of float32 resolution."""
+    """Rim speed of the right wheels [m/s], of float32 resolution."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -308,10 +311,11 @@ class Inertial:
     """Mean gyro and accelerometer reading over the interval that ends at the stamp, in ``base_link``."""
 
     stamp: int
+    """End of the interval [ns]."""
     angular_velocity: FloatArray
-    """(3,) [rad/s]."""
+    """(3,) angular velocity [rad/s]."""
     specific_force: FloatArray
-    """(3,) [m/s^2]; at rest on level ground (0, 0, +9.81)."""
+    """(3,) specific force [m/s^2]; at rest on level ground (0, 0, +9.81)."""
 
     def __post_init__(self) -> None:
         for name in ("angular_velocity", "specific_force"):
@@ -321,10 +325,12 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Odometry:
-    """Where a base believes it has driven, by adding up what its own wheels did."""
+    """Pose of a base by its own odometry."""
 
     stamp: int
+    """Time of the pose [ns]."""
     odom_from_base: Pose
+    """Pose since an arbitrary start."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -332,9 +338,11 @@ class Hint:
     """Where an operator believes the robot to be: a region to search, never a pose to take over."""
 
     stamp: int
+    """Time to which the hint refers [ns]."""
     map_from_base: Pose
+    """Centre of the region."""
     covariance: FloatArray
-    """(6, 6) in ROS's order x, y, z, roll, pitch, yaw; all zeros means "default"."""
+    """(6, 6) covariance in ROS's order x, y, z, roll, pitch, yaw [m, rad]; all zeros means "default"."""
 
     def __post_init__(self) -> None:
         covariance = _read_only(self.covariance, (6, 6), "hint.covariance")
@@ -348,32 +356,33 @@ class Hint:
 
 
 Reading: TypeAlias = Scan | PointScan | WheelSpeeds | Inertial | Odometry | Hint
-"""What ``Localizer.add`` takes, and what a log holds."""
+"""Input of ``Localizer.add``, and content of a log."""
 
 Mounts: TypeAlias = Mapping[str, Pose]
 """``base_from_scanner`` of each scanner, by its frame's name."""
 
 
 class Verdict(StrEnum):
-    """What became of a hint."""
+    """Decision on a hint."""
 
     ACCEPTED = "accepted"
     """The estimate moved to the best pose in the hint's window."""
     KEPT = "kept"
     """The estimate already explained the sweep at least as well."""
     AMBIGUOUS = "ambiguous"
-    """Several poses explain the sweep alike; none was taken."""
+    """Several poses explain the sweep equally well; none was taken."""
     REJECTED = "rejected"
     """No pose in the window explains the sweep."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """A pose that was searched, and the share of the sweep it explains."""
+    """A pose that a search found, and the share of the sweep that it explains."""
 
     map_from_base: Pose
+    """The pose."""
     score: float
-    """Share in [0, 1]."""
+    """Share of the sweep that the pose explains, in [0, 1]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -381,13 +390,15 @@ class HintVerdict:
     """The answer that every hint gets."""
 
     stamp: int
-    """When the answer was given [ns]."""
+    """Time of the answer [ns]."""
     hint: Hint
+    """The hint that is answered."""
     verdict: Verdict
+    """The decision."""
     reason: str
     """One sentence for the operator."""
     candidates: tuple[Candidate, ...] = ()
-    """Best first; for ``ACCEPTED`` the first one was taken."""
+    """The places found, best first; for ``ACCEPTED`` the first one was taken."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -395,10 +406,11 @@ class Sweep:
     """Points of one or several scans, all brought to one instant, in ``base_link``."""
 
     stamp: int
+    """The instant [ns]."""
     points: FloatArray
-    """(N, 3) [m]."""
+    """(N, 3) points [m]."""
     origins: FloatArray
-    """(N, 3) [m], where the beam of each point started."""
+    """(N, 3) start of the beam of each point [m]."""
     horizontal: npt.NDArray[np.bool_]
     """(N,) whether the point comes from a scanner whose plane is horizontal."""
 
@@ -413,16 +425,18 @@ class Sweep:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
-    """What registering one sweep against the cloud found out.
+    """Result of registering one sweep against the cloud.
 
     Directions are unit vectors in the space of (position error in ``map`` [m], rotation error in
     ``base_link`` times ``LEVER`` [m]).
     """
 
     stamp: int
+    """Time of the sweep [ns]."""
     map_from_base: Pose
+    """Pose at which the sweep fits the map best, without the prior."""
     information: FloatArray
-    """(6, 6) of (position in ``map``, rotation in ``base_link``), debiased; zero where nothing was seen."""
+    """(6, 6) information of (position in ``map``, rotation in ``base_link``), debiased; zero where unobserved."""
     observable_directions: FloatArray
     """(k, 6), k <= 6: the directions in which the sweep constrains the pose, orthonormal."""
     distances: FloatArray
@@ -451,7 +465,7 @@ class ScanConsistency:
 
 
 class Health(StrEnum):
-    """What state the estimate is in; ``Estimate.reasons`` says why."""
+    """State of the estimate; ``Estimate.reasons`` gives the reasons."""
 
     WAITING = "waiting"
     TRACKING = "tracking"
@@ -464,28 +478,32 @@ class Health(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """Where the robot is, how surely, and what that rests on."""
+    """Estimate of the robot's pose, its uncertainty, and the evidence for it."""
 
     stamp: int
+    """Time of the estimate [ns]."""
     map_from_base: Pose | None
-    """None while ``WAITING`` for a first pose."""
+    """Pose in the map; None while ``WAITING`` for a first one."""
     odom_from_base: Pose
-    """Smooth; drifts, never jumps (REP 105)."""
+    """Pose by dead reckoning: smooth; drifts, never jumps (REP 105)."""
     covariance: FloatArray
-    """(6, 6) of (position error in ``map`` axes [m], rotation error in ``base_link`` axes [rad])."""
+    """(6, 6) covariance of (position error in ``map`` axes [m], rotation error in ``base_link`` axes [rad])."""
     twist: Twist
+    """Velocity of the base in its own frame."""
     health: Health
+    """State of the estimate."""
     reasons: tuple[str, ...] = ()
+    """Reasons of the state, and remarks, one sentence each."""
     match: Match | None = None
-    """The last registration, if this estimate contains a new one."""
+    """The registration, if this estimate contains a new one."""
     sweep: Sweep | None = None
     """The sweep that was registered."""
     verdict: HintVerdict | None = None
-    """The answer to a hint, if it was given now."""
+    """The answer to a hint, if it is given with this estimate."""
     nis: float | None = None
-    """Squared, normalised innovation of this estimate's registration."""
+    """Normalised innovation squared of this estimate's registration."""
     hypotheses: tuple[Candidate, ...] = ()
-    """Places between which it is not settled yet, best first; they move with the robot."""
+    """Places between which the search has not decided yet, best first; they move with the robot."""
     consistency: ScanConsistency | None = None
     """How this estimate's sweep agrees with the map; None without a registered sweep."""
 

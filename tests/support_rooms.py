@@ -141,7 +141,7 @@ CORRIDOR = Place([f for f in box((-35.0, -1.0, 0.0), (35.0, 1.0, 2.5), inside=Tr
 
 
 class Drive:
-    """A robot that drives through a place as it is told, and what its sensors say.
+    """A robot that drives through a place by a schedule, and its sensor readings.
 
     Speed [m/s] and turn rate [rad/s] are constant over each tick and change by ramps between the
     ``(seconds, speed, turn)`` of the orders.

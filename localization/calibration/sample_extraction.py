@@ -59,7 +59,7 @@ def calibration_samples(
         step: Distance between samples [m].
         turn: Rotation between samples [rad].
     """
-    plain = replace(config, matcher=Matcher.NONE, kiss_odometry=False, second_opinion=False)
+    plain = replace(config, matcher=Matcher.NONE, kiss_odometry=False)
     localizer = Localizer(world, mounts, config)
     if anywhere:
         localizer.relocalize()

@@ -1,7 +1,7 @@
-"""Covariances kept fit to work with: symmetric, finite, and never surer than anything is.
+"""Regularisation of covariances: symmetric, finite, and no direction with less variance than a floor.
 
-A covariance without an inverse claims to know something exactly. Operators, logs and other matchers send
-such: rows of zeros, a sigma of nought, rounding that leaves an eigenvalue of -1e-19.
+A covariance without an inverse claims exact knowledge. Operators, logs and other matchers send such: rows of
+zeros, a sigma of zero, rounding that leaves an eigenvalue of -1e-19.
 """
 
 from __future__ import annotations
@@ -12,23 +12,23 @@ from localization.errors import LocalizationError
 from localization.geometry import FloatArray
 
 SUREST_POSITION = 1e-5
-"""Nobody knows where anything is better than this, one sigma [m]."""
+"""Floor of the error of a position, one sigma [m]."""
 SUREST_ANGLE = 1e-6
-"""The same for angles, one sigma [rad]: 1 cm in 10 km."""
+"""Floor of the error of an angle, one sigma [rad]: 1 cm in 10 km."""
 _INDEFINITE = 1e-6
-"""An eigenvalue this far below zero, as a share of the largest, is no rounding."""
+"""An eigenvalue this far below zero, as a share of the largest, is not a rounding error."""
 
 
 class CovarianceError(LocalizationError, ArithmeticError):
-    """A covariance or an information that cannot be one; the message names it and says why."""
+    """A matrix that is not a valid covariance or information; the message names it and says why."""
 
 
 def pose_covariance(matrix: FloatArray, name: str) -> FloatArray:
-    """Return the covariance of a pose, made symmetric, with no direction surer than anything is.
+    """Return the covariance of a pose, made symmetric, with the floor of variance in every direction.
 
     Args:
         matrix: (6, 6) of position [m] and rotation [rad]; may be singular.
-        name: what it is of, for the message.
+        name: what it belongs to, for the message.
 
     Raises:
         CovarianceError: if it is not finite, or has a negative variance in some direction.
@@ -45,12 +45,12 @@ def inverse(matrix: FloatArray, name: str) -> FloatArray:
     """Return the inverse (N, N) of a covariance or an information.
 
     Raises:
-        CovarianceError: if it is not finite, or some direction in it has no weight or less than none.
+        CovarianceError: if it is not finite, or some direction in it has no weight or a negative one.
     """
     if not np.isfinite(matrix).all():
         raise CovarianceError(f"{name} is non-finite")
     try:
-        # Inverting alone would pass what rounding keeps from being singular, and what is negative.
+        # Inversion alone would accept what only rounding keeps from being singular, and what is negative.
         np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:
         raise CovarianceError(f"{name} is singular: some direction in it has no weight") from None
@@ -58,12 +58,12 @@ def inverse(matrix: FloatArray, name: str) -> FloatArray:
 
 
 def floored(matrix: FloatArray, surest: FloatArray, name: str) -> FloatArray:
-    """Return a covariance (N, N), made symmetric, with no direction surer than some are at most.
+    """Return a covariance (N, N), made symmetric, with a floor of variance in every direction.
 
     Args:
         matrix: the covariance; may be singular.
-        surest: (N,) one sigma in the unit of each row.
-        name: what it is of, for the message.
+        surest: (N,) the floor, one sigma in the unit of each row.
+        name: what it belongs to, for the message.
 
     Raises:
         CovarianceError: if it is not finite, or has a negative variance in some direction.
@@ -77,7 +77,7 @@ def floored(matrix: FloatArray, surest: FloatArray, name: str) -> FloatArray:
         return symmetric
     if values[0] < -max(1.0, _INDEFINITE * values[-1]):
         raise CovarianceError(
-            f"{name} has a negative variance in some direction; no covariance has"
+            f"{name} is not a covariance: it has a negative variance in some direction"
         )
     raised = (vectors * np.maximum(values, 1.0)) @ vectors.T * unit
     return np.asarray(0.5 * (raised + raised.T), dtype=float)

@@ -1,4 +1,4 @@
-"""Whether a robot stands: what wheels, gyro and accelerometer agree on, and for how long."""
+"""Standstill: whether wheels, gyro and accelerometer agree that the robot stands, and for how long."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from localization.filter.ekf_config import EkfConfig
 Triple = tuple[float, float, float]
 
 _MEMORY = 2.0
-"""The mean force at rest is that of the last so many seconds: long beside what noise there is, short
-beside a ramp that a robot is driven up."""
+"""The mean force at rest is taken over this time [s]: long enough to average noise, short against the change of
+slope on a ramp."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """How long nothing has moved, and the mean force meanwhile."""
+    """How long nothing has moved, and the mean force meanwhile; a value."""
 
     seconds: float = 0.0
-    """[s]; 0 while the robot moves."""
+    """Time since the last motion [s]; 0 while the robot moves."""
     force: Triple = (0.0, 0.0, 0.0)
-    """Specific force [m/s^2]."""
+    """Mean specific force meanwhile [m/s^2]."""
     pushed: bool = False
-    """Whether it began when the force changed; the robot may glide."""
+    """Whether the rest began with a change of force, after which the robot may glide."""
 
     @property
     def undisturbed(self) -> bool:
-        """Whether nothing moves at the moment, and nobody pushed."""
+        """Whether nothing moves at the moment, and no push came before."""
         return self.seconds > 0.0 and not self.pushed
 
     def stands(self, config: EkfConfig) -> bool:
-        """Return whether that is long enough for the robot to stand."""
+        """Return whether nothing has moved for long enough."""
         return 0.0 < self.seconds >= (config.still_recover if self.pushed else config.still_settle)
 
 
@@ -38,17 +38,17 @@ MOVING = Rest()
 
 
 def wheels_stand(left: float, right: float, config: EkfConfig) -> bool:
-    """Return whether rim speeds [m/s] are those of wheels that stand."""
+    """Return whether rim speeds [m/s] are those of wheels at rest."""
     return abs(left) < config.still_speed and abs(right) < config.still_speed
 
 
 def quiet(rate: Triple, bias_variance: Triple, seconds: float, config: EkfConfig) -> bool:
-    """Return whether a gyro shows no more than its bias and its noise can be.
+    """Return whether bias and noise explain what a gyro shows.
 
     Args:
-        rate: angular velocity, the bias as it is known taken off [rad/s].
-        bias_variance: how well it is known [rad^2/s^2].
-        seconds: over which the rate is a mean [s].
+        rate: angular velocity less the estimated bias [rad/s].
+        bias_variance: variance of that estimate [rad^2/s^2].
+        seconds: interval over which the rate is a mean [s].
         config: noise and gate.
     """
     x, y, z = rate
@@ -58,14 +58,14 @@ def quiet(rate: Triple, bias_variance: Triple, seconds: float, config: EkfConfig
 
 
 def rest_after(rest: Rest, force: Triple, seconds: float, config: EkfConfig) -> Rest:
-    """Return the rest of a robot whose wheels and gyro stay quiet for another moment.
+    """Return the rest of a robot whose wheels and gyro stay quiet for another interval.
 
-    A force that departs from the mean is a push, or hands that lift it: rest then begins anew.
+    A force that departs from the mean is a push or a lift: the rest then begins anew.
 
     Args:
-        rest: as it was.
-        force: mean specific force of the moment [m/s^2].
-        seconds: how long it is [s].
+        rest: before the interval.
+        force: mean specific force in the interval [m/s^2].
+        seconds: length of the interval [s].
         config: noise and gate.
     """
     if rest.seconds == 0.0:

@@ -1,4 +1,4 @@
-"""How a sweep is placed in the cloud: our own registration, KISS-ICP for comparison, or not at all."""
+"""Matchers: the methods that register sweeps against the cloud, by configuration."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ MatchSweep = Callable[[Sweep, Pose, FloatArray], Match]
 
 
 class Matcher(StrEnum):
-    """What registers sweeps against the cloud."""
+    """The methods that register sweeps against the cloud."""
 
     PLANE = "plane"
-    """Point to plane, with the filter's prior inside: see ``registration``."""
+    """Point to plane with the filter's prediction as prior: see ``registration``."""
     KISS = "kiss"
-    """KISS-ICP's point to point, at whose pose a fixed covariance is taken for granted."""
+    """KISS-ICP's point to point, with a fixed covariance."""
     NONE = "none"
-    """Nothing: once placed, the robot goes by its own motion."""
+    """None: once placed, the robot goes by its own motion."""
 
 
 @dataclass(frozen=True, slots=True)
 class FixedCovariance:
-    """What a matcher is taken to know that does not say what it knows; one sigma."""
+    """The covariance assumed for matchers that report none; one sigma."""
 
     position: float = 0.02
-    """Of x, y and z [m]: on such sweeps KISS-ICP errs by 0.5 to 1.2 cm at the median, and by 4 to 12 cm
-    once in twenty."""
+    """Error of x, y and z [m]: on such sweeps KISS-ICP's median error is 0.5 to 1.2 cm, its 95th percentile
+    4 to 12 cm."""
     angle: float = np.deg2rad(0.5)
-    """Of roll, pitch and yaw [rad]."""
+    """Error of roll, pitch and yaw [rad]."""
 
     @property
     def information(self) -> FloatArray:
-        """(6, 6)."""
+        """(6, 6) inverse of the covariance."""
         return np.diag(np.repeat([self.position**-2, self.angle**-2], 3))
 
 
@@ -54,14 +54,14 @@ def matcher_of(
     kiss: KissConfig,
     fixed: FixedCovariance,
 ) -> MatchSweep:
-    """Return what registers sweeps against a cloud.
+    """Return the matcher of a kind for a cloud.
 
     Args:
-        kind: which; ``NONE`` never matches and is nobody's to call.
+        kind: ``PLANE`` or ``KISS``.
         world: the prepared cloud.
-        registration: how planes are matched; its ``inlier`` says for all kinds what is explained.
-        kiss: how KISS-ICP is set.
-        fixed: what its poses are worth.
+        registration: settings of ``PLANE``; its ``inlier_distance`` holds for both kinds.
+        kiss: settings of ``KISS``.
+        fixed: the covariance of its poses.
 
     Raises:
         LocalizationError: if the kind is ``NONE``.
@@ -84,7 +84,7 @@ def matcher_of(
 
             return by_kiss
         case Matcher.NONE:
-            raise LocalizationError("matcher 'none' matches nothing; ask for 'plane' or 'kiss'")
+            raise LocalizationError("matcher 'none' registers nothing; use 'plane' or 'kiss'")
 
 
 def match_at(
@@ -95,15 +95,15 @@ def match_at(
     directions: FloatArray,
     inlier_distance: float = RegistrationConfig().inlier_distance,
 ) -> Match:
-    """Return the match that some other matcher came to, with the share of the sweep explained there.
+    """Return the match at a pose that another method found, with the share of the sweep explained there.
 
     Args:
-        sweep: what was matched.
-        world: against which cloud.
-        pose: ``map_from_base`` found.
+        sweep: the sweep that was matched.
+        world: the prepared cloud.
+        pose: ``map_from_base`` that was found.
         information: (6, 6) of the pose, as in ``Match``.
-        directions: (k, 6) kept, as in ``Match``.
-        inlier_distance: a point this near to its plane counts as explained [m].
+        directions: (k, 6) observable directions, as in ``Match``.
+        inlier_distance: a point nearer to its plane than this counts as explained [m].
     """
     distances = residuals(sweep, world, pose).distance
     distances.flags.writeable = False

@@ -1,8 +1,9 @@
-"""Register a sweep against the prebuilt cloud: point-to-plane, with the filter's prior inside.
+"""Registration of a sweep against the prebuilt cloud: point-to-plane, with the filter's prediction as prior.
 
 The step minimises ``e' P^-1 e + sum_i w_i r_i^2`` over the pose, where ``e`` is the departure from the
 filter's prediction, ``P`` its covariance and ``r_i`` the distance of sweep point i from the plane of its
-nearest cloud point. Walls seen from behind are refused, so that a thin wall's far face cannot attract.
+nearest cloud point. Walls seen from behind are ignored (back-face culling), so that a thin wall's far face
+cannot attract points.
 """
 
 from __future__ import annotations
@@ -20,38 +21,40 @@ from localization.types import Match, Pose, Sweep
 
 @dataclass(frozen=True, slots=True)
 class RegistrationConfig:
-    """How a sweep is matched.
+    """How a sweep is registered.
 
     The method is that of a robust maximum a posteriori step; its scales were chosen on the shipped
     scenes, and the ablation table in ``docs/accuracy.md`` shows what each part is worth.
     """
 
     sigma: float = 0.02
-    """Distance of a true point from its plane, one sigma [m]: range noise, of which data sheets of planar
-    scanners have 1 to 3 cm, and the map's own."""
+    """The distance of a true point from its plane, one sigma [m]: range noise, for which data sheets of planar
+    scanners give 1 to 3 cm, and the map's own noise."""
     kernel: float = 0.04
-    """Geman-McClure scale at the end of the annealing [m]: two sigma, where a point counts a quarter."""
+    """The scale of the Geman-McClure kernel at the end of the annealing [m]: at two sigma a point counts a
+    quarter."""
     kernel_wide: float = 0.15
-    """Scale at its beginning when the prediction is poor [m]: twice its worst sigma, but no more."""
+    """The largest scale at the beginning of the annealing [m]; it is twice the prediction's largest sigma, up to
+    this."""
     gate: float = 3.0
     """Points farther from their plane than this many kernels are left out: they would count a hundredth."""
     iterations: int = 8
-    """At most; most sweeps settle within as many as the annealing takes."""
+    """The largest number of iterations; most sweeps need only as many as the annealing takes."""
     effective_points: float = 120.0
-    """Neighbouring beams err together: however many points, they inform like this many. Set so
-    that the normalised errors (NEES) of the shipped scenes are honest."""
+    """A sweep informs like at most this many independent points, for the errors of neighbouring beams are
+    correlated. Set so that the normalised errors (NEES) on the shipped scenes are consistent."""
     inlier_distance: float = 0.10
     """A point this near to its plane counts as explained [m]."""
     normal_noise: float = 0.04
-    """Angular noise of the cloud's normals, one sigma [rad]; feeds the debiasing. Measured on clouds:
+    """The angular noise of the cloud's normals, one sigma [rad], for the debiasing. Measured on clouds:
     neighbouring normals differ by 0.02 at the median."""
     debias: float = 4.0
-    """A direction is kept if its information exceeds this many times what normal noise alone fakes: two
-    sigma squared (after Hatleskog and Alexis, arXiv:2410.10784)."""
+    """A direction is observable if its information exceeds this many times the spurious information of noisy
+    normals: two sigma squared (after Hatleskog and Alexis, arXiv:2410.10784)."""
     max_sigma: float = 0.3
-    """A direction known no better than this, one sigma [m], is not kept."""
+    """A direction known no better than this, one sigma [m], is not observable."""
     backface_culling: bool = True
-    """Whether walls seen from behind are refused; without, a thin wall's far face attracts."""
+    """Whether walls seen from behind are ignored; otherwise a thin wall's far face attracts points."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +75,7 @@ class Residuals:
 def residuals(
     sweep: Sweep, world: PreparedMap, map_from_base: Pose, *, backface_culling: bool = True
 ) -> Residuals:
-    """Compare a sweep with the cloud at a pose, by default with what faces the scanner only."""
+    """Compare a sweep with the cloud at a pose, by default only with what faces the scanner."""
     rotation, position = map_from_base.rotation, map_from_base.position
     points = sweep.points @ rotation.T + position
     index = world.grid.nearest(points)
@@ -97,7 +100,7 @@ def register(
     covariance: FloatArray,
     config: RegistrationConfig = RegistrationConfig(),
 ) -> Match:
-    """Find the pose that best reconciles prediction and sweep.
+    """Find the most probable pose, given prediction and sweep.
 
     Args:
         sweep: points in ``base_link``.
@@ -108,13 +111,13 @@ def register(
         config: scales and gates.
 
     Returns:
-        The match; its information is the sweep's alone (the prior is not in it), in the kept
+        The match; its information is the sweep's alone (the prior is not in it), in the observable
         directions, and zero if nothing was near.
 
     Raises:
         CovarianceError: if the covariance is not finite, or has a negative variance in some direction.
     """
-    # One that claims to know something exactly has no inverse.
+    # The covariance may be singular; the floor makes it invertible.
     prior_information = np.linalg.inv(pose_covariance(covariance, "covariance of the prediction"))
     pose = prior
     kernel = _first_kernel(covariance, config)
@@ -167,7 +170,7 @@ def _conclude(sweep: Sweep, world: PreparedMap, pose: Pose, config: Registration
     directions = observable_directions(hessian, fake, config)
     information, offset = np.zeros((6, 6)), np.zeros(6)
     if len(directions):
-        # Project on the kept directions W (rows, orthonormal in the scaled space).
+        # Project on the observable directions W (rows, orthonormal in the scaled space).
         scale = np.diag([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
         w = directions @ scale
         unscaled = directions @ np.linalg.inv(scale)
@@ -175,7 +178,7 @@ def _conclude(sweep: Sweep, world: PreparedMap, pose: Pose, config: Registration
         information = w.T @ small @ w
         offset = -unscaled.T @ np.linalg.solve(small, unscaled @ gradient)
     explained = seen.valid & (np.abs(np.nan_to_num(seen.distance)) < config.inlier_distance)
-    # The prior still pulls at the pose found; the sweep alone would have it a little farther.
+    # The prior still pulls at the pose found; the sweep alone gives a slightly different one.
     alone = Pose.from_rotation(pose.position + offset[:3], pose.rotation @ so3_exp(offset[3:]))
     distances = seen.distance.copy()
     distances.flags.writeable = False
@@ -192,10 +195,10 @@ def _conclude(sweep: Sweep, world: PreparedMap, pose: Pose, config: Registration
 def _information_of_normal_noise(
     sweep: Sweep, pose: Pose, weight: FloatArray, hessian: FloatArray, noise: float
 ) -> FloatArray:
-    """Information that noisy normals fake: ``s^2 sum w A (I - n n') A'``, ``A = [I; [p]x R']``.
+    """Return the spurious information of noisy normals: ``s^2 sum w A (I - n n') A'``, ``A = [I; [p]x R']``.
 
-    After Hatleskog and Alexis 2024 (arXiv 2410.10784): a wall's normals, scattered by noise, seem to
-    hold the robot along the wall as well.
+    After Hatleskog and Alexis 2024 (arXiv:2410.10784): the normals of a wall, scattered by noise, seem to
+    constrain the robot along the wall as well.
     """
     points = sweep.points
     first = weight @ points
@@ -212,7 +215,13 @@ def _information_of_normal_noise(
 def observable_directions(
     hessian: FloatArray, fake: FloatArray, config: RegistrationConfig
 ) -> FloatArray:
-    """Return the directions (k, 6) in which the sweep truly informs, rotations scaled by ``LEVER``."""
+    """Return the directions (k, 6) in which the sweep truly constrains the pose, rotations scaled by ``LEVER``.
+
+    Args:
+        hessian: (6, 6) information of the sweep.
+        fake: (6, 6) spurious information in it.
+        config: thresholds.
+    """
     inverse_scale = np.array([1, 1, 1, 1 / LEVER, 1 / LEVER, 1 / LEVER])
     both = np.outer(inverse_scale, inverse_scale)
     values, vectors = np.linalg.eigh(hessian * both)

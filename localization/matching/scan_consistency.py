@@ -1,9 +1,9 @@
-"""What the map does not explain of a sweep, and of which kind it is.
+"""Consistency of a sweep with the map: which beams the map does not explain, and of which kind they are.
 
-A beam ends where something is. If that is not on a mapped surface, the map itself says what to think of
-it, along the beam's own line: the first surface that the beam meets there is behind its end (something
-new stands before it), before its end (something mapped is gone, or the pose is wrong), or is missing, or
-is met from behind (the beam ran where nothing was mapped).
+A beam ends at a surface. If that is not mapped, the map along the beam classifies it: the first mapped surface
+on the beam's line is behind its end (an unmapped object occludes it), before its end (the beam violates space
+that is mapped as occupied: an object is gone, or the pose is wrong), or there is none, or it is met from
+behind (the beam ran through unmapped space).
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ BoolArray = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class ScanConsistencyConfig:
-    """How beams are told apart."""
+    """How beams are classified."""
 
     beams: int = 40
-    """Unexplained beams that are followed through the map, evenly chosen; their kinds stand for all.
-    Of a kind that is half of what is unexplained they tell the size to 8 %, one sigma."""
+    """Number of unexplained beams that are traced through the map, evenly chosen as a sample of all. The size of
+    a kind that is half of the unexplained beams is estimated to 8 %, one sigma."""
     horizon: float = 6.0
-    """How far beyond a beam's end a surface is looked for [m]; the size of a room."""
+    """Distance beyond a beam's end within which a surface counts [m]; the size of a room."""
     edge: float = 0.2
-    """Of the voxels by which empty space is passed over [m]."""
+    """Edge of the voxels by which empty space is skipped [m]."""
     nearest: float = 0.3
-    """Surfaces nearer to the scanner than this are not looked for [m]."""
+    """Surfaces nearer to the scanner than this are ignored [m]."""
     aside: float = 0.12
     """A beam meets a mapped surface if it cuts the plane of a point no farther from it [m]: a cloud's
     spacing."""
 
 
 class BeamClassifier:
-    """Follows beams through a map; owns a coarse table of where it has surfaces at all."""
+    """Traces beams through a map; owns a coarse table of the voxels that have surfaces at all."""
 
     def __init__(
         self,
@@ -52,8 +52,8 @@ class BeamClassifier:
 
         Args:
             world: the prepared map.
-            config: how beams are told apart.
-            inlier: a point this near to a surface that faces the scanner is explained [m]; as in
+            config: how beams are classified.
+            inlier: a point nearer than this to a surface that faces the scanner is explained [m]; as in
                 ``RegistrationConfig``.
         """
         self.config, self._inlier = config, inlier
@@ -61,7 +61,7 @@ class BeamClassifier:
         points = world.cloud.points
         self._origin: FloatArray = points.min(axis=0) - 2.0 * config.edge
         cells = ((points - self._origin) / config.edge).astype(np.int64)
-        # A margin of one voxel, to which whatever lies outside is clipped.
+        # A margin of one voxel, to which points outside are clipped.
         self._shape = cells.max(axis=0) + 3
         self._stride = np.array([self._shape[1] * self._shape[2], self._shape[2], 1])
         self._solid = np.zeros(int(self._shape.prod()), dtype=bool)
@@ -70,12 +70,12 @@ class BeamClassifier:
     def classify(
         self, sweep: Sweep, map_from_base: Pose, distances: FloatArray
     ) -> ScanConsistency | None:
-        """Return what the map does not explain of a sweep; None if nothing came back.
+        """Return how a sweep agrees with the map; None without any return.
 
         Args:
             sweep: points in ``base_link``.
-            map_from_base: where the robot is believed to be.
-            distances: (N,) of the points to the map there, as in ``Match``.
+            map_from_base: the estimate.
+            distances: (N,) distances of the points to the map there, as in ``Match`` [m].
         """
         count = len(distances)
         if not count:
@@ -100,22 +100,21 @@ class BeamClassifier:
     def first_surface(
         self, start: FloatArray, line: FloatArray, far: FloatArray
     ) -> tuple[FloatArray, BoolArray]:
-        """Return where beams meet the map for the first time.
+        """Return the first mapped surface on each beam.
 
         Args:
             start: (B, 3) in ``map`` [m].
             line: (B, 3) unit directions.
-            far: (B,) how far to look [m].
+            far: (B,) largest distance [m].
 
         Returns:
-            Distances (B,) [m], infinite where nothing is met; and whether (B,) what is met faces the
-            beam.
+            Distances (B,) [m], infinite where no surface is met; and whether (B,) the surface faces the beam.
         """
         c = self.config
         steps = np.arange(c.nearest, float(far.max()) + c.edge, c.edge)
         beam, step = np.nonzero(self._occupied(start, line, steps) & (steps < far[:, None]))
         at = steps[step]
-        # Twice in a voxel's length, the nearest point of the cloud is looked at.
+        # The nearest point of the cloud is examined twice in a voxel's length.
         beam = np.repeat(beam, 2)
         at = np.repeat(at, 2)
         at[1::2] += 0.5 * c.edge
@@ -125,7 +124,7 @@ class BeamClassifier:
         offset = self._world.cloud.points[index] - place
         slope = np.einsum("ij,ij->i", normal, direction)
         meets = (index >= 0) & (np.abs(slope) > _GRAZING)
-        # Along a surface a beam may run for metres; it is met where the line cuts its plane.
+        # A beam may run along a surface for metres; it meets it where its line cuts the surface's plane.
         with np.errstate(divide="ignore", invalid="ignore"):
             along = np.einsum("ij,ij->i", normal, offset) / slope
         aside = offset - along[:, None] * direction
@@ -151,12 +150,19 @@ class BeamClassifier:
 
 
 _GRAZING = 0.1
-"""A surface met at less than this (sine of 6 degrees) is passed along, not met."""
+"""A beam at a smaller angle to a surface than this (sine of 6 degrees) runs along it and does not meet it."""
 
 
-def explanation(fit: float, consistency: ScanConsistency | None) -> str:
-    """Return what the map explains of a sweep, and what not, in words for an operator."""
-    parts = [f"the map explains {'only ' if fit < 0.5 else ''}{fit:.0%} of the sweep"]
+def explanation(inlier_ratio: float, consistency: ScanConsistency | None) -> str:
+    """Return how far the map explains a sweep, in words for an operator.
+
+    Args:
+        inlier_ratio: share of the sweep that the map explains.
+        consistency: the kinds of beams that it does not explain, if they were examined.
+    """
+    parts = [
+        f"the map explains {'only ' if inlier_ratio < 0.5 else ''}{inlier_ratio:.0%} of the sweep"
+    ]
     if consistency is not None:
         for share, what in (
             (
@@ -169,10 +175,10 @@ def explanation(fit: float, consistency: ScanConsistency | None) -> str:
             ),
             (consistency.unmapped, "ends where nothing is mapped"),
         ):
-            if share >= _WORTH_TELLING:
+            if share >= _NOTABLE:
                 parts.append(f"{share:.0%} {what}")
     return "; ".join(parts)
 
 
-_WORTH_TELLING = 0.05
-"""Noise and edges leave less than this share of a sweep unexplained anywhere."""
+_NOTABLE = 0.05
+"""Noise and edges leave a smaller share of any sweep unexplained."""

@@ -1,8 +1,8 @@
-"""Mounts under watch: do the scanners agree with each other, and with the way the wheels roll?
+"""Monitor of the scanners' extrinsics: do they agree with each other, and with the direction in which the wheels roll?
 
-The least-squares problem of ``extrinsics``, taken once about the mounts as they were given and summed up
-while the robot drives. That is not enough to correct a mount, for the poses were found with the wrong one,
-but it shows that one is wrong, and about by how much.
+The least-squares problem of the calibration, linearised once at the mounts as given and accumulated while the
+robot drives. That is not enough to correct a mount, for the poses were found with the wrong one, but it shows
+that one is wrong, and roughly by how much.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ from localization.types import Mounts, PointScan, Pose, Scan
 
 @dataclass(frozen=True, slots=True)
 class ExtrinsicsMonitorConfig:
-    """When a mount is doubted."""
+    """When a mount is reported as doubtful."""
 
     problem: CalibrationConfig = field(
         default_factory=lambda: CalibrationConfig(ground_sigma=(0.01, float(np.deg2rad(0.5))))
     )
     step: float = 0.15
-    """A sweep is looked at after so much way [m] ..."""
+    """A sweep is evaluated after this distance [m], or after ``turn``."""
     turn: float = np.deg2rad(8.0)
-    """... or turning [rad]."""
+    """A sweep is evaluated after this turn [rad], or after ``step``."""
     stretches: int = 8
-    """Stretches of sweeps before anything is said: about 15 m of way."""
+    """Number of stretches of sweeps before anything is reported: about 15 m."""
     remembered: int = 30
-    """Stretches remembered."""
+    """Largest number of stretches that are kept."""
     sigmas: float = 5.0
-    """A mount is doubted beyond so many sigma ..."""
-    least: tuple[float, float] = (0.015, np.deg2rad(0.6))
-    """... and so much [m, rad]."""
+    """A mount is doubtful if its estimated error exceeds this many sigma, and ``min_offset``."""
+    min_offset: tuple[float, float] = (0.015, np.deg2rad(0.6))
+    """A mount is doubtful if its estimated error exceeds this [m, rad], and ``sigmas``."""
 
 
 class ExtrinsicsMonitor:
-    """Owns the sum of what the drive has said of the mounts so far."""
+    """Owns the evidence about the mounts, accumulated over the drive."""
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class ExtrinsicsMonitor:
         self._open = self._anew()
         self._closed: deque[tuple[FloatArray, FloatArray]] = deque(maxlen=config.remembered)
         self.doubts: tuple[str, ...] = ()
-        """What seems wrong with the mounts, in words; nothing while all is well."""
+        """Doubts about the mounts, one sentence each; empty while there are none."""
 
     def _anew(self) -> SegmentBuilder:
         return SegmentBuilder(6 * len(self._names) + 2, self.config.problem.segment_samples)
@@ -120,7 +120,7 @@ class ExtrinsicsMonitor:
                 self.doubts = self._judge()
 
     def interrupt(self) -> None:
-        """Begin a new stretch: the pose was lost, or put elsewhere."""
+        """Begin a new stretch: the pose was lost, or replaced."""
         self._before, self._slot, self._open = None, 0, self._anew()
 
     def _far(self, before: CalibrationSample, odom_from_base: Pose) -> bool:
@@ -155,13 +155,13 @@ class ExtrinsicsMonitor:
     ) -> tuple[bool, float]:
         size = float(direction @ at)
         sigma = float(np.sqrt(direction @ covariance @ direction))
-        least = self.config.least[axis // 3]
+        least = self.config.min_offset[axis // 3]
         return abs(size) > max(least, self.config.sigmas * sigma), -size
 
 
-def _sentence(who: str, size: float, axis: int, against: str) -> str:
+def _sentence(subject: str, size: float, axis: int, reference: str) -> str:
     if axis < 3:
-        much = f"{abs(size) * 100:.1f} cm off in {AXES[axis]}"
+        amount = f"{abs(size) * 100:.1f} cm off in {AXES[axis]}"
     else:
-        much = f"{np.rad2deg(abs(size)):.1f} degrees off in {AXES[axis]}"
-    return f"{who} mounted about {much} {against}: see `farsteer calibrate`"
+        amount = f"{np.rad2deg(abs(size)):.1f} degrees off in {AXES[axis]}"
+    return f"{subject} mounted about {amount} {reference}: see `farsteer calibrate`"

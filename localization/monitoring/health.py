@@ -7,7 +7,6 @@ from dataclasses import astuple, dataclass, field, replace
 
 import numpy as np
 
-from localization.filter.pose_error import LEVER
 from localization.geometry import FloatArray
 from localization.matching.scan_consistency import explanation
 from localization.types import SECOND, Health, Match, Pose, ScanConsistency
@@ -48,19 +47,12 @@ class HealthConfig:
     occluded_lost_after: int = 50
     """Number of rejected sweeps in a row that makes the pose lost if occlusion could explain them; 5 s at
     10 Hz."""
-    disagreements: int = 3
-    """Number of second opinions in a row that differ before the pose is lost."""
     trusted_after: int = 3
     """Number of good sweeps in a row after which the pose is trusted again."""
     lost_sigma: float = 1.0
     """A horizontal position known no better than this is lost, one sigma [m]."""
     silence: int = SECOND // 2
     """A scanner or encoder without readings for this long is reported as silent [ns]."""
-    opinion_distance: float = 0.2
-    """How far the second opinion may lie from the estimate [m]; KISS-ICP's own error has a 95th
-    percentile of 12 cm on such sweeps."""
-    opinion_yaw: float = np.deg2rad(3.0)
-    """The same for heading [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,8 +65,6 @@ class HealthMonitor:
     """Number of rejected or doubtful sweeps in a row."""
     good: int = 0
     """Number of good sweeps in a row."""
-    differ: int = 0
-    """Number of second opinions in a row that differ."""
     violations: int = 0
     """Number of sweeps in a row since too many beams have passed through mapped surfaces."""
     settling: int = 0
@@ -95,7 +85,7 @@ class HealthMonitor:
     @property
     def doubtful(self) -> bool:
         """Whether the last sweep left doubt."""
-        return self.bad > 0 or self.differ > 0 or self.violations > 0
+        return self.bad > 0 or self.violations > 0
 
     @property
     def needs_check(self) -> bool:
@@ -161,9 +151,9 @@ class HealthMonitor:
             unobservable=unobservable_axes(match, pose),
             consistency=average,
         )
-        if monitor._hopeless(match, refusal, consistency) or self.differ >= c.disagreements:
+        if monitor._hopeless(match, refusal, consistency):
             return replace(monitor, lost=True)
-        if good >= c.trusted_after and not self.differ:
+        if good >= c.trusted_after:
             return replace(monitor, lost=False)
         return monitor
 
@@ -180,16 +170,6 @@ class HealthMonitor:
         if crowded and self.consistency.free_space_violation <= c.max_free_space_violation:
             return refusal is not None and self.bad >= c.occluded_lost_after
         return self.bad >= c.lost_after
-
-    def after_opinion(self, offset: float, turn: float) -> HealthMonitor:
-        """Return the monitor after a second opinion that lies so far [m, rad] from the estimate."""
-        c = self.config
-        if self.off_map or not (offset > c.opinion_distance or abs(turn) > c.opinion_yaw):
-            return replace(self, differ=0)
-        why = (
-            f"KISS-ICP places the robot {offset:.2f} m and {np.rad2deg(abs(turn)):.1f} degrees away"
-        )
-        return replace(self, differ=self.differ + 1, why=why)
 
     def after_prediction(self, sigma: float) -> HealthMonitor:
         """Return the monitor after the pose has become as uncertain as this, horizontally [m]."""
@@ -216,19 +196,25 @@ class HealthMonitor:
         missing = tuple(f"nothing from {name}" for name in silent)
         if self.lost:
             return Health.LOST, (self.why, *missing)
-        if self.bad >= self.config.suspect_after or self.differ:
+        if self.bad >= self.config.suspect_after:
             return Health.SUSPECT, (self.why, *missing)
         if self.violations:
             return Health.SUSPECT, (*self._remarks(), *missing)
         if self.settling:
-            return Health.SUSPECT, ("all that is seen changed at once: was it carried?", *missing)
+            return Health.SUSPECT, (
+                "everything seen changed at once: was the robot carried?",
+                *missing,
+            )
         if no_scanner:
             # Wheels that slip now mislead it by any distance, unobserved.
-            return Health.SUSPECT, ("no scanner speaks: only its own motion is known", *missing)
+            return Health.SUSPECT, (
+                "all scanners are silent: only the robot's own motion is known",
+                *missing,
+            )
         if slipping:
             return Health.SLIPPING, ("the wheels contradict gyro or scanners", *missing)
         if self.unobservable or missing or mounts:
-            blind = (f"no hold in {', '.join(self.unobservable)}",) if self.unobservable else ()
+            blind = (f"unobservable: {', '.join(self.unobservable)}",) if self.unobservable else ()
             return Health.DEGRADED, (*blind, *missing, *mounts, *self._remarks())
         return Health.TRACKING, self._remarks()
 
@@ -266,12 +252,3 @@ def unobservable_axes(match: Match, pose: Pose) -> tuple[str, ...]:
     axes[3:, 3:] = np.eye(3)
     held = np.square(axes @ match.observable_directions.T).sum(axis=1)
     return tuple(name for name, share in zip(_AXES, held, strict=True) if share < 0.5)
-
-
-def opinion_offset(pose: Pose, other: Pose, match: Match) -> tuple[float, float]:
-    """Return how far [m, rad] another pose lies, horizontally, in the directions that a match constrains."""
-    step = (other.position - pose.position) * [1.0, 1.0, 0.0]
-    turn = (pose.inverse() @ other).yaw
-    scaled = np.concatenate([step, [0.0, 0.0, LEVER * turn]])
-    held = match.observable_directions.T @ (match.observable_directions @ scaled)
-    return float(np.hypot(held[0], held[1])), float(held[5] / LEVER)

@@ -39,9 +39,7 @@ class EventQueue:
                     self._placement = event
                     self._note = (f"placed anew: {event.reason}",)
             case PlacementUndone():
-                self._note = (
-                    f"took back the placement of {event.seconds:.1f} s ago: {event.reason}",
-                )
+                self._note = (f"undid the placement of {event.seconds:.1f} s ago: {event.reason}",)
             case ScanDropped():
                 self.refuse(event.reason)
             case HintVerdict():

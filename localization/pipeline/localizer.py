@@ -106,7 +106,7 @@ class Localizer:
             The estimate as it now stands; its reasons say what was undone, or that nothing was.
         """
         if not self.undoable:
-            why = f"nothing to take back from the last {self.config.undo_memory / SECOND:.0f} s"
+            why = f"nothing to undo from the last {self.config.undo_memory / SECOND:.0f} s"
             return replace(self._last, reasons=(why, *self._last.reasons))
         self._take(Command.UNDO)
         return self._estimate(late=True)

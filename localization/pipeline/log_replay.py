@@ -1,4 +1,4 @@
-"""One call on a log: readings in a file, estimates out."""
+"""Replay of a log: readings in a file, estimates out, in one call."""
 
 from __future__ import annotations
 
@@ -39,35 +39,35 @@ from localization.types import (
 )
 
 CONFIG_KEY = "localizer"
-"""Metadata of a log under which the localiser's configuration is kept, as JSON."""
+"""Key of a log's metadata that holds the localiser's configuration, as JSON."""
 
 
 def replay(
     log: Iterable[Reading], localizer: Localizer, *, start: Pose | None = None
 ) -> Iterator[Estimate]:
-    """Feed a log to a localiser and yield its estimate each time that time has moved on.
+    """Feed a log to a localiser and yield its estimate each time that time advances.
 
     Args:
         log: readings in the order of arrival.
-        localizer: takes them.
-        start: ``map_from_base`` about where the log begins: given as a hint, and again from wherever
-            odometry leads, until one is accepted. The log's own hints are then passed over: they may be of
-            another map, and each would take the other's place before it is answered.
+        localizer: processes them.
+        start: ``map_from_base`` about where the log begins: given as a hint, and again from where odometry
+            has led since, until one is accepted. The log's own hints are then skipped: they may refer to
+            another map, and each would replace the other before it is answered.
     """
-    stamp, asked, begun = 0, False, Pose.identity()
+    stamp, hinted, begun = 0, False, Pose.identity()
     for reading in log:
         if start is not None and isinstance(reading, Hint):
             continue
         estimate = localizer.add(reading)
         if estimate.verdict is not None:
-            asked = False
-        if start is not None and not asked and isinstance(reading, Scan | PointScan):
+            hinted = False
+        if start is not None and not hinted and isinstance(reading, Scan | PointScan):
             if not stamp:
                 begun = estimate.odom_from_base
             if estimate.map_from_base is None:
                 here = start @ (begun.inverse() @ estimate.odom_from_base)
                 estimate = localizer.add(Hint(reading.stamp, here, np.zeros((6, 6))))
-                asked = True
+                hinted = True
         if estimate.stamp > stamp:
             stamp = estimate.stamp
             yield estimate
@@ -75,20 +75,20 @@ def replay(
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Localized:
-    """What localising a log came to."""
+    """Result of localising a log."""
 
     estimates: tuple[Estimate, ...]
-    """One each time that time has moved on."""
+    """One estimate each time that time advanced."""
     verdicts: tuple[HintVerdict, ...]
     """The answers to the log's hints."""
     notes: tuple[str, ...]
-    """What there is to know about the log: readings refused, messages passed over, a broken end."""
+    """Remarks about the log: rejected readings, skipped messages, a broken end."""
 
 
 class LogRun:
-    """A log on its way through the localiser, for logs of any length: nothing is kept of the estimates.
+    """A log on its way through the localiser, for logs of any length: no estimate is kept.
 
-    Iterate it once; afterwards it knows what there is to know about the log.
+    Iterate it once; afterwards ``notes`` is complete.
     """
 
     log: ReadingsLog
@@ -126,9 +126,9 @@ class LogRun:
         self._refusals: dict[str, None] = {}
 
     def __iter__(self) -> Iterator[Estimate]:
-        """Yield the estimate each time that time has moved on."""
+        """Yield the estimate each time that time advances."""
         if self._start is None and not self.log.metadata:
-            # A foreign log rarely holds a hint.
+            # A foreign log rarely contains a hint.
             self.localizer.relocalize()
         for estimate in replay(self.log, self.localizer, start=self._start):
             self._refusals.update(
@@ -140,7 +140,7 @@ class LogRun:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What there is to know about the log: readings refused, messages passed over, a broken end."""
+        """Remarks about the log: rejected readings, skipped messages, a broken end."""
         log, refused = self.log, self.localizer.refused
         notes = [log.warning] if log.warning else []
         if self._left_out:
@@ -153,9 +153,7 @@ class LogRun:
                 "the log was recorded with another map "
                 f"({recorded[:12]}, not {self.cloud.sha256[:12]})"
             )
-        notes += [
-            f"{s.count} messages on {t} passed over: {s.reason}" for t, s in log.skipped.items()
-        ]
+        notes += [f"{s.count} messages on {t} skipped: {s.reason}" for t, s in log.skipped.items()]
         if refused:
             notes.append(f"{refused} readings refused, such as: {next(iter(self._refusals), '')}")
         return tuple(notes)
@@ -175,15 +173,15 @@ def localize(
     """Localise a whole log in a map, configured as the log says it was recorded.
 
     Args:
-        log_path: a log of ours, a ROS bag or a CARMEN text. Where a foreign one begins is looked for in
+        log_path: a log of ours, a ROS bag or a CARMEN text. The start of a foreign one is searched for in
             the whole map, unless ``start`` is given.
         map_path: the cloud, or a ROS occupancy grid, by its ``map.yaml``.
-        sensors: which sensors to use; what the log has unless given.
+        sensors: which sensors to use; those of the log unless given.
         start: ``map_from_base`` about where the log begins, in place of the log's own hints.
-        layout: how the robot is built, as far as a bag does not say.
-        mounts: ``base_from_scanner`` of scanners, before what the log says; see ``mount_file``.
-        cache: folder for what is derived from the map; None derives it anew.
-        progress: told the share of the log that is read, and a line of text.
+        layout: how the robot is built, as far as a bag does not define it.
+        mounts: ``base_from_scanner`` of scanners, instead of the log's; see ``mount_file``.
+        cache: folder for data derived from the map; None derives it anew.
+        progress: called with the share of the log that is read, and a line of text.
 
     Raises:
         LogError: if the log cannot be read.
@@ -192,18 +190,18 @@ def localize(
     run = LogRun(
         log_path, map_path, sensors=sensors, start=start, layout=layout, mounts=mounts, cache=cache
     )
-    estimates, told = [], 0
+    estimates, reported = [], 0
     for estimate in run:
         estimates.append(estimate)
-        if estimate.stamp >= told + 10 * SECOND:
-            told = estimate.stamp
-            since = (told - estimates[0].stamp) // SECOND
+        if estimate.stamp >= reported + 10 * SECOND:
+            reported = estimate.stamp
+            since = (reported - estimates[0].stamp) // SECOND
             progress(run.log.share, f"{since} s of the log, {estimate.health}")
     return Localized(tuple(estimates), tuple(run.verdicts), run.notes)
 
 
 def config_of(log: ReadingsLog) -> LocalizerConfig:
-    """Return the configuration a log was recorded with, or what suits its sensors if it has none.
+    """Return the configuration with which a log was recorded, or the one for its sensors if it has none.
 
     Settings that this version does not have are left out; see ``settings_left_out``.
 
@@ -226,7 +224,7 @@ def settings_left_out(log: ReadingsLog) -> tuple[str, ...]:
 
 
 def _settings(log: ReadingsLog) -> dict[str, Any] | None:
-    """Return the settings a log holds as plain values, None if it holds none."""
+    """Return the settings in a log's metadata as plain values; None if it has none."""
     text = log.metadata.get(CONFIG_KEY)
     if text is None:
         return None
@@ -240,5 +238,5 @@ def _settings(log: ReadingsLog) -> dict[str, Any] | None:
 
 
 def config_metadata(config: LocalizerConfig) -> dict[str, str]:
-    """Return the metadata by which a log remembers the configuration it was recorded with."""
+    """Return the metadata that keeps a configuration in a log."""
     return {CONFIG_KEY: json.dumps(to_json(config))}

@@ -28,10 +28,6 @@ class SweepRecord:
     """The result of that registration."""
     consistency: ScanConsistency | None = None
     """Agreement of the sweep with the map at that registration."""
-    asked: Pose | None = None
-    """The estimate when KISS-ICP was asked for a second opinion."""
-    opinion: Pose | None = None
-    """The second opinion."""
     reported: bool = False
     """Whether an event has reported it."""
 

@@ -9,7 +9,6 @@ from dataclasses import replace
 from localization.config import LocalizerConfig
 from localization.maps.ground_height import FLAT
 from localization.maps.prepared_map import PreparedMap
-from localization.matching.kiss_matcher import KissMatcher
 from localization.matching.matchers import Matcher, MatchSweep, matcher_of
 from localization.matching.scan_consistency import BeamClassifier
 from localization.motion.kiss_odometry import KissOdometry
@@ -51,7 +50,6 @@ class Resources:
             )
         self.beams = BeamClassifier(world, inlier=config.registration.inlier_distance)
         self.kiss = KissOdometry(config.kiss)
-        self.opinion = KissMatcher(world.cloud, config.kiss) if config.second_opinion else None
         self.relocalizer = Relocalizer(
             world, self.mounts, config, search_when_lost=self.match is not None
         )

@@ -69,8 +69,6 @@ class State(NamedTuple):
     """Whether the filter's pose is one in the map."""
     last_received: Mapping[str, int]
     """Newest stamp of each source [ns]: scanners by their frames, and "wheels"."""
-    opinion_due: int
-    """Stamp of the next second opinion [ns]."""
 
     @classmethod
     def initial(cls, mounts: Mounts, config: LocalizerConfig) -> State:
@@ -91,7 +89,6 @@ class State(NamedTuple):
             odom_from_base=Pose.identity(),
             placed=False,
             last_received={},
-            opinion_due=0,
         )
 
     @property

@@ -266,7 +266,6 @@ def _placed(state: State, placement: Placement, r: Resources) -> tuple[State, Ev
         health=HealthMonitor(r.config.health),
         last=replace(state.last, map_from_base=filter_.pose),
         replaced=replaced,
-        opinion_due=0,
     )
     return placed, (RobotPlaced(state.stamp, placement.reason),)
 
@@ -284,7 +283,6 @@ def _undone(state: State) -> tuple[State, Events]:
         health=before.health,
         last=replace(state.last, map_from_base=filter_.pose),
         replaced=None,
-        opinion_due=0,
         search=state.search.with_pause(),
     )
     event = PlacementUndone((state.stamp - before.stamp) / SECOND, before.reason)

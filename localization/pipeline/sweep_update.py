@@ -25,7 +25,6 @@ from localization.filter.updates import (
 )
 from localization.matching.matchers import MatchSweep
 from localization.matching.scan_consistency import explanation
-from localization.monitoring.health import opinion_offset
 from localization.motion.kiss_odometry import ObservedMotion
 from localization.motion.slip_detection import SlipDetector
 from localization.pipeline.registration_cache import SweepRecord
@@ -155,8 +154,6 @@ def _matched(
         refusal = explanation(match.inlier_ratio, record.consistency)
     health = state.health.after_sweep(match, filter_.pose, refusal, record.consistency)
     state = state._replace(slip=slip, filter=filter_, health=health)
-    if r.opinion is not None and (health.doubtful or now >= state.opinion_due):
-        state = _asked_kiss(state, record, match, r)
     return state, Registration(match, nis, record.consistency)
 
 
@@ -197,21 +194,6 @@ def _shows_slip(match: Match, suspected: bool, config: LocalizerConfig) -> bool:
     """
     constrained = len(match.observable_directions) > 0
     return suspected and constrained and match.inlier_ratio >= config.slip_min_inlier_ratio
-
-
-def _asked_kiss(state: State, record: SweepRecord, match: Match, r: Resources) -> State:
-    """Get a second opinion; at most five a second, however deep the doubt."""
-    period, now = r.config.opinion_period, record.sweep.stamp
-    if r.opinion is None or now < state.opinion_due - period * 4 // 5:
-        return state
-    pose = state.filter.pose
-    if record.asked is None or not r.config.late_readings.same(record.asked, pose):
-        with r.stage("kiss opinion"):
-            record.asked, record.opinion = pose, r.opinion.locate(record.sweep, pose)
-    health = state.health
-    if record.opinion is not None:
-        health = health.after_opinion(*opinion_offset(pose, record.opinion, match))
-    return state._replace(health=health, opinion_due=now + period)
 
 
 def _with_way_since_placement(

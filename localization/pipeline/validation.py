@@ -1,4 +1,4 @@
-"""The door: readings that cannot be true are refused with a sentence, before they reach the filter."""
+"""Validation of readings: what cannot be true is rejected with a sentence, before it reaches the filter."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from localization.types import (
 )
 
 _FASTEST_RIM = 20.0
-"""[m/s]; no robot of this class rolls faster, whatever its encoders say."""
+"""Largest rim speed [m/s]; no robot of this class rolls faster."""
 _FASTEST_TURN = 50.0
-"""[rad/s]; beyond any gyro's range."""
+"""Largest angular velocity [rad/s]; beyond any gyro's range."""
 _STRONGEST_FORCE = 500.0
-"""[m/s^2]."""
+"""Largest specific force [m/s^2]; beyond any accelerometer's range."""
 _LONGEST_JUMP = 60 * SECOND
-"""A clock that leaps ahead farther than this between two readings of a kind has been reset."""
+"""A clock that jumps ahead by more than this between two readings of a kind was reset [ns]."""
 
 _FARTHEST_DRIVE = 1e6
-"""No base adds up so much without a rest [m]."""
+"""Largest coordinate of odometry [m]; no base drives so far without a reset."""
 
 _PLURAL: dict[type[Reading], str] = {
     Scan: "other scans",
@@ -38,13 +38,13 @@ _PLURAL: dict[type[Reading], str] = {
 }
 
 _LONGEST_SCAN = 2 * SECOND
-"""No scanner takes longer for one turn [ns]."""
+"""Longest duration of a scan [ns]."""
 _FARTHEST_AHEAD = SECOND
-"""A scan may come before the inertial readings that cover it, but not from the future [ns]."""
+"""A scan may arrive before the inertial readings that cover it, but by no more than this [ns]."""
 
 
 class ReadingValidator:
-    """Checks readings one by one; remembers the last stamps of each source."""
+    """Checks readings one by one; keeps the last stamps of each source."""
 
     def __init__(
         self,
@@ -56,38 +56,38 @@ class ReadingValidator:
 
         Args:
             mounts: ``base_from_scanner`` by the scanner's frame.
-            leader: the kinds of readings that move time on.
-            horizon: how late a reading may come [ns]; with 0, stamps must increase.
+            leader: the kinds of readings that advance time.
+            horizon: largest delay of a reading [ns]; with 0, stamps must increase.
         """
         self._mounts, self._leader, self._horizon = mounts, leader, horizon
-        self._heard: dict[str, list[int]] = {}
-        self._leapt: int | None = None
+        self._received: dict[str, list[int]] = {}
+        self._jumped: int | None = None
         self.refused = 0
-        """How many readings were turned away."""
+        """Number of readings that were rejected."""
 
     def refusal(self, reading: Reading, now: int = 0) -> str | None:
-        """Return why a reading is refused; None if it is welcome.
+        """Return why a reading is rejected; None if it is accepted.
 
         Args:
-            reading: what came.
-            now: stamp of the newest reading that moved time on [ns], which the others must not run far
-                ahead of; 0 if there was none yet.
+            reading: the newest one.
+            now: stamp of the newest reading that advanced time [ns], which the others must not run far
+                ahead of; 0 before the first.
         """
         why = self._order(reading, now) or self._content(reading)
         if why is None:
-            self._hear(_source(reading), reading.stamp)
+            self._keep(_source(reading), reading.stamp)
             if isinstance(reading, self._leader):
-                self._leapt = None
+                self._jumped = None
         else:
             self.refused += 1
         return why
 
-    def _hear(self, source: str, stamp: int) -> None:
-        """Remember the stamps of a source within the horizon, in order."""
-        heard = self._heard.setdefault(source, [])
-        insort(heard, stamp)
-        if len(heard) > 1 and heard[0] < heard[-1] - self._horizon - 2 * SECOND:
-            del heard[: bisect_left(heard, heard[-1] - self._horizon - SECOND)]
+    def _keep(self, source: str, stamp: int) -> None:
+        """Keep the stamps of a source within the horizon, in order."""
+        stamps = self._received.setdefault(source, [])
+        insort(stamps, stamp)
+        if len(stamps) > 1 and stamps[0] < stamps[-1] - self._horizon - 2 * SECOND:
+            del stamps[: bisect_left(stamps, stamps[-1] - self._horizon - SECOND)]
 
     def _order(self, reading: Reading, now: int) -> str | None:
         source = _source(reading)
@@ -100,14 +100,14 @@ class ReadingValidator:
                 f"refused {source} stamped {ahead / SECOND:.1f} s ahead of the {_PLURAL[self._leader[0]]}: "
                 "all sensors must share one clock"
             )
-        heard = self._heard.get(source)
-        last = heard[-1] if heard else None
+        stamps = self._received.get(source)
+        last = stamps[-1] if stamps else None
         if last is not None and reading.stamp <= last and not self._horizon:
             return (
                 f"refused {source} stamped {reading.stamp / SECOND:.3f} s, not after "
                 f"{last / SECOND:.3f} s: stamps must increase"
             )
-        if heard and reading.stamp in heard:
+        if stamps and reading.stamp in stamps:
             return (
                 f"refused {source} stamped {reading.stamp / SECOND:.3f} s again: "
                 "each must have a stamp of its own"
@@ -119,10 +119,10 @@ class ReadingValidator:
                 f"refused {source}: {late / SECOND:.1f} s late, with {self._horizon / SECOND:.1f} s to "
                 f"come in{reset if late > _LONGEST_JUMP else ''}"
             )
-        return self._leap(source, reading, now) if leads and now else None
+        return self._jump(source, reading, now) if leads and now else None
 
-    def _leap(self, source: str, reading: Reading, now: int) -> str | None:
-        """A leap of time is believed when the next reading follows it: one may have a bad stamp."""
+    def _jump(self, source: str, reading: Reading, now: int) -> str | None:
+        """A jump of time is believed when the next reading follows it: one reading may have a bad stamp."""
         step = reading.stamp - now
         if step <= _FARTHEST_AHEAD:
             return None
@@ -131,8 +131,8 @@ class ReadingValidator:
                 f"refused {source} stamped {step / SECOND:.0f} s after the one "
                 "before: start a new localiser after a reset of the clock"
             )
-        leapt, self._leapt = self._leapt, reading.stamp
-        if leapt is not None and 0 < reading.stamp - leapt <= _FARTHEST_AHEAD:
+        before, self._jumped = self._jumped, reading.stamp
+        if before is not None and 0 < reading.stamp - before <= _FARTHEST_AHEAD:
             return None
         return (
             f"refused {source} stamped {step / SECOND:.1f} s after the one before: "
@@ -143,20 +143,20 @@ class ReadingValidator:
         match reading:
             case Scan():
                 if reading.scanner not in self._mounts:
-                    return self._stranger(reading.scanner)
+                    return self._unknown(reading.scanner)
                 if len(reading.ranges) == 0:
                     return f"refused an empty scan of {reading.scanner}"
                 if reading.end_stamp - reading.stamp > _LONGEST_SCAN:
-                    return _endless(reading)
+                    return _too_long(reading)
                 if not np.isfinite(reading.angles).all():
                     return f"refused a scan of {reading.scanner}: angles must be finite"
             case PointScan():
                 if reading.scanner not in self._mounts:
-                    return self._stranger(reading.scanner)
+                    return self._unknown(reading.scanner)
                 if len(reading.points) == 0:
                     return f"refused an empty scan of {reading.scanner}"
                 if reading.end_stamp - reading.stamp > _LONGEST_SCAN:
-                    return _endless(reading)
+                    return _too_long(reading)
             case WheelSpeeds():
                 fastest = max(abs(reading.left), abs(reading.right))
                 if (
@@ -179,12 +179,12 @@ class ReadingValidator:
                 pass
         return None
 
-    def _stranger(self, scanner: str) -> str:
+    def _unknown(self, scanner: str) -> str:
         known = ", ".join(sorted(self._mounts)) or "none"
         return f"refused a scan of unknown scanner {scanner!r}; known: {known}"
 
 
-def _endless(scan: Scan | PointScan) -> str:
+def _too_long(scan: Scan | PointScan) -> str:
     took = (scan.end_stamp - scan.stamp) / SECOND
     return (
         f"refused a scan of {scan.scanner} that took {took:.0f} s: offsets must be in nanoseconds"

@@ -1,9 +1,10 @@
-"""Find the robot anywhere in the map: branch and bound over a pyramid of floor plans.
+"""Branch and bound: search of a window or of the whole map over a pyramid of floor plans.
 
-Each level of the pyramid holds, for every cell, the best that any cell of the block beginning there has:
-laying the horizontal scanner's points over it gives a bound for all places of the block at once (Olson
-2009; Hess et al. 2016, whose precomputed grids these are). Blocks that cannot come near the best place
-found are never opened. The work is a generator, as that of ``relocalization.search`` is.
+Each level of the pyramid holds, for every cell, the maximum over the block of cells that begins there: laying
+the horizontal scanner's points over it gives a bound for all places of the block at once (Olson 2009; Hess et
+al. 2016, whose precomputed grids these are). Blocks whose bound is clearly below the best place found are
+never opened. The work is a generator that yields after a fixed amount of work, so that it costs each tick the
+same and the result never depends on the clock.
 """
 
 from __future__ import annotations
@@ -27,27 +28,27 @@ ByteArray = npt.NDArray[np.uint8]
 IndexArray = npt.NDArray[np.int64]
 
 _FULL = 255
-"""Score of a point that lies on a surface."""
+"""Score of a point on a surface."""
 
 
 @dataclass(frozen=True, slots=True)
 class MapSearchConfig:
-    """How much work a search of the whole map is, and what it keeps."""
+    """How the whole map is searched."""
 
     levels: int = 3
-    """Blocks begin with 2 to this many cells along their edge; larger ones hold something everywhere."""
+    """The coarsest blocks have 2 to this power cells along their edge; larger ones contain surfaces everywhere."""
     finest: int = 1
-    """Places are tried every 2 to this many cells."""
+    """The finest blocks have 2 to this power cells along their edge."""
     beams: int = 72
-    """How many points of the horizontal scanner are laid over the plan."""
+    """Number of points of the horizontal scanner that are laid over the plan."""
     reach: float = 30.0
-    """Points farther than this from the robot are left out [m]."""
+    """Points farther from the robot than this are not used [m]."""
     slack: float = 0.10
-    """Places that score this much less than the best one are still looked at, as a share of full."""
+    """Places that score less than the best one by up to this share of the full score are still examined."""
     budget: int = 1_000_000
-    """Points laid over the plan per tick."""
+    """Number of points that are laid over the plan per tick."""
     refine: int = 12
-    """How many of the best places are refined against the cloud."""
+    """Number of the best places that are refined against the cloud."""
 
 
 class Pyramid:
@@ -70,13 +71,13 @@ class Pyramid:
             self._free.append(np.asarray(free, dtype=bool))
 
     def roots(self) -> IndexArray:
-        """Return the first cells (N, 2) of the coarsest blocks that hold a place to stand on."""
+        """Return the first cells (N, 2) of the coarsest blocks that contain a place to stand on."""
         size = 1 << self.config.levels
         free = self._free[-1][::size, ::size]
         return np.argwhere(free) * size
 
     def children(self, blocks: IndexArray, level: int) -> IndexArray:
-        """Return the blocks (4 N, 2) of ``level`` that those of the level above consist of."""
+        """Return the blocks (4 N, 2) of ``level`` within those of the level above."""
         half = 1 << level
         corners = np.array([[0, 0], [0, half], [half, 0], [half, half]])
         inner: IndexArray = blocks[:, None, :] + corners
@@ -91,12 +92,12 @@ class Pyramid:
         return stands
 
     def bounds(self, blocks: IndexArray, offsets: IndexArray, level: int) -> FloatArray:
-        """Return what points score at best anywhere in each block.
+        """Return an upper bound of the score of points anywhere in each block.
 
         Args:
             blocks: (N, 2) first cells.
             offsets: (N, B) of the points, as ``offsets_of`` gives them.
-            level: of the blocks.
+            level: level of the blocks.
         """
         width = self._shape[1]
         base = (blocks[:, 0] + self._pad) * width + blocks[:, 1] + self._pad
@@ -105,13 +106,13 @@ class Pyramid:
         return total
 
     def offsets_of(self, points: FloatArray) -> IndexArray:
-        """Return how far points (B, 2) [m] are from the robot's cell, in cells of the flattened plan."""
+        """Return the offsets of points (B, 2) [m] from the robot's cell, in cells of the flattened plan."""
         cells = np.floor(points / self.cell + 0.5).astype(np.int64)
         offsets: IndexArray = cells[:, 0] * self._shape[1] + cells[:, 1]
         return offsets
 
     def overlap(self, blocks: IndexArray, level: int, window: Window) -> npt.NDArray[np.bool_]:
-        """Return for blocks (N, 2) whether some of each lies in a window."""
+        """Return for blocks (N, 2) whether each overlaps a window."""
         low = self.origin + blocks * self.cell
         high = low + (1 << level) * self.cell
         middle = np.array([window.x, window.y])
@@ -132,17 +133,15 @@ def search_map(
     config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
     window: Window | None = None,
 ) -> Generator[None, None, tuple[Candidate, ...]]:
-    """Search the whole map; yields after each budget's worth of work and returns the places found.
-
-    A window is searched in a third of the time that ``relocalization.search`` takes to try all of it.
+    """Search the whole map or a window; yields after each budget's worth of work and returns the places found.
 
     Args:
         sweep: points in ``base_link`` at one instant.
         world: the prepared cloud.
-        pyramid: of its floor plan.
+        pyramid: pyramid of its floor plan.
         level: a pose whose height, roll and pitch the robot has.
-        config: steps and thresholds, as for a window.
-        window: if given, only places in it are looked at, and fewer of them refined.
+        config: steps and thresholds.
+        window: if given, only places in it are examined, and fewer of them refined.
 
     Returns:
         Distinct places, best first, each with the share of the sweep that it explains.
@@ -211,9 +210,9 @@ def _open(
     level: int,
     c: MapSearchConfig,
 ) -> Generator[None, None, Nodes]:
-    """Open blocks, the most promising first, until none is left that could come near the best.
+    """Open blocks, the most promising first, until no block is left that could contain one of the best places.
 
-    How good the best is, is first found by following the most promising blocks down.
+    The score of the best is estimated first, by following the most promising blocks down.
     """
     order = np.argsort(-bounds, kind="stable")
     batch = max(1, c.budget // (4 * turned.shape[1]))
@@ -260,7 +259,7 @@ def _descend(
     level: int,
     c: MapSearchConfig,
 ) -> float:
-    """Return the score of the best place that a narrow search from some blocks comes upon."""
+    """Return the score of the best place that a greedy search from some blocks finds."""
     best = 0.0
     for finer in range(level, c.finest - 1, -1):
         blocks, which, bounds = _children(pyramid, turned, blocks, which, finer, 0.0)

@@ -187,7 +187,7 @@ def test_halfway_is_half_the_way_and_half_the_turn(
     assert r[0] == pytest.approx(first @ so3_exp(0.5 * w), abs=1e-9)
 
 
-def test_nanoseconds_of_a_long_life_are_told_apart() -> None:
+def test_nanoseconds_after_years_are_distinguished() -> None:
     start = 2**62
     knots = np.array([start, start + 10])
     positions = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0]])

@@ -1,4 +1,4 @@
-"""A filter that is driven call by call: it keeps the newest state, for tests that tell a story."""
+"""A filter that is driven call by call: it keeps the newest state, for tests of longer sequences."""
 
 from __future__ import annotations
 

@@ -65,7 +65,9 @@ def test_kiss_without_points_knows_nothing(hall: PreparedMap) -> None:
     assert found.inlier_ratio == 0.0
 
 
-def test_a_match_of_another_matcher_tells_what_is_explained_where_it_is(hall: PreparedMap) -> None:
+def test_match_of_another_matcher_reports_the_share_explained_at_its_pose(
+    hall: PreparedMap,
+) -> None:
     sweep = HALL.sweep(START)
     there = match_at(sweep, hall, START, np.eye(6), np.eye(6))
     beside = match_at(sweep, hall, START @ Pose.planar(0.3, 0.2, 0.0), np.eye(6), np.eye(6))
@@ -88,7 +90,7 @@ def test_without_a_matcher_the_robot_goes_by_its_own_motion_and_is_never_searche
     hall: PreparedMap,
 ) -> None:
     drive = drive_of()
-    config = LocalizerConfig(matcher=Matcher.NONE, kiss_odometry=False, second_opinion=False)
+    config = LocalizerConfig(matcher=Matcher.NONE, kiss_odometry=False)
     estimates = localized(drive, Localizer(hall, MOUNTS, config))
     placed = [e for e in estimates if e.map_from_base is not None]
     assert placed
@@ -106,7 +108,6 @@ def test_the_parts_that_the_ablation_leaves_out_leave_a_localiser_that_works(
     drive = drive_of(2.0)
     config = LocalizerConfig(
         kiss_odometry=False,
-        second_opinion=False,
         slip_min_inlier_ratio=2.0,
         registration=RegistrationConfig(debias=0.0),
     )

@@ -99,7 +99,7 @@ def test_kinds_add_up_wherever_the_robot_is_believed_to_be(
     )
 
 
-def test_words_tell_only_the_kinds_worth_telling() -> None:
+def test_explanation_names_only_notable_kinds() -> None:
     assert explanation(0.62, ScanConsistency(0.38, 0.3, 0.07, 0.01)) == (
         "the map explains 62% of the sweep; "
         "30% ends before mapped surfaces: people, or things put there since; "

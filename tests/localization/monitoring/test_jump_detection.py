@@ -32,7 +32,7 @@ def test_robot_that_is_carried_off_sees_something_else() -> None:
     assert not jumped
 
 
-def test_way_that_nobody_saw_is_a_break_and_a_pause_at_rest_is_none() -> None:
+def test_motion_without_sweeps_is_a_jump_but_a_pause_at_rest_is_not() -> None:
     detector = JumpDetector()
     detector, _ = detector.compared(seen(HERE, 0), Pose.identity())
     detector, jumped = detector.compared(seen(HERE, 3 * SECOND), Pose.identity())

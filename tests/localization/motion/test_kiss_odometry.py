@@ -171,7 +171,7 @@ for i in range(12):
 """
 
 
-def tell(**environment: str) -> str:
+def printed(**environment: str) -> str:
     """What a fresh process makes of the story, bit by bit."""
     ran = subprocess.run(
         [sys.executable, "-c", STORY],
@@ -188,21 +188,21 @@ def tell(**environment: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def told() -> str:
-    return tell()
+def usual() -> str:
+    return printed()
 
 
-def test_two_processes_agree_to_the_last_bit(told: str) -> None:
-    assert tell() == told
+def test_two_processes_agree_to_the_last_bit(usual: str) -> None:
+    assert printed() == usual
 
 
-def test_environment_does_not_configure_kiss(told: str) -> None:
+def test_environment_does_not_configure_kiss(usual: str) -> None:
     settings = {
         "kiss_icp_data": '{"max_range": 1.0, "deskew": true}',
         "kiss_icp_mapping": '{"voxel_size": 3.0}',
         "kiss_icp_registration": '{"max_num_iterations": 1, "max_num_threads": 4}',
     }
-    assert tell(**settings) == told
+    assert printed(**settings) == usual
 
 
 def test_settings_are_those_of_the_configuration() -> None:

@@ -84,23 +84,23 @@ def test_any_suite_of_sensors_keeps_track_of_the_robot_and_of_its_own_error(
     hall: PreparedMap, motion: Motion, scanners: tuple[str, ...], flat: bool
 ) -> None:
     drive = Drive(HALL, START, *LOOP, noise=0.012, seed=4, scanners=scanners)
-    told = localize(hall, SensorConfiguration(motion, flat), drive, scanners)
-    placed = [e for e in told if e.map_from_base is not None and e.stamp > 2 * SECOND]
-    errors, told_sigma = [], []
+    estimates = localize(hall, SensorConfiguration(motion, flat), drive, scanners)
+    placed = [e for e in estimates if e.map_from_base is not None and e.stamp > 2 * SECOND]
+    errors, sigmas = [], []
     for estimate in placed:
         assert estimate.map_from_base is not None
         error = drive.pose(estimate.stamp).inverse() @ estimate.map_from_base
         errors.append([*error.position, error.yaw])
-        told_sigma.append(np.sqrt(np.trace(estimate.covariance[:2, :2])))
+        sigmas.append(np.sqrt(np.trace(estimate.covariance[:2, :2])))
     off = np.abs(np.array(errors))
     assert len(placed) > 50
     assert off[:, :2].max() < (0.01 if suite_is_rich(motion) else 0.05)
     assert off[:, 3].max() < np.deg2rad(2.0)
     assert off[:, 2].max() < (0.001 if flat else 0.02)
     # Honest: the error is of the size that the covariance says, on average and at its worst.
-    told_error = np.hypot(off[:, 0], off[:, 1]) / told_sigma
-    assert np.sqrt(np.mean(told_error**2)) < 1.2
-    assert told_error.max() < 4.0
+    ratios = np.hypot(off[:, 0], off[:, 1]) / sigmas
+    assert np.sqrt(np.mean(ratios**2)) < 1.2
+    assert ratios.max() < 4.0
     assert {e.health for e in placed} <= {Health.TRACKING, Health.DEGRADED}
 
 
@@ -169,7 +169,7 @@ def test_odometry_after_a_long_pause_says_nothing_of_the_pause() -> None:
 
 
 def beginning_to_turn(wheels_every: int, *, ticks: int = 60) -> Iterator[Reading]:
-    """A robot that begins to turn abruptly, its rim speeds told as means over so many ticks."""
+    """A robot that begins to turn abruptly, its rim speeds estimates as means over so many ticks."""
     rates = [min(1.5, 8.0 * TICK / SECOND * max(0, i - 20)) for i in range(ticks)]
     for i, rate in enumerate(rates, start=1):
         if i % wheels_every == 0:

@@ -92,23 +92,23 @@ def test_readings_out_of_order_give_the_bits_of_those_in_order(
 ) -> None:
     suite = SensorConfiguration(motion, flat=motion is not Motion.WHEELS_AND_GYRO)
     readings = in_order(drive, suite)
-    told = run(hall, suite, EXACT, readings)
-    assert bits(run(hall, suite, EXACT, delayed(readings, seed, most))) == bits(told)
+    estimate = run(hall, suite, EXACT, readings)
+    assert bits(run(hall, suite, EXACT, delayed(readings, seed, most))) == bits(estimate)
 
 
 @given(seed=st.integers(0, 1000), most=st.integers(TICK, SECOND))
 @settings(max_examples=4)
-def test_sweeps_that_keep_their_match_make_no_difference_to_speak_of(
+def test_sweeps_that_keep_their_match_make_no_relevant_difference(
     hall: PreparedMap, drive: Drive, seed: int, most: int
 ) -> None:
     readings = in_order(drive, SensorConfiguration())
-    told = run(hall, SensorConfiguration(), LateReadingsConfig(), readings).map_from_base
+    estimate = run(hall, SensorConfiguration(), LateReadingsConfig(), readings).map_from_base
     again = run(
         hall, SensorConfiguration(), LateReadingsConfig(), delayed(readings, seed, most)
     ).map_from_base
-    assert told is not None
+    assert estimate is not None
     assert again is not None
-    distance, angle = apart(told, again)
+    distance, angle = apart(estimate, again)
     assert distance < 0.001
     assert angle < np.deg2rad(0.02)
 
@@ -142,12 +142,12 @@ def test_late_scan_is_registered_once_and_the_others_keep_their_match(
     for reading in rest[:at]:
         now = localizer.add(reading).stamp
     calls.clear()
-    told = localizer.add(late)
+    estimate = localizer.add(late)
     assert calls.count("registration") == calls.count("deskew") == 1
-    assert (told.stamp, told.sweep) == (now, None)
+    assert (estimate.stamp, estimate.sweep) == (now, None)
     news = [localizer.add(reading) for reading in rest[at:]]
-    moved_on = next(e for e in news if e.stamp > now)
-    assert moved_on.sweep is not None, "it is told with the reading that moves time on next"
+    advanced = next(e for e in news if e.stamp > now)
+    assert advanced.sweep is not None, "it is estimate with the reading that moves time on next"
     ran = run(hall, SensorConfiguration(), LateReadingsConfig(), readings).map_from_base
     ended = news[-1].map_from_base
     assert ran is not None
@@ -155,26 +155,26 @@ def test_late_scan_is_registered_once_and_the_others_keep_their_match(
     assert apart(ran, ended)[0] < 0.001
 
 
-def test_sweep_of_late_scans_is_told_where_the_robot_is_by_then(
+def test_sweep_of_late_scans_is_reported_where_the_robot_is_by_then(
     hall: PreparedMap, drive: Drive
 ) -> None:
     readings = in_order(drive, SensorConfiguration())
     delay = SECOND // 4
     arrival = [end_of(r) + delay * isinstance(r, Scan) for r in readings]
     localizer = Localizer(hall, MOUNTS)
-    told = 0
+    count = 0
     for i in np.argsort(arrival, kind="stable").tolist():
         estimate = localizer.add(readings[i])
         if estimate.sweep is None or estimate.map_from_base is None or estimate.match is None:
             continue
-        told += 1
+        count += 1
         assert estimate.sweep.stamp == estimate.stamp
         points = estimate.map_from_base.apply(estimate.sweep.points)
         walls = np.abs(points[:, :2] - np.clip(points[:, :2], [0.02, 0.02], [7.98, 5.98])).max(
             axis=1
         )
         assert np.quantile(walls, 0.99) < 0.06
-    assert told > 10
+    assert count > 10
 
 
 def test_late_hint_is_brought_forward_to_where_the_robot_has_driven(
@@ -216,8 +216,8 @@ def test_reading_later_than_the_horizon_is_refused_with_how_late_it_is(
     for reading in readings[:-40]:
         localizer.add(reading)
     now = localizer.add(readings[-40]).stamp
-    told = localizer.add(WheelSpeeds(now - 3 * SECOND // 2 + 1, 0.1, 0.1))
-    assert told.reasons[0] == "refused wheel speeds: 1.5 s late, with 1.0 s to come in"
+    estimate = localizer.add(WheelSpeeds(now - 3 * SECOND // 2 + 1, 0.1, 0.1))
+    assert estimate.reasons[0] == "refused wheel speeds: 1.5 s late, with 1.0 s to come in"
 
 
 @pytest.mark.parametrize(

@@ -65,8 +65,8 @@ def under_way(
     """A localiser that tracks a robot which has stood at ``start`` for a second."""
     drive = Drive(place, start, (1.0, 0.0, 0.0), scanners=scanners)
     localizer = Localizer(world, mounts, config or LocalizerConfig())
-    told = list(feed(localizer, hinted(drive.readings(), start)))
-    assert told[-1].map_from_base is not None
+    estimates = list(feed(localizer, hinted(drive.readings(), start)))
+    assert estimates[-1].map_from_base is not None
     return localizer
 
 
@@ -83,7 +83,7 @@ def loop() -> Drive:
 
 
 @pytest.fixture(scope="module")
-def told(hall: PreparedMap, loop: Drive) -> list[Estimate]:
+def estimates(hall: PreparedMap, loop: Drive) -> list[Estimate]:
     wrong = START @ Pose.planar(0.4, -0.3, 0.2)
     return list(feed(Localizer(hall, MOUNTS), hinted(loop.readings(), wrong)))
 
@@ -92,27 +92,29 @@ def told(hall: PreparedMap, loop: Drive) -> list[Estimate]:
 
 
 def test_robot_waits_is_hinted_at_and_tracked_to_centimetres(
-    loop: Drive, told: list[Estimate]
+    loop: Drive, estimates: list[Estimate]
 ) -> None:
-    assert (told[0].health, told[0].map_from_base) == (Health.WAITING, None)
-    assert told[0].reasons == ("no pose yet: give a hint",)
-    placed = next(i for i, e in enumerate(told) if e.map_from_base is not None)
-    states = [e.health for e in told]
+    assert (estimates[0].health, estimates[0].map_from_base) == (Health.WAITING, None)
+    assert estimates[0].reasons == ("no pose yet: give a hint",)
+    placed = next(i for i, e in enumerate(estimates) if e.map_from_base is not None)
+    states = [e.health for e in estimates]
     assert set(states[:placed]) == {Health.WAITING, Health.RELOCALISING}
-    (verdict,) = [e.verdict for e in told if e.verdict is not None]
+    (verdict,) = [e.verdict for e in estimates if e.verdict is not None]
     assert verdict.verdict is Verdict.ACCEPTED
-    assert any("placed anew" in reason for reason in told[placed].reasons)
+    assert any("placed anew" in reason for reason in estimates[placed].reasons)
 
-    distances, turns = zip(*(off(e, loop.pose(e.stamp)) for e in told[placed + 25 :]), strict=True)
+    distances, turns = zip(
+        *(off(e, loop.pose(e.stamp)) for e in estimates[placed + 25 :]), strict=True
+    )
     assert np.linalg.norm(loop.pose(loop.end).position - START.position) > 1.0
     assert max(distances) < 0.04
     assert max(turns) < np.deg2rad(1.0)
     assert set(states[placed + 25 :]) <= {Health.TRACKING, Health.DEGRADED}
 
 
-def test_covariance_is_honest_enough_for_the_errors(loop: Drive, told: list[Estimate]) -> None:
+def test_covariance_is_consistent_with_the_errors(loop: Drive, estimates: list[Estimate]) -> None:
     squares = []
-    for e in told[-400::5]:
+    for e in estimates[-400::5]:
         assert e.map_from_base is not None
         true = loop.pose(e.stamp)
         error = np.array(
@@ -123,13 +125,15 @@ def test_covariance_is_honest_enough_for_the_errors(loop: Drive, told: list[Esti
         )
         p = e.covariance[np.ix_([0, 1, 5], [0, 1, 5])]
         squares.append(error @ np.linalg.solve(p, error))
-    assert np.mean(squares) < 8.0  # three degrees of freedom; errors of one drive hang together
+    # Three degrees of freedom: 3 is consistent, more is overconfident, less is conservative. The errors of one
+    # drive are correlated, so that the mean of few independent ones is wide.
+    assert 0.5 < np.mean(squares) < 8.0
 
 
-def test_sweeps_and_matches_come_ten_times_a_second(told: list[Estimate]) -> None:
-    sweeps = [e for e in told if e.sweep is not None]
-    assert len(sweeps) == pytest.approx(len(told) / 5, abs=3)
-    matched = [e for e in told if e.match is not None]
+def test_sweeps_and_matches_come_ten_times_a_second(estimates: list[Estimate]) -> None:
+    sweeps = [e for e in estimates if e.sweep is not None]
+    assert len(sweeps) == pytest.approx(len(estimates) / 5, abs=3)
+    matched = [e for e in estimates if e.match is not None]
     assert len(matched) > 90
     for e in matched:
         assert e.match is not None
@@ -138,22 +142,24 @@ def test_sweeps_and_matches_come_ten_times_a_second(told: list[Estimate]) -> Non
         assert len(e.match.distances) == len(e.sweep.points)
 
 
-def test_odometry_does_not_jump_when_the_map_pose_does(loop: Drive, told: list[Estimate]) -> None:
-    poses = [e.odom_from_base for e in told]
+def test_odometry_does_not_jump_when_the_map_pose_does(
+    loop: Drive, estimates: list[Estimate]
+) -> None:
+    poses = [e.odom_from_base for e in estimates]
     steps = [apart(a, b) for a, b in itertools.pairwise(poses)]
     assert max(d for d, _ in steps) < 0.015
     assert max(t for _, t in steps) < 0.02
-    moved = told[0].odom_from_base.inverse() @ told[-1].odom_from_base
-    true = loop.pose(told[0].stamp).inverse() @ loop.pose(told[-1].stamp)
+    moved = estimates[0].odom_from_base.inverse() @ estimates[-1].odom_from_base
+    true = loop.pose(estimates[0].stamp).inverse() @ loop.pose(estimates[-1].stamp)
     assert apart(moved, true)[0] < 0.05
 
 
 def test_same_readings_give_the_same_bits(
-    hall: PreparedMap, loop: Drive, told: list[Estimate]
+    hall: PreparedMap, loop: Drive, estimates: list[Estimate]
 ) -> None:
     wrong = START @ Pose.planar(0.4, -0.3, 0.2)
     again = feed(Localizer(hall, MOUNTS), hinted(loop.readings(), wrong))
-    for a, b in zip(told, again, strict=True):
+    for a, b in zip(estimates, again, strict=True):
         assert (a.stamp, a.health, a.reasons, a.nis) == (b.stamp, b.health, b.reasons, b.nis)
         assert bits(a.map_from_base) == bits(b.map_from_base)
         assert bits(a.covariance) == bits(b.covariance)
@@ -180,7 +186,7 @@ def test_stages_are_named_around_their_work(hall: PreparedMap) -> None:
         "scan consistency",
         "search",
     }
-    assert wanted <= set(seen) <= wanted | {"kiss opinion", "mounts"}
+    assert wanted <= set(seen) <= wanted | {"mounts"}
 
 
 # Hints
@@ -235,26 +241,34 @@ def test_kidnapped_robot_is_lost_within_two_seconds(kidnapped: list[Estimate]) -
 def test_kidnapped_robot_never_claims_to_track_where_it_is_not(kidnapped: list[Estimate]) -> None:
     true = Pose.planar(5.4, 3.6, -2.0)
     late = [e for e in kidnapped if e.stamp > 3 * SECOND]
-    sure = [e for e in late if e.health in (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)]
-    assert all(off(e, true)[0] < 0.2 for e in sure)
+    assert len(late) == 2 * SECOND // TICK
+    for e in late:
+        believed = e.health in (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)
+        assert not believed or off(e, true)[0] < 0.2, (e.stamp, e.health)
+    doubted = [e for e in late if e.health in (Health.SUSPECT, Health.LOST, Health.RELOCALISING)]
+    assert doubted, "a robot that was carried off in the dark does not know its place at once"
 
 
 def test_loss_has_reasons_in_words(kidnapped: list[Estimate]) -> None:
-    for e in kidnapped:
-        if e.health in (Health.SUSPECT, Health.LOST, Health.RELOCALISING):
-            assert e.reasons
-            assert all(len(reason.split()) > 1 or reason == "searching" for reason in e.reasons)
+    doubted = [
+        e for e in kidnapped if e.health in (Health.SUSPECT, Health.LOST, Health.RELOCALISING)
+    ]
+    assert {e.health for e in doubted} >= {Health.SUSPECT, Health.RELOCALISING}
+    for e in doubted:
+        assert e.reasons
+        assert all(len(reason.split()) > 1 or reason == "searching" for reason in e.reasons)
+    assert any("explains" in reason for e in doubted for reason in e.reasons)
 
 
 def test_lost_robot_is_found_again_by_a_hint(hall: PreparedMap, kidnapped: list[Estimate]) -> None:
     true = Pose.planar(5.4, 3.6, -2.0)
     readings = Drive(HALL, true, (5.0, 0.0, 0.0), begin=SECOND).readings()
     near = true @ Pose.planar(0.4, -0.4, 0.25)
-    told = list(feed(under_way(hall), hinted(readings, near, len(readings) * 3 // 5)))
-    verdicts = [e.verdict for e in told if e.verdict is not None]
+    estimates = list(feed(under_way(hall), hinted(readings, near, len(readings) * 3 // 5)))
+    verdicts = [e.verdict for e in estimates if e.verdict is not None]
     assert [v.verdict for v in verdicts] in ([Verdict.ACCEPTED], [Verdict.KEPT])
-    assert off(told[-1], true)[0] < 0.05
-    assert told[-1].health is Health.TRACKING
+    assert off(estimates[-1], true)[0] < 0.05
+    assert estimates[-1].health is Health.TRACKING
     assert any(e.health in (Health.LOST, Health.RELOCALISING) for e in kidnapped)
 
 
@@ -275,11 +289,11 @@ def test_silence_of_a_sensor_is_reported_and_its_return_too(hall: PreparedMap, n
     kind = WheelSpeeds if name == "wheels" else Scan
     cut = 2 * SECOND + SECOND // 2
     silent = silence([r for r in readings if r.stamp <= cut], kind, name)
-    told = list(feed(localizer, silent))
-    assert told[-1].health is Health.DEGRADED
-    assert f"nothing from {name}" in told[-1].reasons
-    assert f"nothing from {name}" not in told[10].reasons
-    assert off(told[-1], START)[0] < 0.05
+    estimates = list(feed(localizer, silent))
+    assert estimates[-1].health is Health.DEGRADED
+    assert f"nothing from {name}" in estimates[-1].reasons
+    assert f"nothing from {name}" not in estimates[10].reasons
+    assert off(estimates[-1], START)[0] < 0.05
     back = list(feed(localizer, [r for r in readings if r.stamp > cut]))
     assert f"nothing from {name}" not in back[-1].reasons
 
@@ -290,10 +304,10 @@ def test_robot_without_a_vertical_scanner_is_tracked_and_says_what_it_does_not_h
     only = {"laser_horizontal": MOUNTS["laser_horizontal"]}
     localizer = under_way(hall, mounts=only, scanners=("laser_horizontal",))
     drive = Drive(HALL, START, *LOOP[1:3], begin=SECOND, scanners=("laser_horizontal",))
-    told = list(feed(localizer, drive.readings()))
-    assert max(off(e, drive.pose(e.stamp))[0] for e in told) < 0.06
-    assert told[-1].health is Health.DEGRADED
-    assert any("no hold in" in reason and "up" in reason for reason in told[-1].reasons)
+    estimates = list(feed(localizer, drive.readings()))
+    assert max(off(e, drive.pose(e.stamp))[0] for e in estimates) < 0.06
+    assert estimates[-1].health is Health.DEGRADED
+    assert any("no hold in" in reason and "up" in reason for reason in estimates[-1].reasons)
 
 
 def test_robot_whose_mounted_scanner_never_speaks_is_tracked_and_says_so(
@@ -301,28 +315,28 @@ def test_robot_whose_mounted_scanner_never_speaks_is_tracked_and_says_so(
 ) -> None:
     localizer = under_way(hall, scanners=("laser_horizontal",))
     drive = Drive(HALL, START, (2.0, 0.4, 0.3), begin=SECOND, scanners=("laser_horizontal",))
-    told = list(feed(localizer, drive.readings()))
-    assert max(off(e, drive.pose(e.stamp))[0] for e in told) < 0.06
-    assert "nothing from laser_vertical" in told[-1].reasons
+    estimates = list(feed(localizer, drive.readings()))
+    assert max(off(e, drive.pose(e.stamp))[0] for e in estimates) < 0.06
+    assert "nothing from laser_vertical" in estimates[-1].reasons
 
 
 def test_scans_without_returns_end_in_doubt_not_in_a_fall(hall: PreparedMap) -> None:
     localizer = under_way(hall)
     nowhere = Drive(Place([]), START, (2.0, 0.0, 0.0), begin=SECOND).readings()
     readings = hinted(nowhere, START)
-    told = list(feed(localizer, readings))
-    assert told[-1].health in (Health.LOST, Health.RELOCALISING)
-    assert any("explains only 0%" in reason for reason in told[-1].reasons)
-    (answer,) = [e.verdict for e in told if e.verdict is not None]
+    estimates = list(feed(localizer, readings))
+    assert estimates[-1].health in (Health.LOST, Health.RELOCALISING)
+    assert any("explains only 0%" in reason for reason in estimates[-1].reasons)
+    (answer,) = [e.verdict for e in estimates if e.verdict is not None]
     assert answer.verdict is Verdict.REJECTED
 
 
 def test_pause_of_all_sensors_is_survived(hall: PreparedMap) -> None:
     localizer = under_way(hall)
     later = Drive(HALL, START, (1.0, 0.0, 0.0), begin=11 * SECOND)
-    told = list(feed(localizer, later.readings()))
-    assert off(told[-1], START)[0] < 0.05
-    assert np.isfinite(told[-1].covariance).all()
+    estimates = list(feed(localizer, later.readings()))
+    assert off(estimates[-1], START)[0] < 0.05
+    assert np.isfinite(estimates[-1].covariance).all()
 
 
 # Wheels that lie
@@ -339,18 +353,18 @@ def spun(readings: list[Reading], since: int, until: int, factor: float) -> list
 
 
 @pytest.mark.parametrize("factor", [0.0, 2.5])
-def test_wheels_that_spin_or_block_mislead_by_little_and_are_told_of(
+def test_wheels_that_spin_or_block_are_reported_and_mislead_by_little(
     hall: PreparedMap, factor: float
 ) -> None:
     localizer = under_way(hall)
     drive = Drive(HALL, START, (3.5, 0.6, 0.2), begin=SECOND)
-    told = list(feed(localizer, spun(drive.readings(), 5 * SECOND // 2, 3 * SECOND, factor)))
-    assert max(off(e, drive.pose(e.stamp))[0] for e in told) < 0.15
-    assert off(told[-1], drive.pose(told[-1].stamp))[0] < 0.04
-    slipping = [e.stamp for e in told if e.health is Health.SLIPPING]
+    estimates = list(feed(localizer, spun(drive.readings(), 5 * SECOND // 2, 3 * SECOND, factor)))
+    assert max(off(e, drive.pose(e.stamp))[0] for e in estimates) < 0.15
+    assert off(estimates[-1], drive.pose(estimates[-1].stamp))[0] < 0.04
+    slipping = [e.stamp for e in estimates if e.health is Health.SLIPPING]
     assert slipping
     assert min(slipping) > 2.4 * SECOND
-    assert told[-1].health is Health.TRACKING
+    assert estimates[-1].health is Health.TRACKING
 
 
 def test_one_side_that_spins_is_seen_at_once(hall: PreparedMap) -> None:
@@ -361,10 +375,10 @@ def test_one_side_that_spins_is_seen_at_once(hall: PreparedMap) -> None:
         else r
         for r in Drive(HALL, START, (1.5, 0.0, 0.0), begin=SECOND).readings()
     ]
-    told = list(feed(localizer, readings))
-    first = next(e.stamp for e in told if e.health is Health.SLIPPING)
+    estimates = list(feed(localizer, readings))
+    first = next(e.stamp for e in estimates if e.health is Health.SLIPPING)
     assert first <= 2 * SECOND + 2 * TICK
-    assert off(told[-1], START)[0] < 0.05
+    assert off(estimates[-1], START)[0] < 0.05
 
 
 # Where the map does not hold the robot
@@ -374,13 +388,13 @@ def test_robot_in_a_corridor_without_ends_is_not_placed_by_a_guess(corridor: Pre
     start = Pose.planar(0.0, 0.1, 0.0)
     localizer = Localizer(corridor, MOUNTS)
     drive = Drive(CORRIDOR, start, (1.0, 0.0, 0.0), (2.0, 0.5, 0.0))
-    told = list(feed(localizer, hinted(drive.readings(), start)))
-    (answer,) = [e.verdict for e in told if e.verdict is not None]
+    estimates = list(feed(localizer, hinted(drive.readings(), start)))
+    (answer,) = [e.verdict for e in estimates if e.verdict is not None]
     assert answer.verdict is Verdict.AMBIGUOUS
     assert len(answer.candidates) > 1
-    assert told[-1].map_from_base is None
-    assert told[-1].health is Health.RELOCALISING
-    assert len(told[-1].hypotheses) > 1
+    assert estimates[-1].map_from_base is None
+    assert estimates[-1].health is Health.RELOCALISING
+    assert len(estimates[-1].hypotheses) > 1
 
 
 def behind_somebody(scan: Scan, seconds: float) -> Scan:
@@ -402,11 +416,13 @@ def test_what_moves_before_the_scanner_is_not_taken_for_slipping_wheels(hall: Pr
         else r
         for r in drive.readings()
     ]
-    told = list(feed(Localizer(hall, MOUNTS), hinted(seen, start)))
-    among = [e for e in told if e.stamp - passing.start > SECOND // 4 and e.stamp < passing.stop]
+    estimates = list(feed(Localizer(hall, MOUNTS), hinted(seen, start)))
+    among = [
+        e for e in estimates if e.stamp - passing.start > SECOND // 4 and e.stamp < passing.stop
+    ]
     assert {e.health for e in among} <= {Health.TRACKING, Health.DEGRADED, Health.SUSPECT}
     assert max(off(e, drive.pose(e.stamp))[0] for e in among) < 0.006
-    assert max(off(e, drive.pose(e.stamp))[0] for e in told[100:]) < 0.08
+    assert max(off(e, drive.pose(e.stamp))[0] for e in estimates[100:]) < 0.08
 
 
 # A robot with physics
@@ -462,12 +478,12 @@ def test_simulated_robot_is_tracked_through_a_room() -> None:
     assert localizer.refused == 0
 
 
-def test_news_of_an_estimate_are_told_once(hall: PreparedMap) -> None:
+def test_sweeps_and_answers_are_reported_once(hall: PreparedMap) -> None:
     drive = Drive(HALL, START, (2.0, 0.0, 0.0))
     localizer = Localizer(hall, MOUNTS)
-    told = [localizer.add(reading) for reading in hinted(drive.readings(), START)]
-    assert len([e for e in told if e.verdict is not None]) == 1
-    assert len([e for e in told if e.match is not None]) <= 20
+    estimates = [localizer.add(reading) for reading in hinted(drive.readings(), START)]
+    assert len([e for e in estimates if e.verdict is not None]) == 1
+    assert len([e for e in estimates if e.match is not None]) <= 20
 
 
 def test_scan_from_the_future_is_refused_and_shuts_no_true_scan_out(hall: PreparedMap) -> None:
@@ -488,7 +504,7 @@ def test_scan_that_comes_too_late_is_dropped_with_a_reason(hall: PreparedMap) ->
     now: list[Reading] = [r for r in later if not isinstance(r, Scan)]
     list(feed(localizer, now))
     localizer.add(held)
-    told = list(
+    estimates = list(
         feed(localizer, [Inertial(now[-1].stamp + TICK, np.zeros(3), np.array([0, 0, 9.81]))])
     )
-    assert any("s late" in reason for reason in told[-1].reasons)
+    assert any("s late" in reason for reason in estimates[-1].reasons)

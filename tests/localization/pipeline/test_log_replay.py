@@ -168,7 +168,7 @@ def test_log_with_foreign_settings_is_refused_by_name(
         config_of(log)
 
 
-def test_settings_of_another_version_are_left_out_and_told(
+def test_settings_of_another_version_are_left_out_and_reported(
     tmp_path: Path, drive: list[Reading], map_path: Path
 ) -> None:
     text = '{"wizard": 3, "ekf": {"gyro_nose": 1.0, "slip_forward": 0.25}}'

@@ -97,8 +97,8 @@ def test_slip_is_noticed_and_survived_however_fast_the_scanners_are(
     hall: PreparedMap, rate: int
 ) -> None:
     slip = Span(3 * SECOND, 3 * SECOND + SECOND // 2)
-    told = fare(hall, rate, (slip,))
-    assert max(told.errors) < 0.05
-    during = told.states[3 * 50 - 75 + 10 : 3 * 50 - 75 + 25]
+    estimate = fare(hall, rate, (slip,))
+    assert max(estimate.errors) < 0.05
+    during = estimate.states[3 * 50 - 75 + 10 : 3 * 50 - 75 + 25]
     assert set(during) == {Health.SLIPPING}
-    assert told.states.count(Health.SLIPPING) < 75, "and is over a second after its end"
+    assert estimate.states.count(Health.SLIPPING) < 75, "and is over a second after its end"

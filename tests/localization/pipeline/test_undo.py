@@ -51,13 +51,13 @@ def drive(seconds: float) -> Drive:
 
 
 def hinted(readings: Iterable[Reading], *hints: tuple[int, Pose]) -> list[Reading]:
-    told: list[Reading] = []
+    estimate: list[Reading] = []
     waiting = list(hints)
     for reading in readings:
-        told.append(reading)
+        estimate.append(reading)
         if waiting and isinstance(reading, Inertial) and reading.stamp >= waiting[0][0]:
-            told.append(Hint(reading.stamp, waiting.pop(0)[1], np.zeros((6, 6))))
-    return told
+            estimate.append(Hint(reading.stamp, waiting.pop(0)[1], np.zeros((6, 6))))
+    return estimate
 
 
 def feed(localizer: Localizer, readings: Sequence[Reading]) -> tuple[Estimate, list[Verdict]]:
@@ -75,10 +75,10 @@ def misled(square: PreparedMap, seconds: float) -> tuple[Localizer, Drive]:
     localizer = Localizer(square, MOUNTS, matcher=matcher)
     at = 2 * SECOND + SECOND // 4
     wrong = QUARTER @ way.pose(at)
-    told, verdicts = feed(localizer, hinted(way.readings(), (SECOND // 2, START), (at, wrong)))
+    estimate, verdicts = feed(localizer, hinted(way.readings(), (SECOND // 2, START), (at, wrong)))
     assert verdicts == [Verdict.ACCEPTED, Verdict.ACCEPTED]
-    assert told.map_from_base is not None
-    assert apart(told.map_from_base, QUARTER @ way.pose(told.stamp))[0] < 0.03
+    assert estimate.map_from_base is not None
+    assert apart(estimate.map_from_base, QUARTER @ way.pose(estimate.stamp))[0] < 0.03
     return localizer, way
 
 
@@ -88,17 +88,17 @@ def test_undo_brings_the_robot_back_to_where_it_would_be_without_the_hint(
 ) -> None:
     localizer, way = misled(square, seconds)
     assert localizer.undoable
-    told = localizer.undo()
-    assert told.map_from_base is not None
-    assert told.reasons[0].startswith("took back the placement of ")
-    off = difference(told.map_from_base, way.pose(told.stamp))
+    estimate = localizer.undo()
+    assert estimate.map_from_base is not None
+    assert estimate.reasons[0].startswith("undid the placement of ")
+    off = difference(estimate.map_from_base, way.pose(estimate.stamp))
     assert np.hypot(off[0], off[1]) < 0.08
-    assert off @ np.linalg.solve(told.covariance, off) < 22.5, "99.9 % of chi-square, 6 degrees"
+    assert off @ np.linalg.solve(estimate.covariance, off) < 22.5, "99.9 % of chi-square, 6 degrees"
     onward = Drive(SQUARE, way.pose(way.end), (1.0, 0.35, 0.35), begin=way.end, seed=3)
-    told, _ = feed(localizer, onward.readings())
-    assert told.map_from_base is not None
-    assert apart(told.map_from_base, onward.pose(told.stamp))[0] < 0.02
-    assert told.health in (Health.TRACKING, Health.DEGRADED)
+    estimate, _ = feed(localizer, onward.readings())
+    assert estimate.map_from_base is not None
+    assert apart(estimate.map_from_base, onward.pose(estimate.stamp))[0] < 0.02
+    assert estimate.health in (Health.TRACKING, Health.DEGRADED)
 
 
 def test_undo_of_the_first_hint_waits_for_another(square: PreparedMap) -> None:
@@ -106,14 +106,14 @@ def test_undo_of_the_first_hint_waits_for_another(square: PreparedMap) -> None:
     localizer = Localizer(square, MOUNTS)
     wrong = QUARTER @ START
     feed(localizer, hinted(way.readings(), (SECOND // 2, wrong)))
-    told = localizer.undo()
-    assert (told.map_from_base, told.health) == (None, Health.WAITING)
+    estimate = localizer.undo()
+    assert (estimate.map_from_base, estimate.health) == (None, Health.WAITING)
     onward = Drive(SQUARE, way.pose(way.end), (1.5, 0.35, 0.0), begin=way.end, seed=3)
     again = hinted(onward.readings(), (way.end + SECOND // 2, onward.pose(way.end + SECOND // 2)))
-    told, verdicts = feed(localizer, again)
+    estimate, verdicts = feed(localizer, again)
     assert verdicts == [Verdict.ACCEPTED]
-    assert told.map_from_base is not None
-    assert apart(told.map_from_base, onward.pose(told.stamp))[0] < 0.03
+    assert estimate.map_from_base is not None
+    assert apart(estimate.map_from_base, onward.pose(estimate.stamp))[0] < 0.03
 
 
 def test_undo_without_a_placement_changes_nothing_and_says_so(square: PreparedMap) -> None:
@@ -121,10 +121,10 @@ def test_undo_without_a_placement_changes_nothing_and_says_so(square: PreparedMa
     feed(localizer, hinted(drive(1.5).readings(), (SECOND // 2, START)))
     localizer.undo()
     before = localizer.add(drive(1.5).readings()[0])
-    told = localizer.undo()
+    estimate = localizer.undo()
     assert not localizer.undoable
-    assert told.reasons[0] == "nothing to take back from the last 60 s"
-    assert (told.stamp, told.map_from_base) == (before.stamp, before.map_from_base)
+    assert estimate.reasons[0] == "nothing to undo from the last 60 s"
+    assert (estimate.stamp, estimate.map_from_base) == (before.stamp, before.map_from_base)
 
 
 def test_placement_can_be_taken_back_for_as_long_as_is_set(square: PreparedMap) -> None:
@@ -148,14 +148,14 @@ def test_what_was_lost_before_is_not_looked_for_after_an_undo_until_somebody_ask
     localizer = Localizer(square, MOUNTS, config, matcher=matcher)
     readings = hinted(way.readings(), (SECOND // 2, START))
     for reading in readings:
-        told = localizer.add(reading)
-        found = any("placed anew" in why for why in told.reasons)
-        if found and told.stamp > 2 * SECOND:
+        estimate = localizer.add(reading)
+        found = any("placed anew" in why for why in estimate.reasons)
+        if found and estimate.stamp > 2 * SECOND:
             break
     assert found
-    told = localizer.undo()
-    assert told.health is Health.LOST
-    rest = [r for r in way.readings() if r.stamp > told.stamp]
+    estimate = localizer.undo()
+    assert estimate.health is Health.LOST
+    rest = [r for r in way.readings() if r.stamp > estimate.stamp]
     states = [localizer.add(r).health for r in rest]
     assert set(states) == {Health.LOST}
     localizer.relocalize()
@@ -177,13 +177,13 @@ def test_wrong_hints_on_a_good_pose_change_no_estimate(hall: PreparedMap) -> Non
         hinted(way.readings(), first, *wrong),
     )
     calm, _ = feed(Localizer(hall, MOUNTS), plain)
-    told, verdicts = feed(Localizer(hall, MOUNTS), pestered)
+    estimate, verdicts = feed(Localizer(hall, MOUNTS), pestered)
     assert len(verdicts) == 26
     assert set(verdicts[1:]) <= {Verdict.KEPT, Verdict.REJECTED, Verdict.AMBIGUOUS}
     assert calm.map_from_base is not None
-    assert told.map_from_base is not None
-    assert told.map_from_base.position.tobytes() == calm.map_from_base.position.tobytes()
-    assert told.covariance.tobytes() == calm.covariance.tobytes()
+    assert estimate.map_from_base is not None
+    assert estimate.map_from_base.position.tobytes() == calm.map_from_base.position.tobytes()
+    assert estimate.covariance.tobytes() == calm.covariance.tobytes()
 
 
 # Steps

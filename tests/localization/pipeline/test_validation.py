@@ -74,13 +74,13 @@ IMPOSSIBLE = {
 
 @pytest.mark.parametrize(("reading", "why"), IMPOSSIBLE.values(), ids=IMPOSSIBLE)
 def test_reading_that_cannot_be_true_is_refused_in_one_line(reading: Reading, why: str) -> None:
-    intake = ReadingValidator(MOUNTS)
-    refusal = intake.refusal(reading)
+    validator = ReadingValidator(MOUNTS)
+    refusal = validator.refusal(reading)
     assert refusal is not None
     assert refusal.startswith("refused")
     assert why in refusal
     assert "\n" not in refusal
-    assert intake.refused == 1
+    assert validator.refused == 1
 
 
 WELCOME = {
@@ -94,9 +94,9 @@ WELCOME = {
 
 @pytest.mark.parametrize("reading", WELCOME.values(), ids=WELCOME)
 def test_reading_that_can_be_true_is_welcome(reading: Reading) -> None:
-    intake = ReadingValidator(MOUNTS)
-    assert intake.refusal(reading) is None
-    assert intake.refused == 0
+    validator = ReadingValidator(MOUNTS)
+    assert validator.refusal(reading) is None
+    assert validator.refused == 0
 
 
 def made(kind: str, stamp: int) -> Reading:
@@ -114,86 +114,86 @@ KINDS = ["wheel speeds", "inertial reading", "scan of laser_horizontal", "scan o
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_without_a_horizon_stamps_of_a_source_must_increase(kind: str) -> None:
-    intake = ReadingValidator(MOUNTS, horizon=0)
-    assert intake.refusal(made(kind, 5 * SECOND)) is None
+    validator = ReadingValidator(MOUNTS, horizon=0)
+    assert validator.refusal(made(kind, 5 * SECOND)) is None
     for late in (5 * SECOND, 3 * SECOND):
-        why = intake.refusal(made(kind, late))
+        why = validator.refusal(made(kind, late))
         assert why == (
             f"refused {kind} stamped {late / SECOND:.3f} s, not after 5.000 s: stamps must increase"
         )
-    assert intake.refusal(made(kind, 5 * SECOND + 1)) is None
+    assert validator.refusal(made(kind, 5 * SECOND + 1)) is None
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_same_stamp_again_is_refused_in_order_and_out_of_it(kind: str) -> None:
-    intake = ReadingValidator(MOUNTS)
+    validator = ReadingValidator(MOUNTS)
     for stamp in (5 * SECOND, 6 * SECOND, 5 * SECOND + 7):
-        assert intake.refusal(made(kind, stamp), 6 * SECOND) is None
+        assert validator.refusal(made(kind, stamp), 6 * SECOND) is None
     for stamp in (5 * SECOND, 5 * SECOND + 7, 6 * SECOND):
-        why = intake.refusal(made(kind, stamp), 6 * SECOND)
+        why = validator.refusal(made(kind, stamp), 6 * SECOND)
         assert why == (
             f"refused {kind} stamped {stamp / SECOND:.3f} s again: each must have a stamp of its own"
         )
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_reading_later_than_the_horizon_is_refused_and_told_how_late_it_is(kind: str) -> None:
-    intake = ReadingValidator(MOUNTS)
-    assert intake.refusal(made(kind, 10 * SECOND), 10 * SECOND) is None
-    assert intake.refusal(made(kind, 8 * SECOND), 10 * SECOND) is None
-    why = intake.refusal(made(kind, 7 * SECOND), 10 * SECOND)
+def test_reading_later_than_the_horizon_is_refused_with_its_delay(kind: str) -> None:
+    validator = ReadingValidator(MOUNTS)
+    assert validator.refusal(made(kind, 10 * SECOND), 10 * SECOND) is None
+    assert validator.refusal(made(kind, 8 * SECOND), 10 * SECOND) is None
+    why = validator.refusal(made(kind, 7 * SECOND), 10 * SECOND)
     assert why == f"refused {kind}: 3.0 s late, with 2.0 s to come in"
-    why = intake.refusal(made(kind, 0), 100 * SECOND)
+    why = validator.refusal(made(kind, 0), 100 * SECOND)
     assert why is not None
     assert why.endswith("start a new localiser after a reset of the clock")
 
 
 def test_leap_of_what_moves_time_on_is_believed_when_the_next_reading_follows_it() -> None:
-    intake = ReadingValidator(MOUNTS)
+    validator = ReadingValidator(MOUNTS)
     now = 5 * SECOND
-    assert intake.refusal(inertial(now), 0) is None
-    why = intake.refusal(inertial(now + 30 * SECOND), now)
+    assert validator.refusal(inertial(now), 0) is None
+    why = validator.refusal(inertial(now + 30 * SECOND), now)
     assert why == (
         "refused inertial reading stamped 30.0 s after the one before: "
         "the next ones are taken if they follow it"
     )
-    assert intake.refusal(inertial(now + TICK), now) is None, "it was one bad stamp"
+    assert validator.refusal(inertial(now + TICK), now) is None, "it was one bad stamp"
     now += TICK
-    assert intake.refusal(inertial(now + 20 * SECOND), now) is not None
-    assert intake.refusal(inertial(now + 20 * SECOND + TICK), now) is None, "it was a pause"
+    assert validator.refusal(inertial(now + 20 * SECOND), now) is not None
+    assert validator.refusal(inertial(now + 20 * SECOND + TICK), now) is None, "it was a pause"
 
 
 def test_leap_of_the_clock_is_refused_with_what_to_do() -> None:
-    intake = ReadingValidator(MOUNTS)
-    assert intake.refusal(inertial(SECOND)) is None
+    validator = ReadingValidator(MOUNTS)
+    assert validator.refusal(inertial(SECOND)) is None
     for leap in (61, 62):
-        why = intake.refusal(inertial((1 + leap) * SECOND), SECOND)
+        why = validator.refusal(inertial((1 + leap) * SECOND), SECOND)
         assert why is not None
         assert f"{leap} s after the one before: start a new localiser" in why
     for kind in set(KINDS) - {"inertial reading"}:
-        why = intake.refusal(made(kind, 62 * SECOND), SECOND)
+        why = validator.refusal(made(kind, 62 * SECOND), SECOND)
         assert why is not None
         assert "ahead of the inertial readings: all sensors must share one clock" in why
 
 
 @given(order=st.permutations(KINDS))
 def test_sources_do_not_wait_for_each_other(order: list[str]) -> None:
-    intake = ReadingValidator(MOUNTS)
+    validator = ReadingValidator(MOUNTS)
     for i, kind in enumerate(order):
-        assert intake.refusal(made(kind, (9 - i) * SECOND)) is None
+        assert validator.refusal(made(kind, (9 - i) * SECOND)) is None
 
 
 def test_hints_may_come_in_any_order() -> None:
-    intake = ReadingValidator(MOUNTS)
+    validator = ReadingValidator(MOUNTS)
     for stamp in (5, 3, 3, 0):
-        assert intake.refusal(Hint(stamp * SECOND, Pose.identity(), np.zeros((6, 6)))) is None
+        assert validator.refusal(Hint(stamp * SECOND, Pose.identity(), np.zeros((6, 6)))) is None
 
 
 def test_refused_reading_does_not_count_as_the_last() -> None:
-    intake = ReadingValidator(MOUNTS)
-    assert intake.refusal(WheelSpeeds(SECOND, 0.0, 0.0)) is None
-    assert intake.refusal(WheelSpeeds(9 * SECOND, NAN, 0.0)) is not None
-    assert intake.refusal(WheelSpeeds(2 * SECOND, 0.0, 0.0)) is None
+    validator = ReadingValidator(MOUNTS)
+    assert validator.refusal(WheelSpeeds(SECOND, 0.0, 0.0)) is None
+    assert validator.refusal(WheelSpeeds(9 * SECOND, NAN, 0.0)) is not None
+    assert validator.refusal(WheelSpeeds(2 * SECOND, 0.0, 0.0)) is None
 
 
 # Nothing that is refused leaves a trace in the filter.
@@ -227,10 +227,10 @@ def essence(estimate: Estimate) -> object:
 @pytest.fixture(scope="module")
 def undisturbed(hall: PreparedMap, good: list[Reading]) -> list[object]:
     localizer = Localizer(hall, MOUNTS)
-    told = [essence(localizer.add(reading)) for reading in good]
+    estimate = [essence(localizer.add(reading)) for reading in good]
     last = localizer.add(inertial(3 * SECOND))
     assert last.map_from_base is not None, "the drive is to be under way"
-    return told
+    return estimate
 
 
 def garbage(kind: int, now: int) -> Reading:
@@ -287,23 +287,23 @@ def test_garbage_in_between_leaves_every_estimate_as_it_was_to_the_last_bit(
     assert localizer.refused == len(thrown)
 
 
-def test_clock_that_is_set_back_is_refused_and_told_to_begin_anew(
+def test_clock_that_is_set_back_is_refused_with_the_remedy(
     hall: PreparedMap, good: list[Reading]
 ) -> None:
     localizer = Localizer(hall, MOUNTS)
     shift = 100 * SECOND
     for reading in good:
         estimate = localizer.add(replace(reading, stamp=reading.stamp + shift))
-    told = [localizer.add(reading) for reading in good if not isinstance(reading, Hint)]
-    assert localizer.refused == len(told)
-    assert all(t.stamp == estimate.stamp for t in told)
-    assert all("start a new localiser after a reset of the clock" in t.reasons[0] for t in told)
+    again = [localizer.add(reading) for reading in good if not isinstance(reading, Hint)]
+    assert localizer.refused == len(again)
+    assert all(e.stamp == estimate.stamp for e in again)
+    assert all("start a new localiser after a reset of the clock" in e.reasons[0] for e in again)
 
 
 def test_next_estimate_says_what_was_refused_once(hall: PreparedMap) -> None:
     localizer = Localizer(hall, MOUNTS)
     localizer.add(inertial(TICK))
     localizer.add(WheelSpeeds(2 * TICK, NAN, 0.0))
-    told = localizer.add(inertial(2 * TICK)).reasons
-    assert sum("wheel speeds nan" in reason for reason in told) == 1
+    estimate = localizer.add(inertial(2 * TICK)).reasons
+    assert sum("wheel speeds nan" in reason for reason in estimate) == 1
     assert not any("refused" in r for r in localizer.add(inertial(3 * TICK)).reasons)

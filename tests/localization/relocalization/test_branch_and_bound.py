@@ -178,14 +178,14 @@ def test_robot_that_saw_nothing_when_it_was_searched_for_is_searched_for_again(
     )
     localizer = Localizer(hall, MOUNTS)
     localizer.relocalize()
-    told = None
+    estimate = None
     for reading in drive.readings():
         if isinstance(reading, Scan) and reading.stamp < SECOND:
             reading = replace(reading, ranges=np.full(len(reading.ranges), np.inf))
-        told = localizer.add(reading)
-    assert told is not None
-    assert told.map_from_base is not None
-    assert apart(drive.pose(told.stamp), told.map_from_base)[0] < 0.02
+        estimate = localizer.add(reading)
+    assert estimate is not None
+    assert estimate.map_from_base is not None
+    assert apart(drive.pose(estimate.stamp), estimate.map_from_base)[0] < 0.02
 
 
 def test_one_of_twin_rooms_is_not_believed_before_the_passage_is_seen() -> None:
@@ -198,14 +198,14 @@ def test_one_of_twin_rooms_is_not_believed_before_the_passage_is_seen() -> None:
     localizer.relocalize()
     open_when_standing, settled_at = 0, None
     for reading in drive.readings():
-        told = localizer.add(reading)
-        if told.stamp == 3 * SECOND:
-            open_when_standing = len(told.hypotheses)
-        if told.map_from_base is not None and settled_at is None:
-            settled_at = drive.pose(told.stamp)
+        estimate = localizer.add(reading)
+        if estimate.stamp == 3 * SECOND:
+            open_when_standing = len(estimate.hypotheses)
+        if estimate.map_from_base is not None and settled_at is None:
+            settled_at = drive.pose(estimate.stamp)
     assert open_when_standing >= 2
     assert settled_at is not None
-    away, _ = apart(drive.pose(told.stamp), told.map_from_base or Pose.identity())
+    away, _ = apart(drive.pose(estimate.stamp), estimate.map_from_base or Pose.identity())
     assert away < 0.05
     # Both rooms look the same until the passage's cupboard, or its lack, comes into view.
     assert np.hypot(*(settled_at.position - start.position)[:2]) > 0.3
@@ -221,11 +221,11 @@ def test_robot_that_was_carried_away_says_so_and_finds_itself_again(hall: Prepar
     localizer.relocalize()
     states: list[tuple[int, Health]] = []
     for reading in [*drive.readings(), *after.readings()]:
-        told = localizer.add(reading)
-        states.append((told.stamp, told.health))
+        estimate = localizer.add(reading)
+        states.append((estimate.stamp, estimate.health))
     lost = next(t for t, h in states if t > drive.end and h in (Health.LOST, Health.RELOCALISING))
     assert lost - drive.end <= 2 * SECOND
-    assert told.map_from_base is not None
-    away, turned = apart(after.pose(told.stamp), told.map_from_base)
+    assert estimate.map_from_base is not None
+    away, turned = apart(after.pose(estimate.stamp), estimate.map_from_base)
     assert away < 0.02
     assert turned < np.deg2rad(0.5)

@@ -83,7 +83,7 @@ def test_hint_a_metre_and_twenty_degrees_off_is_accepted_where_the_robot_is(
 
 
 @pytest.mark.parametrize(("x", "y"), [(-2.0, 3.0), (9.6, 3.0), (4.0, 900.0)])
-def test_hint_outside_the_map_is_rejected_at_once_and_told_where_the_map_is(
+def test_hint_outside_the_map_is_rejected_at_once_with_the_extent_of_the_map(
     search: DrivenSearch, x: float, y: float
 ) -> None:
     hint = a_hint(Pose.planar(x, y, 0.0))
@@ -184,7 +184,7 @@ def test_what_was_found_is_brought_forward_by_odometry(
 
 
 def test_window_moves_on_with_the_robot_until_the_search_begins(search: DrivenSearch) -> None:
-    """A hint tells where the robot was when it was given; the sweep comes later."""
+    """A hint refers to the time when it was given; the sweep comes later."""
     hinted, moved = Pose.planar(2.5, 1.5, 0.0), Pose.planar(2.5, 1.0, 1.5)
     search.receive(a_hint(hinted, sigma=0.1, sigma_yaw=0.05), 1, ODOM)
     search.begin(HALL.sweep(hinted @ moved), ODOM @ moved, LEVEL)

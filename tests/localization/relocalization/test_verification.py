@@ -12,7 +12,7 @@ from tests.support_rooms import HALL, apart
 
 
 @given(a=floats(0.0, 1.0), b=floats(0.0, 1.0))
-def test_alike_places_are_not_told_apart_and_far_better_ones_are(a: float, b: float) -> None:
+def test_far_better_places_are_distinguished_and_similar_ones_are_not(a: float, b: float) -> None:
     best, second = max(a, b), min(a, b)
     c = SearchConfig()
     if best - second < 0.01:
