@@ -139,6 +139,7 @@ def test_ctrl_c_in_the_middle_leaves_files_that_can_be_read(tmp_path: Path) -> N
     assert done.returncode == 1
 
 
+@pytest.mark.slow
 def test_localize_reports_rejected_readings(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -156,6 +156,7 @@ async def a_short_run(robots: Robots, port: int) -> tuple[int, list[str | bytes]
             return source_port, client.frames
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_same_operations_give_the_same_bytes(robots: Robots) -> None:
     port, first = await a_short_run(robots, 0)

@@ -97,6 +97,7 @@ def test_evaluation_of_something_else_is_refused_in_one_line(tmp_path: Path) -> 
         read_summary(tmp_path)
 
 
+@pytest.mark.slow
 def test_picture_is_drawn_from_a_run(
     short: tuple[Path, RunSummary, RunRecord], office_cloud: Cloud, tmp_path: Path
 ) -> None:

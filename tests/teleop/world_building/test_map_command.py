@@ -74,6 +74,7 @@ def mapped(plan: Path) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_map_made_without_truth_lies_on_the_true_surfaces(mapped: Path) -> None:
     quality = json.loads(mapped.with_suffix(".json").read_text(encoding="utf-8"))
     assert quality["way"] == pytest.approx(8.8, abs=0.6)
@@ -86,12 +87,14 @@ def test_map_made_without_truth_lies_on_the_true_surfaces(mapped: Path) -> None:
     assert 0.8 < quality["complete"] < 0.9
 
 
+@pytest.mark.slow
 def test_map_without_a_wall_is_not_complete(mapped: Path, plan: Path) -> None:
     world, points = load_world(str(plan)), load_cloud(mapped).points
     whole = completeness(points, world)
     assert completeness(points[points[:, 1] > 0.3], world) < whole - 0.05
 
 
+@pytest.mark.slow
 def test_quality_describes_the_written_files(mapped: Path, plan: Path) -> None:
     quality = json.loads(mapped.with_suffix(".json").read_text(encoding="utf-8"))
     cloud = load_cloud(mapped)
@@ -104,6 +107,7 @@ def test_quality_describes_the_written_files(mapped: Path, plan: Path) -> None:
     assert truth.stamps[0] < drive.stamps[0] < drive.stamps[-1] <= truth.stamps[-1]
 
 
+@pytest.mark.slow
 def test_log_of_the_drive_gives_the_same_map(
     mapped: Path, plan: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
