@@ -330,7 +330,7 @@ async def test_what_keeps_it_from_serving_is_told_before_it_listens(
 ) -> None:
     for config, why in (
         (ServeConfig(audit=Path("/dev/full")), "cannot write the audit log /dev/full: No space"),
-        (ServeConfig(origins=("lab.example",)), "'lab.example' is no origin"),
+        (ServeConfig(origins=("lab.example",)), "'lab.example' is not a valid origin"),
     ):
         with pytest.raises((ServerError, AuditError), match=why):
             await serve(office, office_cloud, replace(config, port=0), cache=cache)
