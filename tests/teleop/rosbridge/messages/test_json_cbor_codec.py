@@ -121,8 +121,9 @@ def test_arrays_of_numbers_are_typed_arrays_in_cbor(kind: str, tag: int) -> None
     message = CODEC.cbor(FORMS[f"std_msgs/{kind}MultiArray"], {"data": [1, 2]})
     data = cbor2.loads(write_cbor(message))["data"]
     assert data.tag == tag
+    code = {"U": "u", "I": "i", "F": "f"}[kind[0]]
     width = int("".join(filter(str.isdigit, kind))) // 8
-    assert len(data.value) == 2 * width
+    assert data.value == np.array([1, 2], f"<{code}{width}").tobytes()
 
 
 def test_fixed_arrays_are_typed_arrays_in_cbor() -> None:

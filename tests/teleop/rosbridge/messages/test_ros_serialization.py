@@ -15,7 +15,7 @@ from rosbags.typesys.store import Typestore
 from teleop.rosbridge.messages.message_defaults import DTYPES
 from teleop.rosbridge.messages.message_types import Field, MessageType
 from teleop.rosbridge.messages.ros_serialization import RosSerializer, RosVersion
-from tests.teleop.rosbridge.support import FORMS, Wire, typed_messages, whole
+from tests.teleop.rosbridge.support import FORM_NAMES, FORMS, Wire, extreme, typed_messages, whole
 
 TEXT = {"topic": "/text", "type": "std_msgs/String"}
 
@@ -90,13 +90,18 @@ def alike(field: Field, wrote: Any, read: Any) -> bool:
     return np.array_equal(one, other, equal_nan=dtype.kind == "f")
 
 
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(typed_messages(finite=False))
 def test_serialized_messages_of_all_types_are_read_by_their_definition(
     typed: tuple[MessageType, Any],
 ) -> None:
     kind, partial = typed
     check_serialization(kind, whole(kind, partial))
+
+
+def test_extreme_messages_with_fields_of_each_form_are_read_by_their_definition() -> None:
+    for name in FORM_NAMES:
+        check_serialization(FORMS[name], whole(name, extreme(FORMS[name])))
 
 
 def check_serialization(kind: MessageType, message: Any) -> None:
