@@ -48,6 +48,7 @@ def words(folder: Path, out: Path, *more: str) -> list[str]:
     return ["localize", str(folder / "drive.mcap"), *where, *more]
 
 
+@pytest.mark.slow
 def test_all_files_are_written_and_the_summary_is_printed(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -74,6 +75,7 @@ def test_all_files_are_written_and_the_summary_is_printed(
     assert (out / "recording.rrd").read_bytes()[:3] == b"RRF"
 
 
+@pytest.mark.slow
 def test_reference_of_another_time_is_reported_and_skipped(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -96,6 +98,7 @@ def test_missing_reference_is_an_error_before_the_work(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_base_install_localises_and_names_the_missing_extras(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     code = (

@@ -199,6 +199,7 @@ def test_other_texts_are_rejected_in_one_line(tmp_path: Path, content: str, reas
     assert str(path) in str(error.value)
 
 
+@pytest.mark.slow
 def test_flat_log_is_localised_to_two_centimetres_from_a_rough_start(
     log: Path, tmp_path: Path
 ) -> None:

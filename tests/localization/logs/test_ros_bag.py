@@ -201,6 +201,7 @@ def worst_error(path: Path, world: Path, drive: Drive, **options: object) -> Flo
     return worst
 
 
+@pytest.mark.slow
 def test_bag_of_wheels_and_gyro_is_localised_to_a_centimetre(
     tmp_path: Path, hall_map: Path, drive: Drive
 ) -> None:
@@ -230,6 +231,7 @@ def test_readings_of_a_bag_are_those_that_were_recorded(
             assert (a.left, a.right) == (b.left, b.right)
 
 
+@pytest.mark.slow
 def test_odometry_and_one_level_scanner_make_a_flat_suite(
     tmp_path: Path, hall_map: Path, drive: Drive
 ) -> None:
@@ -334,6 +336,7 @@ def turn(drive: Drive, stamp: int) -> PointScan:
     return PointScan(stamp, "laser_horizontal", points[seen].astype(float), offsets[seen])
 
 
+@pytest.mark.slow
 def test_clouds_of_a_spinning_scanner_are_localised_to_two_centimetres(
     tmp_path: Path, hall_map: Path, drive: Drive
 ) -> None:

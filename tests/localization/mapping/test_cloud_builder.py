@@ -122,7 +122,7 @@ def test_stray_points_are_dropped() -> None:
 def test_too_few_points_are_an_error_with_their_number(n: int) -> None:
     builder = tour(HALL, around(4.0, 2.5, n))
     assert builder.count < 1000
-    with pytest.raises(CloudError, match=f"only {builder.count} points were seen"):
+    with pytest.raises(CloudError, match=f"only {builder.count} points were collected"):
         builder.build("hall")
 
 

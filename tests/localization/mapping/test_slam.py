@@ -91,6 +91,7 @@ def errors(poses: FloatArray, truth: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(*(poses - truth)[:, :2].T))
 
 
+@pytest.mark.slow
 def test_loop_closure_removes_drift() -> None:
     truth = around_the_block(1.4)
     odometry = strayed(truth, 0.01, np.deg2rad(0.15))
@@ -216,6 +217,7 @@ def test_drive_is_tracked_without_a_map(drive: Drive, survey: Survey) -> None:
     assert survey.rejected_readings == 0
 
 
+@pytest.mark.slow
 def test_map_of_a_drive_localises_the_robot_on_another(survey: Survey) -> None:
     cloud = survey.cloud("hall")
     assert cloud.name == "hall"
@@ -235,6 +237,7 @@ def test_map_of_a_drive_localises_the_robot_on_another(survey: Survey) -> None:
     assert abs(off.yaw) < np.deg2rad(0.5)
 
 
+@pytest.mark.slow
 def test_map_begins_at_its_origin_by_default(readings: list[Reading], survey: Survey) -> None:
     short = readings[: len(readings) // 2]
     here = map_drive(short, MOUNTS, LEVEL)
@@ -248,6 +251,7 @@ def test_map_begins_at_its_origin_by_default(readings: list[Reading], survey: Su
     assert survey.trajectory.pose(0).position[:2] == pytest.approx(START.position[:2], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_same_readings_give_the_same_bits(readings: list[Reading]) -> None:
     part = readings[: len(readings) // 3]
     one, two = (map_drive(part, MOUNTS, LEVEL) for _ in range(2))
@@ -255,6 +259,7 @@ def test_same_readings_give_the_same_bits(readings: list[Reading]) -> None:
     assert one.trajectory.quaternions_wxyz.tobytes() == two.trajectory.quaternions_wxyz.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", [Motion.WHEELS, Motion.GYRO, Motion.SCANNER])
 def test_drive_is_followed_with_fewer_sensors(
     motion: Motion, drive: Drive, readings: list[Reading]
@@ -265,6 +270,7 @@ def test_drive_is_followed_with_fewer_sensors(
     assert error.horizontal.max < 0.15
 
 
+@pytest.mark.slow
 def test_invalid_readings_are_skipped(readings: list[Reading]) -> None:
     bad = Inertial(5 * TICK, np.array([np.nan, 0.0, 0.0]), np.array([0.0, 0.0, 9.81]))
     survey = map_drive([*readings[:900], bad, *readings[900:1500]], MOUNTS, LEVEL)
@@ -285,7 +291,9 @@ def test_vertical_scanner_alone_makes_no_map(readings: list[Reading]) -> None:
 
 
 def test_robot_that_hardly_moved_makes_no_map(readings: list[Reading]) -> None:
-    with pytest.raises(MappingError, match=r"moved 0\.\d m only; a map wants a drive of 2 m"):
+    with pytest.raises(
+        MappingError, match=r"moved only 0\.\d m; a map needs a drive of at least 2 m"
+    ):
         map_drive(readings[:250], MOUNTS, LEVEL)
 
 

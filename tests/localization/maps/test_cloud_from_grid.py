@@ -96,6 +96,7 @@ def grid_of_hall() -> tuple[np.ndarray, np.ndarray]:
     return occupied, free & ~occupied
 
 
+@pytest.mark.slow
 def test_robot_with_odometry_and_one_scanner_is_localised_in_a_grid_to_half_a_cell() -> None:
     world = prepare(
         cloud_from_grid(*grid_of_hall(), CELL, Pose.planar(-1.0, -1.0, 0.0), name="hall")

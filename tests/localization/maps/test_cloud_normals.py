@@ -248,6 +248,7 @@ def test_damaged_and_foreign_files_are_rejected_in_one_line(
     assert str(path) in str(error.value)
 
 
+@pytest.mark.slow
 def test_localisation_is_as_accurate_with_computed_normals(tmp_path: Path) -> None:
     start = Pose.planar(2.6, 1.6, 0.2)
     drive = Drive(HALL, start, (1.0, 0.0, 0.0), (5.0, 0.5, 0.35), noise=0.012, seed=2)
