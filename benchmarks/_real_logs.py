@@ -9,6 +9,7 @@ from __future__ import annotations
 import bz2
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -180,7 +181,7 @@ def _bridged(poses: dict[int, Pose], moved: list[Pose]) -> FloatArray:
     """
     found = np.empty((len(moved), 2))
     numbers = sorted(poses)
-    for a, b in zip(numbers, numbers[1:], strict=False):
+    for a, b in pairwise(numbers):
         way = [poses[a] @ (moved[a].inverse() @ moved[i]) for i in range(a, b + 1)]
         share = np.linspace(0.0, 1.0, b + 1 - a)[:, None]
         places = np.array([pose.position[:2] for pose in way])
@@ -377,7 +378,9 @@ def _counts(corrected: list[tuple[Scan, Pose]]) -> tuple[FloatArray, FloatArray,
     for at, line, length in rays:
         steps = np.arange(0.0, float(length.max(initial=0.0)) + _CELL, 0.5 * _CELL)
         beam, step = np.nonzero(steps < length[:, None])
-        places = np.concatenate([at + line[beam] * steps[step][:, None], at + line * length[:, None]])
+        places = np.concatenate(
+            [at + line[beam] * steps[step][:, None], at + line * length[:, None]]
+        )
         cell = ((places - low) / _CELL).astype(np.int64)
         flat = cell[:, 1] * columns + cell[:, 0]
         owner = np.concatenate([beam, np.arange(len(length))])
