@@ -15,6 +15,9 @@ from localization.localizer import LocalizerConfig
 Change = Callable[[LocalizerConfig], LocalizerConfig]
 """Returns the settings without a mechanism."""
 
+ALL = "all"
+"""Name of the localiser as it is."""
+
 _NEVER = 1 << 60
 """A count or a time [ns] that no drive reaches."""
 

@@ -5,11 +5,14 @@ They stand between markers, so that no figure is typed by hand.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from benchmarks._ablation_drives import COST
 from benchmarks._alarms import by_the_hour
 from benchmarks._figures import OURS, Figure, Sheet, digits, say, share
+from benchmarks._mechanisms import ALL
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -84,22 +87,58 @@ def facts(sheet: Sheet) -> str:
 
 
 def ablation(sheet: Sheet) -> str:
-    """Return the ablation: a row for each configuration, a column for each kind of drive."""
+    """Return the ablation: a row for each configuration, a column for each drive, scenes and logs apart.
+
+    A cell whose figures are all those of the localiser as it is, but for the CPU time, is ``=``.
+    """
+    whole = _by_case([f for f in sheet.parts.get("alone", ()) if f.method == ALL])
     tables = []
     for part, figures in sheet.parts.items():
+        rows: dict[str, dict[str, dict[str, float]]] = {}
+        for method in dict.fromkeys(f.method for f in figures):
+            rows[method] = _by_case([f for f in figures if f.method == method])
         kinds = list(dict.fromkeys(f.case for f in figures))
-        rows: dict[str, dict[str, dict[str, Figure]]] = {}
-        for f in figures:
-            rows.setdefault(f.method, {}).setdefault(f.case, {})[f.quantity] = f
-        lines = [f"| {part} | {' | '.join(kinds)} |", "|---|" + "---|" * len(kinds)]
-        for method, row in rows.items():
-            cells = [
-                ", ".join(digits(f.value) for f in row[kind].values()) if kind in row else "-"
-                for kind in kinds
-            ]
-            lines.append(f"| {method} | {' | '.join(cells)} |")
-        tables.append("\n".join(lines))
+        logs = [kind for kind in kinds if "relations" in whole.get(kind, {}) or kind == "mirror"]
+        for some in ([kind for kind in kinds if kind not in logs], logs):
+            if some:
+                heads = [f"{kind}: {', '.join(_told(whole.get(kind, {})))}" for kind in some]
+                lines = [f"| {part} | {' | '.join(heads)} |", "|---|" + "---|" * len(some)]
+                for method, row in rows.items():
+                    cells = [_cell(row.get(kind), whole.get(kind, {}), method) for kind in some]
+                    lines.append(f"| {method} | {' | '.join(cells)} |")
+                tables.append("\n".join(lines))
     return "\n\n".join(tables)
+
+
+def _by_case(figures: Sequence[Figure]) -> dict[str, dict[str, float]]:
+    cases: dict[str, dict[str, float]] = {}
+    for f in figures:
+        if f.quantity != COST:
+            cases.setdefault(f.case, {})[f.quantity] = f.value
+    return cases
+
+
+def _told(figures: Mapping[str, float]) -> list[str]:
+    """Return which quantities of a drive a table has: the first of these that the drive has."""
+    return next((list(q) for q in _TOLD if all(n in figures for n in q)), list(figures))
+
+
+def _cell(figures: Mapping[str, float] | None, whole: Mapping[str, float], method: str) -> str:
+    if figures is None:
+        return ""
+    if method != ALL and all(
+        digits(v) == digits(whole.get(q, math.nan)) for q, v in figures.items()
+    ):
+        return "="
+    return ", ".join(digits(figures[q]) for q in _told(whole))
+
+
+_TOLD = (
+    ("mount doubted",),
+    ("position", "heading", "NEES", "wrong", "doubt"),
+    ("wrong", "fails after", "mean", "relations", "trusted though wrong"),
+    ("first jump", "doubt"),
+)
 
 
 TABLES: dict[str, Callable[[Sheet], str]] = {

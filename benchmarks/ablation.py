@@ -12,10 +12,7 @@ from pathlib import Path
 
 from benchmarks._ablation_drives import Drive, drives
 from benchmarks._figures import Figure, Sheet, digits, say
-from benchmarks._mechanisms import MECHANISMS, Change, both
-
-ALL = "all"
-"""The row of the localiser as it is."""
+from benchmarks._mechanisms import ALL, MECHANISMS, Change, both
 
 SPECIAL: Mapping[str, tuple[str, ...]] = {
     "carried off": (
