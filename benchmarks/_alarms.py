@@ -16,7 +16,7 @@ from localization.types import SECOND, Health, Pose
 from robot_sim import Simulation
 
 WRONG, WRONG_YAW = 0.25, np.deg2rad(10.0)
-"""An estimate is wrong beyond this [m, rad]; within it, whoever says it is lost cries wolf."""
+"""An estimate is wrong beyond this [m, rad]; a report of being lost within it is a false alarm."""
 PATIENCE = 2 * SECOND
 """A wrong estimate must be flagged within this time [ns]."""
 FLAGGED = (Health.LOST, Health.RELOCALISING)
@@ -64,7 +64,7 @@ class Watch:
     seconds: float = 0.0
     """That were watched."""
     stories: list[str] = field(default_factory=list)
-    """When and why, for whoever wants to look at it."""
+    """Stamps and reasons, for inspection."""
     _before: Health | None = None
     _last: int = 0
     _unflagged: int = 0

@@ -86,7 +86,7 @@ class Peer:
         await connection.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
 
     def age(self, frame: bytes) -> float | None:
-        """Return how old a message is [s]; None if it is none of a stream."""
+        """Return how old a message is [s]; None if it does not belong to a stream."""
         now = time.monotonic_ns()
         if self.kind == "foxglove":
             return (
@@ -100,7 +100,7 @@ class Peer:
         return None
 
     async def costs(self) -> list[float]:
-        """Return what ours tells of itself: messages encoded, the time of that, bytes that wait."""
+        """Return the statistics of our server: messages encoded, time spent on it, bytes queued."""
         async with self.client() as asking:
             await asking.send('{"op":"call_service","service":"/costs"}')
             return list(json.loads(json.loads(await asking.recv())["values"]["message"]))
@@ -131,7 +131,7 @@ async def stream(
     ages: list[float] = []
     begun = 0.0
 
-    async def hear(connection: ClientConnection) -> None:
+    async def receive(connection: ClientConnection) -> None:
         while True:
             frame = await connection.recv(decode=False)
             if time.monotonic() > begun + 0.5 and (age := peer.age(frame)) is not None:
@@ -148,7 +148,7 @@ async def stream(
         await asyncio.sleep(0.2)
         costs = await peer.costs() if peer.kind == "ours" else [0.0] * 4
         begun, before, memory = time.monotonic(), peer.cpu, peer.memory
-        hearers = [asyncio.create_task(hear(connection)) for connection in connections]
+        hearers = [asyncio.create_task(receive(connection)) for connection in connections]
         await asyncio.sleep(SECONDS + 0.5)
         used, passed = peer.cpu - before, time.monotonic() - begun
         figures = {"cpu": 100 * used / passed, "held": peer.memory - memory}

@@ -63,7 +63,7 @@ async def come_and_go(server: Server, number: int) -> None:
     async with asyncio.TaskGroup() as group:
         for kind in (*kinds, *further):
             group.create_task(kind(server, f"{kind.__name__}_{number}"))
-    while len(server.protocol.connections):  # noqa: ASYNC110 - the server tells, but not whom it tells last
+    while len(server.protocol.connections):  # noqa: ASYNC110 - no event says when the last client is gone
         await asyncio.sleep(0.01)
 
 

@@ -182,7 +182,7 @@ def figures_of(case: Case, method: str, run: Run) -> Iterator[Figure]:
 
 
 def directions_named(case: Case, run: Run) -> Iterator[Figure]:
-    """Tell how soon the direction along the corridor is named, and how long that lasts."""
+    """Measure how soon the direction along the corridor is named, and for how long."""
     bare = [m for m in run.moments if BARE[0] < m.truth.position[0] < BARE[1]]
     named = [m for m in bare if any("no hold in" in r and "forward" in r for r in m.reasons)]
     soon = (named[0].stamp - bare[0].stamp) / SECOND if named else float("inf")

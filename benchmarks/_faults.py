@@ -101,7 +101,7 @@ def dropouts() -> Iterator[Figure]:
 def _worst(run: Run, recording: Recording, spans: Sequence[Span]) -> Iterator[float]:
     """Yield how far [m] a run was off at most from each span's beginning to 2 s after its end.
 
-    At any time a method is taken at its last word, as whoever drives by it must take it.
+    At any time the last output of a method counts, as it does for a driver.
     """
     said = [w for w in run.words if w.estimate is not None]
     stamps = np.array([w.stamp for w in said])

@@ -27,7 +27,7 @@ WATCH = 3 * SECOND
 FLAGGED = (Health.WAITING, Health.SUSPECT, Health.LOST, Health.RELOCALISING)
 """States that say so."""
 KINDS = ("carried off", "begun wrong", "in the dark")
-"""What goes wrong: the robot is set down elsewhere, or is told a wrong pose and believes it, or its wheels
+"""What goes wrong: the robot is set down elsewhere, or is given a wrong pose and accepts it, or its wheels
 slip while no scanner sees anything."""
 
 

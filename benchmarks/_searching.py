@@ -58,7 +58,7 @@ class HintTrial:
     seconds: float
     """CPU time [s]."""
     story: str
-    """What was found where, for whoever wants to look at it."""
+    """The places that were found, for inspection."""
 
     @property
     def taken(self) -> bool:
@@ -126,7 +126,7 @@ class Kidnapping:
 
 
 def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
-    """Search the whole map with the first sweep and tell places apart by the next ones.
+    """Search the whole map with the first sweep and discriminate between the places by the next ones.
 
     As the localiser does: what is found is believed only after some way, and if no place is left the
     search begins anew.

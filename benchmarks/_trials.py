@@ -59,7 +59,7 @@ CONDITIONS = (
 )
 
 _BLIND = LocalizerConfig(matcher=Matcher.NONE)
-"""Trials want sweeps and odometry as of a robot that was never told where it is."""
+"""Trials want sweeps and odometry as of a robot that was never given its pose."""
 
 
 def moments(scene: str, seed: int, condition: Condition = CLEAN) -> tuple[Moment, ...]:

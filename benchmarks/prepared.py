@@ -83,7 +83,7 @@ def _in_a_process(cloud: Path, cache: str) -> dict[str, float]:
 
 
 def _measure(cloud_file: Path, cache: Path) -> dict[str, float]:
-    """Load a cloud, prepare it, look at every cell, and tell what that took."""
+    """Load a cloud, prepare it, look at every cell, and measure time and memory."""
     before = _resident()
     cloud, reading = _timed(lambda: load_cloud(cloud_file))
     world, preparing = _timed(lambda: prepare(cloud, cache=cache))
@@ -119,7 +119,7 @@ def _resident() -> int:
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith("VmRSS:"):
             return int(line.split()[1]) * 1024
-    raise RuntimeError("/proc/self/status tells no VmRSS: this benchmark needs Linux")
+    raise RuntimeError("/proc/self/status has no VmRSS: this benchmark needs Linux")
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ class Starts:
     """What an operator sees after pushing the stick, each [s] after it."""
 
     moving: list[float] = field(default_factory=list)
-    """The first /ground_truth/odom (25 Hz) that tells of any motion."""
+    """The first /ground_truth/odom (25 Hz) that shows any motion."""
     turning: list[float] = field(default_factory=list)
     """The first /joint_states (50 Hz) whose wheels turn beyond the encoders' noise."""
 

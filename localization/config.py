@@ -131,7 +131,7 @@ OLD_NAMES: dict[str, dict[str, str]] = {
         "floor": "min_sigma",
         "group": "segment_samples",
         "most": "max_samples",
-        "told": "observable_share",
+        "told": "observable_share",  # words: ok
         "grazing": "min_incidence",
     },
     "HealthConfig": {

@@ -127,7 +127,7 @@ class BeamClassifier:
         # A beam may run along a surface for metres; it meets it where its line cuts the surface's plane.
         with np.errstate(divide="ignore", invalid="ignore"):
             along = np.einsum("ij,ij->i", normal, offset) / slope
-        aside = offset - along[:, None] * direction
+            aside = offset - along[:, None] * direction
         meets &= (np.einsum("ij,ij->i", aside, aside) < c.aside**2) & (np.abs(along) < c.edge)
         beam, at, slope = beam[meets], at[meets] + along[meets], slope[meets]
         met, facing = np.full(len(start), np.inf), np.zeros(len(start), dtype=bool)

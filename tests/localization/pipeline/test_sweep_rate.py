@@ -86,7 +86,9 @@ def test_more_sweeps_a_second_do_not_make_the_robot_surer_of_itself(
     fast = fare(hall, rate)
     assert fast.sigma > 0.85 * slow.sigma
     assert np.mean(fast.errors) < 0.01
-    assert 1.0 < fast.nees < 8.0
+    # Six degrees of freedom. The rooms have neither map nor mount errors, which the filter expects: it is
+    # conservative in them, but neither by any amount nor less and less.
+    assert 0.02 < fast.nees < 1.0
     assert set(fast.states) <= {Health.TRACKING, Health.DEGRADED}
     # A robot that sets off after standing for so many sweeps can hold KISS-ICP back once.
     assert len(restarts) <= 1
