@@ -133,6 +133,7 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "localization-facts": facts,
     "ablation": ablation,
     "ablation-missing": unmeasured,
+    "ablation-facts": facts,
 }
 """By the name of the marker that they stand behind."""
 

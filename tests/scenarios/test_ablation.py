@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from benchmarks._ablation_drives import COST
-from benchmarks._ablation_table import ablation
+from benchmarks._ablation_table import ablation, unmeasured
 from benchmarks._figures import Figure, Sheet
-from benchmarks._mechanisms import ALL, MECHANISMS, both
+from benchmarks._mechanisms import ALL, MECHANISMS, REMOVED, both
 from benchmarks._real_logs import WRONG, Excerpt, answers, real_drive, run_real, score_real
 from benchmarks.ablation import PAIRS, SPECIAL, concerned
 from localization.geometry import FloatArray, wrap_angle
@@ -151,3 +151,22 @@ def test_table_of_the_ablation_shows_what_changed() -> None:
     assert "| a | = |" in table
     assert "| b | 3, 3 |" in table
     assert "9" not in table
+
+
+def test_table_of_the_ablation_marks_mechanisms_that_were_removed() -> None:
+    sheet = Sheet()
+    row = f"debiasing + {REMOVED[0]}"
+    figures = [Figure("office", method, "position", 1.0) for method in (ALL, REMOVED[0], row)]
+    sheet.put("alone", figures, seconds=1.0)
+    table = ablation(sheet)
+    assert f"| {REMOVED[0]} (removed) |" in table
+    assert f"| debiasing + {REMOVED[0]} (removed) |" in table
+    assert not set(REMOVED) & set(MECHANISMS)
+
+
+def test_configurations_that_were_not_measured_are_listed() -> None:
+    sheet = Sheet()
+    sheet.put("alone", [Figure("office", ALL, "position", 1.0)], seconds=1.0)
+    listed = unmeasured(sheet)
+    assert all(f"*{name}*" in listed for name in MECHANISMS)
+    assert f"*{ALL}*" not in listed
