@@ -1,5 +1,7 @@
 """``python -m benchmarks [name [part ...] ...] [--out FOLDER]``: run the benchmarks, or those that are named.
 
+``--real FOLDER`` and ``--mirror FOLDER`` name data that are no part of the repository, for those that use them.
+
 A benchmark with ``PARTS`` runs the parts named after it, or all but its long ones. With ``--out`` those
 that keep their figures put them into the folder's ``<name>.json`` and ``<name>.csv``, each part in the
 place of what was there of it; ``python -m benchmarks._tables`` makes the tables of the docs from ``benchmarks/results``.
@@ -22,14 +24,15 @@ from benchmarks._figures import processor
 def main() -> int:
     """Run each module's ``main``, which prints a table; say when and on what machine."""
     known = [m.name for m in pkgutil.iter_modules([str(Path(__file__).parent)]) if m.name[0] != "_"]
-    words, out = sys.argv[1:], None
-    if "--out" in words:
-        at = words.index("--out")
-        if at + 1 == len(words):
-            print("--out wants a folder", file=sys.stderr)
-            return 2
-        out = Path(words[at + 1])
-        del words[at : at + 2]
+    words, folders = sys.argv[1:], dict[str, Path]()
+    for option in ("out", "real", "mirror"):
+        if f"--{option}" in words:
+            at = words.index(f"--{option}")
+            if at + 1 == len(words):
+                print(f"--{option} requires a folder", file=sys.stderr)
+                return 2
+            folders[option] = Path(words[at + 1])
+            del words[at : at + 2]
     chosen: dict[str, list[str]] = {} if words else {name: [] for name in known}
     modules: dict[str, ModuleType] = {}
     for word in words:
@@ -45,12 +48,11 @@ def main() -> int:
     for name, parts in chosen.items():
         module = importlib.import_module(f"benchmarks.{name}")
         print(f"\n{name}: {(module.__doc__ or '').partition(chr(10))[0]}", flush=True)
-        kept = (
-            {"out": out / f"{name}.json"}
-            if out and "out" in signature(module.main).parameters
-            else {}
-        )
-        module.main(*([parts] if parts else []), **kept)
+        taken = signature(module.main).parameters
+        given = {option: folder for option, folder in folders.items() if option in taken}
+        if "out" in given:
+            given["out"] /= f"{name}.json"
+        module.main(*([parts] if parts else []), **given)
     return 0
 
 

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import benchmarks.ablation
 from benchmarks import localization
+from benchmarks._ablation_table import ablation, unmeasured
 from benchmarks._alarms import by_the_hour, by_world
 from benchmarks._figures import OURS, Figure, Sheet, digits, say, share
 
@@ -125,25 +125,6 @@ def facts(sheet: Sheet) -> str:
     return "\n".join([*lines, "", f"Machine: {'; '.join(machines)}."])
 
 
-def ablation(sheet: Sheet) -> str:
-    """Return the ablation: a row for each configuration, a column for each kind of drive."""
-    tables = []
-    for part, figures in sheet.parts.items():
-        kinds = list(dict.fromkeys(f.case for f in figures))
-        rows: dict[str, dict[str, dict[str, Figure]]] = {}
-        for f in figures:
-            rows.setdefault(f.method, {}).setdefault(f.case, {})[f.quantity] = f
-        lines = [f"| {part} | {' | '.join(kinds)} |", "|---|" + "---|" * len(kinds)]
-        for method, row in rows.items():
-            cells = [
-                ", ".join(digits(f.value) for f in row[kind].values()) if kind in row else "-"
-                for kind in kinds
-            ]
-            lines.append(f"| {method} | {' | '.join(cells)} |")
-        tables.append("\n".join(lines))
-    return "\n\n".join(tables)
-
-
 TABLES: dict[str, Callable[[Sheet], str]] = {
     "localization-drives": drives,
     "localization-others": others,
@@ -151,7 +132,8 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "localization-missing": lambda sheet: missing(sheet, localization.PARTS),
     "localization-facts": facts,
     "ablation": ablation,
-    "ablation-missing": lambda sheet: missing(sheet, benchmarks.ablation.PARTS),
+    "ablation-missing": unmeasured,
+    "ablation-facts": facts,
 }
 """By the name of the marker that they stand behind."""
 

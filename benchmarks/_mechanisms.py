@@ -1,0 +1,84 @@
+"""The localiser's mechanisms, each with the settings that switch it off.
+
+Most have no switch of their own: a threshold that nothing reaches, or a noise of zero, takes them out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from localization.pipeline.localizer import LocalizerConfig
+
+Change = Callable[[LocalizerConfig], LocalizerConfig]
+"""Returns the settings without a mechanism."""
+
+ALL = "all"
+"""Name of the localiser as it is."""
+
+REMOVED = ("second opinion",)
+"""Mechanisms that the localiser had when the kept figures were measured and has no more: their rows stay in
+the sheet as the reason for the removal, and cannot be run."""
+
+_NEVER = 1 << 60
+"""A count or a time [ns] that no drive reaches."""
+
+
+def without(part: str = "", **settings: Any) -> Change:
+    """Return the change that replaces some settings of a part of the configuration.
+
+    Args:
+        part: field of ``LocalizerConfig``; its own fields if empty.
+        settings: by name.
+    """
+
+    def change(config: LocalizerConfig) -> LocalizerConfig:
+        if not part:
+            return replace(config, **settings)
+        return replace(config, **{part: replace(getattr(config, part), **settings)})
+
+    return change
+
+
+def both(*changes: Change) -> Change:
+    """Return several changes, one after the other."""
+
+    def change(config: LocalizerConfig) -> LocalizerConfig:
+        for each in changes:
+            config = each(config)
+        return config
+
+    return change
+
+
+MECHANISMS: Mapping[str, Change] = {
+    "KISS-ICP odometry": without(kiss_odometry=False),
+    "slip inferred from sweeps": without(slip_min_inlier_ratio=2.0),
+    "overspeed margin": without(overspeed_margin=math.inf),
+    "wheel-gyro slip gate": without("ekf", wheel_yaw_gate=math.inf),
+    "acceleration limit": without(max_acceleration=math.inf),
+    "back-face culling": without("registration", backface_culling=False),
+    "annealed kernel": without("registration", kernel_wide=0.04),
+    "debiasing": without("registration", debias=0.0),
+    "observability threshold": without("registration", max_sigma=math.inf),
+    "effective points": without("registration", effective_points=math.inf),
+    "information by sweep period": without(sweep_period=1e-9),
+    "minimum inlier ratio": without(min_inlier_ratio=0.0),
+    "mount uncertainty": without("ekf", mount_position=0.0, mount_angle=0.0),
+    "standstill detection": without("ekf", still_speed=0.0),
+    "wheel calibration": without(
+        "ekf", kappa=(1e-6, 1e-6, 1e-6, 1e-6), kappa_walk=(0.0, 0.0, 0.0, 0.0)
+    ),
+    "tilt by accelerometer": without("ekf", tilt_gate=0.0),
+    "jump detection": without("jump_detection", min_overlap=0.0, max_gap=_NEVER),
+    "free-space violations": without("health", max_free_space_violation=2.0),
+    "occlusion tolerance": without("health", occluded_lost_after=12),
+    "off-map detection": without("health", off_map=2.0),
+    "disambiguation while driving": without("hypotheses", min_sweeps=1, min_distance=0.0),
+    "extrinsics monitor": without("extrinsics_monitor", step=math.inf, turn=math.inf),
+    "late readings": without("late_readings", horizon=0),
+    "registration cache": without("late_readings", reuse_distance=0.0, reuse_angle=0.0),
+}
+"""By name: what takes each of them out."""
