@@ -84,7 +84,7 @@ def test_wheel_holds_every_file_of_the_packages(wheel: Path) -> None:
 
 def test_packages_come_from_the_wheel(installed: Path, tmp_path: Path) -> None:
     code = (
-        "import localization, localization.logs.mcap_log, localization.evaluation.metrics, robot_sim, teleop\n"
+        "import localization, localization.logs.mcap_log, localization.evaluation.consistency, robot_sim, teleop\n"
         "print(*(m.__file__ for m in (localization, robot_sim, teleop)), sep='\\n')"
     )
     places = run(installed / "python", "-c", code, cwd=tmp_path).split()

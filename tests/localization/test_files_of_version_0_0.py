@@ -21,7 +21,13 @@ from teleop.scene_clouds import scene_cloud_path
 
 WRITTEN = Path(__file__).parents[1] / "data/written_by_0_0"
 RUN = WRITTEN / "run"
-REMOVED: tuple[str, ...] = ()
+REMOVED: tuple[str, ...] = (
+    "health.disagreements",
+    "health.opinion_distance",
+    "health.opinion_yaw",
+    "second_opinion",
+    "opinion_period",
+)
 """Settings of version 0.0 that were removed on purpose."""
 
 

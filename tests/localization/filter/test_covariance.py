@@ -61,8 +61,14 @@ def test_covariance_that_is_not_symmetric_is_made_so() -> None:
     [
         (lambda p: p.__setitem__((2, 2), np.nan), "the hint's is non-finite"),
         (lambda p: p.__setitem__((0, 5), np.inf), "the hint's is non-finite"),
-        (lambda p: p.__setitem__((1, 1), -0.01), "the hint's has a negative variance"),
-        (lambda p: p.__setitem__(([0, 1], [1, 0]), 3.0), "the hint's has a negative variance"),
+        (
+            lambda p: p.__setitem__((1, 1), -0.01),
+            "the hint's is not a covariance: it has a negative variance",
+        ),
+        (
+            lambda p: p.__setitem__(([0, 1], [1, 0]), 3.0),
+            "the hint's is not a covariance: it has a negative variance",
+        ),
     ],
 )
 def test_what_cannot_be_a_covariance_is_named(

@@ -136,5 +136,5 @@ def test_the_choice_survives_a_log_and_nonsense_is_refused(hall: PreparedMap) ->
     assert again.matcher is Matcher.KISS
     with pytest.raises(ValueError, match="'plane', 'kiss', 'none'"):
         LocalizerConfig(matcher="icp")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="matches nothing"):
+    with pytest.raises(ValueError, match="registers nothing"):
         matcher_of(Matcher.NONE, hall, RegistrationConfig(), KissConfig(), FixedCovariance())

@@ -405,7 +405,7 @@ async def test_operate_with_another_map_warns_once_and_continues(
         )
     assert (status, err.strip()) == (0, "")
     warnings = [
-        line.strip() for line in out.splitlines() if "both sides must hold the same file" in line
+        line.strip() for line in out.splitlines() if "both sides must have the same file" in line
     ]
     assert len(warnings) == 1
     assert office_cloud.sha256[:12] in warnings[0]
@@ -419,7 +419,7 @@ def test_scripted_operator_with_another_map_does_not_drive(
 ) -> None:
     mission = Mission(duration=12.0)
     summary, record = run_over_wire(mission, office, office_cloud, other_map, tmp_path, cache=cache)
-    assert "both sides must hold the same file" in record.ending
+    assert "both sides must have the same file" in record.ending
     assert "\n" not in record.ending
     assert summary.facts.robot_seconds < 2.0
     assert not summary.passed
