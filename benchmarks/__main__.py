@@ -2,7 +2,8 @@
 
 ``--real FOLDER`` and ``--mirror FOLDER`` name data that are no part of the repository, for those that use them.
 
-A benchmark with ``PARTS`` runs the parts named after it, or all but its long ones. With ``--out`` those
+A benchmark with ``TAKES_WORDS`` takes all words after its name as its own arguments, such as ``real FOLDER``.
+One with ``PARTS`` runs the parts named after it, or all but its long ones. With ``--out`` those
 that keep their figures put them into the folder's ``<name>.json`` and ``<name>.csv``, each part in the
 place of what was there of it; ``python -m benchmarks._tables`` makes the tables of the docs from ``benchmarks/results``.
 """
@@ -36,7 +37,8 @@ def main() -> int:
     chosen: dict[str, list[str]] = {} if words else {name: [] for name in known}
     modules: dict[str, ModuleType] = {}
     for word in words:
-        if chosen and word in getattr(modules[last := list(chosen)[-1]], "PARTS", ()):
+        last = list(chosen)[-1] if chosen else ""
+        if last and (_takes_words(modules[last]) or word in getattr(modules[last], "PARTS", ())):
             chosen[last].append(word)
         elif word in known:
             chosen[word], modules[word] = [], importlib.import_module(f"benchmarks.{word}")
@@ -54,6 +56,11 @@ def main() -> int:
             given["out"] /= f"{name}.json"
         module.main(*([parts] if parts else []), **given)
     return 0
+
+
+def _takes_words(module: ModuleType) -> bool:
+    """Return whether all words after a benchmark's name are its own arguments."""
+    return bool(getattr(module, "TAKES_WORDS", False))
 
 
 if __name__ == "__main__":

@@ -15,7 +15,8 @@ import numpy as np
 from benchmarks._figures import Figure
 from benchmarks._mechanisms import Change
 from benchmarks._mirror import MirrorDrive, mirror_drive, run_mirror
-from benchmarks._real_logs import Excerpt, RealDrive, real_drive, run_real
+from benchmarks._real_logs import Excerpt, RealDrive, real_drive
+from benchmarks._real_scores import run_real
 from benchmarks._recordings import Recording, map_of, record, world_of
 from benchmarks._replaying import Laps, Run, replay, score
 from localization.evaluation.fault_injection import Span, end_of, kidnapped, late, silent, slipping
@@ -163,7 +164,7 @@ class Real:
     def __call__(self, change: Change, name: str) -> Iterator[Figure]:
         """Replay the excerpt and yield its figures."""
         drive, case = _loaded(self.folder, self.excerpt), self.excerpt.case
-        s = run_real(drive, change(LocalizerConfig.of(drive.log.sensors)))
+        s, _ = run_real(drive, change(LocalizerConfig.of(drive.log.sensors)))
         yield Figure(case, name, "wrong", s.wrong * 100.0, "%", s.n)
         yield Figure(case, name, "fails after", s.fails_after, "s", s.n)
         yield Figure(case, name, "mean", s.mean * 100.0, "cm", s.references)

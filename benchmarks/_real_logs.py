@@ -1,4 +1,4 @@
-"""Real CARMEN logs as benchmarks: excerpts, maps of half of the corrected scans, errors against the other half.
+"""Real CARMEN logs as benchmarks: excerpts, changed odometry and stamps, maps of half of the corrected scans.
 
 The logs, their SLAM-corrected poses and the relations checked by hand are data sets of others and not part
 of this repository; their folder is an argument.
@@ -7,128 +7,77 @@ of this repository; their folder is an argument.
 from __future__ import annotations
 
 import bz2
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
-from localization.evaluation.consistency import nees
-from localization.geometry import FloatArray, wrap_angle
+from benchmarks._log_maps import map_of_scans
+from localization.geometry import FloatArray
 from localization.logs.carmen_lines import SCANNER
 from localization.logs.carmen_log import CarmenLog
-from localization.maps.map_files import load_map
-from localization.maps.prepared_map import PreparedMap, default_cache, prepare
-from localization.pipeline.localizer import Localizer, LocalizerConfig
-from localization.pipeline.log_replay import replay
-from localization.types import SECOND, Estimate, Health, Odometry, Pose, Reading, Scan
+from localization.maps.prepared_map import PreparedMap
+from localization.types import SECOND, Odometry, Pose, Reading, Scan
 
-WRONG = 0.5
-"""An estimate farther off than this is wrong [m]."""
-TRUSTED = (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)
-"""States in which an application goes by the estimate."""
-_CELL = 0.05
-"""Side of a cell of the map [m]."""
-_RANGE = 30.0
-"""Beams longer than this make no map [m]."""
-_OCCUPIED = 0.25
-"""A cell is occupied if more than this share of the beams that reach it end in it (GMapping's default)."""
 _NEAR = 0.02
 """A relation belongs to the scan whose printed time is nearest, within this [s]."""
+STAMPS = ("logged", "even", "shaken")
+"""How the lines of a log may be stamped: as logged, evenly over its time, or off by up to 50 ms."""
+_SHAKE = SECOND // 20
+"""Largest error of a shaken stamp [ns]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Excerpt:
-    """A stretch of a log.
-
-    Attributes:
-        name: of the log, as its files are named.
-        begin: time after the log's first scan [s].
-        end: time after the log's first scan [s].
-    """
+    """A stretch of a log, and what is changed of it."""
 
     name: str
-    begin: float
-    end: float
+    """Name of the log, as its files are named."""
+    begin: float = 0.0
+    """Time after the log's first scan [s]."""
+    end: float = 1e9
+    """Time after the log's first scan [s]."""
+    yaw: float = 1.0
+    """Factor by which each turn of the odometry is multiplied."""
+    stamps: str = "logged"
+    """One of ``STAMPS``."""
 
     @property
     def case(self) -> str:
-        """What the excerpt is called in tables."""
-        return f"{self.name}, {self.begin:g} to {self.end:g} s"
+        """Name of the excerpt in tables."""
+        whole = self.begin <= 0.0 and self.end >= 1e9
+        span = "" if whole else f", {self.begin:g} to {self.end:g} s"
+        yaw = "" if self.yaw == 1.0 else f", turns x {self.yaw:g}"
+        stamps = "" if self.stamps == "logged" else f", stamps {self.stamps}"
+        return f"{self.name}{span}{yaw}{stamps}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RealDrive:
-    """An excerpt ready to be replayed.
-
-    Attributes:
-        case: what it is called in tables.
-        log: the whole raw log, for its mount and its sensors.
-        readings: of the excerpt, in file order.
-        world: map of the even corrected scans of the whole log.
-        start: ``map_from_base`` at the first scan of the excerpt.
-        track: (S, 2) position of the scanner at each scan of the excerpt, corrected poses bridged by
-            odometry [m].
-        reference: ``map_from_scanner`` by the number of the scan within the excerpt, of odd corrected scans.
-        relations: (R, 5) numbers of two scans, and x, y [m], yaw [rad] of the second seen from the first.
-    """
+    """An excerpt ready to be replayed."""
 
     case: str
     log: CarmenLog
+    """The whole raw log, for its mount and its sensors."""
     readings: tuple[Reading, ...]
+    """Of the excerpt, in file order."""
     world: PreparedMap
+    """Map of the even corrected scans of the whole log."""
     start: Pose
+    """``map_from_base`` at the first scan of the excerpt."""
     track: FloatArray
+    """(S, 2) position of the scanner at each scan, corrected poses bridged by odometry [m]."""
     reference: dict[int, Pose]
+    """``map_from_scanner`` of odd corrected scans by the number of the scan within the excerpt."""
     relations: FloatArray
+    """(R, 5) numbers of two scans, and x, y [m], yaw [rad] of the second seen from the first."""
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Answer:
-    """The localiser's answer at one scan.
-
-    Attributes:
-        stamp: of the scan [ns].
-        map_from_scanner: None before the robot is placed.
-        covariance: (6, 6) of the base's pose.
-        health: the state reported with it.
-    """
-
-    stamp: int
-    map_from_scanner: Pose | None
-    covariance: FloatArray
-    health: Health
-
-
-@dataclass(frozen=True, slots=True)
-class RealScore:
-    """How a replay of an excerpt went.
-
-    Attributes:
-        n: scans.
-        wrong: share of the scans at which the error exceeds ``WRONG``, or there is no pose.
-        fails_after: time until the first of these after the robot was placed [s]; NaN if there is none.
-        references: odd corrected scans.
-        mean: mean position error at these [m].
-        p95: 95th percentile of the position error at these [m].
-        trusted: share of the scans at which the estimate is wrong in a state that means trust.
-        nees: median NEES(3) of x, y and yaw where the estimate is not wrong; 2.4 is consistent.
-        relations: number of relations.
-        relation: mean position error of the relations [m].
-    """
-
-    n: int
-    wrong: float
-    fails_after: float
-    references: int
-    mean: float
-    p95: float
-    trusted: float
-    nees: float
-    relations: int
-    relation: float
+    @property
+    def mount(self) -> Pose:
+        """``base_from_scanner``."""
+        return self.log.mounts[SCANNER]
 
 
 def real_drive(folder: Path, excerpt: Excerpt) -> RealDrive:
@@ -150,7 +99,7 @@ def real_drive(folder: Path, excerpt: Excerpt) -> RealDrive:
     corrected = _corrected(folder / f"{excerpt.name}-corrected.log.gz")
     truth = _paired(scans, corrected)
     since = scans[0].stamp
-    begin, end = (since + round(t * SECOND) for t in (excerpt.begin, excerpt.end))
+    begin, end = (since + round(min(t, 1e9) * SECOND) for t in (excerpt.begin, excerpt.end))
     inside = [i for i, scan in enumerate(scans) if begin <= scan.stamp < end]
     known = [i for i in inside if i in truth]
     if not known:
@@ -161,15 +110,67 @@ def real_drive(folder: Path, excerpt: Excerpt) -> RealDrive:
     odometry = [readings[n + 1] for n in numbers[first : last + 1]]
     moved = [r.odom_from_base @ mount for r in odometry if isinstance(r, Odometry)]
     poses = {i - first: corrected[truth[i]][1] for i in known}
+    kept = readings[numbers[first] : numbers[last] + 2]
+    relations = folder / f"{excerpt.name}.relations"
     return RealDrive(
         excerpt.case,
         log,
-        readings[numbers[first] : numbers[last] + 2],
-        _map_of(excerpt.name, corrected[::2]),
+        stamped(turned(kept, excerpt.yaw), excerpt.stamps),
+        map_of_scans(excerpt.name, corrected[::2]),
         corrected[truth[first]][1] @ mount.inverse(),
         _bridged(poses, moved),
         {i - first: corrected[truth[i]][1] for i in known if truth[i] % 2},
-        _relations(folder / f"{excerpt.name}.relations", _printed_times(raw), first, last),
+        _relations(relations, _printed_times(raw), first, last)
+        if relations.exists()
+        else np.zeros((0, 5)),
+    )
+
+
+def turned(readings: Sequence[Reading], factor: float) -> tuple[Reading, ...]:
+    """Return readings whose odometry turns by so many times what it did, with its steps as they were."""
+    if factor == 1.0:
+        return tuple(readings)
+    found: list[Reading] = []
+    before: Pose | None = None
+    pose = Pose.identity()
+    for reading in readings:
+        if not isinstance(reading, Odometry):
+            found.append(reading)
+            continue
+        if before is not None:
+            step = before.inverse() @ reading.odom_from_base
+            yaw = factor * step.yaw
+            pose = pose @ Pose.planar(float(step.position[0]), float(step.position[1]), yaw)
+        before = reading.odom_from_base
+        found.append(Odometry(reading.stamp, pose))
+    return tuple(found)
+
+
+def stamped(readings: Sequence[Reading], how: str) -> tuple[Reading, ...]:
+    """Return readings in their order with other stamps; a scan and the odometry of its line keep one stamp.
+
+    Raises:
+        ValueError: if ``how`` is not one of ``STAMPS``.
+    """
+    if how == "logged":
+        return tuple(readings)
+    if how not in STAMPS:
+        raise ValueError(f"stamps must be one of {', '.join(STAMPS)}, got {how!r}")
+    line, lines = -1, []
+    for i, reading in enumerate(readings):
+        with_scan = i > 0 and isinstance(readings[i - 1], Scan)
+        line += not (with_scan and isinstance(reading, Odometry))
+        lines.append(line)
+    stamps = np.array([r.stamp for r in readings], dtype=np.int64)
+    if how == "even":
+        step = (int(stamps.max()) - int(stamps.min())) // max(1, line)
+        moved = int(stamps.min()) + step * np.array(lines, dtype=np.int64)
+    else:
+        shake = np.random.default_rng(7).integers(-_SHAKE, _SHAKE, line + 1)
+        moved = np.maximum(stamps + shake[lines], 1)
+    return tuple(
+        replace(r, stamp=int(t)) if isinstance(r, Scan | Odometry) else r
+        for r, t in zip(readings, moved.tolist(), strict=True)
     )
 
 
@@ -188,101 +189,6 @@ def _bridged(poses: dict[int, Pose], moved: list[Pose]) -> FloatArray:
         places = np.array([pose.position[:2] for pose in way])
         found[a : b + 1] = places + share * (poses[b].position[:2] - places[-1])
     return found
-
-
-def answers(drive: RealDrive, localizer: Localizer) -> list[Answer]:
-    """Replay an excerpt, begun at its true pose; return the answer at each scan as it was then."""
-    waiting: list[Scan] = []
-    found: list[Answer] = []
-    track: list[tuple[float, float, float, float]] = []
-
-    def noted() -> Iterator[Reading]:
-        for reading in drive.readings:
-            if isinstance(reading, Scan):
-                waiting.append(reading)
-            yield reading
-
-    estimate: Estimate | None = None
-    for estimate in replay(noted(), localizer, start=drive.start):
-        odom = estimate.odom_from_base
-        yaw = odom.yaw if not track else track[-1][3] + wrap_angle(odom.yaw - track[-1][3])
-        track.append((float(estimate.stamp), float(odom.position[0]), float(odom.position[1]), yaw))
-        due = [scan for scan in waiting if scan.stamp <= estimate.stamp]
-        found += [_answer(scan.stamp, estimate, track, drive.log.mounts[SCANNER]) for scan in due]
-        waiting = [scan for scan in waiting if scan.stamp > estimate.stamp]
-    return found
-
-
-def _answer(
-    stamp: int, estimate: Estimate, track: list[tuple[float, float, float, float]], mount: Pose
-) -> Answer:
-    """Return an estimate as of a scan that may have come late: carried back by odometry."""
-    pose = estimate.map_from_base
-    if pose is not None and stamp != estimate.stamp:
-        recent = np.array(track[-200:])
-        x, y, yaw = (float(np.interp(stamp, recent[:, 0], recent[:, k])) for k in (1, 2, 3))
-        pose = pose @ (estimate.odom_from_base.inverse() @ Pose.planar(x, y, yaw))
-    return Answer(
-        stamp, None if pose is None else pose @ mount, estimate.covariance, estimate.health
-    )
-
-
-def score_real(drive: RealDrive, found: list[Answer]) -> RealScore:
-    """Hold answers against the odd corrected scans and against the relations."""
-    far = np.array([_off(a, place) for a, place in zip(found, drive.track, strict=False)])
-    wrong = far > WRONG
-    trusted = np.array([a.health in TRUSTED for a in found[: len(far)]])
-    placed = next((i for i, a in enumerate(found) if a.map_from_scanner is not None), 0)
-    failed = np.flatnonzero(wrong[placed:])
-    fails = (found[placed + failed[0]].stamp - found[0].stamp) / SECOND if len(failed) else np.nan
-    held, vectors, covariances = [], [], []
-    for i, truth in drive.reference.items():
-        here = found[i].map_from_scanner if i < len(found) else None
-        if here is not None:
-            step = truth.position - here.position
-            held.append(float(np.hypot(step[0], step[1])))
-            if held[-1] <= WRONG:
-                turn = wrap_angle(truth.yaw - here.yaw)
-                vectors.append([step[0], step[1], 0.0, 0.0, 0.0, turn])
-                covariances.append(found[i].covariance)
-    errors = _relation_errors(drive.relations, found)
-    return RealScore(
-        len(far),
-        float(wrong.mean()),
-        float(fails),
-        len(held),
-        float(np.mean(held)) if held else np.nan,
-        float(np.percentile(held, 95)) if held else np.nan,
-        float((wrong & trusted).mean()),
-        float(np.median(nees(np.array(vectors), np.array(covariances), axes=(0, 1, 5))))
-        if vectors
-        else np.nan,
-        len(errors),
-        float(np.mean(errors)) if len(errors) else np.nan,
-    )
-
-
-def run_real(drive: RealDrive, change: LocalizerConfig) -> RealScore:
-    """Replay an excerpt to a localiser as configured and score it."""
-    localizer = Localizer(drive.world, drive.log.mounts, change)
-    return score_real(drive, answers(drive, localizer))
-
-
-def _off(answer: Answer, place: FloatArray) -> float:
-    here = answer.map_from_scanner
-    return np.inf if here is None else float(np.hypot(*(here.position[:2] - place)))
-
-
-def _relation_errors(relations: FloatArray, found: list[Answer]) -> list[float]:
-    errors = []
-    for first, second, x, y, _ in relations:
-        if second >= len(found) or first >= len(found):
-            continue
-        a, b = found[int(first)].map_from_scanner, found[int(second)].map_from_scanner
-        if a is not None and b is not None:
-            step = (a.inverse() @ b).position
-            errors.append(float(np.hypot(step[0] - x, step[1] - y)))
-    return errors
 
 
 def _corrected(path: Path) -> list[tuple[Scan, Pose]]:
@@ -344,49 +250,3 @@ def _nearest(times: FloatArray, order: np.typing.NDArray[np.int64], time: float)
     beside = order[max(0, at - 1) : at + 1]
     best = int(beside[np.argmin(np.abs(times[beside] - time))])
     return best if abs(times[best] - time) < _NEAR else None
-
-
-def _map_of(name: str, corrected: list[tuple[Scan, Pose]]) -> PreparedMap:
-    """Return the map of corrected scans, by way of an occupancy grid on disk as ROS keeps it."""
-    folder = default_cache() / "benchmarks" / name
-    folder.mkdir(parents=True, exist_ok=True)
-    hits, seen, low = _counts(corrected)
-    share = hits / np.maximum(seen, 1)
-    grey = np.where(seen == 0, 205, np.where(share > _OCCUPIED, 0, 254)).astype(np.uint8)
-    Image.fromarray(grey[::-1]).save(folder / "map.pgm")
-    (folder / "map.yaml").write_text(
-        f"image: map.pgm\nresolution: {_CELL}\norigin: [{low[0]}, {low[1]}, 0.0]\n"
-        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
-        encoding="utf-8",
-    )
-    cache = default_cache()
-    return prepare(load_map(folder / "map.yaml", cache=cache), cache=cache)
-
-
-def _counts(corrected: list[tuple[Scan, Pose]]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return how many beams end in, and reach, each cell (rows, columns), and the lower corner (2,) [m]."""
-    rays = []
-    for scan, pose in corrected:
-        good = np.isfinite(scan.ranges) & (scan.ranges > 0.1) & (scan.ranges < _RANGE)
-        angle = scan.angles[good] + pose.yaw
-        rays.append(
-            (pose.position[:2], np.column_stack([np.cos(angle), np.sin(angle)]), scan.ranges[good])
-        )
-    ends = np.concatenate([at + line * length[:, None] for at, line, length in rays])
-    low = np.floor(ends.min(axis=0)) - 1.0
-    columns, rows = (np.ceil((ends.max(axis=0) - low) / _CELL).astype(int) + 20).tolist()
-    hits, seen = np.zeros(rows * columns), np.zeros(rows * columns)
-    for at, line, length in rays:
-        steps = np.arange(0.0, float(length.max(initial=0.0)) + _CELL, 0.5 * _CELL)
-        beam, step = np.nonzero(steps < length[:, None])
-        places = np.concatenate(
-            [at + line[beam] * steps[step][:, None], at + line * length[:, None]]
-        )
-        cell = ((places - low) / _CELL).astype(np.int64)
-        flat = cell[:, 1] * columns + cell[:, 0]
-        owner = np.concatenate([beam, np.arange(len(length))])
-        once = np.unique(owner * np.int64(rows * columns) + flat) % (rows * columns)
-        np.add.at(seen, once, 1.0)
-        np.add.at(hits, flat[len(beam) :], 1.0)
-    shape = (rows, columns)
-    return hits.reshape(shape), seen.reshape(shape), low

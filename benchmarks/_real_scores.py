@@ -1,0 +1,208 @@
+"""Replay of real logs and its scores: errors, relations, time wrong, consistency, states, cost per scan."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks._real_logs import RealDrive
+from localization.evaluation.consistency import nees
+from localization.geometry import FloatArray, wrap_angle
+from localization.pipeline.localizer import Localizer, LocalizerConfig
+from localization.pipeline.log_replay import replay
+from localization.types import SECOND, Estimate, Health, Pose, Reading, Scan
+
+WRONG = 0.5
+"""An estimate farther off than this is wrong [m]."""
+GOOD = 0.15
+"""An estimate nearer than this deserves the state ``tracking`` [m]."""
+TRUSTED = (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)
+"""States in which an application relies on the estimate."""
+
+Odom = tuple[float, float, float, float]
+"""Stamp [ns], x, y [m] and unwrapped yaw [rad] of odometry."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answer:
+    """The localiser's answer at one scan.
+
+    Attributes:
+        stamp: of the scan [ns].
+        map_from_scanner: None before the robot is placed.
+        covariance: (6, 6) of the base's pose.
+        health: the state reported with it.
+        seconds: CPU time of all readings since the answer before [s].
+    """
+
+    stamp: int
+    map_from_scanner: Pose | None
+    covariance: FloatArray
+    health: Health
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class RealScore:
+    """Scores of a replay; positions in metres, shares in [0, 1].
+
+    Attributes:
+        n: scans.
+        wrong: share of the scans at which the error exceeds ``WRONG``, or there is no pose.
+        excursions: how often the error passed ``WRONG``.
+        fails_after: time until the first wrong scan after the robot was placed [s]; NaN if there is none.
+        references: odd corrected scans that have a pose.
+        mean: mean position error at these.
+        p95: 95th percentile of the position error at these.
+        max: largest position error at these.
+        trusted: share of the scans at which the estimate is wrong in a state that means trust.
+        tracking: share of the state ``tracking`` among scans with an error below ``GOOD``.
+        states: share of the scans by state.
+        nees: median NEES(3) of x, y and yaw where the estimate is not wrong; 2.4 is consistent.
+        relations: number of relations.
+        relation: mean position error of the relations.
+        relation_std: standard deviation of these errors.
+        cpu: CPU time per scan: median, 99th percentile, largest [ms].
+    """
+
+    n: int
+    wrong: float
+    excursions: int
+    fails_after: float
+    references: int
+    mean: float
+    p95: float
+    max: float
+    trusted: float
+    tracking: float
+    states: Mapping[Health, float]
+    nees: float
+    relations: int
+    relation: float
+    relation_std: float
+    cpu: tuple[float, float, float]
+
+
+def answers(drive: RealDrive, localizer: Localizer) -> list[Answer]:
+    """Replay an excerpt, begun at its true pose; return the answer at each scan as it was then."""
+    waiting: list[Scan] = []
+    found: list[Answer] = []
+    track: list[Odom] = []
+
+    def noted() -> Iterator[Reading]:
+        for reading in drive.readings:
+            if isinstance(reading, Scan):
+                waiting.append(reading)
+            yield reading
+
+    begun = time.process_time()
+    for estimate in replay(noted(), localizer, start=drive.start):
+        odom = estimate.odom_from_base
+        yaw = odom.yaw if not track else track[-1][3] + wrap_angle(odom.yaw - track[-1][3])
+        track.append((float(estimate.stamp), float(odom.position[0]), float(odom.position[1]), yaw))
+        due = [scan for scan in waiting if scan.stamp <= estimate.stamp]
+        waiting = [scan for scan in waiting if scan.stamp > estimate.stamp]
+        for scan in due:
+            now = time.process_time()
+            found.append(_answer(scan.stamp, estimate, track, drive.mount, now - begun))
+            begun = now
+    return found
+
+
+def _answer(
+    stamp: int, estimate: Estimate, track: Sequence[Odom], mount: Pose, seconds: float
+) -> Answer:
+    """Return an estimate as of a scan that may have come late: carried back by odometry."""
+    pose = estimate.map_from_base
+    if pose is not None and stamp != estimate.stamp:
+        recent = np.array(track[-200:])
+        x, y, yaw = (float(np.interp(stamp, recent[:, 0], recent[:, k])) for k in (1, 2, 3))
+        pose = pose @ (estimate.odom_from_base.inverse() @ Pose.planar(x, y, yaw))
+    placed = None if pose is None else pose @ mount
+    return Answer(stamp, placed, estimate.covariance, estimate.health, seconds)
+
+
+def errors_of(drive: RealDrive, found: Sequence[Answer]) -> FloatArray:
+    """Return the position error (S,) at every scan [m]; infinite where there is no pose."""
+    return np.array([_off(a, place) for a, place in zip(found, drive.track, strict=False)])
+
+
+def _off(answer: Answer, place: FloatArray) -> float:
+    here = answer.map_from_scanner
+    return np.inf if here is None else float(np.hypot(*(here.position[:2] - place)))
+
+
+def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
+    """Compare answers with the odd corrected scans and with the relations.
+
+    Raises:
+        ValueError: if there is no answer.
+    """
+    if not found:
+        raise ValueError(f"{drive.case}: no scan was answered")
+    far = errors_of(drive, found)
+    wrong, near = far > WRONG, far < GOOD
+    health = np.array([a.health for a in found[: len(far)]])
+    placed = next((i for i, a in enumerate(found) if a.map_from_scanner is not None), 0)
+    failed = np.flatnonzero(wrong[placed:])
+    fails = (found[placed + failed[0]].stamp - found[0].stamp) / SECOND if len(failed) else np.nan
+    held, median_nees = _against_references(drive, found)
+    errors = _relation_errors(drive.relations, found)
+    cpu = 1e3 * np.array([a.seconds for a in found])
+    return RealScore(
+        n=len(far),
+        wrong=float(wrong.mean()),
+        excursions=int(np.sum(wrong[1:] & ~wrong[:-1])),
+        fails_after=float(fails),
+        references=len(held),
+        mean=float(np.mean(held)) if held else np.nan,
+        p95=float(np.percentile(held, 95)) if held else np.nan,
+        max=max(held, default=np.nan),
+        trusted=float((wrong & np.isin(health, TRUSTED)).mean()),
+        tracking=float((health[near] == Health.TRACKING).mean()) if near.any() else np.nan,
+        states={state: float((health == state).mean()) for state in Health},
+        nees=median_nees,
+        relations=len(errors),
+        relation=float(np.mean(errors)) if errors else np.nan,
+        relation_std=float(np.std(errors)) if errors else np.nan,
+        cpu=(float(np.median(cpu)), float(np.percentile(cpu, 99)), float(cpu.max())),
+    )
+
+
+def _against_references(drive: RealDrive, found: Sequence[Answer]) -> tuple[list[float], float]:
+    """Return position errors at the odd corrected scans [m], and the median NEES(3) of those not wrong."""
+    held, vectors, covariances = [], [], []
+    for i, truth in drive.reference.items():
+        here = found[i].map_from_scanner if i < len(found) else None
+        if here is not None:
+            step = truth.position - here.position
+            held.append(float(np.hypot(step[0], step[1])))
+            if held[-1] <= WRONG:
+                turn = wrap_angle(truth.yaw - here.yaw)
+                vectors.append([step[0], step[1], 0.0, 0.0, 0.0, turn])
+                covariances.append(found[i].covariance)
+    if not vectors:
+        return held, np.nan
+    values = nees(np.array(vectors), np.array(covariances), axes=(0, 1, 5))
+    return held, float(np.median(values))
+
+
+def _relation_errors(relations: FloatArray, found: Sequence[Answer]) -> list[float]:
+    errors = []
+    for first, second, x, y, _ in relations:
+        if second >= len(found) or first >= len(found):
+            continue
+        a, b = found[int(first)].map_from_scanner, found[int(second)].map_from_scanner
+        if a is not None and b is not None:
+            step = (a.inverse() @ b).position
+            errors.append(float(np.hypot(step[0] - x, step[1] - y)))
+    return errors
+
+
+def run_real(drive: RealDrive, config: LocalizerConfig) -> tuple[RealScore, list[Answer]]:
+    """Replay an excerpt to a localiser as configured and score it."""
+    found = answers(drive, Localizer(drive.world, drive.log.mounts, config))
+    return score_real(drive, found), found
