@@ -139,7 +139,7 @@ def shape_distances(
     """
     distances = np.empty(len(types))
     # A missed quadric has no roots.
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for kind, rows in _by_kind(types):
             lines, _ = _SHAPES[kind]
             enter, leave = lines(origins[rows].T, directions[rows].T, sizes[rows].T)

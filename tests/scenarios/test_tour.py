@@ -17,7 +17,8 @@ from teleop.scenario.mission_run import run_in_process
 from teleop.scenario.run_recorder import RunRecord
 from teleop.scenario.run_summary import RunSummary
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
+# Whole drives, of which each line of code is run by other tests too: tracing them would take minutes.
+pytestmark = [pytest.mark.slow, pytest.mark.no_cover, pytest.mark.timeout(600)]
 
 
 def drive(
