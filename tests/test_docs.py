@@ -163,11 +163,11 @@ def test_tutorial_leads_from_the_log_to_all_that_it_shows(clone: Path) -> None:
     listed = {row[0].strip("`") for row in rows(TUTORIAL, "| file |")}
     assert listed == {path.name for path in (clone / "runs/look").iterdir()}
     written = (clone / "runs/look/health.csv").read_text().split("\n", 1)[0].split(",")
-    stated = {
+    documented = {
         name for row in rows(TUTORIAL, "| column |") for name in re.findall(r"`(\w+)`", row[0])
     }
-    assert stated <= set(written)
-    assert {name for name in written if not name.startswith("kept_")} <= stated
+    assert documented <= set(written)
+    assert {name for name in written if not re.fullmatch(r"observable_r?[xyz]", name)} <= documented
     for block in (b for b in blocks("python") if b.page == TUTORIAL):
         done = in_clone(clone, "-W", "error", "-c", block.text)
         assert done.returncode == 0, f"{block}: {done.stderr}"
@@ -361,16 +361,16 @@ def test_links_in_the_documentation_lead_somewhere(page: str) -> None:
 
 def test_mounts_in_the_documentation_are_the_robots() -> None:
     table = rows("docs/frames-and-time.md", "| frame in")
-    stated = {}
+    documented = {}
     for frame, position, angles in table:
         roll, pitch, yaw = (math.radians(float(a)) for a in angles.split(","))
         where = [float(x) for x in position.split(",")]
-        stated[frame.strip("`")] = Pose.from_euler(where, roll=roll, pitch=pitch, yaw=yaw)
+        documented[frame.strip("`")] = Pose.from_euler(where, roll=roll, pitch=pitch, yaw=yaw)
     mounts = {**MOUNTS, "imu_link": IMU_MOUNT}
-    assert stated.keys() == mounts.keys()
+    assert documented.keys() == mounts.keys()
     for frame, pose in mounts.items():
-        np.testing.assert_allclose(stated[frame].position, pose.position, atol=1e-12)
-        np.testing.assert_allclose(stated[frame].rotation, pose.rotation, atol=1e-12)
+        np.testing.assert_allclose(documented[frame].position, pose.position, atol=1e-12)
+        np.testing.assert_allclose(documented[frame].rotation, pose.rotation, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -397,10 +397,10 @@ def test_setting_has_the_value_that_the_documentation_gives(row: list[str]) -> N
     value: object = LocalizerConfig()
     for name in row[0].strip("`").split("."):
         value = getattr(value, name)
-    assert value == pytest.approx(stated(row[1], seconds=1e9))
+    assert value == pytest.approx(value_in(row[1], seconds=1e9))
 
 
-def stated(cell: str, *, seconds: float = 1.0) -> float:
+def value_in(cell: str, *, seconds: float = 1.0) -> float:
     """The number in a cell, in the units of the code."""
     number, _, unit = cell.partition(" ")
     factors = {"deg": math.pi / 180, "deg/s": math.pi / 180, "s": seconds, "MB": 1e6}
@@ -421,7 +421,7 @@ def fields_and_rows(heading: str, *configs: object) -> list[tuple[object, str]]:
     ("value", "cell"), fields_and_rows("| safety |", SafetyConfig()), ids=lambda x: str(x)
 )
 def test_safety_has_the_value_that_the_documentation_gives(value: float, cell: str) -> None:
-    assert value == pytest.approx(stated(cell, seconds=1e9))
+    assert value == pytest.approx(value_in(cell, seconds=1e9))
 
 
 @pytest.mark.parametrize(
@@ -434,7 +434,7 @@ def test_safety_has_the_value_that_the_documentation_gives(value: float, cell: s
     ids=lambda x: str(x),
 )
 def test_wire_has_the_value_that_the_documentation_gives(value: float, cell: str) -> None:
-    assert value == pytest.approx(stated(cell))
+    assert value == pytest.approx(value_in(cell))
 
 
 @pytest.mark.parametrize(
