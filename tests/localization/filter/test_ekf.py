@@ -667,6 +667,7 @@ def test_reading_that_is_not_finite_leaves_the_prediction_as_it_was() -> None:
 
 @given(seed=st.integers(0, 100_000))
 @settings(max_examples=30)
+@pytest.mark.slow
 def test_covariance_stays_symmetric_and_positive_whatever_comes(seed: int) -> None:
     rng = np.random.default_rng(seed)
     ekf = DrivenFilter()

@@ -79,6 +79,7 @@ def restarts(monkeypatch: pytest.MonkeyPatch) -> list[KissState]:
 
 
 @pytest.mark.parametrize("rate", [25, 40, 50])
+@pytest.mark.slow
 def test_more_sweeps_a_second_do_not_make_the_robot_surer_of_itself(
     hall: PreparedMap, slow: Fare, restarts: list[KissState], rate: int
 ) -> None:
@@ -95,6 +96,7 @@ def test_more_sweeps_a_second_do_not_make_the_robot_surer_of_itself(
 
 
 @pytest.mark.parametrize("rate", [25, 40, 50])
+@pytest.mark.slow
 def test_slip_is_noticed_and_survived_however_fast_the_scanners_are(
     hall: PreparedMap, rate: int
 ) -> None:

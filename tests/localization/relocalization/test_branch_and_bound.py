@@ -48,6 +48,7 @@ def finish(work: Generator[None, None, tuple[Candidate, ...]]) -> tuple[tuple[Ca
             return done.value, pieces
 
 
+@pytest.mark.slow
 def test_robot_is_found_anywhere_in_the_hall_from_one_sweep(hall: PreparedMap) -> None:
     pyramid = Pyramid(plan_of(hall))
     rng = np.random.default_rng(1)
@@ -75,6 +76,7 @@ def test_bound_of_a_block_is_never_less_than_any_of_its_places(hall: PreparedMap
         assert (bound >= best - 1e-12).all()
 
 
+@pytest.mark.slow
 def test_branch_and_bound_finds_what_trying_every_place_finds(hall: PreparedMap) -> None:
     plan = plan_of(hall)
     sweep = HALL.sweep(Pose.planar(3.1, 2.2, 0.7), noise=0.012)
