@@ -55,6 +55,12 @@ class LocalizerConfig:
     share of the sweep; above 1, slip is never inferred from a sweep."""
     slip_sigma: tuple[float, float, float, float] = (0.12, 0.06, 0.02, np.deg2rad(1.0))
     """Error that slipping wheels may cause over one sweep, one sigma: forward, sideways, up [m], yaw [rad]."""
+    retry_sigma: tuple[tuple[float, float, float, float], ...] = (
+        (0.15, 0.10, 0.01, np.deg2rad(3.0)),
+        (0.35, 0.25, 0.01, np.deg2rad(10.0)),
+    )
+    """Errors by which the prior is widened, one after the other, for a sweep that fits the map but not the
+    prediction, one sigma: forward, sideways, up [m], yaw [rad]."""
     slip_memory: int = SECOND // 2
     """The wheels are distrusted for this time after the last sign of slip [ns]."""
     max_acceleration: float = 9.0
@@ -68,6 +74,8 @@ class LocalizerConfig:
     sweep_period: float = 0.1
     """Sweeps that arrive faster share the errors of map and mounts, and together inform like one sweep
     in this time [s]. The information of a sweep was tuned at 10 Hz."""
+    sweep_distance: float = 0.03
+    """Sweeps that come as displacements count in full if the robot has moved on by this distance [m]."""
     slip_window: float = 0.08
     """Wheels and KISS-ICP are compared over at least this time [s]: each sweep of a scanner of 10 Hz,
     several of faster ones."""

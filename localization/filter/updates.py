@@ -44,10 +44,11 @@ def update_wheel_yaw(
     *,
     seconds: float = 0.02,
 ) -> tuple[FilterState, bool]:
-    """Compare the wheels' yaw rate with the gyro's; learn track, scale and gyro bias if they agree.
+    """Compare the wheels' yaw rate with the gyro's; learn yaw ratio and gyro bias if they agree.
 
-    The wheels' rate is e^s (right - left) / B. If it disagrees with the gyro's, one side slips and nothing
-    is learned. Wheels at rest add nothing to ``update_standstill``.
+    The wheels' rate is e^psi (right - left) over the nominal track. The scale of forward speed is not part
+    of it: a skid-steer robot turns less than its wheels count however exact its speed is. If the rates
+    disagree, one side slips and nothing is learned. Wheels at rest add nothing to ``update_standstill``.
 
     Args:
         state: before.
@@ -61,28 +62,26 @@ def update_wheel_yaw(
         The state after, and whether wheels and gyro agree.
     """
     c = config
-    s, track, _, _ = state.kappa.tolist()
-    wheels = math.exp(s) * (right - left) / track
+    wheels = state.yaw_ratio * (right - left) / c.effective_track
     turning = float(gyro[2] - state.gyro_bias[2])
     innovation = turning - wheels
     require_finite(innovation)
     shared = max(1.0, _YAW_CORRELATION / seconds)
     variance = (c.wheel_yaw_floor**2 + (c.wheel_yaw_share * turning) ** 2) * shared
-    # Derivatives by bias, s and B: 1, w, -w / B.
-    hs, ht = wheels, -wheels / track
-    (bb, bs, bt), (_, ss, st), (_, _, tt) = state.full_covariance[8:11, 8:11].tolist()
-    spread = bb + hs * (2.0 * bs + hs * ss) + ht * (2.0 * bt + 2.0 * hs * st + ht * tt)
+    # Derivatives by bias and psi: 1, w.
+    (bb, _, bp), _, (_, _, pp) = state.full_covariance[8:11, 8:11].tolist()
+    spread = bb + wheels * (2.0 * bp + wheels * pp)
     if innovation**2 / (spread + variance) > c.wheel_yaw_gate:
         return state, False
     if wheels_stand(left, right, c):
         return state, True
-    return yaw_corrected(state, innovation, np.array([1.0, hs, ht]), spread + variance), True
+    return yaw_corrected(state, innovation, wheels, spread + variance), True
 
 
 def yaw_corrected(
-    state: FilterState, innovation: float, slope: FloatArray, spread: float
+    state: FilterState, innovation: float, slope: float, spread: float
 ) -> FilterState:
-    """Return the state after an update by one number that depends on gyro bias, wheel scale and track only.
+    """Return the state after an update by one number that depends on gyro bias and yaw ratio only.
 
     The Kalman update for a scalar, P - P h h' P / S. ``corrected`` gives the same through dense matrices and
     takes as long as the whole prediction; this runs with every reading.
@@ -90,10 +89,11 @@ def yaw_corrected(
     Args:
         state: before.
         innovation: measured less expected.
-        slope: (3,) its derivative by those three errors.
+        slope: its derivative by psi; that by the bias is 1.
         spread: S, its variance with the noise included.
     """
-    shared = state.full_covariance[:, 8:11] @ slope / math.sqrt(spread)
+    p = state.full_covariance
+    shared = (p[:, 8] + slope * p[:, 10]) / math.sqrt(spread)
     covariance = state.full_covariance - np.multiply.outer(shared, shared)
     return injected(state, shared * (innovation / math.sqrt(spread)), covariance)
 

@@ -18,6 +18,7 @@ from localization.geometry import wrap_angle
 from localization.logs.carmen_lines import LINE_READERS, SCANNER, ScanLine
 from localization.logs.carmen_timestamps import TimestampRepair, lacks_zeros
 from localization.logs.log_interface import LogError, Skipped
+from localization.logs.stamp_order import in_order
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Odometry, Pose, Reading
 
@@ -86,10 +87,13 @@ class CarmenLog:
             yield reading
 
     def timed(self) -> Iterator[tuple[int, Reading]]:
-        """Yield each reading with its stamp [ns], in file order.
+        """Yield each reading with its stamp [ns]; lines that are near in time are put in order.
 
         Lines without a valid reading are left out and counted in ``skipped``.
         """
+        yield from in_order(self._stamped())
+
+    def _stamped(self) -> Iterator[tuple[int, Reading]]:
         self.skipped = {}
         repair = TimestampRepair()
         for entry in self._entries():

@@ -1,9 +1,10 @@
 """Correction of the state by one sweep.
 
 KISS-ICP observes how the robot moved since the last sweep, and the wheels are compared with it. The sweep is
-registered against the cloud with the prediction as prior. A sweep that fits the map but contradicts the
-prediction shows that the wheels slipped; a sweep that does not fit is rejected; all others correct the
-filter.
+registered against the cloud with the prediction as prior; where no gyro accompanies the wheels, KISS-ICP's
+motion is part of the prediction. A sweep that fits the map but contradicts the prediction shows that the
+wheels slipped, or is tried again with a wider prior; a sweep that does not fit is rejected; all others
+correct the filter.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from scipy.stats import chi2
 
 from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState, mark
+from localization.filter.pose_error import LEVER
 from localization.filter.updates import (
     match_nis,
     update_level,
@@ -36,6 +38,8 @@ _GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
 """Largest normalised innovation squared of a match by its number of observable directions (99.99 %)."""
 _UNEXPLAINED = "the map does not explain the sweep"
 """Why a sweep is rejected that fits nowhere near; replaced by what exactly is unexplained."""
+_SAMPLING = 0.02
+"""The share of a sweep that the map explains differs by this much between poses that are equally good."""
 _NONE_USED = np.zeros((0, 6))
 """No direction of a match was used."""
 
@@ -133,7 +137,11 @@ def _matched(
     """Register a sweep, decide whether to believe it, and correct the filter."""
     config, slip, filter_ = r.config, state.slip, state.filter
     now, ekf = record.sweep.stamp, r.config.ekf
-    share = min(1.0, elapsed / config.sweep_period)
+    share, relative = _share(state, elapsed, config), observed
+    if observed is not None and config.sensors.displaced:
+        with r.stage("ekf"):
+            filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
+        relative = None
     match, nis = _registered(filter_, record, matcher, share, r)
     refusal = _refusal(match, nis, config)
     if refusal is not None and _shows_slip(match, slip.slipping(now) or observed is None, config):
@@ -141,10 +149,14 @@ def _matched(
         # The record keeps the first match: a replay begins from the prediction that it belongs to.
         match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
         refusal = _refusal(match, nis, config)
+    if _fits_elsewhere(match, refusal, state, config):
+        wider = _registered_wider(filter_, record, matcher, share, match, r)
+        if wider is not None:
+            (filter_, match, nis), refusal = wider, None
     with r.stage("ekf"):
-        if observed is not None:
+        if relative is not None:
             used = match.observable_directions if refusal is None else _NONE_USED
-            filter_ = update_relative(filter_, state.last.map_from_base, *observed, used)
+            filter_ = update_relative(filter_, state.last.map_from_base, *relative, used)
         if refusal is None:
             filter_ = update_match(filter_, ekf, match)
     with r.stage("scan consistency"):
@@ -155,6 +167,52 @@ def _matched(
     health = state.health.after_sweep(match, filter_.pose, refusal, record.consistency)
     state = state._replace(slip=slip, filter=filter_, health=health)
     return state, Registration(match, nis, record.consistency)
+
+
+def _share(state: State, elapsed: float, config: LocalizerConfig) -> float:
+    """Return the share of a sweep's information that counts.
+
+    Sweeps from one place share the errors of the map there. Where motion comes as displacements, stamps may
+    be bursts, and a sweep counts in full once the robot has moved on.
+    """
+    share = elapsed / config.sweep_period
+    if config.sensors.displaced:
+        moved = state.last.odom_from_base.inverse() @ state.odom_from_base
+        distance = float(np.hypot(*moved.position[:2])) + LEVER * abs(moved.yaw)
+        share = max(share, distance / config.sweep_distance)
+    return min(1.0, share)
+
+
+def _fits_elsewhere(
+    match: Match, refusal: str | None, state: State, config: LocalizerConfig
+) -> bool:
+    """Return whether a rejected sweep fits the map so well that the prediction may be at fault.
+
+    With a gyro a few such sweeps must follow one another: of a robot that was carried off, a sweep may fit
+    near its old place by chance.
+    """
+    if refusal is None or match.inlier_ratio < config.slip_min_inlier_ratio:
+        return False
+    patience = 0 if config.sensors.displaced else state.health.config.suspect_after
+    return state.health.bad >= patience
+
+
+def _registered_wider(
+    filter_: FilterState,
+    record: SweepRecord,
+    matcher: MatchSweep,
+    share: float,
+    narrow: Match,
+    r: Resources,
+) -> tuple[FilterState, Match, float] | None:
+    """Register a rejected sweep again with wider priors; None if the map does not explain it as well there."""
+    for sigma in r.config.retry_sigma:
+        wide = widen(filter_, *sigma)
+        match, nis = _registered(wide, replace(record, match=None), matcher, share, r)
+        explained = match.inlier_ratio >= narrow.inlier_ratio - _SAMPLING
+        if explained and _refusal(match, nis, r.config) is None:
+            return wide, match, nis
+    return None
 
 
 def _registered(
