@@ -22,7 +22,7 @@ _TWIST_MEMORY = 0.2
 
 
 def predict_displacement(
-    state: FilterState, config: EkfConfig, step: Pose, seconds: float, *, slipping: bool = False
+    state: FilterState, config: EkfConfig, step: Pose, seconds: float
 ) -> tuple[FilterState, Pose]:
     """Return the state after a displacement, and the motion, its turn corrected by the yaw ratio.
 
@@ -39,7 +39,6 @@ def predict_displacement(
         config: noise of the odometry.
         step: planar motion ``base_then_from_base_now`` as measured.
         seconds: duration by the stamps [s].
-        slipping: whether the wheels are known to slip.
 
     Raises:
         InvalidReadingError: if displacement or duration is not finite.
@@ -55,7 +54,7 @@ def predict_displacement(
     f[POSITION, _YAW_RATIO] = 0.5 * turn * (x * rotation[:, 1] - y * rotation[:, 0])
     f[5, _YAW_RATIO] = turn
     added = step_variance(motion, seconds, config.odometry)
-    noise = _noise(rotation, added, config.odometry.slip_factor**2 if slipping else 1.0)
+    noise = _noise(rotation, added)
     moved = f[:6, :6]
     predicted = replace(
         state,
@@ -67,13 +66,13 @@ def predict_displacement(
     return predicted, motion
 
 
-def _noise(rotation: FloatArray, added: StepVariance, factor: float) -> FloatArray:
-    """Return Q (13, 13), of which what the wheels say is multiplied by a factor."""
+def _noise(rotation: FloatArray, added: StepVariance) -> FloatArray:
+    """Return Q (13, 13): the position's part along the axes of the base, turned into the map."""
     q = np.zeros((STATES, STATES))
-    spread = np.array([factor * added.along, factor * added.aside, added.up])
+    spread = np.array([added.along, added.aside, added.up])
     q[POSITION, POSITION] = (rotation * spread) @ rotation.T
     q[3, 3] = q[4, 4] = added.tilt
-    q[5, 5] = factor * added.heading
+    q[5, 5] = added.heading
     q[_YAW_RATIO, _YAW_RATIO] = added.ratio
     return q
 

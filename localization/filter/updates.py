@@ -25,7 +25,12 @@ from localization.filter.ekf import (
 from localization.filter.ekf_config import GRAVITY, EkfConfig
 from localization.filter.pose_error import LEVER, difference
 from localization.filter.standstill_detection import quiet, wheels_stand
-from localization.geometry import FloatArray, euler_from_rotation
+from localization.geometry import (
+    FloatArray,
+    euler_from_rotation,
+    quaternion_exp,
+    quaternion_product,
+)
 from localization.types import Match, Pose
 
 _TILT_CORRELATION = 0.1
@@ -205,6 +210,64 @@ def widen(
     return replace(wider, accrued=state.accrued + extra)
 
 
+def between(state: FilterState, then: Pose, motion: Pose) -> tuple[FilterState, FilterState]:
+    """Return the states of two predictions that contradict each other: the present one, and an observed motion.
+
+    The difference of the two is one sigma of either, in addition to the present covariance.
+
+    Args:
+        state: the present prediction.
+        then: the filter's pose before the motion.
+        motion: observed ``base_then_from_base_now``; only x, y and yaw are used.
+    """
+    off, h = _departure(state, then, motion)
+    error = h.T @ off
+    extra = np.outer(error, error)
+    wide = with_pose_covariance(state, state.full_covariance[:6, :6] + extra)
+    wide = replace(wide, accrued=state.accrued + extra)
+    x, y, z, roll, pitch, yaw = error.tolist()
+    there = Pose(
+        state.pose.position + np.array([x, y, z]),
+        np.array(
+            quaternion_product(
+                tuple(state.pose.quaternion_wxyz.tolist()), quaternion_exp(roll, pitch, yaw)
+            )
+        ),
+    )
+    return wide, replace(wide, pose=there)
+
+
+def relative_innovation(
+    state: FilterState, then: Pose, motion: Pose, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how an observed planar motion departs from the prediction since ``mark``.
+
+    Args:
+        state: the prediction.
+        then: the filter's pose at ``mark``.
+        motion: observed ``base_then_from_base_now``; only x, y and yaw are used.
+        covariance: (3, 3) of x, y [m] and yaw [rad].
+
+    Returns:
+        Innovation (3,), its derivative (3, 6) by the pose error, and the covariance (3, 3).
+    """
+    covariance = planar_covariance(covariance, "covariance of an observed motion")
+    return *_departure(state, then, motion), covariance
+
+
+def relative_nis(state: FilterState, then: Pose, motion: Pose, covariance: FloatArray) -> float:
+    """Return the normalised innovation squared of an observed motion; arguments as of ``relative_innovation``."""
+    innovation, h, r = relative_innovation(state, then, motion, covariance)
+    return float(innovation @ np.linalg.solve(h @ state.accrued @ h.T + r, innovation))
+
+
+def _departure(state: FilterState, then: Pose, motion: Pose) -> tuple[FloatArray, FloatArray]:
+    h = np.zeros((3, 6))
+    h[:2, :3] = state.pose.rotation.T[:2]
+    h[2, 5] = 1.0
+    return h @ difference(state.pose, then @ motion), h
+
+
 def update_relative(
     state: FilterState, then: Pose, motion: Pose, covariance: FloatArray, used: FloatArray
 ) -> FilterState:
@@ -220,11 +283,7 @@ def update_relative(
         covariance: (3, 3) of x, y [m] and yaw [rad].
         used: (k, 6) directions (see ``Match``) that are left alone.
     """
-    covariance = planar_covariance(covariance, "covariance of an observed motion")
-    h = np.zeros((3, 6))
-    h[:2, :3] = state.pose.rotation.T[:2]
-    h[2, 5] = 1.0
-    innovation = h @ difference(state.pose, then @ motion)
+    innovation, h, covariance = relative_innovation(state, then, motion, covariance)
     scaled = h / _SCALE
     scaled[2] *= LEVER
     left = scaled - scaled @ used.T @ used

@@ -41,8 +41,6 @@ class OdometryNoise:
     """The error of the heading with time [rad/sqrt(s)]."""
     yaw_ratio_walk: float = 0.01
     """The random walk of the yaw ratio's logarithm with the turning [1/sqrt(rad)]: floors differ."""
-    slip_factor: float = 2.2
-    """The factor by which all these errors grow while the wheels slip."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -146,9 +146,7 @@ def _displaced(state: State, increment: Increment, step: Pose, dt: float, r: Res
     now = increment.stamp
     with r.stage("predict"):
         slip = state.slip.rolled_on(increment.distance)
-        filter_, motion = predict_displacement(
-            state.filter, r.config.ekf, step, dt, slipping=slip.slipping(now)
-        )
+        filter_, motion = predict_displacement(state.filter, r.config.ekf, step, dt)
         odom = state.odom_from_base @ motion
         track = state.track.extended(now, odom)
         return state._replace(

@@ -18,7 +18,9 @@ from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState, mark
 from localization.filter.pose_error import LEVER
 from localization.filter.updates import (
+    between,
     match_nis,
+    relative_nis,
     update_level,
     update_match,
     update_relative,
@@ -40,6 +42,10 @@ _UNEXPLAINED = "the map does not explain the sweep"
 """Why a sweep is rejected that fits nowhere near; replaced by what exactly is unexplained."""
 _SAMPLING = 0.02
 """The share of a sweep that the map explains differs by this much between poses that are equally good."""
+_NEARLY = 0.05
+"""With a wider prior at least the same share of the sweep must be explained, but for this much."""
+_WITNESS_GATE = float(chi2.ppf(0.999, 3))
+"""Beyond it KISS-ICP's motion contradicts a displacement (99.9 %)."""
 _NONE_USED = np.zeros((0, 6))
 """No direction of a match was used."""
 
@@ -104,6 +110,9 @@ def _observed_motion(
             kiss, observed, record.view = r.kiss.add(kiss, record.sweep, moved)
     if observed is None:
         return state._replace(kiss=kiss, slip=slip.restarted()), None
+    if r.config.sensors.displaced:
+        # Wheels without a gyro and KISS-ICP are weighed against each other when the sweep is registered.
+        return state._replace(kiss=kiss, slip=slip.restarted()), observed
     motion, covariance = observed
     slip = slip.observed(motion, elapsed)
     if not slip.complete:
@@ -138,11 +147,15 @@ def _matched(
     config, slip, filter_ = r.config, state.slip, state.filter
     now, ekf = record.sweep.stamp, r.config.ekf
     share, relative = _share(state, elapsed, config), observed
-    if observed is not None and config.sensors.displaced:
-        with r.stage("ekf"):
+    contradicted = observed is not None and _contradicts(state, observed, config)
+    if observed is not None and contradicted:
+        slip, relative = slip.distrusted(now), None
+        filter_, match, nis = _registered_by_witnesses(state, observed, record, matcher, share, r)
+    else:
+        if observed is not None and config.sensors.displaced:
+            relative = None
             filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
-        relative = None
-    match, nis = _registered(filter_, record, matcher, share, r)
+        match, nis = _registered(filter_, record, matcher, share, r)
     refusal = _refusal(match, nis, config)
     if refusal is not None and _shows_slip(match, slip.slipping(now) or observed is None, config):
         slip, filter_ = _slipped(slip, filter_, now, config)
@@ -183,6 +196,38 @@ def _share(state: State, elapsed: float, config: LocalizerConfig) -> float:
     return min(1.0, share)
 
 
+def _contradicts(state: State, observed: ObservedMotion, config: LocalizerConfig) -> bool:
+    """Return whether KISS-ICP contradicts wheels that no gyro accompanies, by more than both allow."""
+    if not config.sensors.displaced:
+        return False
+    return relative_nis(state.filter, state.last.map_from_base, *observed) > _WITNESS_GATE
+
+
+def _registered_by_witnesses(
+    state: State,
+    observed: ObservedMotion,
+    record: SweepRecord,
+    matcher: MatchSweep,
+    share: float,
+    r: Resources,
+) -> tuple[FilterState, Match, float]:
+    """Register a sweep from where the wheels say the robot is, and from where KISS-ICP says so.
+
+    One of them is wrong, and neither knows which. Their difference is a possible error of both, and the map
+    decides.
+
+    Returns:
+        The filter that predicts the better of the two matches, the match and its NIS.
+    """
+    best: tuple[FilterState, Match, float] | None = None
+    for filter_ in between(state.filter, state.last.map_from_base, observed[0]):
+        match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
+        if best is None or match.inlier_ratio > best[1].inlier_ratio + _SAMPLING:
+            best = filter_, match, nis
+    assert best is not None
+    return best
+
+
 def _fits_elsewhere(
     match: Match, refusal: str | None, state: State, config: LocalizerConfig
 ) -> bool:
@@ -209,7 +254,7 @@ def _registered_wider(
     for sigma in r.config.retry_sigma:
         wide = widen(filter_, *sigma)
         match, nis = _registered(wide, replace(record, match=None), matcher, share, r)
-        explained = match.inlier_ratio >= narrow.inlier_ratio - _SAMPLING
+        explained = match.inlier_ratio >= narrow.inlier_ratio - _NEARLY
         if explained and _refusal(match, nis, r.config) is None:
             return wide, match, nis
     return None
