@@ -79,6 +79,9 @@ class LocalizerConfig:
     slip_window: float = 0.08
     """Wheels and KISS-ICP are compared over at least this time [s]: each sweep of a scanner of 10 Hz,
     several of faster ones."""
+    map_share: float = 1.0
+    """Part of the noise of a map's points that all points near a place have in common: however many sweeps are
+    registered there, the position is known no better."""
     scanner_patience: int = 60_000_000
     """A scan waits at most this long for those of the other scanners [ns]."""
     undo_memory: int = 60 * SECOND

@@ -182,16 +182,28 @@ def match_nis(state: FilterState, config: EkfConfig, match: Match) -> float:
     return nis_of(state, *match_innovation(state, config, match))
 
 
-def update_match(state: FilterState, config: EkfConfig, match: Match) -> FilterState:
+def update_match(
+    state: FilterState, config: EkfConfig, match: Match, map_noise: float = 0.0
+) -> FilterState:
     """Correct the pose by a match, in its observable directions.
 
-    All sweeps from one place share the errors of the map and of the mounts there. While the robot stands,
-    any number of them leaves the pose no better known than one sweep can.
+    All sweeps from one place share the errors of the map and of the mounts there. Any number of them leaves
+    the pose no better known than the map is, and while the robot stands than one sweep can.
+
+    Args:
+        state: before.
+        config: least errors of a standing robot, errors of the mounts.
+        match: of a sweep.
+        map_noise: error that the map's points near a place share, one sigma [m].
     """
     updated = corrected(state, *match_innovation(state, config, match))
-    if not state.rest.stands(config):
+    position, angle = map_noise, map_noise / LEVER
+    if state.rest.stands(config):
+        position = max(position, config.still_position)
+        angle = max(angle, config.still_angle)
+    if position <= 0.0:
         return updated
-    surest = np.repeat([config.still_position, config.still_angle], 3)
+    surest = np.repeat([position, angle], 3)
     block = updated.full_covariance[:6, :6]
     return with_pose_covariance(updated, floored(block, surest, "covariance of the pose"))
 

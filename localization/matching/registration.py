@@ -140,12 +140,20 @@ def register(
 
 
 def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:
-    """Return the scales for a map whose points and normals have some noise."""
+    """Return the scales for a map whose points and normals have some noise.
+
+    Half of the variance of a map's points is taken as common to those around a place. A sweep of N points
+    that have it holds a direction to sigma / sqrt(N / 2) where half of them face it: N is limited such that
+    this is not less than the common error.
+    """
     sigma = math.hypot(config.sigma, noise.distance)
+    common = 0.5 * noise.distance**2
+    most = 2.0 * sigma**2 / common if common > 0.0 else math.inf
     return replace(
         config,
         sigma=sigma,
         kernel=config.kernel * sigma / config.sigma,
+        effective_points=min(config.effective_points, most),
         normal_noise=max(config.normal_noise, noise.normal),
     )
 

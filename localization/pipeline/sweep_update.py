@@ -171,7 +171,7 @@ def _matched(
             used = match.observable_directions if refusal is None else _NONE_USED
             filter_ = update_relative(filter_, state.last.map_from_base, *relative, used)
         if refusal is None:
-            filter_ = update_match(filter_, ekf, match)
+            filter_ = update_match(filter_, ekf, match, r.map_noise)
     with r.stage("scan consistency"):
         if record.consistency is None:
             record.consistency = r.beams.classify(record.sweep, filter_.pose, match.distances)
