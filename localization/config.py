@@ -28,6 +28,12 @@ _PLACEMENT_FLAT = (0.05, 0.05, 0.002, 0.001, 0.001, 0.02)
 """``LocalizerConfig.placement_sigma`` on a floor whose height and level are known."""
 
 
+_KISS_POSITION = 0.025
+"""``KissConfig.sigma_floor`` without a gyro, which would show how the robot turned during a sweep [m]."""
+_KISS_ANGLE = np.deg2rad(0.6)
+"""``KissConfig.sigma_floor_angle`` without a gyro [rad]."""
+
+
 @dataclass(frozen=True, slots=True)
 class LocalizerConfig:
     """All settings of the localiser; nothing else configures it."""
@@ -61,6 +67,11 @@ class LocalizerConfig:
     )
     """Errors by which the prior is widened, one after the other, for a sweep that fits the map but not the
     prediction, one sigma: forward, sideways, up [m], yaw [rad]."""
+    retry_below: float = 0.8
+    """Where motion comes as displacements, a sweep of which the map explains a smaller share is tried with a
+    wider prior."""
+    retry_gain: float = 0.05
+    """By so much more of the sweep must the map then explain."""
     slip_memory: int = SECOND // 2
     """The wheels are distrusted for this time after the last sign of slip [ns]."""
     max_acceleration: float = 9.0
@@ -79,7 +90,7 @@ class LocalizerConfig:
     slip_window: float = 0.08
     """Wheels and KISS-ICP are compared over at least this time [s]: each sweep of a scanner of 10 Hz,
     several of faster ones."""
-    map_share: float = 1.0
+    map_share: float = 0.7
     """Part of the noise of a map's points that all points near a place have in common: however many sweeps are
     registered there, the position is known no better."""
     scanner_patience: int = 60_000_000
@@ -101,6 +112,9 @@ class LocalizerConfig:
     def of(cls, sensors: SensorConfiguration) -> LocalizerConfig:
         """Return the settings that suit a robot's sensors."""
         config = cls(sensors=sensors, ekf=sensors.ekf())
+        if sensors.displaced:
+            kiss = replace(config.kiss, sigma_floor=_KISS_POSITION, sigma_floor_angle=_KISS_ANGLE)
+            config = replace(config, kiss=kiss)
         return replace(config, placement_sigma=_PLACEMENT_FLAT) if sensors.flat else config
 
 

@@ -162,8 +162,9 @@ def _matched(
         # The record keeps the first match: a replay begins from the prediction that it belongs to.
         match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
         refusal = _refusal(match, nis, config)
-    if _fits_elsewhere(match, refusal, state, config):
-        wider = _registered_wider(filter_, record, matcher, share, match, r)
+    least = _least_elsewhere(match, refusal, state, config)
+    if least is not None:
+        wider = _registered_wider(filter_, record, matcher, share, least, r)
         if wider is not None:
             (filter_, match, nis), refusal = wider, None
     with r.stage("ekf"):
@@ -228,18 +229,22 @@ def _registered_by_witnesses(
     return best
 
 
-def _fits_elsewhere(
+def _least_elsewhere(
     match: Match, refusal: str | None, state: State, config: LocalizerConfig
-) -> bool:
-    """Return whether a rejected sweep fits the map so well that the prediction may be at fault.
+) -> float | None:
+    """Return the share of a sweep that must fit from a wider prior for that to be believed; None to try none.
 
-    With a gyro a few such sweeps must follow one another: of a robot that was carried off, a sweep may fit
-    near its old place by chance.
+    Wheels that no gyro accompanies may be wrong by any amount: a sweep that fits badly is tried again, and must
+    fit better. With a gyro only sweeps that are rejected though they fit well are, and only if a few of them
+    follow one another: of a robot that was carried off, a sweep may fit near its old place by chance.
     """
-    if refusal is None or match.inlier_ratio < config.slip_min_inlier_ratio:
-        return False
-    patience = 0 if config.sensors.displaced else state.health.config.suspect_after
-    return state.health.bad >= patience
+    fits = match.inlier_ratio >= config.slip_min_inlier_ratio
+    if refusal is not None and fits:
+        patience = 0 if config.sensors.displaced else state.health.config.suspect_after
+        return match.inlier_ratio - _NEARLY if state.health.bad >= patience else None
+    if config.sensors.displaced and match.inlier_ratio < config.retry_below:
+        return match.inlier_ratio + config.retry_gain
+    return None
 
 
 def _registered_wider(
@@ -247,15 +252,14 @@ def _registered_wider(
     record: SweepRecord,
     matcher: MatchSweep,
     share: float,
-    narrow: Match,
+    least: float,
     r: Resources,
 ) -> tuple[FilterState, Match, float] | None:
-    """Register a rejected sweep again with wider priors; None if the map does not explain it as well there."""
+    """Register a sweep again with wider priors; None if the map does not explain at least a share of it there."""
     for sigma in r.config.retry_sigma:
         wide = widen(filter_, *sigma)
         match, nis = _registered(wide, replace(record, match=None), matcher, share, r)
-        explained = match.inlier_ratio >= narrow.inlier_ratio - _NEARLY
-        if explained and _refusal(match, nis, r.config) is None:
+        if match.inlier_ratio >= least and _refusal(match, nis, r.config) is None:
             return wide, match, nis
     return None
 
