@@ -328,10 +328,12 @@ def test_messages_without_a_reading_are_counted_with_a_reason(tmp_path: Path, dr
     assert "String holds no reading" in bag.skipped["/chatter"].reason
 
 
-def test_bag_without_a_scanner_is_rejected_with_its_types(tmp_path: Path) -> None:
+def test_bag_without_scanner_and_motion_is_rejected_with_its_types(tmp_path: Path) -> None:
     text = build("std_msgs/msg/String", data="hello")
     path = ros2(tmp_path / "bag", [("/chatter", 1, text)], StoragePlugin.MCAP)
-    with pytest.raises(LogError, match="no scanner among its types std_msgs/msg/String"):
+    with pytest.raises(
+        LogError, match="no scanner, odometry or wheels among its types std_msgs/msg/String"
+    ):
         RosBag(path)
 
 

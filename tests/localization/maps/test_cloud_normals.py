@@ -285,7 +285,7 @@ def flat_walls(height: float = 0.0, tilt: float = 0.0) -> FloatArray:
     """The hall's walls as a planar scanner sees them: at one height."""
     cloud = HALL.cloud(0.08)
     seen = np.abs(cloud.normals[:, 2]) < 0.5
-    points = cloud.points[seen].copy()
+    points: FloatArray = cloud.points[seen].copy()
     points[:, 2] = height + tilt * points[:, 0]
     return points
 
