@@ -49,6 +49,8 @@ counts as silent."""
 _UNKNOWN_YAW: Final = 0.5
 """A heading with a larger sigma than this is no heading: drivers write 1 rad^2 or more for a unit without compass
 [rad]."""
+_ANY_HEADING: Final = math.pi**2 / 3.0
+"""Variance of a heading of which nothing is known, uniform over the circle [rad^2]."""
 _REST: Final = 1.0
 """The gyro's mean over this time at rest shows its bias [s]."""
 _REST_STEP: Final = 1e-3
@@ -288,8 +290,9 @@ class DeadReckoner:
             errors[_G] += step.turn * errors[_TURN]
             errors[:, _G] += step.turn * errors[:, _TURN]
             errors[_G, _G] += c.wheel_turn_noise**2 * (way + c.skid * abs(step.turn))
-            # Beyond a full turn nothing more can be unknown of a heading.
-            errors = _bounded(errors, _G, math.pi**2 / 3.0)
+            if max(errors[_G, _G], self._errors[_G, _G]) >= _ANY_HEADING:
+                # Nothing more can be unknown of a heading, and turning back makes none known again.
+                errors = _rescaled(errors, _G, _ANY_HEADING)
             # A heading that is wrong by e shortens the way along it by e^2 / 2, which no linear state holds.
             shortened = min(0.75 * errors[_G, _G] ** 2, 1.0)
             errors[_SCALE, _SCALE] = max(errors[_SCALE, _SCALE], c.distance_scale**2 + shortened)
@@ -329,11 +332,9 @@ class DeadReckoner:
         return turned, True
 
 
-def _bounded(errors: FloatArray, state: int, variance: float) -> FloatArray:
-    """Return a covariance with at most some variance of one state, its correlations unchanged."""
-    if errors[state, state] <= variance:
-        return errors
+def _rescaled(errors: FloatArray, state: int, variance: float) -> FloatArray:
+    """Return a covariance with another variance of one state, its correlations unchanged."""
     scale = np.ones(len(errors))
     scale[state] = math.sqrt(variance / errors[state, state])
-    bounded: FloatArray = errors * np.outer(scale, scale)
-    return bounded
+    rescaled: FloatArray = errors * np.outer(scale, scale)
+    return rescaled

@@ -87,8 +87,8 @@ def summary(report: Report) -> dict[str, str]:
         spread = np.sqrt(np.trace(covariances[:, :2, :2], axis1=1, axis2=2))
         turn = np.rad2deg(np.sqrt(covariances[:, 5, 5]))
         facts["sigma"] = (
-            f"median {np.median(spread) * 1e3:.1f} mm, {np.median(turn):.3f}°;"
-            f" p99 {np.percentile(spread, 99) * 1e3:.1f} mm, {np.percentile(turn, 99):.3f}°"
+            f"median {_length(np.median(spread))}, {np.median(turn):.3f}°;"
+            f" p99 {_length(np.percentile(spread, 99))}, {np.percentile(turn, 99):.3f}°"
         )
     else:
         facts["placed"] = "never; no pose was found"
@@ -102,6 +102,11 @@ def summary(report: Report) -> dict[str, str]:
         tail = f", median unexplained share {np.median(missing):.0%}" if missing else ""
         facts["sweeps"] = f"{len(ratios)}, median inlier ratio {np.median(ratios):.0%}{tail}"
     return facts
+
+
+def _length(metres: float | np.floating) -> str:
+    """Return a length in millimetres, from a metre on in metres."""
+    return f"{metres:.2f} m" if metres >= 1.0 else f"{metres * 1e3:.1f} mm"
 
 
 def _ends(report: Report) -> dict[str, str]:

@@ -160,6 +160,20 @@ def test_heading_is_never_less_known_than_not_at_all() -> None:
     assert np.linalg.eigvalsh(state.covariance).min() > -1e-9
 
 
+def test_turning_back_makes_no_lost_heading_known_again() -> None:
+    there = Course(gyro=False, rate=1.0, seconds=10.0)
+    back = Course(gyro=False, rate=-1.0, seconds=10.0)
+    state = reckoned(there.readings())
+    assert state.covariance[5, 5] == pytest.approx(math.pi**2 / 3.0)
+    before: Odometry | None = None
+    for reading in back.readings():
+        assert isinstance(reading, Odometry)
+        if before is not None and (step := odometry_step(before, reading)) is not None:
+            state = state.take(step)
+        before = reading
+    assert state.covariance[5, 5] == pytest.approx(math.pi**2 / 3.0)
+
+
 def test_unit_that_falls_silent_is_replaced_by_the_wheels() -> None:
     course = Course(heading=0.5)
     readings = (
