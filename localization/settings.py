@@ -135,15 +135,24 @@ def present_name(name: str) -> str:
 def _unknown(name: str, kinds: Mapping[str, Any]) -> str:
     """Return what to say of a name that no setting has: the settings most like it."""
     last = name.rsplit(".", 1)[-1]
+    group = name[: len(name) - len(last)]
     same = [known for known in kinds if known.rsplit(".", 1)[-1] == last]
+    beside = [
+        f"{group}{end}" for end in get_close_matches(last, _ends(group, kinds), _NEAREST, 0.7)
+    ]
     inside = [known for known in kinds if known.startswith(f"{name}.")]
-    near = same or inside or get_close_matches(name, kinds, n=_NEAREST, cutoff=0.5)
+    near = same or inside or beside or get_close_matches(name, kinds, n=_NEAREST, cutoff=0.5)
     if not near:
         ends = {known.rsplit(".", 1)[-1]: known for known in kinds}
         near = [ends[e] for e in get_close_matches(last, ends, n=_NEAREST, cutoff=0.5)]
     listed = ", ".join(near[:_NEAREST])
     hint = f"; nearest: {listed}" if listed else "; docs/settings.md lists them"
     return f"there is no setting {name!r}{hint}"
+
+
+def _ends(group: str, kinds: Mapping[str, Any]) -> list[str]:
+    """Return the names of the settings of a group, without the group's."""
+    return [known.removeprefix(group) for known in kinds if known.startswith(group)]
 
 
 def _converted(name: str, kind: Any, value: object) -> object:

@@ -210,6 +210,11 @@ class Localize:
             facts["map"] = f"{self.map}: {len(run.cloud.points)} points, {size} m"
         if isinstance(run, DeadReckoningRun):
             facts["motion from"] = run.motion
+            facts["frame"] = (
+                "odom, which begins where the log does, with the heading that the inertial unit reports, if any"
+                if self.start is None
+                else "that of --start"
+            )
         else:
             sensors = run.config.sensors
             ground = "level ground" if sensors.flat else "uneven ground"

@@ -49,11 +49,16 @@ def chosen_topics(
     kept, notes = dict(kinds), []
     robots = _robots(kinds)
     if len(robots) > 1:
-        first = max(robots, key=lambda space: (_weight(space, kinds, counts), -robots.index(space)))
+        # Topics of the root belong to every robot unless there is one of its own.
+        first = (
+            ""
+            if "" in robots
+            else max(robots, key=lambda s: (_weight(s, kinds, counts), -robots.index(s)))
+        )
         others = [space for space in robots if space != first]
         kept = {t: k for t, k in kept.items() if namespace(t) not in others}
         notes.append(
-            f"holds {len(robots)} robots, {', '.join(f'/{r}' for r in robots)}: only the topics of /{first} are"
+            f"holds {len(robots)} robots, in {', '.join(f'/{r}' for r in robots)}: only the topics of /{first} are"
             " read; choose others with --topics"
         )
     for kind, name in _SINGLE.items():
@@ -80,8 +85,11 @@ def _robots(kinds: Mapping[str, str]) -> list[str]:
     moving = {namespace(t) for t, k in kinds.items() if k in _MOTION}
     rolling = {namespace(t) for t, k in kinds.items() if k in (ODOMETRY, JOINT_STATE)}
     turning = {namespace(t) for t, k in kinds.items() if k == IMU}
-    both = scanning & moving if scanning else rolling & turning
-    return sorted(both - {""})
+    if not scanning:
+        return sorted(rolling & turning)
+    both = (scanning & moving) - {""}
+    # A scanner and an inertial unit in the root are shared; with wheels they are a robot.
+    return sorted(both | ({""} if "" in scanning & rolling and both & rolling else set()))
 
 
 def _weight(space: str, kinds: Mapping[str, str], counts: Mapping[str, int]) -> int:

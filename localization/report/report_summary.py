@@ -16,6 +16,8 @@ from localization.types import SECOND, HintVerdict
 
 STATISTICS = ("rmse", "mean", "median", "std", "min", "max")
 _WIDEST = 26
+_DEAD_RECKONED = ("motion from", "frame")
+"""Facts about the input without which the end of a dead-reckoned path says nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +54,8 @@ class Report:
 def lines(report: Report) -> list[str]:
     """Return a summary as lines for a terminal."""
     facts = summary(report)
+    if report.dead_reckoned:
+        facts |= {name: report.facts[name] for name in _DEAD_RECKONED if name in report.facts}
     width = max(map(len, facts))
     text_lines = [report.title]
     text_lines += [f"  {name:{width}s}  {text}" for name, text in facts.items()]
@@ -116,10 +120,7 @@ def _ends(report: Report) -> dict[str, str]:
     x, y, z = end.position
     spread = float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
     turn = float(np.rad2deg(np.sqrt(covariance[5, 5])))
-    frame = "the map" if report.map else "odom, where the log began"
     return {
-        "motion": report.facts.get("motion from", ""),
-        "frame": frame,
         "end": (
             f"{x:.3f} {y:.3f} {z:.3f} m, {np.rad2deg(end.yaw):.1f}°; sigma {spread:.2f} m along its worst"
             f" direction, {turn:.1f}°"

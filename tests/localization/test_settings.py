@@ -68,6 +68,12 @@ def test_wrong_setting_is_one_line_that_names_it(word: str, why: str) -> None:
     assert "\n" not in str(error.value)
 
 
+def test_nearest_names_are_those_of_the_same_group() -> None:
+    with pytest.raises(SettingError) as error:
+        with_settings(LocalizerConfig(), {"registration.normal_noisee": 1})
+    assert str(error.value).endswith("nearest: registration.normal_noise")
+
+
 @pytest.mark.parametrize(
     ("values", "why"),
     [

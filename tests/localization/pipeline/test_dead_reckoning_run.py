@@ -174,6 +174,7 @@ def test_command_without_a_map_writes_all_files_and_the_end(
     assert ", dead-reckoned: no scanner in the log" in printed
     assert "turned by gyro and the orientation that the inertial unit reports" in printed
     assert "m along its worst direction" in printed
+    assert "frame        odom, which begins where the log does" in printed
     known = read_tum(out / "estimate.tum")
     np.testing.assert_allclose(
         known.positions[-1], (Pose.planar(0.0, 0.0, 0.9) @ END).position, atol=0.02
