@@ -16,6 +16,7 @@ from localization.matching.registration import RegistrationConfig
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.monitoring.health import HealthConfig
 from localization.monitoring.jump_detection import JumpDetectionConfig
+from localization.motion.dead_reckoning import DeadReckoningConfig
 from localization.motion.kiss_icp import KissConfig
 from localization.motion.sensor_configuration import SensorConfiguration
 from localization.pipeline.late_readings import LateReadingsConfig
@@ -48,6 +49,7 @@ class LocalizerConfig:
     search: SearchConfig = field(default_factory=SearchConfig)
     map_search: MapSearchConfig = field(default_factory=MapSearchConfig)
     hypotheses: HypothesesConfig = field(default_factory=HypothesesConfig)
+    dead_reckoning: DeadReckoningConfig = field(default_factory=DeadReckoningConfig)
     matcher: Matcher = Matcher.PLANE
     """The method that registers sweeps against the cloud."""
     fixed_covariance: FixedCovariance = field(default_factory=FixedCovariance)
