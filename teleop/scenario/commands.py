@@ -42,6 +42,7 @@ class Sim:
         folder = run_folder(self.out)
         world = mission.robot.world(mission.scene, mission.seed)
         cloud, path = load_scene_cloud(mission.scene), scene_cloud_path(mission.scene)
+        say(*(f"note: {note}" for note in world.notes))
         bar = Progress()
         summary, record = run_over_wire(
             mission, world, cloud, path, folder, cache=default_cache(), progress=bar
