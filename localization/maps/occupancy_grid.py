@@ -81,5 +81,3 @@ def read_occupancy_map(path: str | Path) -> OccupancyMap:
     return OccupancyMap(
         name, resolution, origin, codes == OCCUPIED, codes == FREE, identity, cells.borderline()
     )
-
-

@@ -121,7 +121,7 @@ def _surfaces(spec: mujoco.MjSpec) -> tuple[str, ...]:
         if not sound or len(user) not in (1, 3):
             values = " ".join(f"{v:g}" for v in user)
             raise WorldError(
-                f"geom {geom.name!r}: user must be one number, friction, as in user=\"0.7\", or three,"
+                f'geom {geom.name!r}: user must be one number, friction, as in user="0.7", or three,'
                 " friction along and across the wheel and rolling resistance, as in"
                 f' user="0.7 0.6 0.02", got "{values}"'
             )
