@@ -28,7 +28,9 @@ _ROUNDS: Final = 4
 _LEFT: Final = 2.0
 """Least area that is visited because the survey does not come near it [m^2]."""
 _ROOM: Final = 0.1
-"""Least area to turn in for which a room behind a narrow door is visited [m^2]."""
+"""Least area of spots away from walls for which a room behind a door is visited [m^2]."""
+_DOOR: Final = 0.5
+"""Clearance that separates rooms from doors [m]: those of houses are up to a metre wide."""
 _SHORT: Final = 10.0
 """Length below which a tour of places is no drive, and leads past the stops of the survey [m]."""
 
@@ -122,7 +124,7 @@ def _survey_stops(ways: RoutePlanner) -> Iterator[Waypoint]:
 def _passed_by(ways: RoutePlanner, survey: Sequence[Waypoint], straight: float) -> list[Waypoint]:
     """Return the roomiest spots of what a survey could reach but leaves out.
 
-    These are areas that it does not come near, and rooms behind narrow doors that it does not enter.
+    These are areas that it does not come near, and rooms behind doors that it does not enter.
     """
     space = ways.space
     visited = np.zeros(space.clearance.shape, dtype=bool)
@@ -130,7 +132,8 @@ def _passed_by(ways: RoutePlanner, survey: Sequence[Waypoint], straight: float) 
     free: BoolArray = space.clearance > 0.0
     left = ways.reached & ~near_route(space, free, survey, straight=straight)
     spots = []
-    for area, least in ((left, _LEFT), (ways.reached, _ROOM)):
+    roomy = ways.reached & (space.clearance >= _DOOR)
+    for area, least in ((left, _LEFT), (roomy, _ROOM), (ways.reached, _ROOM)):
         parts, count = label(area, np.ones((3, 3), dtype=bool))
         sizes = np.bincount(parts.ravel(), minlength=count + 1) * space.spacing**2
         entered = np.unique(parts[visited])
