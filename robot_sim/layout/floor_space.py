@@ -9,6 +9,7 @@ import numpy as np
 
 from robot_sim.array_types import BoolArray
 from robot_sim.errors import WorldError
+from robot_sim.floorplan.plan import Waypoint
 from robot_sim.layout.free_space import FreeSpace
 from robot_sim.layout.grid_clearance import grid_clearance
 
@@ -44,12 +45,13 @@ class FloorSpace:
         return float(np.count_nonzero(self.free)) * self.cell**2
 
 
-def floor_space(free: BoolArray, cell: float) -> FloorSpace:
+def floor_space(free: BoolArray, cell: float, *, origin: Waypoint = (0.0, 0.0)) -> FloorSpace:
     """Return the floor space of a grid.
 
     Args:
-        free: Which cells are free (rows, columns); row 0 and column 0 begin at the origin.
+        free: Which cells are free (rows, columns).
         cell: Side of a cell [m].
+        origin: Where row 0 and column 0 begin [m].
 
     Raises:
         WorldError: No building has cells, sides or a floor of this size, or no cell is free.
@@ -70,7 +72,10 @@ def floor_space(free: BoolArray, cell: float) -> FloorSpace:
     first = rows[0], columns[0]
     free = free[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     clearance = grid_clearance(free, cell)
-    corner = cell * (float(first[1]) + 0.5), cell * (float(first[0]) + 0.5)
+    corner = (
+        origin[0] + cell * (float(first[1]) + 0.5),
+        origin[1] + cell * (float(first[0]) + 0.5),
+    )
     step = max(1, int(_NODES / cell + 1e-6))
     while np.count_nonzero(free) > _MOST_NODES * step**2:
         step += 1

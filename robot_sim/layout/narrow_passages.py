@@ -92,7 +92,8 @@ def _crossings(
         there = parts[nodes]
         new = (there > 0) & (there != parts[tails])
         found.append((tails[new], nodes[new], way[new]))
-        on = there == 0
+        # It first has to leave the surroundings of its own node.
+        on = (there == 0) | ((there == parts[tails]) & (step * _STEP < 1.5 * space.spacing))
         tails, way, origins = tails[on], way[on], origins[on]
     starts, ends, directions = (np.concatenate(column) for column in zip(*found, strict=True))
     return starts, ends, directions

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from scipy.ndimage import binary_dilation, label
 
+from localization.types import IntArray
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.floorplan.plan import Waypoint
 from robot_sim.layout.floor_blocks import FloorBlocks
@@ -25,6 +26,8 @@ _BESIDE: Final = 0.8
 """Distance of floor along walls, where the robot cannot be, from floor where it can [m]."""
 _ROOM: Final = 2.0
 """Least area of missed floor that is described on its own [m^2]; less is a corner behind furniture."""
+_PART: Final = 0.2
+"""Share of missed floor that a room in it must have for the gap in front of it to be named."""
 _ALL: Final = np.ones((3, 3), dtype=bool)
 _CROSS: Final = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], dtype=bool)
 
@@ -156,7 +159,7 @@ def _described(
             break
         inside = parts == part
         spot = _roomiest(space, inside)
-        spots = [spot, *(_roomiest(space, rooms == r) for r in np.unique(rooms[inside]) if r)]
+        spots = [spot, *(_roomiest(space, rooms == r) for r in _large(rooms[inside]))]
         ways = [way_back(before, s) for s in spots if np.isfinite(cost[s])]
         gaps = distinct(gap for way in ways for gap in gaps_on(floor, blocks, way, straight))
         x, y = space.points(np.array([spot]))[0]
@@ -167,3 +170,9 @@ def _described(
 def _roomiest(space: FreeSpace, where: BoolArray) -> int:
     """Return the node with the largest clearance of those marked."""
     return int(np.argmax(np.where(where, space.clearance, -1.0)))
+
+
+def _large(rooms: IntArray) -> IntArray:
+    """Return the rooms, by number, that are a good part of all cells (N,) with such numbers; 0 is none."""
+    counts = np.bincount(rooms[rooms > 0])
+    return np.flatnonzero(counts > _PART * counts.sum())

@@ -49,6 +49,15 @@ def test_doors_of_houses_are_driven_through_with_room_on_both_sides(
     assert space.fine.at(np.array(routes.survey)).min() >= TURNING - 0.01
 
 
+def test_doors_are_passed_in_a_large_building_where_nodes_are_far_apart(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("robot_sim.layout.floor_space._MOST_NODES", 500)
+    space, _, reach = routes_of(two_rooms(0.9))
+    assert space.nodes.spacing == pytest.approx(0.3)
+    assert reach.share > 0.98
+
+
 def test_room_behind_a_narrow_door_is_missed_and_the_door_is_named() -> None:
     _, routes, reach = routes_of(two_rooms(0.55))
     assert max(x for x, _ in routes.survey) < 4.5
