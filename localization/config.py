@@ -219,12 +219,15 @@ def from_json(kind: type[_T], values: dict[str, Any]) -> _T:
     given = {
         name: from_json(cast("type[Any]", hints[name]), value)
         if dataclasses.is_dataclass(hints[name])
-        else tuple(value)
-        if isinstance(value, list)
-        else value
+        else _tuples(value)
         for name, value in values.items()
     }
     return kind(**given)
+
+
+def _tuples(value: Any) -> Any:
+    """Return a value with tuples for JSON's lists."""
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def known_settings(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:
