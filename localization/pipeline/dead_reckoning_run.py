@@ -13,7 +13,12 @@ from localization.logs.continuity import LogContinuity
 from localization.logs.log_interface import LogError, ReadingsLog
 from localization.maps.cloud import Cloud
 from localization.motion.dead_reckoning import DeadReckoner
-from localization.motion.displacement_step import Displacement, odometry_step, wheel_step
+from localization.motion.displacement_step import (
+    Displacement,
+    odometry_step,
+    twist_step,
+    wheel_step,
+)
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import (
     Estimate,
@@ -77,7 +82,7 @@ class DeadReckoningRun:
         self.log, self.cloud, self.config = log, cloud, config
         self.mounts, self.verdicts = {}, []
         self._start, self._sensors = start, sensors
-        seen = {type(reading) for reading in islice(log, _FIRST_READINGS)}
+        seen, self._by_twist = _first_look(log)
         log.share = 0.0
         self._wheels = _motion_source(log, seen, sensors)
         self._inertial = Inertial in seen and (
@@ -97,7 +102,8 @@ class DeadReckoningRun:
     @property
     def motion(self) -> str:
         """What the motion is made of."""
-        wheels = "rim speeds" if self._wheels is WheelSpeeds else "displacement of the odometry"
+        wheels = "velocity" if self._by_twist else "displacement"
+        wheels = "rim speeds" if self._wheels is WheelSpeeds else f"{wheels} of the odometry"
         if not self._inertial:
             return f"{wheels}, turned by the wheels"
         if not self._reckoner.oriented:
@@ -152,7 +158,7 @@ class DeadReckoningRun:
             elif isinstance(reading, self._wheels):
                 match before, reading:
                     case Odometry(), Odometry():
-                        step = odometry_step(before, reading)
+                        step = (twist_step if self._by_twist else odometry_step)(before, reading)
                         self._resets += step is None
                     case WheelSpeeds(), WheelSpeeds():
                         step = wheel_step(before, reading, track)
@@ -187,6 +193,21 @@ class DeadReckoningRun:
         turn = np.eye(6)
         turn[:3, :3] = self._map_from_odom.rotation
         return np.asarray(turn @ covariance @ turn.T)
+
+
+def _first_look(log: ReadingsLog) -> tuple[set[type], bool]:
+    """Return the kinds of readings at a log's beginning, and whether its odometry reports velocities alone."""
+    seen: set[type] = set()
+    first: Odometry | None = None
+    stands, moves = True, False
+    for reading in islice(log, _FIRST_READINGS):
+        seen.add(type(reading))
+        if isinstance(reading, Odometry):
+            first = first or reading
+            step = first.odom_from_base.inverse() @ reading.odom_from_base
+            stands &= not step.position.any() and step.yaw == 0.0
+            moves |= reading.twist is not None
+    return seen, stands and moves
 
 
 def _motion_source(

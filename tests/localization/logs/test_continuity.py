@@ -125,6 +125,7 @@ def test_equal_stamps_of_a_source_are_named() -> None:
     assert note.startswith("all 12 stamps of its scans of laser are equal (7 s)")
 
 
+@pytest.mark.slow
 def test_findings_are_in_the_summary_and_on_the_terminal(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -18,7 +18,7 @@ from localization.maps.map_files import save_cloud
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.dead_reckoning_run import DeadReckoningRun
 from localization.pipeline.log_replay import LogRun, localize, open_run
-from localization.types import SECOND, Health, Inertial, Odometry, Pose, Reading, WheelSpeeds
+from localization.types import SECOND, Health, Inertial, Odometry, Pose, Reading, Twist, WheelSpeeds
 from teleop.__main__ import main
 from tests.localization.logs.test_ros_bag import recorded, ros1
 from tests.support_rooms import HALL, MOUNTS, Drive
@@ -132,6 +132,26 @@ def test_log_with_scanner_is_dead_reckoned_without_a_map_and_the_scans_are_count
 def test_motion_that_the_log_cannot_give_is_named(bag: Path, motion: Motion, why: str) -> None:
     with pytest.raises(LogError, match=why):
         localize(bag, sensors=SensorConfiguration(motion))
+
+
+def test_odometry_of_velocities_alone_is_integrated(tmp_path: Path) -> None:
+    """Some drivers fill the twist and leave the pose at zero."""
+    held: list[Reading] = []
+    for reading in scannerless():
+        if isinstance(reading, Odometry):
+            now, soon = DRIVE.pose(reading.stamp), DRIVE.pose(reading.stamp + SECOND // 100)
+            step = now.inverse() @ soon
+            twist = Twist.planar(100.0 * step.position[0], 100.0 * step.yaw)
+            held.append(Odometry(reading.stamp, Pose.identity(), twist))
+        else:
+            held.append(reading)
+    run = open_run(ros1(tmp_path / "bag", recorded(held)))
+    assert isinstance(run, DeadReckoningRun)
+    last = list(run)[-1]
+    np.testing.assert_allclose(
+        last.odom_from_base.position, (Pose.planar(0.0, 0.0, 0.9) @ END).position, atol=0.05
+    )
+    assert run.motion.startswith("velocity of the odometry, turned by gyro")
 
 
 def test_odometry_asked_for_alone_leaves_the_inertial_unit_out(bag: Path) -> None:
