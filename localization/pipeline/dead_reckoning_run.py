@@ -23,6 +23,7 @@ from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import (
     Estimate,
     Health,
+    Hint,
     HintVerdict,
     Inertial,
     Odometry,
@@ -92,7 +93,7 @@ class DeadReckoningRun:
         self._reckoner = DeadReckoner(
             config.dead_reckoning, flat=sensors is not None and sensors.flat
         )
-        self._scans = self._resets = self._steps = 0
+        self._scans = self._hints = self._resets = self._steps = 0
 
     @property
     def why(self) -> str:
@@ -136,6 +137,12 @@ class DeadReckoningRun:
             notes.append(
                 f"no map: {self._scans} scans were not used; `farsteer map` makes a map of them"
             )
+        if self._hints:
+            notes.append(f"{self._hints} hints were not used: give the first pose as the start")
+        if self.cloud is not None and self._start is None:
+            notes.append(
+                "no start was given: the path begins at the map's origin, wherever the robot was"
+            )
         if self._resets:
             notes.append(
                 f"the odometry began to count anew {self._resets} times; the motion in between is unknown"
@@ -155,6 +162,8 @@ class DeadReckoningRun:
             step = None
             if isinstance(reading, Scan | PointScan):
                 self._scans += 1
+            elif isinstance(reading, Hint):
+                self._hints += 1
             elif isinstance(reading, self._wheels):
                 match before, reading:
                     case Odometry(), Odometry():

@@ -18,7 +18,17 @@ from localization.maps.map_files import save_cloud
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.dead_reckoning_run import DeadReckoningRun
 from localization.pipeline.log_replay import LogRun, localize, open_run
-from localization.types import SECOND, Health, Inertial, Odometry, Pose, Reading, Twist, WheelSpeeds
+from localization.types import (
+    SECOND,
+    Health,
+    Hint,
+    Inertial,
+    Odometry,
+    Pose,
+    Reading,
+    Twist,
+    WheelSpeeds,
+)
 from teleop.__main__ import main
 from tests.localization.logs.test_ros_bag import recorded, ros1
 from tests.support_rooms import HALL, MOUNTS, Drive
@@ -82,6 +92,19 @@ def test_start_in_a_map_places_the_path_and_its_covariance(bag: Path, map_path: 
     spread = [np.linalg.eigvalsh(r.estimates[-1].covariance) for r in (alone, placed)]
     np.testing.assert_allclose(spread[0], spread[1], atol=1e-9)
     assert not np.allclose(alone.estimates[-1].covariance, last.covariance)
+
+
+def test_map_without_a_start_and_hints_are_remarked_upon(map_path: Path, tmp_path: Path) -> None:
+    held = [*scannerless()[:200], Hint(SECOND // 2, START, np.zeros((6, 6)))]
+    path = tmp_path / "log.mcap"
+    with ReadingsWriter(path, MOUNTS) as writer:
+        for i, reading in enumerate(held):
+            writer.write(reading, i)
+    assert localize(path).notes == ("1 hints were not used: give the first pose as the start",)
+    bare = ros1(tmp_path / "bag", recorded(held))
+    (note,) = localize(bare, map_path).notes
+    assert note.startswith("no start was given: the path begins at the map's origin")
+    assert localize(bare, map_path, start=START).notes == ()
 
 
 def test_gyro_alone_begins_with_heading_zero(tmp_path: Path) -> None:
