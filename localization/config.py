@@ -16,7 +16,7 @@ from localization.matching.registration import RegistrationConfig
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.monitoring.health import HealthConfig
 from localization.monitoring.jump_detection import JumpDetectionConfig
-from localization.motion.dead_reckoning import DeadReckoningConfig
+from localization.motion.dead_reckoning_config import DeadReckoningConfig
 from localization.motion.kiss_icp import KissConfig
 from localization.motion.sensor_configuration import SensorConfiguration
 from localization.pipeline.late_readings import LateReadingsConfig
