@@ -22,6 +22,11 @@ def load_other_map(path: Path, world: World) -> Cloud:
         CloudError: If it cannot be read, is in another frame than ``map``, or is not a map of this place: the
             robot starts outside it.
     """
+    if path.suffix.lower() != ".ply":
+        # Operators get the file as /map.ply.
+        raise CloudError(
+            f"map must be a cloud as `farsteer map` writes it, a .ply file, got {str(path)!r}"
+        )
     cloud = load_cloud(path, cache=default_cache())
     if cloud.frame != _FRAME:
         raise CloudError(f"map {path} is in frame {cloud.frame!r}; the robot's is {_FRAME!r}")

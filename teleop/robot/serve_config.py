@@ -55,9 +55,5 @@ class ServeConfig:
         if self.seed < 0:
             raise SettingError(f"seed must be >= 0, got {self.seed}")
         check_slip_times(self.slip)
-        if self.map is not None and self.map.suffix.lower() != ".ply":
-            raise SettingError(
-                f"map must be a cloud as `farsteer map` writes it, a .ply file, got {str(self.map)!r}"
-            )
         if (self.tls_cert is None) != (self.tls_key is None):
             raise SettingError("TLS needs both, a certificate and its key")

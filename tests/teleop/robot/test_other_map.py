@@ -39,9 +39,12 @@ def test_map_in_another_frame_or_of_another_place_is_refused(
         load_other_map(path, office)
 
 
-def test_settings_of_map_and_slip_are_checked() -> None:
-    with pytest.raises(SettingError, match=r"map must be a cloud .* got 'map\.yaml'"):
-        ServeConfig(map=Path("map.yaml"))
+def test_map_that_operators_could_not_load_is_refused(office: World) -> None:
+    with pytest.raises(CloudError, match=r"map must be a cloud .* got 'map\.yaml'"):
+        load_other_map(Path("map.yaml"), office)
+
+
+def test_wheels_spin_at_the_times_of_the_setting() -> None:
     with pytest.raises(SettingError, match="slip must hold times >= 0 s"):
         ServeConfig(slip=(-1.0,))
     assert slip_bursts((2.5,)) == (SlipFault(2 * SECOND + SECOND // 2, SECOND, 2.0),)
