@@ -44,21 +44,31 @@ class SmallGicp:
 
     def __call__(self, sweep: Sweep, prior: Pose, covariance: FloatArray) -> Match:
         """Match as ``MatchSweep`` asks for; the prior is a start and nothing more."""
-        guess = np.eye(4)
-        guess[:3, :3], guess[:3, 3] = prior.rotation, prior.position
+        pose, hessian, inliers = self.align(np.array(sweep.points), prior)
+        information, directions = _known(hessian, pose, max(inliers, 1))
+        return match_at(sweep, self._world, pose, information, directions)
+
+    def align(self, points: FloatArray, guess: Pose) -> tuple[Pose, FloatArray, int]:
+        """Return ``map_from_base`` of points (N, 3) in the base's frame, the Hessian (6, 6), and inliers.
+
+        Args:
+            points: of a sweep [m].
+            guess: ``map_from_base`` to begin from.
+        """
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = guess.rotation, guess.position
         result = small_gicp.align(
             self._target,
-            small_gicp.PointCloud(np.array(sweep.points)),
+            small_gicp.PointCloud(points),
             self._tree,
-            init_T_target_source=guess,
+            init_T_target_source=matrix,
             registration_type="PLANE_ICP",
             max_correspondence_distance=self._reach,
             num_threads=1,
         )
-        matrix = np.asarray(result.T_target_source)
-        pose = Pose.from_rotation(matrix[:3, 3], matrix[:3, :3])
-        information, directions = _known(np.asarray(result.H), pose, max(result.num_inliers, 1))
-        return match_at(sweep, self._world, pose, information, directions)
+        found = np.asarray(result.T_target_source)
+        pose = Pose.from_rotation(found[:3, 3], found[:3, :3])
+        return pose, np.asarray(result.H), int(result.num_inliers)
 
 
 def _target(cloud: Cloud) -> tuple[small_gicp.PointCloud, small_gicp.KdTree]:

@@ -9,12 +9,13 @@ from __future__ import annotations
 import bz2
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks._log_maps import map_of_scans
+from benchmarks._log_tracks import bridge, odometry_at_scans
+from localization.errors import LocalizationError
 from localization.geometry import FloatArray
 from localization.logs.carmen_lines import SCANNER
 from localization.logs.carmen_log import CarmenLog
@@ -67,8 +68,14 @@ class RealDrive:
     """Map of the even corrected scans of the whole log."""
     start: Pose
     """``map_from_base`` at the first scan of the excerpt."""
+    scans_to_end: int
+    """Scans from the log's first corrected one to the excerpt's last."""
+    times: FloatArray
+    """(S,) times of the scans as they are printed in the raw log [s]."""
     track: FloatArray
     """(S, 2) position of the scanner at each scan, corrected poses bridged by odometry [m]."""
+    heading: FloatArray
+    """(S,) heading of the scanner at each scan, bridged in the same way [rad]."""
     reference: dict[int, Pose]
     """``map_from_scanner`` of odd corrected scans by the number of the scan within the excerpt."""
     relations: FloatArray
@@ -89,7 +96,7 @@ def real_drive(folder: Path, excerpt: Excerpt) -> RealDrive:
 
     Raises:
         LogError: if a log cannot be read.
-        ValueError: if the excerpt has no corrected scan.
+        LocalizationError: if the excerpt has no corrected scan.
     """
     raw = folder / f"{excerpt.name}.clf.bz2"
     log = CarmenLog(raw)
@@ -103,26 +110,26 @@ def real_drive(folder: Path, excerpt: Excerpt) -> RealDrive:
     inside = [i for i, scan in enumerate(scans) if begin <= scan.stamp < end]
     known = [i for i in inside if i in truth]
     if not known:
-        raise ValueError(f"{excerpt.case}: no corrected scan in the excerpt")
+        raise LocalizationError(f"{excerpt.case}: no corrected scan in the excerpt")
     first, last = known[0], known[-1]
     mount = log.mounts[SCANNER]
-    # A line of such a log holds a scan and the odometry of its time.
-    odometry = [readings[n + 1] for n in numbers[first : last + 1]]
-    moved = [r.odom_from_base @ mount for r in odometry if isinstance(r, Odometry)]
-    poses = {i - first: corrected[truth[i]][1] for i in known}
     kept = readings[numbers[first] : numbers[last] + 2]
-    relations = folder / f"{excerpt.name}.relations"
+    moved = [pose @ mount for pose in odometry_at_scans(kept)]
+    poses = {i - first: corrected[truth[i]][1] for i in known}
+    track = bridge(poses, moved)
+    relations, printed = folder / f"{excerpt.name}.relations", _printed_times(raw)
     return RealDrive(
         excerpt.case,
         log,
         stamped(turned(kept, excerpt.yaw), excerpt.stamps),
         map_of_scans(excerpt.name, corrected[::2]),
         corrected[truth[first]][1] @ mount.inverse(),
-        _bridged(poses, moved),
+        last + 1 - min(truth),
+        printed[first : last + 1],
+        track[:, :2],
+        track[:, 2],
         {i - first: corrected[truth[i]][1] for i in known if truth[i] % 2},
-        _relations(relations, _printed_times(raw), first, last)
-        if relations.exists()
-        else np.zeros((0, 5)),
+        _relations(relations, printed, first, last) if relations.exists() else np.zeros((0, 5)),
     )
 
 
@@ -174,34 +181,9 @@ def stamped(readings: Sequence[Reading], how: str) -> tuple[Reading, ...]:
     )
 
 
-def _bridged(poses: dict[int, Pose], moved: list[Pose]) -> FloatArray:
-    """Return positions (S, 2) at every scan [m]: corrected ones, and between them odometry's way, made to fit.
-
-    Args:
-        poses: corrected ones by the number of the scan, the first and the last among them.
-        moved: ``odom_from_scanner`` at each scan.
-    """
-    found = np.empty((len(moved), 2))
-    numbers = sorted(poses)
-    for a, b in pairwise(numbers):
-        way = [poses[a] @ (moved[a].inverse() @ moved[i]) for i in range(a, b + 1)]
-        share = np.linspace(0.0, 1.0, b + 1 - a)[:, None]
-        places = np.array([pose.position[:2] for pose in way])
-        found[a : b + 1] = places + share * (poses[b].position[:2] - places[-1])
-    return found
-
-
 def _corrected(path: Path) -> list[tuple[Scan, Pose]]:
     """Return scans with their corrected ``map_from_scanner``, which such logs keep as the base's pose."""
-    found: list[tuple[Scan, Pose]] = []
-    scan: Scan | None = None
-    for reading in CarmenLog(path):
-        if isinstance(reading, Scan):
-            scan = reading
-        elif isinstance(reading, Odometry) and scan is not None:
-            found.append((scan, reading.odom_from_base))
-            scan = None
-    return found
+    return [(line.scan, line.odom_from_base) for line in CarmenLog(path).scan_lines()]
 
 
 def _paired(scans: list[Scan], corrected: list[tuple[Scan, Pose]]) -> dict[int, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,21 +37,23 @@ class Answer:
     Attributes:
         stamp: of the scan [ns].
         map_from_scanner: None before the robot is placed.
-        covariance: (6, 6) of the base's pose.
-        health: the state reported with it.
-        seconds: CPU time of all readings since the answer before [s].
+        covariance: (6, 6) of the base's pose; NaN of a method that reports none.
+        health: the state reported with it; None of a method that reports none.
+        seconds: CPU time of all readings since the answer before [s]; NaN if it is not known.
     """
 
     stamp: int
     map_from_scanner: Pose | None
     covariance: FloatArray
-    health: Health
+    health: Health | None
     seconds: float
 
 
 @dataclass(frozen=True, slots=True)
 class RealScore:
     """Scores of a replay; positions in metres, shares in [0, 1].
+
+    What needs a state or a covariance is NaN for a method that reports none.
 
     Attributes:
         n: scans.
@@ -97,18 +99,31 @@ class RealScore:
 
 def answers(drive: RealDrive, localizer: Localizer) -> list[Answer]:
     """Replay an excerpt, begun at its true pose; return the answer at each scan as it was then."""
+    return list(answered(drive.readings, localizer, start=drive.start, mount=drive.mount))
+
+
+def answered(
+    readings: Iterable[Reading], localizer: Localizer, *, start: Pose | None, mount: Pose
+) -> Iterator[Answer]:
+    """Replay readings and yield the answer at each scan as it was then.
+
+    Args:
+        readings: in the order of arrival.
+        localizer: processes them.
+        start: ``map_from_base`` given as a hint at the first scan; None for no hint.
+        mount: ``base_from_scanner``.
+    """
     waiting: list[Scan] = []
-    found: list[Answer] = []
     track: list[Odom] = []
 
     def noted() -> Iterator[Reading]:
-        for reading in drive.readings:
+        for reading in readings:
             if isinstance(reading, Scan):
                 waiting.append(reading)
             yield reading
 
     begun = time.process_time()
-    for estimate in replay(noted(), localizer, start=drive.start):
+    for estimate in replay(noted(), localizer, start=start):
         odom = estimate.odom_from_base
         yaw = odom.yaw if not track else track[-1][3] + wrap_angle(odom.yaw - track[-1][3])
         track.append((float(estimate.stamp), float(odom.position[0]), float(odom.position[1]), yaw))
@@ -116,9 +131,8 @@ def answers(drive: RealDrive, localizer: Localizer) -> list[Answer]:
         waiting = [scan for scan in waiting if scan.stamp > estimate.stamp]
         for scan in due:
             now = time.process_time()
-            found.append(_answer(scan.stamp, estimate, track, drive.mount, now - begun))
-            begun = now
-    return found
+            yield _answer(scan.stamp, estimate, track, mount, now - begun)
+            begun = time.process_time()
 
 
 def _answer(
@@ -153,7 +167,8 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
     if not found:
         raise ValueError(f"{drive.case}: no scan was answered")
     far = errors_of(drive, found)
-    health = np.array([a.health for a in found[: len(far)]])
+    told = [a.health for a in found[: len(far)]]
+    health = None if None in told else np.array(told)
     placed = next((i for i, a in enumerate(found) if a.map_from_scanner is not None), 0)
     wrong, near = (far > WRONG) & (np.arange(len(far)) >= placed), far < GOOD
     failed = np.flatnonzero(wrong[placed:])
@@ -171,9 +186,13 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
         mean=float(np.mean(held)) if held else np.nan,
         p95=float(np.percentile(held, 95)) if held else np.nan,
         max=max(held, default=np.nan),
-        trusted=float((wrong & np.isin(health, TRUSTED)).mean()),
-        tracking=float((health[near] == Health.TRACKING).mean()) if near.any() else np.nan,
-        states={state: float((health == state).mean()) for state in Health},
+        trusted=np.nan if health is None else float((wrong & np.isin(health, TRUSTED)).mean()),
+        tracking=np.nan
+        if health is None or not near.any()
+        else float((health[near] == Health.TRACKING).mean()),
+        states={}
+        if health is None
+        else {state: float((health == state).mean()) for state in Health},
         nees=mean_nees,
         relations=len(errors),
         relation=float(np.mean(errors)) if errors else np.nan,
@@ -191,7 +210,7 @@ def _against_references(drive: RealDrive, found: Sequence[Answer]) -> tuple[list
         if here is not None:
             step = truth.position - here.position
             held.append(float(np.hypot(step[0], step[1])))
-            if held[-1] <= WRONG:
+            if held[-1] <= WRONG and np.isfinite(found[i].covariance).all():
                 turn = wrap_angle(truth.yaw - here.yaw)
                 vectors.append([step[0], step[1], 0.0, 0.0, 0.0, turn])
                 covariances.append(found[i].covariance + REFERENCE)
@@ -204,7 +223,8 @@ def _against_references(drive: RealDrive, found: Sequence[Answer]) -> tuple[list
 def _relation_errors(
     relations: FloatArray, found: Sequence[Answer]
 ) -> tuple[list[float], list[bool]]:
-    """Return the position errors of relations [m], and whether each is within its 95 % bound.
+    """Return the position errors of relations [m], and whether each with a covariance is
+    within its 95 % bound.
 
     The bound takes the errors of the two poses as independent, and the relation itself as exact.
     """
@@ -221,7 +241,8 @@ def _relation_errors(
             p = _relation_covariance(
                 a, found[int(first)].covariance, found[int(second)].covariance, step
             )
-            covered.append(bool(off @ np.linalg.solve(p, off) < _BOUND))
+            if np.isfinite(p).all():
+                covered.append(bool(off @ np.linalg.solve(p, off) < _BOUND))
     return errors, covered
 
 

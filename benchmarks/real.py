@@ -1,38 +1,85 @@
-"""Localisation error, relations, time wrong and states on real CARMEN logs.
+"""Localisation on real CARMEN logs beside other methods: error, relations, states, kidnaps, starts.
 
 ``python -m benchmarks real FOLDER [--logs NAME ...] [--begin S] [--end S] [--yaw FACTOR ...] [--stamps HOW ...]
-[--set KEY=VALUE ...] [--keep FOLDER]``: the folder holds ``NAME.clf.bz2``, ``NAME-corrected.log.gz`` and
+[--peers] [--yardstick SCRIPT] [--submission FILE] [--kidnaps N] [--hints N] [--seed S] [--all]
+[--set KEY=VALUE ...] [--keep FOLDER] [--out FOLDER]``: the folder holds ``NAME.clf.bz2``, ``NAME-corrected.log.gz`` and
 ``NAME.relations``; all its logs are run unless some are named. The map of a log is made of every second
-corrected scan, and the others are what the error is measured against.
+corrected scan, and the others are what the error is measured against. ``--all`` runs the peers, 50 kidnaps
+and 30 starts of each kind a log; ``--out`` keeps the figures in ``real.json`` and ``real.csv``, and the tables in ``real.md``.
 """
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
+import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from benchmarks._figures import say
+from benchmarks._figures import Sheet, say
+from benchmarks._progress import minutes, note
 from benchmarks._real_logs import STAMPS, Excerpt, real_drive
-from benchmarks._real_scores import RealScore, errors_of, run_real
-from localization.geometry import FloatArray
+from benchmarks._real_runs import HEAD, Wanted, keep, parts
+from benchmarks._real_yardstick import YardstickError
+from benchmarks._submissions import read_submission
+from localization.errors import LocalizationError
 from localization.pipeline.localizer import LocalizerConfig
-from localization.types import Pose
 
 TAKES_WORDS = True
 """Whether all words after the benchmark's name are its own arguments."""
-_HEAD = (
-    f"{'log':<34}{'scans':>6}{'mean m':>8}{'p95 m':>7}{'max m':>7}{'wrong':>8}{'times':>6}{'trusted':>8}"
-    f"{'relations m':>15}{'in 95 %':>8}{'NEES(3)':>9}{'tracking':>9}{'CPU ms p50/p99/max':>20}"
-)
+_ALL_KIDNAPS, _ALL_HINTS = 50, 30
 
 
-def main(words: Sequence[str] = ()) -> None:
-    """Run the named excerpts and print a table; nothing without a folder."""
+def main(words: Sequence[str] = (), *, out: Path | None = None) -> None:
+    """Run the named excerpts and print a table; nothing without a folder.
+
+    Args:
+        words: of the command line, after the benchmark's name.
+        out: the sheet that keeps the figures; the tables go beside it.
+    """
+    if not words:
+        say("no folder of logs was given: skipped")
+        return
+    a = _arguments(words)
+    try:
+        _run(a, Sheet(out))
+    except (LocalizationError, YardstickError) as error:
+        sys.exit(f"real: {error}")
+    if out is not None:
+        say(
+            "",
+            f"figures: {out} and {out.with_suffix('.csv').name}; tables: {out.with_suffix('.md').name}",
+        )
+
+
+def _run(a: argparse.Namespace, sheet: Sheet) -> None:
+    wanted = Wanted(
+        a.folder,
+        peers=a.peers,
+        yardstick=a.yardstick,
+        submissions=tuple(read_submission(path) for path in a.submission),
+        kidnaps=a.kidnaps,
+        hints=a.hints,
+        seed=a.seed,
+        keep=a.keep,
+    )
+    names = a.logs or sorted(p.name.removesuffix(".clf.bz2") for p in a.folder.glob("*.clf.bz2"))
+    cases = [Excerpt(n, a.begin, a.end, y, s) for n in names for y in a.yaw for s in a.stamps]
+    begun = time.monotonic()
+    say(HEAD)
+    for i, excerpt in enumerate(cases):
+        if i:
+            each = (time.monotonic() - begun) / i
+            note(f"{i} of {len(cases)} excerpts, about {minutes(each * (len(cases) - i))} left")
+        drive = real_drive(a.folder, excerpt)
+        config = changed(LocalizerConfig.of(drive.log.sensors), a.set)
+        for part, figures in parts(wanted, excerpt, drive, config):
+            keep(sheet, part, figures)
+
+
+def _arguments(words: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks real")
     parser.add_argument("folder", type=Path)
     parser.add_argument("--logs", nargs="+")
@@ -42,58 +89,41 @@ def main(words: Sequence[str] = ()) -> None:
         "--yaw", type=float, nargs="+", default=[1.0], help="odometry's turns are multiplied by"
     )
     parser.add_argument("--stamps", nargs="+", choices=STAMPS, default=["logged"])
+    parser.add_argument("--peers", action="store_true", help="other methods on the same excerpts")
+    parser.add_argument(
+        "--yardstick", type=Path, metavar="SCRIPT", help="that writes PREFIX_est.tum, see the docs"
+    )
+    parser.add_argument(
+        "--submission",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="FILE",
+        help="poses of others, TUM",
+    )
+    parser.add_argument("--kidnaps", type=int, default=0, metavar="N", help="on each excerpt")
+    parser.add_argument("--hints", type=int, default=0, metavar="N", help="starts of each kind")
+    parser.add_argument("--seed", type=int, default=0, help="of places and of the hints' errors")
+    parser.add_argument(
+        "--all",
+        action="store_true",
+        help=f"--peers --kidnaps {_ALL_KIDNAPS} --hints {_ALL_HINTS}",
+    )
     parser.add_argument(
         "--set", nargs="+", default=[], metavar="KEY=VALUE", help="such as registration.sigma=0.03"
     )
     parser.add_argument(
         "--keep", type=Path, help="folder for the poses and errors at each scan, as .npz"
     )
-    if not words:
-        say("no folder of logs was given: skipped")
-        return
     a = parser.parse_args(list(words))
-    names = a.logs or sorted(p.name.removesuffix(".clf.bz2") for p in a.folder.glob("*.clf.bz2"))
-    say(_HEAD)
-    for name in names:
-        for yaw in a.yaw:
-            for stamps in a.stamps:
-                _run(a, Excerpt(name, a.begin, a.end, yaw, stamps))
-
-
-def _run(a: argparse.Namespace, excerpt: Excerpt) -> None:
-    drive = real_drive(a.folder, excerpt)
-    config = changed(LocalizerConfig.of(drive.log.sensors), a.set)
-    score, found = run_real(drive, config)
-    say(row(excerpt.case, score))
-    if a.keep is not None:
-        a.keep.mkdir(parents=True, exist_ok=True)
-        np.savez(
-            a.keep / f"{excerpt.case.replace(',', '').replace(' ', '_')}.npz",
-            pose=np.array([_planar(f.map_from_scanner) for f in found]),
-            covariance=np.array([f.covariance for f in found]),
-            health=np.array([str(f.health) for f in found]),
-            seconds=np.array([f.seconds for f in found]),
-            error=errors_of(drive, found),
-            track=drive.track,
-        )
-
-
-def _planar(pose: Pose | None) -> FloatArray:
-    """Return x, y [m] and yaw [rad]; NaN without a pose."""
-    if pose is None:
-        return np.full(3, np.nan)
-    return np.array([pose.position[0], pose.position[1], pose.yaw])
-
-
-def row(case: str, s: RealScore) -> str:
-    """Return two lines of the table: figures, and the share of each state."""
-    states = " ".join(f"{k} {100 * v:.1f} %" for k, v in s.states.items() if v >= 0.0005)
-    relation = f"{s.relation:.3f}±{s.relation_std:.3f}"
-    cpu = "/".join(f"{v:.0f}" for v in s.cpu)
-    return (
-        f"{case:<34}{s.n:>6}{s.mean:>8.3f}{s.p95:>7.3f}{s.max:>7.2f}{s.wrong:>8.2%}{s.excursions:>6}"
-        f"{s.trusted:>8.2%}{relation:>15}{s.covered:>8.0%}{s.nees:>9.1f}{s.tracking:>9.0%}{cpu:>20}\n{'':<8}{states}"
-    )
+    if a.all:
+        a.peers = True
+        a.kidnaps, a.hints = a.kidnaps or _ALL_KIDNAPS, a.hints or _ALL_HINTS
+    if a.yardstick is not None and not a.yardstick.is_file():
+        parser.error(f"--yardstick {a.yardstick}: no such file")
+    if len(a.submission) and len(a.logs or ()) != 1:
+        parser.error("--submission holds poses of one log: name it with --logs NAME")
+    return a
 
 
 def changed(config: LocalizerConfig, settings: Sequence[str]) -> LocalizerConfig:

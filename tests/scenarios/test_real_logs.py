@@ -125,7 +125,7 @@ def test_command_prints_a_row_for_each_change_of_a_log(
     words = [str(folder), "--begin", "5", "--end", "15", "--stamps", "logged", "even"]
     real.main([*words, "--keep", str(kept), "--set", "kiss_odometry=no"])
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].split()[:2] == ["log", "scans"]
+    assert lines[0].split()[:3] == ["log", "method", "scans"]
     cases = [line[:34].strip() for line in lines[1::2]]
     assert cases == ["room, 5 to 15 s", "room, 5 to 15 s, stamps even"]
     with np.load(kept / "room_5_to_15_s_stamps_even.npz") as held:

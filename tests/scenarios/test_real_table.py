@@ -1,0 +1,170 @@
+"""The table of real logs: other methods, robots carried off, starts, and the tables in Markdown."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import real
+from benchmarks._figures import OURS, Sheet
+from benchmarks._log_tracks import odometry_at_scans
+from benchmarks._real_hints import KINDS, beginnings, start_at
+from benchmarks._real_kidnaps import HELD, Course, _misled, _recovered, kidnap, pairs
+from benchmarks._real_logs import Excerpt, RealDrive, real_drive
+from benchmarks._real_peers import AMCL, GICP, KISS, peer_answers
+from benchmarks._real_scores import Answer, score_real
+from benchmarks._real_table import of_kidnaps, of_score, scores
+from benchmarks._submissions import read_submission, submitted_answers
+from localization.pipeline.localizer import LocalizerConfig
+from localization.types import SECOND, Health, Odometry, Pose, Reading, Scan
+from tests.scenarios.test_real_logs import folder as folder
+
+NONE = np.zeros(0)
+
+
+@pytest.fixture
+def drive(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RealDrive:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return real_drive(folder, Excerpt("room"))
+
+
+def theirs(drive: RealDrive, path: Path, *, every: int = 1, covariance: str = "") -> Path:
+    """Write the true poses of some scans as somebody else hands them in."""
+    rows = zip(drive.times, drive.track, drive.heading, strict=True)
+    path.write_text(
+        "".join(
+            f"{t:.6f} {x} {y} 0 0 0 {np.sin(yaw / 2)} {np.cos(yaw / 2)} {covariance}\n"
+            for i, (t, (x, y), yaw) in enumerate(rows)
+            if i % every == 0
+        ),
+        encoding="utf-8",
+    )
+    return path
+
+
+@pytest.mark.parametrize(("name", "limit"), [(KISS, 0.08), (GICP, 0.08), (AMCL, 0.3)])
+def test_peer_follows_the_drive_with_the_same_map_and_odometry(
+    drive: RealDrive, name: str, limit: float
+) -> None:
+    found = list(peer_answers(drive, name))
+    assert len(found) == len(drive.track)
+    score = score_real(drive, found)
+    assert score.mean < limit
+    assert score.wrong == 0.0
+    # It reports neither state nor covariance.
+    assert np.isnan([score.trusted, score.tracking, score.nees, score.covered]).all()
+    assert not score.states
+
+
+def test_true_poses_handed_in_have_no_error_and_their_covariance_is_judged(
+    drive: RealDrive, tmp_path: Path
+) -> None:
+    wide = "0.01 0 0 0.01 0 0.001"
+    path = theirs(drive, tmp_path / "wide.tum", covariance=wide)
+    score = score_real(drive, submitted_answers(drive, read_submission(path)))
+    assert score.mean == pytest.approx(0.0, abs=1e-6)
+    assert score.covered == 1.0
+    assert score.nees < 0.1
+    # Between the lines the pose is carried on by odometry.
+    path = theirs(drive, tmp_path / "some.tum", every=10)
+    found = submitted_answers(drive, read_submission(path))
+    assert score_real(drive, found).mean < 0.05
+    assert score_real(drive, found).n == len(drive.track)
+    # A file of another log is not taken.
+    path.write_text("5000.0 0 0 0 0 0 0 1\n", encoding="utf-8")
+    with pytest.raises(ValueError, match="no line is within"):
+        submitted_answers(drive, read_submission(path))
+
+
+def test_robot_carried_off_begins_at_one_place_and_goes_on_far_from_it(drive: RealDrive) -> None:
+    course = Course(before=4.0, after=8.0, way=1.0)
+    config = LocalizerConfig.of(drive.log.sensors)
+    found = list(pairs(drive, course, count=3, seed=1))
+    assert found == list(pairs(drive, course, count=3, seed=1))
+    assert len(found) == 3
+    for start, goal in found:
+        assert np.hypot(*(drive.track[start + 20] - drive.track[goal])) >= course.apart
+    result = kidnap(drive, config, *found[0], course)
+    assert not result.doubted
+    assert result.alarm < 4.0
+    assert result.watched == pytest.approx(course.after, abs=0.5)
+
+
+def answer(t: float, health: Health) -> Answer:
+    return Answer(round(t * SECOND), Pose.identity(), np.eye(6), health, 0.0)
+
+
+def test_recovery_is_a_right_and_trusted_pose_that_lasts() -> None:
+    seconds = [0.5 * i for i in range(12)]
+    good = [False, False, True, False] + [True] * 8
+    states = [Health.TRACKING] + [Health.LOST] * 5 + [Health.DEGRADED] * 6
+    after = [answer(t, state) for t, state in zip(seconds, states, strict=True)]
+    assert _recovered(good, after, seconds) == seconds[6]
+    short = round(HELD / 0.5)
+    assert _recovered(good[: 6 + short], after[: 6 + short], seconds[: 6 + short]) == np.inf
+    assert _misled(good, after, seconds) == pytest.approx(0.5)
+
+
+def test_start_from_an_exact_scan_is_right_when_placed_and_held(drive: RealDrive) -> None:
+    config = LocalizerConfig.of(drive.log.sensors)
+    (scan,) = beginnings(drive, count=1, seed=2, seconds=8.0, way=1.0)
+    found = start_at(drive, config, scan, KINDS[0], seed=2, seconds=8.0)
+    assert found.placed
+    assert found.right_when_placed
+    assert found.right_at_end
+
+
+def test_odometry_at_a_scan_is_that_of_its_stamp_or_between_its_neighbours() -> None:
+    def scan(t: int) -> Scan:
+        return Scan(t, "laser", NONE, NONE, NONE, NONE.astype(np.int64), 0.1, 9.0)
+
+    readings: list[Reading] = [
+        Odometry(10, Pose.planar(0.0, 0.0, 3.1)),
+        scan(15),
+        Odometry(20, Pose.planar(1.0, 2.0, -3.1)),
+        scan(20),
+    ]
+    between, exact = odometry_at_scans(readings)
+    np.testing.assert_allclose(between.position[:2], [0.5, 1.0])
+    assert abs(between.yaw) == pytest.approx(np.pi)
+    assert exact.yaw == pytest.approx(-3.1)
+    with pytest.raises(ValueError, match="no odometry"):
+        odometry_at_scans([scan(15)])
+
+
+def test_table_has_a_dash_for_what_a_method_does_not_report(drive: RealDrive) -> None:
+    sheet = Sheet()
+    found = list(peer_answers(drive, KISS))
+    sheet.put("room", of_score("room", KISS, score_real(drive, found), 1.25), seconds=0.0)
+    row = scores(sheet).splitlines()[2]
+    assert row.startswith(f"| room | {KISS} | 148 |")
+    assert row.count(" - ") == 4
+    nothing = {f.quantity: f.text for f in of_kidnaps("room", [])}
+    assert nothing["recovery p50"].startswith("-")
+
+
+def test_command_writes_figures_and_tables_beside_each_other(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drive: RealDrive
+) -> None:
+    path = theirs(drive, tmp_path / "theirs.tum")
+    out = tmp_path / "out" / "real.json"
+    words = [str(folder), "--logs", "room", "--end", "12", "--peers", "--submission", str(path)]
+    real.main([*words, "--kidnaps", "1"], out=out)
+    held = json.loads(out.read_text(encoding="utf-8"))
+    assert list(held) == ["room, 0 to 12 s", "kidnaps, room, 0 to 12 s"]
+    methods = {f["method"] for f in held["room, 0 to 12 s"]["figures"]}
+    assert methods == {OURS, KISS, GICP, AMCL, "theirs"}
+    table = out.with_suffix(".md").read_text(encoding="utf-8")
+    assert "| room, 0 to 12 s | theirs | 58 |" in table
+    assert out.with_suffix(".csv").is_file()
+
+
+def test_command_names_a_bad_line_before_anything_is_run(folder: Path, tmp_path: Path) -> None:
+    path = tmp_path / "bad.tum"
+    path.write_text("1 2 3\n", encoding="utf-8")
+    words = [str(folder), "--logs", "room", "--submission", str(path)]
+    with pytest.raises(SystemExit, match=r"bad\.tum, line 1: a line needs 8 columns"):
+        real.main(words)
