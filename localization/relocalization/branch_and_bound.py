@@ -3,8 +3,8 @@
 Each level of the pyramid holds, for every cell, the maximum over the block of cells that begins there: laying
 the horizontal scanner's points over it gives a bound for all places of the block at once (Olson 2009; Hess et
 al. 2016, whose precomputed grids these are). Blocks whose bound is clearly below the best place found are
-never opened. The work is a generator of small pieces that yields how much each was, so that whoever advances it
-can spend the same on every reading, and the result never depends on the clock.
+never opened. The work is a generator of small pieces that yields the amount of each, so that every reading can be
+granted the same amount, and the result never depends on the clock.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ class MapSearchConfig:
     max_work: int = 8_000_000
     """Largest number of points that are laid over the plan with one reading, however long after the last."""
     max_blocks: int = 400_000
-    """Largest number of blocks that are kept of a level, the best ones: in a map where nothing tells places
-    apart, more would hold the search up and not settle it."""
+    """Largest number of blocks that are kept of a level, the best ones: in a map where many places look
+    alike, more would hold the search up and decide nothing."""
     refine: int = 12
     """Number of the best places that are refined against the cloud."""
 

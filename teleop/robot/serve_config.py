@@ -23,7 +23,7 @@ class ServeConfig:
     seed: int = 0
     """Seed of the sensor noise."""
     lost: bool = False
-    """Start without a pose; the robot then waits for a hint on /initialpose."""
+    """Start without a pose: the robot takes a hint on /initialpose, or searches the map after 5 s."""
     record: Path | None = None
     """Write all sensor readings to this file (MCAP)."""
     lockstep: bool = False
