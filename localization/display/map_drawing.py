@@ -51,7 +51,7 @@ _CIRCLE: Final = np.stack(
 class MapDrawing:
     """Draws the map, the robot and the sweeps from poses and arrays, independently of messages."""
 
-    def __init__(self, canvas: Canvas, cloud: Cloud) -> None:
+    def __init__(self, canvas: Canvas, cloud: Cloud | None) -> None:
         self._canvas = canvas
         self._entities = {"map": at.MAP, "odom": "map/odom", "base_link": at.BASE}
         self._scanners: list[str] = []
@@ -59,8 +59,11 @@ class MapDrawing:
         self._undecided = False
         self._placed, self._health = False, GREY
         # A percentile instead of the minimum: a few stray points lie below any floor.
-        self._ceiling = float(np.percentile(cloud.points[:, 2], 1.0)) + HEADROOM
-        self._draw_map(cloud)
+        self._ceiling = HEADROOM
+        self._canvas.draw(at.MAP, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        if cloud is not None:
+            self._ceiling += float(np.percentile(cloud.points[:, 2], 1.0))
+            self._draw_map(cloud)
         # The estimate is drawn over the truth, which shows as a pale rim where the two agree.
         self.estimate = PathDrawing(canvas, at.ESTIMATE_PATH, SKY, width=1.2, lift=0.06)
         self.truth = PathDrawing(canvas, at.TRUTH_PATH, WHITE, width=2.0, lift=_LIFT)
@@ -71,7 +74,6 @@ class MapDrawing:
         order = np.random.default_rng(0).permutation(len(cloud.points))[::stride]
         points = cloud.points[order]
         high = points[:, 2] > self._ceiling
-        self._canvas.draw(at.MAP, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         for entity, part in ((at.CLOUD, points[~high]), (at.OVERHEAD, points[high])):
             if len(part):
                 colours = height_greys(part[:, 2])

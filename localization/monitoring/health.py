@@ -12,6 +12,8 @@ from localization.matching.scan_consistency import explanation
 from localization.types import SECOND, Health, Match, Pose, ScanConsistency
 
 _AXES = ("forward", "sideways", "up", "roll", "pitch", "yaw")
+_PLANAR = {"forward", "sideways", "yaw"}
+"""Axes that a wheeled robot needs; its height, roll and pitch are those of the floor."""
 _CONSISTENT = ScanConsistency(0.0, 0.0, 0.0, 0.0)
 
 
@@ -213,10 +215,10 @@ class HealthMonitor:
             )
         if slipping:
             return Health.SLIPPING, ("the wheels contradict gyro or scanners", *missing)
-        if self.unobservable or missing or mounts:
-            blind = (f"unobservable: {', '.join(self.unobservable)}",) if self.unobservable else ()
+        blind = (f"unobservable: {', '.join(self.unobservable)}",) if self.unobservable else ()
+        if _PLANAR & set(self.unobservable) or missing or mounts:
             return Health.DEGRADED, (*blind, *missing, *mounts, *self._remarks())
-        return Health.TRACKING, self._remarks()
+        return Health.TRACKING, (*blind, *self._remarks())
 
     def _remarks(self) -> tuple[str, ...]:
         """What an operator may want to know about the place, though it contradicts no pose."""

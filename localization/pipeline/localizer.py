@@ -13,6 +13,7 @@ from localization.config import LocalizerConfig as LocalizerConfig
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import MatchSweep
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitor
+from localization.monitoring.silence_detection import silent_sources
 from localization.monitoring.status import status_of
 from localization.pipeline.event_queue import EventQueue
 from localization.pipeline.events import SweepProcessed
@@ -68,6 +69,8 @@ class Localizer:
         them. A late reading takes effect at its own time: the readings since then are replayed, and a sweep
         among them is reported with the next reading that advances time.
         """
+        if self._validator.repeats(reading):
+            return self._last
         refusal = self._validator.refusal(reading, self._state.stamp)
         if refusal is not None:
             self._events.refuse(refusal)
@@ -171,9 +174,8 @@ class Localizer:
     def _status(self) -> tuple[Health, tuple[str, ...]]:
         """Return the state of the estimate, and why."""
         state, config, mounts = self._state, self.config, self._resources.mounts
-        oldest = state.stamp - config.health.silence
         sources = (*sorted(mounts), *config.sensors.expected)
-        silent = tuple(s for s in sources if state.last_received.get(s, 0) < oldest)
+        silent = silent_sources(state.received, sources, state.stamp, config.health.silence)
         return status_of(
             state.health,
             placed=state.placed,

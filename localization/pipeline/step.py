@@ -7,7 +7,6 @@ loss begin a search that runs in parallel, a little each tick.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from enum import Enum, auto
 from typing import TypeAlias
@@ -15,10 +14,13 @@ from typing import TypeAlias
 import numpy as np
 
 from localization.config import LocalizerConfig
+from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import with_pose
 from localization.filter.prediction import predict
 from localization.filter.updates import update_standstill, update_wheel_yaw
 from localization.monitoring.health import HealthMonitor, horizontal_sigma
+from localization.monitoring.jump_detection import JumpDetector
+from localization.monitoring.silence_detection import with_reading
 from localization.motion.deskew import deskew
 from localization.motion.motion_model import Increment
 from localization.pipeline.events import (
@@ -65,7 +67,7 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
         case Command.SEARCH_MAP:
             return state._replace(search=state.search.with_request()), ()
         case Command.UNDO:
-            return _undone(state)
+            return _undone(state, r.config)
         case Placement():
             return _placed(state, item, r)
         case Hint():
@@ -89,18 +91,14 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
 
 def _received(state: State, reading: Reading) -> tuple[State, Increment | None]:
     """Keep a reading, and return the increment of motion if it advances time."""
-    scans, received = state.scans, state.last_received
+    scans, received = state.scans, state.received
     if isinstance(reading, Scan | PointScan):
         scans = scans.received(reading)
-        received = _with_newest(received, reading.scanner, reading.stamp)
+        received = with_reading(received, reading.scanner, reading.stamp)
     elif isinstance(reading, WheelSpeeds):
-        received = _with_newest(received, "wheels", reading.stamp)
+        received = with_reading(received, "wheels", reading.stamp)
     motion, increment = state.motion.take(reading, state.slip.velocity)
-    return state._replace(motion=motion, scans=scans, last_received=received), increment
-
-
-def _with_newest(stamps: Mapping[str, int], source: str, stamp: int) -> Mapping[str, int]:
-    return {**stamps, source: max(stamp, stamps.get(source, 0))}
+    return state._replace(motion=motion, scans=scans, received=received), increment
 
 
 def _predicted(state: State, increment: Increment, r: Resources) -> State:
@@ -111,10 +109,12 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
         return state
     if not state.stamp:
         return state._replace(stamp=now, track=state.track.extended(now, state.odom_from_base))
+    dt = (now - state.stamp) / SECOND
+    if increment.step is not None:
+        return _displaced(state, increment, increment.step, dt, r)
     with r.stage("predict"):
         ekf, slip, filter_ = r.config.ekf, state.slip, state.filter
         left, right = increment.left, increment.right
-        dt = (now - state.stamp) / SECOND
         if increment.witnessed:
             witness, span = increment.witness, min(increment.covered, _LONGEST_MEAN)
             slip = slip.wheels_read(filter_.rolling_speed(left, right), increment.covered, now)
@@ -134,6 +134,19 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
             slipping=distrusted,
             speed=slip.speed if distrusted else None,
         )
+        odom = state.odom_from_base @ motion
+        track = state.track.extended(now, odom)
+        return state._replace(
+            stamp=now, odom_from_base=odom, track=track, filter=filter_, slip=slip
+        )
+
+
+def _displaced(state: State, increment: Increment, step: Pose, dt: float, r: Resources) -> State:
+    """Move the filter on by what wheels without a gyro, or the base itself, counted."""
+    now = increment.stamp
+    with r.stage("predict"):
+        slip = state.slip.rolled_on(increment.distance)
+        filter_, motion = predict_displacement(state.filter, r.config.ekf, step, dt)
         odom = state.odom_from_base @ motion
         track = state.track.extended(now, odom)
         return state._replace(
@@ -175,14 +188,24 @@ def _checked_for_jump(
     state: State, record: SweepRecord, registration: Registration, r: Resources
 ) -> State:
     """Compare the sweep with the last one, and request a search of the map if the pose needs a check."""
-    jump, jumped = state.jump.compared(record.sweep, state.odom_from_base)
+    # Wheels without a gyro turn too roughly to say where a surface was seen before; the filter has been
+    # corrected by the scanner.
+    pose = state.filter.pose if r.config.sensors.displaced else state.odom_from_base
+    jump, jumped = state.jump.compared(record.sweep, pose)
     health, search = state.health, state.search
-    if jumped:
+    if jumped and not (jump.after_gap and _confirmed(registration, health, r.config)):
         health = health.after_jump(registration.consistency)
     carried = health is not state.health
     if state.placed and (carried or health.needs_check):
         search = search.with_doubt()
     return state._replace(jump=jump, health=health, search=search)
+
+
+def _confirmed(registration: Registration, health: HealthMonitor, config: LocalizerConfig) -> bool:
+    """Return whether a sweep fits the map where the robot's motion led."""
+    match = registration.match
+    fits = match is not None and match.inlier_ratio >= config.slip_min_inlier_ratio
+    return fits and not health.doubtful
 
 
 def _processed(
@@ -267,11 +290,17 @@ def _placed(state: State, placement: Placement, r: Resources) -> tuple[State, Ev
         health=HealthMonitor(r.config.health),
         last=replace(state.last, map_from_base=filter_.pose),
         replaced=replaced,
+        jump=_without_memory(state, r.config),
     )
     return placed, (RobotPlaced(state.stamp, placement.reason),)
 
 
-def _undone(state: State) -> tuple[State, Events]:
+def _without_memory(state: State, config: LocalizerConfig) -> JumpDetector:
+    """Return a detector that remembers no pose in the map that was replaced."""
+    return JumpDetector(config.jump_detection) if config.sensors.displaced else state.jump
+
+
+def _undone(state: State, config: LocalizerConfig) -> tuple[State, Events]:
     """Go back to the estimate that the last placement replaced, if it is still known."""
     if state.replaced is None:
         return state, ()
@@ -285,6 +314,7 @@ def _undone(state: State) -> tuple[State, Events]:
         last=replace(state.last, map_from_base=filter_.pose),
         replaced=None,
         search=state.search.with_pause(),
+        jump=_without_memory(state, config),
     )
     event = PlacementUndone((state.stamp - before.stamp) / SECOND, before.reason)
     return _with_certainty_checked(undone), (event,)

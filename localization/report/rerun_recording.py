@@ -31,6 +31,8 @@ _WAITED: Final = SECOND
 """A sweep is also drawn after this time [ns]; fewer sweeps keep the recording of a standing robot small."""
 _HINT_SHOWN: Final = 10 * SECOND
 """Time for which a hint's ghost is shown [ns]."""
+_AROUND: Final = (np.array([-15.0, -15.0, 0.0]), np.array([15.0, 15.0, 0.0]))
+"""Bounds of the view of a recording without a map [m]."""
 _FLUSH: Final = 10.0
 """Time that closing may take [s]."""
 
@@ -57,18 +59,20 @@ class LogRecording:
     """Writer of a recording; ``close`` completes it."""
 
     def __init__(
-        self, path: Path, cloud: Cloud, mounts: Mounts, truth: Trajectory | None = None
+        self, path: Path, cloud: Cloud | None, mounts: Mounts, truth: Trajectory | None = None
     ) -> None:
         """Begin a recording, replacing a file of that name, and draw the map.
 
         Args:
             path: The ``.rrd`` file to write.
-            cloud: The map.
+            cloud: The map; None without one.
             mounts: ``base_from_scanner`` by the scanner's frame.
             truth: Reference trajectory, if there is one.
         """
         rr.set_strict_mode(True)
-        self._canvas = Canvas(Sink(file=path), log_blueprint(*cloud.bounds))
+        self._canvas = Canvas(
+            Sink(file=path), log_blueprint(*(_AROUND if cloud is None else cloud.bounds))
+        )
         self._map = MapDrawing(self._canvas, cloud)
         self._plots = TimePlots(self._canvas, _LANES, _SERIES, _LEGEND)
         self._reasons: tuple[str, ...] = ()

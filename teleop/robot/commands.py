@@ -35,6 +35,7 @@ class Serve:
         config = self.server
         world, cloud = config.robot.world(self.scene, config.seed), load_scene_cloud(self.scene)
         path = scene_cloud_path(self.scene)
+        say(*(f"note: {note}" for note in world.notes))
         factor = asyncio.run(
             serve(
                 world,
