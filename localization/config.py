@@ -16,7 +16,7 @@ from localization.matching.registration import RegistrationConfig
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.monitoring.health import HealthConfig
 from localization.monitoring.jump_detection import JumpDetectionConfig
-from localization.motion.dead_reckoning import DeadReckoningConfig
+from localization.motion.dead_reckoning_config import DeadReckoningConfig
 from localization.motion.kiss_icp import KissConfig
 from localization.motion.sensor_configuration import SensorConfiguration
 from localization.pipeline.late_readings import LateReadingsConfig
@@ -218,12 +218,15 @@ def from_json(kind: type[_T], values: dict[str, Any]) -> _T:
     given = {
         name: from_json(cast("type[Any]", hints[name]), value)
         if dataclasses.is_dataclass(hints[name])
-        else tuple(value)
-        if isinstance(value, list)
-        else value
+        else _tuples(value)
         for name, value in values.items()
     }
     return kind(**given)
+
+
+def _tuples(value: Any) -> Any:
+    """Return a value with tuples for JSON's lists."""
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def known_settings(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:

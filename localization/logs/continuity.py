@@ -29,9 +29,8 @@ late are late by less."""
 _PAUSE: Final = 60 * SECOND
 """A gap between two readings of a source from which it is named [ns]."""
 _AWAY: Final = 0.5
-"""Distance from zero of a first odometry pose [m] from which the drive began before the log."""
-_TURNED: Final = 0.26
-"""Heading of a first odometry pose [rad] from which the drive began before the log: 15 degrees."""
+"""Distance from zero of a first odometry pose [m] from which the drive began before the log. Its heading
+shows nothing: some bases begin at -90 degrees."""
 _ROLLING: Final = 0.05
 """Rim speed in the first reading [m/s] from which the robot was driving when the log began."""
 _BEAMS: Final = 0.02
@@ -200,7 +199,7 @@ class LogContinuity:
     def _began(self, reading: Odometry) -> None:
         x, y, _ = reading.odom_from_base.position.tolist()
         yaw = reading.odom_from_base.yaw
-        if np.hypot(x, y) > _AWAY or abs(yaw) > _TURNED:
+        if np.hypot(x, y) > _AWAY:
             self._name(
                 "middle",
                 "odometry",

@@ -22,11 +22,12 @@ from localization.logs.ros_types import (
     quaternion_message,
     vector_message,
 )
-from localization.types import Inertial, Odometry, WheelSpeeds
+from localization.types import Inertial, Odometry, Twist, WheelSpeeds
 
 WHEEL_JOINTS: Final = ("left_wheels", "right_wheels")
 """Names in ``JointState``; each stands for the wheels of one side, which a belt couples."""
 
+_NO_MOTION: Final = Twist(np.zeros(3), np.zeros(3))
 _NO_TURN: Final = np.array([1.0, 0.0, 0.0, 0.0])
 _NO_TURN.flags.writeable = False
 _NOT_UNIT: Final = 1e-3
@@ -136,7 +137,8 @@ def _orientation(message: Message) -> tuple[FloatArray | None, FloatArray | None
 
 
 def odometry_message(odometry: Odometry) -> Message:
-    """Return ``Odometry`` from ``odom`` to ``base_link``, with a zero twist and unknown covariances."""
+    """Return ``Odometry`` from ``odom`` to ``base_link``, with unknown covariances, and a zero twist if it has none."""
+    twist = odometry.twist or _NO_MOTION
     return build(
         ODOMETRY,
         header=header_message(odometry.stamp, "odom"),
@@ -146,8 +148,8 @@ def odometry_message(odometry: Odometry) -> Message:
             "geometry_msgs/msg/TwistWithCovariance",
             twist=build(
                 "geometry_msgs/msg/Twist",
-                linear=vector_message(np.zeros(3)),
-                angular=vector_message(np.zeros(3)),
+                linear=vector_message(twist.linear),
+                angular=vector_message(twist.angular),
             ),
             covariance=np.zeros(36),
         ),
@@ -155,6 +157,12 @@ def odometry_message(odometry: Odometry) -> Message:
 
 
 def read_odometry(message: Message) -> Odometry:
-    """Return the pose in an ``Odometry``, assuming that it is that of ``base_link``."""
-    pose = message.pose.pose
-    return Odometry(stamp_from_message(message.header.stamp), pose_from_message(pose))
+    """Return the pose and twist in an ``Odometry``, assuming that they are those of ``base_link``.
+
+    A twist of zeros or with values that are not finite counts as none.
+    """
+    pose, given = message.pose.pose, message.twist.twist
+    linear, angular = (np.array([v.x, v.y, v.z]) for v in (given.linear, given.angular))
+    rates = np.concatenate([linear, angular])
+    twist = Twist(linear, angular) if rates.any() and np.isfinite(rates).all() else None
+    return Odometry(stamp_from_message(message.header.stamp), pose_from_message(pose), twist)

@@ -48,6 +48,24 @@ def odometry_step(before: Odometry, after: Odometry) -> Displacement | None:
     return Displacement(after.stamp, seconds, forward, left, turn)
 
 
+def twist_step(before: Odometry, after: Odometry) -> Displacement | None:
+    """Return the step of an odometry that reports velocities alone; None after a pause, or without stamps."""
+    passed = after.stamp - before.stamp
+    if not 0 < passed <= _LONGEST_ROLL:
+        return None
+    seconds = passed / SECOND
+    rates = [
+        (t.linear[0], t.linear[1], t.angular[2])
+        for t in (before.twist, after.twist)
+        if t is not None
+    ]
+    # The mean of both ends; an end without a twist is at rest.
+    forward, left, turn = (
+        (0.5 * seconds * sum(axis) for axis in zip(*rates, strict=True)) if rates else (0.0,) * 3
+    )
+    return Displacement(after.stamp, seconds, float(forward), float(left), float(turn))
+
+
 def wheel_step(before: WheelSpeeds, after: WheelSpeeds, track: float) -> Displacement | None:
     """Return the step that two sides of wheels rolled between two readings; None after a pause.
 

@@ -13,11 +13,17 @@ from localization.logs.continuity import LogContinuity
 from localization.logs.log_interface import LogError, ReadingsLog
 from localization.maps.cloud import Cloud
 from localization.motion.dead_reckoning import DeadReckoner
-from localization.motion.displacement_step import Displacement, odometry_step, wheel_step
+from localization.motion.displacement_step import (
+    Displacement,
+    odometry_step,
+    twist_step,
+    wheel_step,
+)
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import (
     Estimate,
     Health,
+    Hint,
     HintVerdict,
     Inertial,
     Odometry,
@@ -77,7 +83,7 @@ class DeadReckoningRun:
         self.log, self.cloud, self.config = log, cloud, config
         self.mounts, self.verdicts = {}, []
         self._start, self._sensors = start, sensors
-        seen = {type(reading) for reading in islice(log, _FIRST_READINGS)}
+        seen, self._by_twist = _first_look(log)
         log.share = 0.0
         self._wheels = _motion_source(log, seen, sensors)
         self._inertial = Inertial in seen and (
@@ -87,7 +93,7 @@ class DeadReckoningRun:
         self._reckoner = DeadReckoner(
             config.dead_reckoning, flat=sensors is not None and sensors.flat
         )
-        self._scans = self._resets = self._steps = 0
+        self._scans = self._hints = self._resets = self._steps = 0
 
     @property
     def why(self) -> str:
@@ -97,7 +103,8 @@ class DeadReckoningRun:
     @property
     def motion(self) -> str:
         """What the motion is made of."""
-        wheels = "rim speeds" if self._wheels is WheelSpeeds else "displacement of the odometry"
+        wheels = "velocity" if self._by_twist else "displacement"
+        wheels = "rim speeds" if self._wheels is WheelSpeeds else f"{wheels} of the odometry"
         if not self._inertial:
             return f"{wheels}, turned by the wheels"
         if not self._reckoner.oriented:
@@ -130,6 +137,12 @@ class DeadReckoningRun:
             notes.append(
                 f"no map: {self._scans} scans were not used; `farsteer map` makes a map of them"
             )
+        if self._hints:
+            notes.append(f"{self._hints} hints were not used: give the first pose as the start")
+        if self.cloud is not None and self._start is None:
+            notes.append(
+                "no start was given: the path begins at the map's origin, wherever the robot was"
+            )
         if self._resets:
             notes.append(
                 f"the odometry began to count anew {self._resets} times; the motion in between is unknown"
@@ -149,10 +162,12 @@ class DeadReckoningRun:
             step = None
             if isinstance(reading, Scan | PointScan):
                 self._scans += 1
+            elif isinstance(reading, Hint):
+                self._hints += 1
             elif isinstance(reading, self._wheels):
                 match before, reading:
                     case Odometry(), Odometry():
-                        step = odometry_step(before, reading)
+                        step = (twist_step if self._by_twist else odometry_step)(before, reading)
                         self._resets += step is None
                     case WheelSpeeds(), WheelSpeeds():
                         step = wheel_step(before, reading, track)
@@ -187,6 +202,21 @@ class DeadReckoningRun:
         turn = np.eye(6)
         turn[:3, :3] = self._map_from_odom.rotation
         return np.asarray(turn @ covariance @ turn.T)
+
+
+def _first_look(log: ReadingsLog) -> tuple[set[type], bool]:
+    """Return the kinds of readings at a log's beginning, and whether its odometry reports velocities alone."""
+    seen: set[type] = set()
+    first: Odometry | None = None
+    stands, moves = True, False
+    for reading in islice(log, _FIRST_READINGS):
+        seen.add(type(reading))
+        if isinstance(reading, Odometry):
+            first = first or reading
+            step = first.odom_from_base.inverse() @ reading.odom_from_base
+            stands &= not step.position.any() and step.yaw == 0.0
+            moves |= reading.twist is not None
+    return seen, stands and moves
 
 
 def _motion_source(

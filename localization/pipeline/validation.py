@@ -134,9 +134,12 @@ class ReadingValidator:
         """Return whether a source's clock runs ahead [ns] of the readings that advance time.
 
         After a pause of the whole log its first reading is as far ahead as the pause was long; a clock that
-        runs ahead does so again with the next reading.
+        runs ahead does so again with the next reading. Inertial readings come so often that a scan cannot
+        be the first.
         """
         now = ahead > _FARTHEST_AHEAD
+        if Inertial in self._leader:
+            return now
         before, self._ahead[source] = self._ahead.get(source, now), now
         return now and (before or ahead > _LONGEST_JUMP)
 

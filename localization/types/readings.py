@@ -17,7 +17,7 @@ from localization.types.arrays import (
     read_only,
     require_finite,
 )
-from localization.types.pose import Pose
+from localization.types.pose import Pose, Twist
 
 SECOND = 1_000_000_000
 """One second [ns]."""
@@ -204,6 +204,9 @@ class Odometry:
     """Time of the pose [ns]."""
     odom_from_base: Pose
     """Pose since an arbitrary start."""
+    twist: Twist | None = None
+    """Velocity of the base in its own frame by the same odometry; None if it gives none. Only a base that does not
+    integrate poses itself is dead-reckoned by it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from scipy.ndimage import distance_transform_edt
 from robot_sim.array_types import BoolArray
 
 HORIZON: Final = 8.0
-"""Clearance at which it is truncated [m]: no room is told from a larger one beyond it."""
+"""Clearance at which it is truncated [m]: beyond it rooms are equally large."""
 _TILE: Final = 1024
 """Cells along the side of a tile."""
 

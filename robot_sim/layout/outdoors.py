@@ -15,7 +15,7 @@ from scipy.ndimage import binary_dilation, distance_transform_edt, label
 from robot_sim.array_types import BoolArray, FloatArray
 
 _BLOCK: Final = 0.2
-"""Side of the blocks of cells that are told apart [m]; openings narrower than two count as closed."""
+"""Side of the blocks of cells that are distinguished [m]; openings narrower than two count as closed."""
 _SURELY: Final = 6
 """Directions out of 16 in which a block must see the edge of the image to be outdoors: in front of a straight
 facade half of them do."""

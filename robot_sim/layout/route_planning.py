@@ -141,24 +141,20 @@ class RoutePlanner:
             shape=(size, size),
         )
 
-    def _chain(self, node: int) -> list[int]:
-        """Return the nodes from one back to the start."""
-        chain = [node]
-        while chain[-1] != self.start:
-            chain.append(int(self._before[chain[-1]]))
-        return chain
-
     def _walk(self, stops: Sequence[int]) -> list[int]:
         """Order stops as a depth-first walk around their tree, short branches first."""
         children: dict[int, list[int]] = {}
         deepest: dict[int, float] = {}
-        for stop in stops:
-            chain = self._chain(stop)
-            for child, parent in pairwise(chain):
-                if child not in (known := children.setdefault(parent, [])):
-                    known.append(child)
-            for node in chain:
-                deepest[node] = max(deepest.get(node, 0.0), float(self._cost[stop]))
+        # The farthest first: from a node that is known, all nodes back to the start are.
+        for stop in sorted(stops, key=lambda n: (-self._cost[n], n)):
+            node = stop
+            while node not in deepest:
+                deepest[node] = float(self._cost[stop])
+                if node == self.start:
+                    break
+                parent = int(self._before[node])
+                children.setdefault(parent, []).append(node)
+                node = parent
         wanted = set(stops)
         order: list[int] = []
         stack = [self.start]
@@ -172,11 +168,12 @@ class RoutePlanner:
 
     def _between(self, a: int, b: int) -> FloatArray:
         """Return the points (N, 2) of the path along the tree from one node to another [m]."""
-        up, down = self._chain(a), self._chain(b)
-        shared = 0
-        while shared < min(len(up), len(down)) and up[-1 - shared] == down[-1 - shared]:
-            shared += 1
-        nodes = up[: len(up) - shared + 1] + down[: len(down) - shared][::-1]
+        up, down = [a], [b]
+        # The costlier node is not on the way back from the other one.
+        while up[-1] != down[-1]:
+            way = up if self._cost[up[-1]] >= self._cost[down[-1]] else down
+            way.append(int(self._before[way[-1]]))
+        nodes = up + down[-2::-1]
         return self.space.points(np.array(nodes))
 
     def _straightened(self, path: FloatArray) -> FloatArray:

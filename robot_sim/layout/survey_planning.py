@@ -23,8 +23,10 @@ _APART: Final = 3.0
 """Least distance between two places [m]."""
 _SURVEYED: Final = 4.0
 """Side of the squares that the survey visits [m]."""
-_ROUNDS: Final = 4
+_ROUNDS: Final = 2
 """Number of times that the survey is extended to rooms that it does not come near."""
+_MOST_STOPS: Final = 200
+"""Number of nearest stops among which such a tour chooses."""
 _LEFT: Final = 2.0
 """Least area that is visited because the survey does not come near it [m^2]."""
 _ROOM: Final = 0.1
@@ -32,7 +34,12 @@ _ROOM: Final = 0.1
 _DOOR: Final = 0.5
 """Clearance that separates rooms from doors [m]: those of houses are up to a metre wide."""
 _SHORT: Final = 10.0
-"""Length below which a tour of places is no drive, and leads past the stops of the survey [m]."""
+"""Length below which a tour of places is no drive, and leads past the stops of the survey [m]; and below which
+the survey visits the corners of its one room."""
+_CORNERS: Final = 4
+"""Number of such corners."""
+_STRETCH: Final = 0.5
+"""Least distance between two of them [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,9 +85,12 @@ def plan_routes(floor: FloorSpace, start: Waypoint, robot: SkidSteer) -> Routes:
             break
         stops += more
         survey = ways.round_trip(stops)
+    if length(survey) < _SHORT:
+        stops += _corners(ways)
+        survey = ways.round_trip(stops)
     tour = ways.bounded_trip(spots, TOUR_LIMIT)
     if length(tour) < _SHORT:
-        tour = ways.bounded_trip(stops, TOUR_LIMIT)
+        tour = ways.bounded_trip(sorted(stops, key=ways.cost)[:_MOST_STOPS], TOUR_LIMIT)
     return Routes(tuple(spots), tour, survey)
 
 
@@ -119,6 +129,23 @@ def _survey_stops(ways: RoutePlanner) -> Iterator[Waypoint]:
             dr, dc = divmod(int(np.argmax(square)), square.shape[1])
             if np.isfinite(square[dr, dc]):
                 yield _point(space, (row + dr) * worth.shape[1] + column + dc)
+
+
+def _corners(ways: RoutePlanner) -> list[Waypoint]:
+    """Return reachable spots that are as far from the start and from each other as possible."""
+    nodes = np.flatnonzero(ways.reached)
+    points = ways.space.points(nodes)
+    if not len(nodes):
+        return []
+    far = np.hypot(*(points - ways.space.points(np.array([ways.start]))[0]).T)
+    corners: list[Waypoint] = []
+    for _ in range(_CORNERS):
+        i = int(np.argmax(far))
+        if far[i] < _STRETCH:
+            break
+        corners.append((float(points[i, 0]), float(points[i, 1])))
+        far = np.minimum(far, np.hypot(*(points - points[i]).T))
+    return corners
 
 
 def _passed_by(ways: RoutePlanner, survey: Sequence[Waypoint], straight: float) -> list[Waypoint]:

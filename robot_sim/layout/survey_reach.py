@@ -173,6 +173,6 @@ def _roomiest(space: FreeSpace, where: BoolArray) -> int:
 
 
 def _large(rooms: IntArray) -> IntArray:
-    """Return the rooms, by number, that are a good part of all cells (N,) with such numbers; 0 is none."""
+    """Return the rooms, by number, that are a good part of all cells (N,) with such numbers; 0 is no room."""
     counts = np.bincount(rooms[rooms > 0])
     return np.flatnonzero(counts > _PART * counts.sum())

@@ -54,7 +54,7 @@ def free_floor(world: World) -> FloorSpace:
     Objects are where they are at time zero, those that move included.
 
     Raises:
-        WorldError: There is none.
+        WorldError: There is no such floor.
     """
     x0, y0, x1, y1 = world.bounds
     cell = max(_CELL, math.sqrt((x1 - x0) * (y1 - y0) / _MOST_CELLS))

@@ -68,7 +68,7 @@ def _start(floor: FloorSpace, world: World) -> Waypoint:
     """Return the node with room to turn that is nearest to the spawn.
 
     Raises:
-        WorldError: There is none.
+        WorldError: There is no such node.
     """
     x, y = map(float, world.spawn.position[:2])
     nodes = np.flatnonzero(floor.nodes.clearance >= turning_clearance(world.robot))

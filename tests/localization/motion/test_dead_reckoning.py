@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from localization.motion.dead_reckoning import DeadReckoner, DeadReckoningConfig
-from localization.motion.displacement_step import odometry_step, wheel_step
+from localization.motion.dead_reckoning import DeadReckoner
+from localization.motion.dead_reckoning_config import DeadReckoningConfig
+from localization.motion.displacement_step import Displacement, odometry_step, wheel_step
 from localization.types import SECOND, Inertial, Odometry, Pose, WheelSpeeds
 
 PERIOD = SECOND // 20
@@ -250,6 +251,20 @@ def test_bias_of_the_gyro_is_learned_while_the_wheels_rest() -> None:
     driving = reckoned(Course(rate=0.0, oriented=False, bias=0.004).readings())
     assert driving.bias == 0.0
     assert driving.covariance[5, 5] > 10.0 * state.covariance[5, 5]
+
+
+def test_bias_that_a_rest_shows_is_taken_back_from_the_way_before_it() -> None:
+    bias = 0.004
+    drive = Course(rate=0.0, oriented=False, bias=bias)
+    state = reckoned(drive.readings())
+    assert state.pose.yaw == pytest.approx(10 * bias, abs=1e-3)
+    assert off(state, drive.pose(END)) > 0.05
+    for i in range(1, 60):
+        stamp = END + i * PERIOD
+        state = state.take(Inertial(stamp, np.array([0.0, 0.0, bias]), FORCE))
+        state = state.take(Displacement(stamp, PERIOD / SECOND, 0.0, 0.0, 0.0))
+    assert state.pose.yaw == pytest.approx(0.0, abs=0.003)
+    assert off(state, drive.pose(END)) < 0.01
 
 
 def test_robot_that_is_turned_while_its_wheels_rest_has_no_bias() -> None:

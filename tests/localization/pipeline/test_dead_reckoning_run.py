@@ -18,7 +18,17 @@ from localization.maps.map_files import save_cloud
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.dead_reckoning_run import DeadReckoningRun
 from localization.pipeline.log_replay import LogRun, localize, open_run
-from localization.types import SECOND, Health, Inertial, Odometry, Pose, Reading, WheelSpeeds
+from localization.types import (
+    SECOND,
+    Health,
+    Hint,
+    Inertial,
+    Odometry,
+    Pose,
+    Reading,
+    Twist,
+    WheelSpeeds,
+)
 from teleop.__main__ import main
 from tests.localization.logs.test_ros_bag import recorded, ros1
 from tests.support_rooms import HALL, MOUNTS, Drive
@@ -84,6 +94,19 @@ def test_start_in_a_map_places_the_path_and_its_covariance(bag: Path, map_path: 
     assert not np.allclose(alone.estimates[-1].covariance, last.covariance)
 
 
+def test_map_without_a_start_and_hints_are_remarked_upon(map_path: Path, tmp_path: Path) -> None:
+    held = [*scannerless()[:200], Hint(SECOND // 2, START, np.zeros((6, 6)))]
+    path = tmp_path / "log.mcap"
+    with ReadingsWriter(path, MOUNTS) as writer:
+        for i, reading in enumerate(held):
+            writer.write(reading, i)
+    assert localize(path).notes == ("1 hints were not used: give the first pose as the start",)
+    bare = ros1(tmp_path / "bag", recorded(held))
+    (note,) = localize(bare, map_path).notes
+    assert note.startswith("no start was given: the path begins at the map's origin")
+    assert localize(bare, map_path, start=START).notes == ()
+
+
 def test_gyro_alone_begins_with_heading_zero(tmp_path: Path) -> None:
     path = ros1(tmp_path / "bag", recorded(scannerless(orientation=False)))
     last = localize(path).estimates[-1]
@@ -132,6 +155,26 @@ def test_log_with_scanner_is_dead_reckoned_without_a_map_and_the_scans_are_count
 def test_motion_that_the_log_cannot_give_is_named(bag: Path, motion: Motion, why: str) -> None:
     with pytest.raises(LogError, match=why):
         localize(bag, sensors=SensorConfiguration(motion))
+
+
+def test_odometry_of_velocities_alone_is_integrated(tmp_path: Path) -> None:
+    """Some drivers fill the twist and leave the pose at zero."""
+    held: list[Reading] = []
+    for reading in scannerless():
+        if isinstance(reading, Odometry):
+            now, soon = DRIVE.pose(reading.stamp), DRIVE.pose(reading.stamp + SECOND // 100)
+            step = now.inverse() @ soon
+            twist = Twist.planar(100.0 * step.position[0], 100.0 * step.yaw)
+            held.append(Odometry(reading.stamp, Pose.identity(), twist))
+        else:
+            held.append(reading)
+    run = open_run(ros1(tmp_path / "bag", recorded(held)))
+    assert isinstance(run, DeadReckoningRun)
+    last = list(run)[-1]
+    np.testing.assert_allclose(
+        last.odom_from_base.position, (Pose.planar(0.0, 0.0, 0.9) @ END).position, atol=0.05
+    )
+    assert run.motion.startswith("velocity of the odometry, turned by gyro")
 
 
 def test_odometry_asked_for_alone_leaves_the_inertial_unit_out(bag: Path) -> None:

@@ -1,4 +1,4 @@
-"""Outdoors: the page round a building is told from its rooms, whatever its doors and the page's margin."""
+"""Outdoors: the page round a building differs from its rooms, whatever its doors and the page's margin."""
 
 from __future__ import annotations
 

@@ -122,6 +122,12 @@ def test_open_hall_gets_a_tour() -> None:
     assert reach.share > 0.98
 
 
+def test_small_room_gets_a_tour_of_its_corners() -> None:
+    _, routes, _ = routes_of(Floor(3.0, 4.0).cut(0.5, 0.5, 2.5, 3.5), (1.5, 2.0))
+    assert 3.0 < length(routes.tour) < 15.0
+    assert len(routes.survey) >= 4
+
+
 def test_typed_resolution_is_refused_by_the_size_it_gives() -> None:
     free = Floor(25.0, 25.0).cut(0.5, 0.5, 24.5, 24.5).free
     with pytest.raises(WorldError, match=r"2400 x 2400 m with .* is no building.*and is 5$"):

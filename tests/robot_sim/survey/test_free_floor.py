@@ -76,7 +76,7 @@ def test_world_with_routes_keeps_them(tmp_path: Path) -> None:
     assert all(missed.open and missed.gaps == () for missed in reach.missed)
 
 
-def test_robot_walled_in_is_told_which_sites_to_add(tmp_path: Path) -> None:
+def test_walled_in_robot_is_answered_with_the_sites_to_add(tmp_path: Path) -> None:
     cell = "".join(
         f'<geom type="box" size="{sx} {sy} 1" pos="{x} {y} 1"/>'
         for sx, sy, x, y in ((0.4, 0.05, -3, 0.4), (0.4, 0.05, -3, -0.4), (0.05, 0.4, -2.6, 0), (0.05, 0.4, -3.4, 0))
