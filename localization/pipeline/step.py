@@ -70,7 +70,7 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
     match item:
         case Command.SEARCH_MAP:
             health = state.health.after_search_request()
-            return state._replace(search=state.search.with_map_requested(), health=health), ()
+            return state._replace(search=state.search.with_request(), health=health), ()
         case Command.UNDO:
             return _undone(state, r.config)
         case Placement():
@@ -200,8 +200,9 @@ def _checked_for_jump(
     health, search = state.health, state.search
     if jumped and not (jump.after_gap and _confirmed(registration, health, r.config)):
         health = health.after_jump(registration.consistency)
-    if state.placed and health.needs_check:
-        search = search.with_map_requested()
+    carried = health is not state.health
+    if state.placed and (carried or health.needs_check):
+        search = search.with_doubt()
     return state._replace(jump=jump, health=health, search=search)
 
 
@@ -296,7 +297,7 @@ def _with_certainty_checked(state: State) -> State:
 
 def _hinted(state: State, hint: Hint, r: Resources) -> tuple[State, Events]:
     odom = state.track.pose_at(hint.stamp) or state.odom_from_base
-    search, answers = r.relocalizer.receive(state.search, hint, state.stamp, odom)
+    search, answers = r.relocalizer.receive(state.search, hint, state.stamp, odom, state.current)
     return state._replace(search=search), answers
 
 
