@@ -16,7 +16,7 @@ from localization.types import Pose
 STRETCH = 60.0
 """Length of the log after the start [s]."""
 WAY = 3.0
-"""The robot drives at least so far in it [m]: a place cannot be told standing still."""
+"""The robot drives at least so far in it [m]: standing still does not distinguish places."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,7 @@ class Course:
     after: float = 30.0
     """Length of the log afterwards [s]."""
     way: float = 3.0
-    """The robot drives at least so far afterwards [m]: many a place cannot be told standing still."""
+    """The robot drives at least so far afterwards [m]: standing still does not distinguish places."""
     apart: float = 2.0
     """The two places are at least this far apart [m]."""
 

@@ -114,7 +114,7 @@ def real_drive(folder: Path, excerpt: Excerpt) -> RealDrive:
     first, last = known[0], known[-1]
     mount = log.mounts[SCANNER]
     kept = readings[numbers[first] : numbers[last] + 2]
-    moved = [pose @ mount for pose in odometry_at_scans(kept)]
+    moved = [pose @ mount for pose in odometry_at_scans(readings)[first : last + 1]]
     poses = {i - first: corrected[truth[i]][1] for i in known}
     track = bridge(poses, moved)
     relations, printed = folder / f"{excerpt.name}.relations", _printed_times(raw)

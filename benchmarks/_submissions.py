@@ -52,7 +52,7 @@ def read_submission(path: Path) -> Submission:
     Times need not increase: some loggers print them without the zeros after the point.
 
     Raises:
-        SubmissionError: if the file cannot be read, or a line is no pose, or its covariance is none.
+        SubmissionError: if the file cannot be read, or a line holds no valid pose or covariance.
     """
     try:
         text = path.read_text(encoding="utf-8")

@@ -179,6 +179,9 @@ def _matched(
     if refusal is _UNEXPLAINED:
         refusal = explanation(match.inlier_ratio, record.consistency)
     health = state.health.after_sweep(match, filter_.pose, refusal, record.consistency)
+    moved = state.odom_from_base.position - state.last.odom_from_base.position
+    if not state.search.checking:
+        health = health.after_distance(float(np.hypot(*moved[:2])))
     state = state._replace(slip=slip, filter=filter_, health=health)
     return state, Registration(match, nis, record.consistency)
 

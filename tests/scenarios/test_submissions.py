@@ -35,7 +35,7 @@ def test_line_of_fourteen_columns_holds_the_covariance_of_x_y_and_heading(tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("line", "told"),
+    ("line", "message"),
     [
         ("100.5 1 2 0 0 0 1", "line 4: a line needs 8 columns"),
         ("100.5 1 2 0 0 0 0 1 0.04", "got 9"),
@@ -47,9 +47,9 @@ def test_line_of_fourteen_columns_holds_the_covariance_of_x_y_and_heading(tmp_pa
     ],
 )
 def test_line_that_is_no_pose_is_named_with_its_column(
-    tmp_path: Path, line: str, told: str
+    tmp_path: Path, line: str, message: str
 ) -> None:
-    with pytest.raises(SubmissionError, match=told):
+    with pytest.raises(SubmissionError, match=message):
         read_submission(written(tmp_path, PLAIN, line))
 
 
