@@ -13,7 +13,7 @@ from benchmarks._real_scores import TRUSTED, Answer, answered
 from benchmarks._real_trials import Scans, place_at, right, spread
 from localization.evaluation.fault_injection import kidnapped
 from localization.pipeline.localizer import Localizer, LocalizerConfig
-from localization.types import SECOND, Health, Reading
+from localization.types import SECOND, Health, Pose, Reading
 
 HELD = 2.0
 """A pose counts as recovered if it is right and trusted for so long [s]."""
@@ -31,7 +31,7 @@ class Course:
     """Length of the log afterwards [s]."""
     way: float = 3.0
     """The robot drives at least so far afterwards [m]: standing still does not distinguish places."""
-    apart: float = 2.0
+    apart: float = 4.0
     """The two places are at least this far apart [m]."""
 
 
@@ -45,6 +45,8 @@ class Kidnap:
     """Time until an alarm [s]; infinite if there was none."""
     recovery: float
     """Time until the begin of ``HELD`` with a right and trusted pose [s]; infinite if there was none."""
+    search: float
+    """The same time of a localiser that begins at the second place without a pose [s]."""
     misled: float
     """Time in a trusted state with a pose that is not right [s]."""
     false_alarms: int
@@ -89,53 +91,67 @@ def kidnap(
     goal: int,
     course: Course = Course(),
 ) -> Kidnap:
-    """Carry a robot off, and let the same robot drive on; both begin at the true pose."""
+    """Carry a robot off, let the same robot drive on, and let one begin at the second place without a pose.
+
+    Those two begin at the true pose. All counts of time begin with the first scan after the kidnap.
+    """
     scans = Scans.of(drive)
     lifted, end = scans.until(start, course.before), scans.until(goal, course.after)
     stays = scans.until(lifted, course.after)
     carried = tuple(kidnapped(scans.between(start, lifted), scans.between(goal, end)))
     here = place_at(drive, start)
 
-    def replayed(readings: Sequence[Reading]) -> list[Answer]:
+    def replayed(readings: Sequence[Reading], start: Pose | None) -> list[Answer]:
         localizer = Localizer(drive.world, drive.log.mounts, config)
-        return list(answered(readings, localizer, start=here, mount=drive.mount))
+        if start is None:
+            localizer.relocalize()
+        return list(answered(readings, localizer, start=start, mount=drive.mount))
 
-    found = replayed(carried)
+    found = replayed(carried, here)
     n = lifted - start
     ready = (
         len(found) > n and found[n - 1].health in TRUSTED and right(drive, found[n - 1], lifted - 1)
     )
-    left = replayed(scans.between(start, stays))
+    left = replayed(scans.between(start, stays), here)
     states = [a.health in ALARMS for a in left[n - 1 :]]
     false = sum(b and not a for a, b in pairwise(states))
     watched = scans.stamps[min(stays, len(scans.stamps)) - 1] - scans.stamps[lifted - 1]
-    if not ready:
-        return Kidnap(True, np.inf, np.inf, np.nan, false, float(watched))
+    search = _recovered(drive, goal, replayed(scans.between(goal, end), None))
     after = found[n:]
-    good = [right(drive, a, goal + i) for i, a in enumerate(after)]
-    seconds = [(a.stamp - after[0].stamp) / SECOND for a in after]
+    alarms = [_since(after, a) for a in after if a.health in ALARMS]
     return Kidnap(
-        False,
-        next((t for a, t in zip(after, seconds, strict=True) if a.health in ALARMS), np.inf),
-        _recovered(good, after, seconds),
-        _misled(good, after, seconds),
-        false,
-        float(watched),
+        doubted=not ready,
+        alarm=min(alarms, default=np.inf),
+        recovery=_recovered(drive, goal, after),
+        search=search,
+        misled=_misled(drive, goal, after),
+        false_alarms=false,
+        watched=float(watched),
     )
 
 
-def _recovered(good: Sequence[bool], after: Sequence[Answer], seconds: Sequence[float]) -> float:
-    since = np.inf
-    for fine, answer, t in zip(good, after, seconds, strict=True):
-        if not (fine and answer.health in TRUSTED):
-            since = np.inf
-        elif np.isinf(since):
-            since = t
-        elif t - since >= HELD:
-            return since
+def _since(after: Sequence[Answer], answer: Answer) -> float:
+    return (answer.stamp - after[0].stamp) / SECOND
+
+
+def _recovered(drive: RealDrive, first: int, after: Sequence[Answer]) -> float:
+    """Return the time from the first answer, at scan ``first``, to where the pose is right and trusted for long [s]."""
+    begun = np.inf
+    for i, answer in enumerate(after):
+        now = _since(after, answer)
+        if answer.health not in TRUSTED or not right(drive, answer, first + i):
+            begun = np.inf
+        elif np.isinf(begun):
+            begun = now
+        elif now - begun >= HELD:
+            return begun
     return np.inf
 
 
-def _misled(good: Sequence[bool], after: Sequence[Answer], seconds: Sequence[float]) -> float:
-    steps = zip(good, after, pairwise([*seconds, seconds[-1]]), strict=True)
-    return sum(b - a for fine, answer, (a, b) in steps if not fine and answer.health in TRUSTED)
+def _misled(drive: RealDrive, first: int, after: Sequence[Answer]) -> float:
+    """Return the time in which a pose that is not right is trusted [s]; answers begin with scan ``first``."""
+    return sum(
+        (there.stamp - here.stamp) / SECOND
+        for i, (here, there) in enumerate(pairwise(after))
+        if here.health in TRUSTED and not right(drive, here, first + i)
+    )

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks import localization
+from benchmarks import _real_table, localization
 from benchmarks._ablation_table import ablation, unmeasured
 from benchmarks._alarms import by_the_hour, by_world
 from benchmarks._figures import OURS, Figure, Sheet, digits, say, share
@@ -131,6 +131,10 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "localization-alarms": alarms,
     "localization-missing": lambda sheet: missing(sheet, localization.PARTS),
     "localization-facts": facts,
+    "real-scores": _real_table.scores,
+    "real-kidnaps": _real_table.kidnaps,
+    "real-hints": _real_table.hints,
+    "real-facts": facts,
     "ablation": ablation,
     "ablation-missing": unmeasured,
     "ablation-facts": facts,

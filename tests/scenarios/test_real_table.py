@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from benchmarks._real_logs import Excerpt, RealDrive, real_drive
 from benchmarks._real_peers import AMCL, GICP, KISS, peer_answers
 from benchmarks._real_scores import Answer, score_real
 from benchmarks._real_table import of_kidnaps, of_score, scores
+from benchmarks._real_trials import place_at
 from benchmarks._submissions import read_submission, submitted_answers
 from localization.pipeline.localizer import LocalizerConfig
 from localization.types import SECOND, Health, Odometry, Pose, Reading, Scan
@@ -80,7 +82,7 @@ def test_true_poses_handed_in_have_no_error_and_their_covariance_is_judged(
 
 
 def test_robot_carried_off_begins_at_one_place_and_goes_on_far_from_it(drive: RealDrive) -> None:
-    course = Course(before=4.0, after=8.0, way=1.0)
+    course = Course(before=4.0, after=6.0, way=1.0, apart=1.5)
     config = LocalizerConfig.of(drive.log.sensors)
     found = list(pairs(drive, course, count=3, seed=1))
     assert found == list(pairs(drive, course, count=3, seed=1))
@@ -93,19 +95,26 @@ def test_robot_carried_off_begins_at_one_place_and_goes_on_far_from_it(drive: Re
     assert result.watched == pytest.approx(course.after, abs=0.5)
 
 
-def answer(t: float, health: Health) -> Answer:
-    return Answer(round(t * SECOND), Pose.identity(), np.eye(6), health, 0.0)
+def test_recovery_is_a_right_and_trusted_pose_that_lasts(drive: RealDrive) -> None:
+    def answers(states: Sequence[Health], *, wrong: Sequence[int]) -> list[Answer]:
+        return [
+            Answer(
+                i * SECOND // 2,
+                place_at(drive, 7 + i) @ drive.mount @ Pose.planar(0.0, 0.0, float(i in wrong)),
+                np.eye(6),
+                state,
+                0.0,
+            )
+            for i, state in enumerate(states)
+        ]
 
-
-def test_recovery_is_a_right_and_trusted_pose_that_lasts() -> None:
-    seconds = [0.5 * i for i in range(12)]
-    good = [False, False, True, False] + [True] * 8
     states = [Health.TRACKING] + [Health.LOST] * 5 + [Health.DEGRADED] * 6
-    after = [answer(t, state) for t, state in zip(seconds, states, strict=True)]
-    assert _recovered(good, after, seconds) == seconds[6]
-    short = round(HELD / 0.5)
-    assert _recovered(good[: 6 + short], after[: 6 + short], seconds[: 6 + short]) == np.inf
-    assert _misled(good, after, seconds) == pytest.approx(0.5)
+    found = answers(states, wrong=(0, 1, 3))
+    assert _recovered(drive, 7, found) == 3.0
+    lasts = round(HELD * 2)
+    assert _recovered(drive, 7, found[: 6 + lasts]) == np.inf
+    assert _recovered(drive, 7, answers(states, wrong=(8, 11))) == np.inf
+    assert _misled(drive, 7, found) == pytest.approx(0.5)
 
 
 def test_start_from_an_exact_scan_is_right_when_placed_and_held(drive: RealDrive) -> None:
