@@ -81,6 +81,7 @@ def test_true_poses_handed_in_have_no_error_and_their_covariance_is_judged(
         submitted_answers(drive, read_submission(path))
 
 
+@pytest.mark.slow
 def test_robot_carried_off_begins_at_one_place_and_goes_on_far_from_it(drive: RealDrive) -> None:
     course = Course(before=4.0, after=6.0, way=1.0, apart=1.5)
     config = LocalizerConfig.of(drive.log.sensors)
