@@ -72,11 +72,16 @@ class Map(LogMapping):
 
         world = load_world(scene)
         bar = Progress()
+        warnings: list[str] = []
         if self.quick:
-            cloud = survey_from_stations(world, seed=self.seed, progress=bar)
+            cloud = survey_from_stations(world, seed=self.seed, progress=bar, warn=warnings.append)
         else:
-            cloud = survey(world, seed=self.seed, sensors=self._sensors(), progress=bar)
+            sensors = self._sensors()
+            cloud = survey(
+                world, seed=self.seed, sensors=sensors, progress=bar, warn=warnings.append
+            )
         bar.end()
+        say(*warnings)
         save_map(cloud, self.out or scene_cloud_path(scene))
         return 0
 
