@@ -84,15 +84,17 @@ class CloudBuilder:
         points, views = np.concatenate(self._points), np.concatenate(self._views)
         # Apart by the direction of view: a voxel may reach through a board.
         points, views = self._averaged_apart(points, views, quadrants(views), c.raw_spacing)
-        if c.upright:
-            points, views = _stood(points, views, 0.5 * c.plane_radius)
         seen = points, views
-        points, normals = self._planes(points, views)
-        self.lost_faces = lost_faces(*seen, points, normals, c.plane_radius)
         if c.upright:
-            points, normals = _levelled(points, normals)
+            # One height would do for lines, but normals are those of planes.
+            points, normals = _levelled(*self._planes(*_stood(points, views, 0.5 * c.plane_radius)))
+        else:
+            points, normals = self._planes(points, views)
+        self.lost_faces = lost_faces(*seen, points, normals, c.plane_radius)
         points = smoothed_points(points, normals, c.plane_radius, c.plane_points)
         points, normals = self._thin(points, normals)
+        if c.upright:
+            points, normals = _raised(points, normals, c.spacing)
         return Cloud(points, normals, name=name)
 
     def _cloud(self, points: FloatArray, normals: FloatArray) -> Any:
@@ -173,18 +175,34 @@ class CloudBuilder:
         return thinned[order], mean[order]
 
 
+_LAYERS = 7
+"""Number of heights at which the lines of upright walls are repeated for a normal: as many as a neighbourhood holds."""
+
+
 def _stood(points: FloatArray, views: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
-    """Return points and views (N, 3), each repeated at heights with a spacing ``step`` [m]."""
-    heights = np.arange(WALL_BOTTOM, WALL_TOP + 0.5 * step, step)
-    stood = np.repeat(points, len(heights), axis=0)
-    stood[:, 2] = np.tile(heights, len(points))
-    return stood, np.repeat(views, len(heights), axis=0)
+    """Return points and views (N, 3) at height zero, repeated at some heights about it with a spacing [m]."""
+    heights = step * np.arange(-(_LAYERS // 2), _LAYERS // 2 + 1, dtype=np.float64)
+    return _repeated(points, heights), np.repeat(views, _LAYERS, axis=0)
 
 
 def _levelled(points: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the points of upright walls with their normals levelled; other points are ends of walls."""
+    """Return the points of upright walls at height zero, normals levelled; other points are ends of walls."""
     length = np.hypot(normals[:, 0], normals[:, 1])
-    kept = length > 0.9
+    kept = (length > 0.9) & (np.abs(points[:, 2]) < 1e-6)
     level = normals[kept] / length[kept, None]
     level[:, 2] = 0.0
     return points[kept], level
+
+
+def _raised(
+    points: FloatArray, normals: FloatArray, spacing: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the points (N, 3) of walls at height zero, and their normals, over the whole height of the walls."""
+    heights = np.arange(WALL_BOTTOM, WALL_TOP + 0.5 * spacing, spacing)
+    return _repeated(points, heights), np.repeat(normals, len(heights), axis=0)
+
+
+def _repeated(points: FloatArray, heights: FloatArray) -> FloatArray:
+    raised = np.repeat(points, len(heights), axis=0)
+    raised[:, 2] = np.tile(heights, len(points))
+    return raised

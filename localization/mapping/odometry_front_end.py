@@ -2,12 +2,13 @@
 
 Wheels and gyro, or the robot's other motion sensors, predict the motion; KISS-ICP measures it with the
 horizontal scanner, starting from the prediction. Directions that KISS-ICP cannot observe, as along a
-featureless corridor, follow the prediction.
+featureless corridor, follow the prediction. A gyro holds the heading: what KISS-ICP turns otherwise than gyro and
+KISS-ICP allow together is refused.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,12 +21,12 @@ from localization.filter.updates import (
     update_tilt,
     update_wheel_yaw,
 )
-from localization.geometry import FloatArray
+from localization.geometry import FloatArray, wrap_angle
 from localization.mapping.flat_sweep import levelled
 from localization.mapping.planar_pose import compose
 from localization.motion.deskew import deskew
 from localization.motion.kiss_icp import KissConfig
-from localization.motion.kiss_odometry import KissOdometry, KissState
+from localization.motion.kiss_odometry import KissOdometry, KissState, ObservedMotion
 from localization.motion.motion_model import Increment, MotionModel
 from localization.motion.odometry_track import OdometryTrack
 from localization.motion.sensor_configuration import SensorConfiguration
@@ -47,6 +48,10 @@ class OdometerConfig:
     """Age beyond which rim speeds are not used [ns]."""
     slip_memory: int = SECOND // 2
     """Time after the last sign of slip during which the wheels are distrusted [ns]."""
+    turn_gate: float = 16.0
+    """Squared, normalised difference of the turns by gyro and by KISS-ICP beyond which the latter is refused."""
+    most_contradictions: int = 10
+    """After so many refusals in succession KISS-ICP begins another local map."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,6 +101,7 @@ class Odometer:
         self._turn = 0.0
         self._pose_then = self._odom_then = self._odom
         self._at = self._rolled = np.zeros(3)
+        self._contradicted = 0
 
     @property
     def refused(self) -> int:
@@ -172,7 +178,7 @@ class Odometer:
         predicted = _planar(self._filter.accrued, self._filter.pose)
         roll, pitch, _ = self._filter.pose.euler
         level = levelled(sweep, roll, pitch)
-        self._kiss_state, observed, _ = self._kiss.add(self._kiss_state, level, motion)
+        observed = self._observed(level, motion, predicted)
         seen = np.zeros((3, 3))
         if observed is not None:
             motion, covariance = observed
@@ -182,14 +188,43 @@ class Odometer:
                 self._filter, self._pose_then, motion, covariance, np.zeros((0, 6))
             )
             seen = np.asarray(np.linalg.inv(covariance), dtype=float)
+        # KISS-ICP's headings wander as its local map does; a gyro's hold from sweep to sweep.
+        turn = motion.yaw
+        if self.config.sensors.gyro:
+            turn = (self._pose_then.inverse() @ self._filter.pose).yaw
         rolled = self._odom_then.inverse() @ self._odom
         self._odom_then = self._odom
         self._rolled = compose(self._rolled, np.array([*rolled.position[:2], rolled.yaw]))
         self._filter = mark(self._filter)
         self._pose_then = self._filter.pose
-        self._at = compose(self._at, np.array([*motion.position[:2], motion.yaw]))
+        self._at = compose(self._at, np.array([*motion.position[:2], turn]))
         height = float(self._filter.pose.position[2])
         return OdometrySweep(sweep, self._at, self._rolled, height, (roll, pitch), predicted, seen)
+
+    def _observed(self, level: Sweep, motion: Pose, predicted: FloatArray) -> ObservedMotion | None:
+        """Return the motion that KISS-ICP observes, None if it observes none or turns otherwise than the gyro.
+
+        Args:
+            level: The levelled sweep.
+            motion: Predicted motion since the sweep before.
+            predicted: Its covariance (3, 3).
+        """
+        c, before = self.config, self._kiss_state
+        self._kiss_state, observed, _ = self._kiss.add(before, level, motion)
+        if observed is None or not c.sensors.gyro:
+            return observed
+        seen, covariance = observed
+        off = wrap_angle(seen.yaw - motion.yaw)
+        if off**2 <= c.turn_gate * float(predicted[2, 2] + covariance[2, 2]):
+            self._contradicted = 0
+            return observed
+        # The sweep stays out of the local map, which it would twist.
+        self._contradicted += 1
+        guess = before.pose @ Pose.planar(motion.position[0], motion.position[1], motion.yaw)
+        self._kiss_state = replace(before, pose=guess)
+        if self._contradicted == c.most_contradictions:
+            self._kiss_state, self._contradicted = before.restarted(), 0
+        return None
 
 
 def _planar(covariance: FloatArray, pose: Pose) -> FloatArray:

@@ -10,7 +10,8 @@ from localization.errors import LocalizationError
 from localization.mapping.drive_knots import RefinementConfig
 from localization.mapping.loop_closure_types import ClosureConfig
 from localization.mapping.odometry_front_end import OdometerConfig
-from localization.motion.sensor_configuration import SensorConfiguration
+from localization.mapping.pose_front_end import PoseOdometerConfig
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import SECOND
 
 
@@ -24,6 +25,8 @@ class SlamConfig:
 
     odometer: OdometerConfig = field(default_factory=OdometerConfig)
     """Settings of the odometry."""
+    pose_odometer: PoseOdometerConfig = field(default_factory=PoseOdometerConfig)
+    """Settings of the odometry of a base that integrates poses by itself."""
     closures: ClosureConfig = field(default_factory=ClosureConfig)
     """Settings of the loop closure."""
     refinement: RefinementConfig = field(default_factory=RefinementConfig)
@@ -40,6 +43,8 @@ class SlamConfig:
     """A key frame is also made after the robot has turned by this angle [rad]."""
     edge_floor: tuple[float, float] = (0.003, np.deg2rad(0.05))
     """Lower bound of the odometry's error between key frames, one sigma [m, rad]."""
+    edge_walk: float = 0.0
+    """Drift of the odometry's heading between key frames, one sigma [rad/s]."""
     passes: int = 4
     """Number of searches for loops at most; closed loops make others easier to find."""
     min_distance: float = 2.0
@@ -49,7 +54,29 @@ class SlamConfig:
     def of(cls, suite: SensorConfiguration, *, level: bool = True) -> SlamConfig:
         """Return the settings for a robot's sensors, on level ground or not."""
         flat = suite.flat or level
-        return cls(
-            odometer=OdometerConfig(sensors=SensorConfiguration(suite.motion, flat=flat)),
-            refinement=RefinementConfig(level=flat),
-        )
+        odometer = OdometerConfig(sensors=SensorConfiguration(suite.motion, flat=flat))
+        if suite.motion is Motion.ODOMETRY:
+            # Poses of a base that may drift by metres; the scans alone hold the map's heading.
+            return cls(
+                odometer=odometer,
+                closures=ClosureConfig(
+                    drift=0.002,
+                    drift_yaw=0.0,
+                    walk=0.04,
+                    walk_yaw=np.deg2rad(0.4),
+                    max_window=10.0,
+                    min_distance=12.0,
+                    candidates_per_key=2,
+                ),
+                refinement=RefinementConfig(rounds=0, level=True),
+                key_turn=np.deg2rad(25.0),
+                edge_floor=(0.01, np.deg2rad(0.2)),
+            )
+        if suite.gyro:
+            return cls(
+                odometer=odometer,
+                refinement=RefinementConfig(level=flat, edge=(0.003, 0.003, np.deg2rad(0.02))),
+                edge_floor=(0.003, np.deg2rad(0.02)),
+                edge_walk=np.deg2rad(0.01),
+            )
+        return cls(odometer=odometer, refinement=RefinementConfig(level=flat))

@@ -101,7 +101,7 @@ class Map(LogMapping):
             world, readings, seed=self.seed, sensors=self._sensors(), progress=bar
         )
         survey, cloud = self.survey(
-            read_log(readings), world.spawn, world.name, bar, mapping_config(world)
+            read_log(readings), world.spawn, world.name, bar, mapping_config(world), say
         )
         quality = map_quality(survey, cloud, truth, world)
         bar.end()
@@ -109,7 +109,7 @@ class Map(LogMapping):
         save_drive(survey, out)
         write_tum(out.with_suffix(".truth.tum"), truth)
         quality.write(out.with_suffix(".json"))
-        say(*quality.lines())
+        say(*quality.lines(), *survey.accuracy.lines())
         return 0
 
     def _sensors(self) -> SimulationConfig:
