@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from benchmarks._real_logs import RealDrive
 from localization.evaluation.consistency import nees
@@ -19,6 +20,9 @@ WRONG = 0.5
 """An estimate farther off than this is wrong [m]."""
 GOOD = 0.15
 """An estimate nearer than this deserves the state ``tracking`` [m]."""
+REFERENCE = np.diag(np.square([0.03, 0.03, 0.0, 0.0, 0.0, np.deg2rad(0.5)]))
+"""Covariance of the corrected poses themselves [m^2, rad^2]: their relations are off by 2 to 4 cm."""
+_BOUND = float(chi2.ppf(0.95, 2))
 TRUSTED = (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)
 """States in which an application relies on the estimate."""
 
@@ -51,7 +55,8 @@ class RealScore:
 
     Attributes:
         n: scans.
-        wrong: share of the scans at which the error exceeds ``WRONG``, or there is no pose.
+        placed_after: scans until the start's hint was answered by a pose.
+        wrong: share of the scans after that at which the error exceeds ``WRONG``.
         excursions: how often the error passed ``WRONG``.
         fails_after: time until the first wrong scan after the robot was placed [s]; NaN if there is none.
         references: odd corrected scans that have a pose.
@@ -61,14 +66,17 @@ class RealScore:
         trusted: share of the scans at which the estimate is wrong in a state that means trust.
         tracking: share of the state ``tracking`` among scans with an error below ``GOOD``.
         states: share of the scans by state.
-        nees: median NEES(3) of x, y and yaw where the estimate is not wrong; 2.4 is consistent.
+        nees: mean NEES(3) of x, y and yaw where the estimate is not wrong, with the error of the references
+            themselves; 3 is consistent.
         relations: number of relations.
         relation: mean position error of the relations.
         relation_std: standard deviation of these errors.
+        covered: share of the relations whose error lies within the 95 % bound of both estimates.
         cpu: CPU time per scan: median, 99th percentile, largest [ms].
     """
 
     n: int
+    placed_after: int
     wrong: float
     excursions: int
     fails_after: float
@@ -83,6 +91,7 @@ class RealScore:
     relations: int
     relation: float
     relation_std: float
+    covered: float
     cpu: tuple[float, float, float]
 
 
@@ -144,17 +153,18 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
     if not found:
         raise ValueError(f"{drive.case}: no scan was answered")
     far = errors_of(drive, found)
-    wrong, near = far > WRONG, far < GOOD
     health = np.array([a.health for a in found[: len(far)]])
     placed = next((i for i, a in enumerate(found) if a.map_from_scanner is not None), 0)
+    wrong, near = (far > WRONG) & (np.arange(len(far)) >= placed), far < GOOD
     failed = np.flatnonzero(wrong[placed:])
     fails = (found[placed + failed[0]].stamp - found[0].stamp) / SECOND if len(failed) else np.nan
-    held, median_nees = _against_references(drive, found)
-    errors = _relation_errors(drive.relations, found)
+    held, mean_nees = _against_references(drive, found)
+    errors, covered = _relation_errors(drive.relations, found)
     cpu = 1e3 * np.array([a.seconds for a in found])
     return RealScore(
         n=len(far),
-        wrong=float(wrong.mean()),
+        placed_after=placed,
+        wrong=float(wrong[placed:].mean()),
         excursions=int(np.sum(wrong[1:] & ~wrong[:-1])),
         fails_after=float(fails),
         references=len(held),
@@ -164,16 +174,17 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
         trusted=float((wrong & np.isin(health, TRUSTED)).mean()),
         tracking=float((health[near] == Health.TRACKING).mean()) if near.any() else np.nan,
         states={state: float((health == state).mean()) for state in Health},
-        nees=median_nees,
+        nees=mean_nees,
         relations=len(errors),
         relation=float(np.mean(errors)) if errors else np.nan,
         relation_std=float(np.std(errors)) if errors else np.nan,
+        covered=float(np.mean(covered)) if covered else np.nan,
         cpu=(float(np.median(cpu)), float(np.percentile(cpu, 99)), float(cpu.max())),
     )
 
 
 def _against_references(drive: RealDrive, found: Sequence[Answer]) -> tuple[list[float], float]:
-    """Return position errors at the odd corrected scans [m], and the median NEES(3) of those not wrong."""
+    """Return position errors at the odd corrected scans [m], and the mean NEES(3) of those not wrong."""
     held, vectors, covariances = [], [], []
     for i, truth in drive.reference.items():
         here = found[i].map_from_scanner if i < len(found) else None
@@ -183,23 +194,48 @@ def _against_references(drive: RealDrive, found: Sequence[Answer]) -> tuple[list
             if held[-1] <= WRONG:
                 turn = wrap_angle(truth.yaw - here.yaw)
                 vectors.append([step[0], step[1], 0.0, 0.0, 0.0, turn])
-                covariances.append(found[i].covariance)
+                covariances.append(found[i].covariance + REFERENCE)
     if not vectors:
         return held, np.nan
     values = nees(np.array(vectors), np.array(covariances), axes=(0, 1, 5))
-    return held, float(np.median(values))
+    return held, float(np.mean(values))
 
 
-def _relation_errors(relations: FloatArray, found: Sequence[Answer]) -> list[float]:
-    errors = []
+def _relation_errors(
+    relations: FloatArray, found: Sequence[Answer]
+) -> tuple[list[float], list[bool]]:
+    """Return the position errors of relations [m], and whether each is within its 95 % bound.
+
+    The bound takes the errors of the two poses as independent, and the relation itself as exact.
+    """
+    errors: list[float] = []
+    covered: list[bool] = []
     for first, second, x, y, _ in relations:
         if second >= len(found) or first >= len(found):
             continue
         a, b = found[int(first)].map_from_scanner, found[int(second)].map_from_scanner
         if a is not None and b is not None:
             step = (a.inverse() @ b).position
-            errors.append(float(np.hypot(step[0] - x, step[1] - y)))
-    return errors
+            off = step[:2] - [x, y]
+            errors.append(float(np.hypot(*off)))
+            p = _relation_covariance(
+                a, found[int(first)].covariance, found[int(second)].covariance, step
+            )
+            covered.append(bool(off @ np.linalg.solve(p, off) < _BOUND))
+    return errors, covered
+
+
+def _relation_covariance(
+    first: Pose, before: FloatArray, after: FloatArray, step: FloatArray
+) -> FloatArray:
+    """Return the covariance (2, 2) of the position of a pose in another [m^2], of covariances (6, 6) both."""
+    turned = first.rotation[:2, :2].T
+    lever = np.array([step[1], -step[0]])
+    covariance: FloatArray = turned @ (before[:2, :2] + after[:2, :2]) @ turned.T
+    cross = turned @ before[:2, 5]
+    yaw = np.outer(lever, lever) * before[5, 5] + np.outer(cross, lever) + np.outer(lever, cross)
+    total: FloatArray = covariance + yaw
+    return total
 
 
 def run_real(drive: RealDrive, config: LocalizerConfig) -> tuple[RealScore, list[Answer]]:

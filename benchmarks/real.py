@@ -27,7 +27,7 @@ TAKES_WORDS = True
 """Whether all words after the benchmark's name are its own arguments."""
 _HEAD = (
     f"{'log':<34}{'scans':>6}{'mean m':>8}{'p95 m':>7}{'max m':>7}{'wrong':>8}{'times':>6}{'trusted':>8}"
-    f"{'relations m':>15}{'NEES(3)':>9}{'tracking':>9}{'CPU ms p50/p99/max':>20}"
+    f"{'relations m':>15}{'in 95 %':>8}{'NEES(3)':>9}{'tracking':>9}{'CPU ms p50/p99/max':>20}"
 )
 
 
@@ -92,7 +92,7 @@ def row(case: str, s: RealScore) -> str:
     cpu = "/".join(f"{v:.0f}" for v in s.cpu)
     return (
         f"{case:<34}{s.n:>6}{s.mean:>8.3f}{s.p95:>7.3f}{s.max:>7.2f}{s.wrong:>8.2%}{s.excursions:>6}"
-        f"{s.trusted:>8.2%}{relation:>15}{s.nees:>9.1f}{s.tracking:>9.0%}{cpu:>20}\n{'':<8}{states}"
+        f"{s.trusted:>8.2%}{relation:>15}{s.covered:>8.0%}{s.nees:>9.1f}{s.tracking:>9.0%}{cpu:>20}\n{'':<8}{states}"
     )
 
 

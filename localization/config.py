@@ -16,16 +16,24 @@ from localization.matching.registration import RegistrationConfig
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.monitoring.health import HealthConfig
 from localization.monitoring.jump_detection import JumpDetectionConfig
+from localization.motion.dead_reckoning_config import DeadReckoningConfig
 from localization.motion.kiss_icp import KissConfig
 from localization.motion.sensor_configuration import SensorConfiguration
 from localization.pipeline.late_readings import LateReadingsConfig
 from localization.relocalization.branch_and_bound import MapSearchConfig
 from localization.relocalization.hypotheses import HypothesesConfig
 from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_schedule import SearchScheduleConfig
 from localization.types import SECOND
 
 _PLACEMENT_FLAT = (0.05, 0.05, 0.002, 0.001, 0.001, 0.02)
 """``LocalizerConfig.placement_sigma`` on a floor whose height and level are known."""
+
+
+_KISS_POSITION = 0.025
+"""``KissConfig.sigma_floor`` without a gyro, which would show how the robot turned during a sweep [m]."""
+_KISS_ANGLE = np.deg2rad(0.6)
+"""``KissConfig.sigma_floor_angle`` without a gyro [rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +50,8 @@ class LocalizerConfig:
     search: SearchConfig = field(default_factory=SearchConfig)
     map_search: MapSearchConfig = field(default_factory=MapSearchConfig)
     hypotheses: HypothesesConfig = field(default_factory=HypothesesConfig)
+    search_schedule: SearchScheduleConfig = field(default_factory=SearchScheduleConfig)
+    dead_reckoning: DeadReckoningConfig = field(default_factory=DeadReckoningConfig)
     matcher: Matcher = Matcher.PLANE
     """The method that registers sweeps against the cloud."""
     fixed_covariance: FixedCovariance = field(default_factory=FixedCovariance)
@@ -55,6 +65,17 @@ class LocalizerConfig:
     share of the sweep; above 1, slip is never inferred from a sweep."""
     slip_sigma: tuple[float, float, float, float] = (0.12, 0.06, 0.02, np.deg2rad(1.0))
     """Error that slipping wheels may cause over one sweep, one sigma: forward, sideways, up [m], yaw [rad]."""
+    retry_sigma: tuple[tuple[float, float, float, float], ...] = (
+        (0.15, 0.10, 0.01, np.deg2rad(3.0)),
+        (0.35, 0.25, 0.01, np.deg2rad(10.0)),
+    )
+    """Errors by which the prior is widened, one after the other, for a sweep that fits the map but not the
+    prediction, one sigma: forward, sideways, up [m], yaw [rad]."""
+    retry_below: float = 0.8
+    """Where motion comes as displacements, a sweep of which the map explains a smaller share is tried with a
+    wider prior."""
+    retry_gain: float = 0.05
+    """By so much more of the sweep must the map then explain."""
     slip_memory: int = SECOND // 2
     """The wheels are distrusted for this time after the last sign of slip [ns]."""
     max_acceleration: float = 9.0
@@ -68,17 +89,20 @@ class LocalizerConfig:
     sweep_period: float = 0.1
     """Sweeps that arrive faster share the errors of map and mounts, and together inform like one sweep
     in this time [s]. The information of a sweep was tuned at 10 Hz."""
+    sweep_distance: float = 0.03
+    """Sweeps that come as displacements count in full if the robot has moved on by this distance [m]."""
     slip_window: float = 0.08
     """Wheels and KISS-ICP are compared over at least this time [s]: each sweep of a scanner of 10 Hz,
     several of faster ones."""
+    map_share: float = 0.7
+    """Part of the noise of a map's points that all points near a place have in common: however many sweeps are
+    registered there, the position is known no better."""
     scanner_patience: int = 60_000_000
     """A scan waits at most this long for those of the other scanners [ns]."""
     undo_memory: int = 60 * SECOND
     """A placement can be undone for this long [ns]. By then KISS-ICP's motion has an error of about 0.3 %
     of the distance travelled: 8 cm at half a metre a second."""
     late_readings: LateReadingsConfig = field(default_factory=LateReadingsConfig)
-    lost_search_period: int = 2 * SECOND
-    """Time between searches around a lost estimate [ns]."""
 
     def __post_init__(self) -> None:
         known = ", ".join(repr(m.value) for m in Matcher)
@@ -90,6 +114,9 @@ class LocalizerConfig:
     def of(cls, sensors: SensorConfiguration) -> LocalizerConfig:
         """Return the settings that suit a robot's sensors."""
         config = cls(sensors=sensors, ekf=sensors.ekf())
+        if sensors.displaced:
+            kiss = replace(config.kiss, sigma_floor=_KISS_POSITION, sigma_floor_angle=_KISS_ANGLE)
+            config = replace(config, kiss=kiss)
         return replace(config, placement_sigma=_PLACEMENT_FLAT) if sensors.flat else config
 
 
@@ -161,7 +188,6 @@ OLD_NAMES: dict[str, dict[str, str]] = {
         "least_way": "min_distance",
         "hopeless": "drop_margin",
         "longest_way": "max_distance",
-        "nowhere": "no_place_below",
         "most": "max_places",
     },
     "LateReadingsConfig": {"moved": "reuse_distance", "turned": "reuse_angle"},
@@ -192,12 +218,15 @@ def from_json(kind: type[_T], values: dict[str, Any]) -> _T:
     given = {
         name: from_json(cast("type[Any]", hints[name]), value)
         if dataclasses.is_dataclass(hints[name])
-        else tuple(value)
-        if isinstance(value, list)
-        else value
+        else _tuples(value)
         for name, value in values.items()
     }
     return kind(**given)
+
+
+def _tuples(value: Any) -> Any:
+    """Return a value with tuples for JSON's lists."""
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def known_settings(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:

@@ -39,10 +39,12 @@ class Calibrate:
         from localization.calibration.calibration_summary import summary
         from localization.calibration.extrinsic_calibration import calibrate
         from localization.calibration.mount_file import read_mounts, write_mounts
+        from localization.logs.log_interface import require_scanner
         from localization.logs.open_log import open_log
         from localization.types import Pose
 
         log, bar = open_log(self.log), Progress()
+        require_scanner(log)
         begin = {**log.mounts, **(read_mounts(self.mounts) if self.mounts is not None else {})}
         start = None
         if self.start is not None:

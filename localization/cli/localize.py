@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from localization.evaluation.trajectory import Trajectory
     from localization.logs.frame_tree import SensorLayout
     from localization.motion.sensor_configuration import SensorConfiguration
+    from localization.pipeline.dead_reckoning_run import DeadReckoningRun
     from localization.pipeline.log_replay import LogRun
     from localization.report.reference_comparison import ReferenceComparison
     from localization.report.report_summary import Report
@@ -38,10 +40,15 @@ class Localize:
     sensors there are. The initial pose in a foreign log is searched for in the whole map and accepted once
     the robot has moved; --start gives it at once.
 
+    A log without a scanner, or any log without --map, is dead-reckoned: the wheels' displacement, turned by the
+    inertial unit's orientation or gyro if there is one. The path then begins at the origin with the heading that the
+    inertial unit reports, or at --start.
+
     Writes into one folder:
       estimate.tum     trajectory: t x y z qx qy qz qw, for evo and other tools
       covariance.csv   upper triangle of the 6x6 covariance of each of these poses
       health.csv       for each sweep: state, inlier ratio, unexplained share, NIS, observable axes, reasons
+      config.json      the input, and all settings as used; --settings reads it again
       report.html      figures and statistics on one page
       recording.rrd    map, sweeps, path, health and hypotheses, for `rerun recording.rrd`
 
@@ -57,12 +64,17 @@ class Localize:
                                           a bag without /tf_static, a map without normals
       farsteer localize intel.log.gz --map map.yaml
                                           a CARMEN text in an occupancy grid; the initial pose is found
+      farsteer localize office.bag --map map.yaml --set registration.normal_noise=0.1 --set matcher=kiss
+                                          other settings; `docs/settings.md` lists them
+      farsteer localize jackal.bag
+                                          a log without scanner, dead-reckoned
     """
 
     log: Annotated[Path, tyro.conf.Positional]
     """Log of readings: a file, or a ROS 2 bag's folder."""
-    map: Path
-    """Map to localise in: a cloud (PLY, PCD, lines x y z; missing normals are computed) or map.yaml."""
+    map: Path | None = None
+    """Map to localise in: a cloud (PLY, PCD, lines x y z; missing normals are computed) or map.yaml; without
+    it the log is dead-reckoned."""
     out: Path | None = None
     """Folder for the files; by default runs/<time>."""
     start: tuple[float, float, float] | None = None
@@ -80,7 +92,14 @@ class Localize:
     mounts: Path | None = None
     """File of mounts by `farsteer calibrate`, which take precedence over those in the log."""
     topics: tuple[str, ...] = ()
-    """Topics of a bag to read; by default all of a known type."""
+    """Topics of a bag to read; by default all of a known type, of one robot."""
+    assignments: Annotated[
+        tuple[str, ...], tyro.conf.arg(name="set", metavar="NAME=VALUE"), tyro.conf.UseAppendAction
+    ] = ()
+    """Another value for a setting of the localiser, such as registration.normal_noise=0.1; repeatable, and
+    takes precedence over --settings."""
+    settings: Path | None = None
+    """File of settings: TOML, such as `registration.normal_noise = 0.1`, or the config.json of a run."""
     recording: bool = True
     """Whether to write recording.rrd: some 100 MB per kilometre."""
     report: bool = True
@@ -99,6 +118,7 @@ class Localize:
         run = self._run()
         folder = run_folder(self.out)
         folder.mkdir(parents=True, exist_ok=True)
+        self._write_config(folder / "config.json", run)
         recording = (
             _open_recording(folder / "recording.rrd", run, truth) if self.recording else None
         )
@@ -115,7 +135,7 @@ class Localize:
         write_tum(folder / "estimate.tum", history.trajectory())
         write_covariances(folder / "covariance.csv", history)
         write_health(folder / "health.csv", history.sweeps)
-        comparison = _compare(history, truth, flat=run.localizer.config.sensors.flat)
+        comparison = _compare(history, truth, flat=run.config.sensors.flat)
         report = self._report(run, history, comparison)
         if self.report:
             _write_report(folder / "report.html", report)
@@ -125,14 +145,14 @@ class Localize:
             return 130
         return int(not len(history.trajectory()))
 
-    def _run(self) -> LogRun:
+    def _run(self) -> LogRun | DeadReckoningRun:
         from localization.calibration.mount_file import read_mounts
         from localization.cli.sensor_layout import layout_of
         from localization.maps.prepared_map import default_cache
-        from localization.pipeline.log_replay import LogRun
+        from localization.pipeline.log_replay import open_run
 
         layout = layout_of(self.mount, self.topics)
-        return LogRun(
+        return open_run(
             self.log,
             self.map,
             sensors=self._sensors(layout),
@@ -140,8 +160,28 @@ class Localize:
             layout=layout,
             inside=self.inside,
             mounts=None if self.mounts is None else read_mounts(self.mounts),
+            settings=self._settings(),
             cache=default_cache(),
         )
+
+    def _settings(self) -> dict[str, object]:
+        """Return the settings of the file, and over them those of the command line."""
+        from localization.settings import assignments, present_name, read_settings
+
+        kept = {} if self.settings is None else read_settings(self.settings)
+        return {present_name(n): v for n, v in kept.items()} | assignments(self.assignments)
+
+    def _write_config(self, path: Path, run: LogRun | DeadReckoningRun) -> None:
+        from localization.config import to_json
+
+        values = {
+            "log": str(self.log),
+            "map": None if self.map is None else str(self.map),
+            "start": self.start,
+            "changed": self._settings(),
+            "localizer": to_json(run.config),
+        }
+        path.write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
 
     def _sensors(self, layout: SensorLayout) -> SensorConfiguration | None:
         """Return the sensors that the options ask for; None for the log's own."""
@@ -155,29 +195,43 @@ class Localize:
         return SensorConfiguration(motion, own.flat if self.flat is None else self.flat)
 
     def _report(
-        self, run: LogRun, history: History, comparison: ReferenceComparison | None
+        self,
+        run: LogRun | DeadReckoningRun,
+        history: History,
+        comparison: ReferenceComparison | None,
     ) -> Report:
+        from localization.pipeline.dead_reckoning_run import DeadReckoningRun
         from localization.report.report_summary import Report
 
-        sensors = run.localizer.config.sensors
-        ground = "level ground" if sensors.flat else "uneven ground"
-        low, high = run.cloud.bounds
-        size = " x ".join(f"{s:.1f}" for s in high - low)
-        facts = {
-            "log": f"{self.log}",
-            "map": f"{self.map}: {len(run.cloud.points)} points, {size} m",
-            "motion from": f"{sensors.motion}, on {ground}",
-            "scanners": "; ".join(f"{n} at {_where(m)}" for n, m in run.mounts.items()),
-        }
+        facts = {"log": f"{self.log}"}
+        if self.map is not None and run.cloud is not None:
+            low, high = run.cloud.bounds
+            size = " x ".join(f"{s:.1f}" for s in high - low)
+            facts["map"] = f"{self.map}: {len(run.cloud.points)} points, {size} m"
+        if isinstance(run, DeadReckoningRun):
+            facts["motion from"] = run.motion
+            facts["frame"] = (
+                "odom, which begins where the log does, with the heading that the inertial unit reports, if any"
+                if self.start is None
+                else "that of --start"
+            )
+        else:
+            sensors = run.config.sensors
+            ground = "level ground" if sensors.flat else "uneven ground"
+            facts["motion from"] = f"{sensors.motion}, on {ground}"
+            facts["scanners"] = "; ".join(f"{n} at {_where(m)}" for n, m in run.mounts.items())
+        if changed := self._settings():
+            facts["settings"] = ", ".join(f"{name} = {value}" for name, value in changed.items())
         return Report(
             self.log.name,
-            self.map.name,
+            "" if self.map is None else self.map.name,
             run.cloud,
             history,
             facts,
             run.verdicts,
             run.notes,
             comparison,
+            run.why if isinstance(run, DeadReckoningRun) else "",
         )
 
     def _print(self, report: Report, folder: Path) -> None:
@@ -195,13 +249,20 @@ class Localize:
             )
 
 
-FILES = ("covariance.csv", "estimate.tum", "health.csv", "recording.rrd", "report.html")
+FILES = (
+    "config.json",
+    "covariance.csv",
+    "estimate.tum",
+    "health.csv",
+    "recording.rrd",
+    "report.html",
+)
 """Names of the files that the command may write."""
 _INSTALL = "pip install 'farsteer[{}]'"
 
 
 def _localise(
-    run: LogRun,
+    run: LogRun | DeadReckoningRun,
     history: History,
     bar: Progress,
     recording: LogRecording | None,
@@ -219,7 +280,9 @@ def _localise(
             bar(run.log.share, f"{since:.0f} s of the log, {estimate.health}")
 
 
-def _open_recording(path: Path, run: LogRun, truth: Trajectory | None) -> LogRecording | None:
+def _open_recording(
+    path: Path, run: LogRun | DeadReckoningRun, truth: Trajectory | None
+) -> LogRecording | None:
     """Return a recording, or None if rerun is not installed."""
     if not _has("rerun"):
         return None

@@ -41,10 +41,12 @@ class LogMapping:
     def map_log(self, path: Path, out: Path | None) -> int:
         """Build the cloud of a log, and write it and the drive; return the exit status."""
         from localization.cli.sensor_layout import layout_of
+        from localization.logs.log_interface import require_scanner
         from localization.logs.open_log import open_log
         from localization.types import Pose
 
         log = open_log(path, layout_of(self.mount, self.topics))
+        require_scanner(log)
         bar = Progress()
         start = None
         if self.start is not None:
@@ -56,8 +58,7 @@ class LogMapping:
         target = map_file(out)
         save_map(cloud, target)
         save_drive(survey, target)
-        if log.warning is not None:
-            say(log.warning)
+        say(*log.warnings)
         if survey.rejected_readings:
             say(f"{survey.rejected_readings} readings were invalid and left out")
         say(*survey.accuracy.lines(), *warnings)

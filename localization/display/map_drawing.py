@@ -51,15 +51,19 @@ _CIRCLE: Final = np.stack(
 class MapDrawing:
     """Draws the map, the robot and the sweeps from poses and arrays, independently of messages."""
 
-    def __init__(self, canvas: Canvas, cloud: Cloud) -> None:
+    def __init__(self, canvas: Canvas, cloud: Cloud | None) -> None:
         self._canvas = canvas
         self._entities = {"map": at.MAP, "odom": "map/odom", "base_link": at.BASE}
         self._scanners: list[str] = []
         self._hint_shapes: set[str] = set()
+        self._undecided = False
         self._placed, self._health = False, GREY
         # A percentile instead of the minimum: a few stray points lie below any floor.
-        self._ceiling = float(np.percentile(cloud.points[:, 2], 1.0)) + HEADROOM
-        self._draw_map(cloud)
+        self._ceiling = HEADROOM
+        self._canvas.draw(at.MAP, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        if cloud is not None:
+            self._ceiling += float(np.percentile(cloud.points[:, 2], 1.0))
+            self._draw_map(cloud)
         # The estimate is drawn over the truth, which shows as a pale rim where the two agree.
         self.estimate = PathDrawing(canvas, at.ESTIMATE_PATH, SKY, width=1.2, lift=0.06)
         self.truth = PathDrawing(canvas, at.TRUTH_PATH, WHITE, width=2.0, lift=_LIFT)
@@ -70,7 +74,6 @@ class MapDrawing:
         order = np.random.default_rng(0).permutation(len(cloud.points))[::stride]
         points = cloud.points[order]
         high = points[:, 2] > self._ceiling
-        self._canvas.draw(at.MAP, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         for entity, part in ((at.CLOUD, points[~high]), (at.OVERHEAD, points[high])):
             if len(part):
                 colours = height_greys(part[:, 2])
@@ -181,6 +184,26 @@ class MapDrawing:
                     radii=rr.Radius.ui_points(2.0),
                 ),
             )
+
+    def hypotheses(self, positions: Sequence[FloatArray], labels: Sequence[str] = ()) -> None:
+        """Draw the places between which a search has not decided yet; without any, remove them.
+
+        Args:
+            positions: Positions (3,) [m], best first.
+            labels: A text for each, or none.
+        """
+        if positions:
+            dots = rr.Points3D(
+                [p + (0.0, 0.0, body.HEIGHT) for p in positions],
+                colors=[ORANGE],
+                radii=rr.Radius.ui_points(6.0),
+                labels=list(labels) or None,
+                show_labels=bool(labels),
+            )
+            self._canvas.draw(at.HYPOTHESES, dots)
+        elif self._undecided:
+            self._canvas.draw(at.HYPOTHESES, rr.Clear(recursive=False))
+        self._undecided = bool(positions)
 
     def clear_hint(self) -> None:
         """Remove ghost, candidates and arrow."""

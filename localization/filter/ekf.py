@@ -1,15 +1,16 @@
 """Error-state extended Kalman filter of a skid-steer robot: its state as a value, and filterpy's equations.
 
 The nominal state is position p in ``map``, rotation R (``map`` from ``base_link``), gyro bias b, and the
-skid-steer parameters kappa = (s, B, y0, xv): log of the wheel-speed scale, effective track [m], lateral
-and longitudinal offset of the instantaneous centres of rotation [m] (Mandow et al. 2007; Pentzer et al.
-2014). The 13 errors are e = (dp in map, dtheta in base with R Exp(dtheta), db, dkappa).
+skid-steer parameters kappa = (s, psi, y0, xv): log of the wheel-speed scale, log of the yaw ratio (true over
+measured turning of the wheels: the effective track is its nominal value times e^-psi), lateral and
+longitudinal offset of the instantaneous centres of rotation [m] (Mandow et al. 2007; Pentzer et al. 2014).
+The 13 errors are e = (dp in map, dtheta in base with R Exp(dtheta), db, dkappa).
 
 What filterpy does and what not: ``filterpy.kalman.predict`` propagates the covariance (``propagated``), and
 ``ExtendedKalmanFilter.update`` computes gain, error and covariance (Joseph form) of every update from a
 vector of measurements (``corrected``). Three things that it has no equations for are computed here and in
-``updates``: putting the error into the nominal state (``injected``), the update of gyro bias, wheel scale and
-track by one number, which is sparse and arrives with every reading, and the update by an observed motion,
+``updates``: putting the error into the nominal state (``injected``), the update of gyro bias and yaw
+ratio by one number, which is sparse and arrives with every reading, and the update by an observed motion,
 whose gain is that of a filter with a cloned pose.
 """
 
@@ -52,7 +53,7 @@ class FilterState:
     gyro_bias: FloatArray
     """(3,) bias of the gyro [rad/s]."""
     kappa: FloatArray
-    """(4,) skid-steer parameters: s [1], B, y0, xv [m]."""
+    """(4,) skid-steer parameters: s [1], psi [1], y0, xv [m]."""
     twist: Twist
     """Velocity of the base in its own frame, as last predicted."""
     full_covariance: FloatArray
@@ -83,6 +84,11 @@ class FilterState:
         """Return whether the robot stands: its wheels do, and neither gyro nor accelerometer contradicts."""
         return self.rest.stands(config)
 
+    @property
+    def yaw_ratio(self) -> float:
+        """True over measured turning of the wheels."""
+        return math.exp(self.kappa[1])
+
     def rolling_speed(self, left: float, right: float) -> float:
         """Return the forward speed [m/s] that rim speeds amount to where nothing slips."""
         return math.exp(self.kappa[0]) * 0.5 * (left + right)
@@ -97,7 +103,7 @@ def initial_state(config: EkfConfig = EkfConfig()) -> FilterState:  # noqa: B008
     return FilterState(
         pose=Pose.identity(),
         gyro_bias=np.zeros(3),
-        kappa=np.array([0.0, config.effective_track, 0.0, 0.0]),
+        kappa=np.zeros(4),
         twist=Twist.planar(0.0, 0.0),
         full_covariance=np.diag(variances),
         accrued=_NO_POSE_COVARIANCE,

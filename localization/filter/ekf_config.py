@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from localization.motion.displacement import OdometryNoise
 
 GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
@@ -53,12 +55,14 @@ class EkfConfig:
     gyro_bias: float = math.radians(0.3)
     """The error of the gyro's bias at the start [rad/s]: 0.2 degrees/s over a year (Xsens MTi-630 data
     sheet)."""
-    kappa: tuple[float, float, float, float] = (0.04, 0.06, 0.02, 0.02)
-    """The errors of (s, B, y0, xv) at the start [1, m, m, m]: 4 % of the tyre radius, 10 % of the track; a
+    kappa: tuple[float, float, float, float] = (0.04, 0.10, 0.02, 0.02)
+    """The errors of (s, psi, y0, xv) at the start [1, 1, m, m]: 4 % of the tyre radius, 10 % of the track; a
     P3-AT's track differs that much between floors and curves (Wang et al., Sensors 2015, 15, 9681)."""
-    kappa_walk: tuple[float, float, float, float] = (0.0005, 0.002, 0.0005, 0.0005)
-    """The random walks of (s, B, y0, xv) [1, m, m, m, each /sqrt(s)]: the track follows a new floor within
+    kappa_walk: tuple[float, float, float, float] = (0.0005, 0.0035, 0.0005, 0.0005)
+    """The random walks of (s, psi, y0, xv) [1, 1, m, m, each /sqrt(s)]: the track follows a new floor within
     some ten seconds."""
+    odometry: OdometryNoise = field(default_factory=OdometryNoise)
+    """The noise of odometry that comes as poses, and of rim speeds that no gyro accompanies."""
     wheel_yaw_floor: float = math.radians(1.2)
     """The error of the wheels' yaw rate against the gyro's, over 0.1 s [rad/s]."""
     wheel_yaw_share: float = 0.05

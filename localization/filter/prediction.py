@@ -151,7 +151,7 @@ def _jacobian(
 
         dp'_i += dt (a_i e^s r ds + a_i gz dy0 - b_i gz dxv)
 
-    The track B moves nothing: wheels give the speed, the gyro the turn. While the robot stands, its rate is
+    The yaw ratio moves nothing: wheels give the speed, the gyro the turn. While the robot stands, its rate is
     known without the gyro, and no bias error turns it; a speed that is not the wheels' has no error in s.
 
     Args:
@@ -159,7 +159,7 @@ def _jacobian(
         middle: (9,) entries of R, row by row.
         turn: (3, 3) dR.
         velocity: vx, vy [m/s] and gz [rad/s].
-        kappa: (4,) s, B, y0, xv.
+        kappa: (4,) s, psi, y0, xv.
         rolled: forward speed e^s r of the wheels, or what replaces it [m/s].
         standing: whether the robot stands.
         from_wheels: whether the wheels gave the speed.

@@ -25,7 +25,12 @@ from localization.filter.ekf import (
 from localization.filter.ekf_config import GRAVITY, EkfConfig
 from localization.filter.pose_error import LEVER, difference
 from localization.filter.standstill_detection import quiet, wheels_stand
-from localization.geometry import FloatArray, euler_from_rotation
+from localization.geometry import (
+    FloatArray,
+    euler_from_rotation,
+    quaternion_exp,
+    quaternion_product,
+)
 from localization.types import Match, Pose
 
 _TILT_CORRELATION = 0.1
@@ -44,10 +49,11 @@ def update_wheel_yaw(
     *,
     seconds: float = 0.02,
 ) -> tuple[FilterState, bool]:
-    """Compare the wheels' yaw rate with the gyro's; learn track, scale and gyro bias if they agree.
+    """Compare the wheels' yaw rate with the gyro's; learn yaw ratio and gyro bias if they agree.
 
-    The wheels' rate is e^s (right - left) / B. If it disagrees with the gyro's, one side slips and nothing
-    is learned. Wheels at rest add nothing to ``update_standstill``.
+    The wheels' rate is e^psi (right - left) over the nominal track. The scale of forward speed is not part
+    of it: a skid-steer robot turns less than its wheels count however exact its speed is. If the rates
+    disagree, one side slips and nothing is learned. Wheels at rest add nothing to ``update_standstill``.
 
     Args:
         state: before.
@@ -61,28 +67,26 @@ def update_wheel_yaw(
         The state after, and whether wheels and gyro agree.
     """
     c = config
-    s, track, _, _ = state.kappa.tolist()
-    wheels = math.exp(s) * (right - left) / track
+    wheels = state.yaw_ratio * (right - left) / c.effective_track
     turning = float(gyro[2] - state.gyro_bias[2])
     innovation = turning - wheels
     require_finite(innovation)
     shared = max(1.0, _YAW_CORRELATION / seconds)
     variance = (c.wheel_yaw_floor**2 + (c.wheel_yaw_share * turning) ** 2) * shared
-    # Derivatives by bias, s and B: 1, w, -w / B.
-    hs, ht = wheels, -wheels / track
-    (bb, bs, bt), (_, ss, st), (_, _, tt) = state.full_covariance[8:11, 8:11].tolist()
-    spread = bb + hs * (2.0 * bs + hs * ss) + ht * (2.0 * bt + 2.0 * hs * st + ht * tt)
+    # Derivatives by bias and psi: 1, w.
+    (bb, _, bp), _, (_, _, pp) = state.full_covariance[8:11, 8:11].tolist()
+    spread = bb + wheels * (2.0 * bp + wheels * pp)
     if innovation**2 / (spread + variance) > c.wheel_yaw_gate:
         return state, False
     if wheels_stand(left, right, c):
         return state, True
-    return yaw_corrected(state, innovation, np.array([1.0, hs, ht]), spread + variance), True
+    return yaw_corrected(state, innovation, wheels, spread + variance), True
 
 
 def yaw_corrected(
-    state: FilterState, innovation: float, slope: FloatArray, spread: float
+    state: FilterState, innovation: float, slope: float, spread: float
 ) -> FilterState:
-    """Return the state after an update by one number that depends on gyro bias, wheel scale and track only.
+    """Return the state after an update by one number that depends on gyro bias and yaw ratio only.
 
     The Kalman update for a scalar, P - P h h' P / S. ``corrected`` gives the same through dense matrices and
     takes as long as the whole prediction; this runs with every reading.
@@ -90,10 +94,11 @@ def yaw_corrected(
     Args:
         state: before.
         innovation: measured less expected.
-        slope: (3,) its derivative by those three errors.
+        slope: its derivative by psi; that by the bias is 1.
         spread: S, its variance with the noise included.
     """
-    shared = state.full_covariance[:, 8:11] @ slope / math.sqrt(spread)
+    p = state.full_covariance
+    shared = (p[:, 8] + slope * p[:, 10]) / math.sqrt(spread)
     covariance = state.full_covariance - np.multiply.outer(shared, shared)
     return injected(state, shared * (innovation / math.sqrt(spread)), covariance)
 
@@ -177,16 +182,28 @@ def match_nis(state: FilterState, config: EkfConfig, match: Match) -> float:
     return nis_of(state, *match_innovation(state, config, match))
 
 
-def update_match(state: FilterState, config: EkfConfig, match: Match) -> FilterState:
+def update_match(
+    state: FilterState, config: EkfConfig, match: Match, map_noise: float = 0.0
+) -> FilterState:
     """Correct the pose by a match, in its observable directions.
 
-    All sweeps from one place share the errors of the map and of the mounts there. While the robot stands,
-    any number of them leaves the pose no better known than one sweep can.
+    All sweeps from one place share the errors of the map and of the mounts there. Any number of them leaves
+    the pose no better known than the map is, and while the robot stands than one sweep can.
+
+    Args:
+        state: before.
+        config: least errors of a standing robot, errors of the mounts.
+        match: of a sweep.
+        map_noise: error that the map's points near a place share, one sigma [m].
     """
     updated = corrected(state, *match_innovation(state, config, match))
-    if not state.rest.stands(config):
+    position, angle = map_noise, map_noise / LEVER
+    if state.rest.stands(config):
+        position = max(position, config.still_position)
+        angle = max(angle, config.still_angle)
+    if position <= 0.0:
         return updated
-    surest = np.repeat([config.still_position, config.still_angle], 3)
+    surest = np.repeat([position, angle], 3)
     block = updated.full_covariance[:6, :6]
     return with_pose_covariance(updated, floored(block, surest, "covariance of the pose"))
 
@@ -205,6 +222,64 @@ def widen(
     return replace(wider, accrued=state.accrued + extra)
 
 
+def between(state: FilterState, then: Pose, motion: Pose) -> tuple[FilterState, FilterState]:
+    """Return the states of two predictions that contradict each other: the present one, and an observed motion.
+
+    The difference of the two is one sigma of either, in addition to the present covariance.
+
+    Args:
+        state: the present prediction.
+        then: the filter's pose before the motion.
+        motion: observed ``base_then_from_base_now``; only x, y and yaw are used.
+    """
+    off, h = _departure(state, then, motion)
+    error = h.T @ off
+    extra = np.outer(error, error)
+    wide = with_pose_covariance(state, state.full_covariance[:6, :6] + extra)
+    wide = replace(wide, accrued=state.accrued + extra)
+    x, y, z, roll, pitch, yaw = error.tolist()
+    there = Pose(
+        state.pose.position + np.array([x, y, z]),
+        np.array(
+            quaternion_product(
+                tuple(state.pose.quaternion_wxyz.tolist()), quaternion_exp(roll, pitch, yaw)
+            )
+        ),
+    )
+    return wide, replace(wide, pose=there)
+
+
+def relative_innovation(
+    state: FilterState, then: Pose, motion: Pose, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how an observed planar motion departs from the prediction since ``mark``.
+
+    Args:
+        state: the prediction.
+        then: the filter's pose at ``mark``.
+        motion: observed ``base_then_from_base_now``; only x, y and yaw are used.
+        covariance: (3, 3) of x, y [m] and yaw [rad].
+
+    Returns:
+        Innovation (3,), its derivative (3, 6) by the pose error, and the covariance (3, 3).
+    """
+    covariance = planar_covariance(covariance, "covariance of an observed motion")
+    return *_departure(state, then, motion), covariance
+
+
+def relative_nis(state: FilterState, then: Pose, motion: Pose, covariance: FloatArray) -> float:
+    """Return the normalised innovation squared of an observed motion; arguments as of ``relative_innovation``."""
+    innovation, h, r = relative_innovation(state, then, motion, covariance)
+    return float(innovation @ np.linalg.solve(h @ state.accrued @ h.T + r, innovation))
+
+
+def _departure(state: FilterState, then: Pose, motion: Pose) -> tuple[FloatArray, FloatArray]:
+    h = np.zeros((3, 6))
+    h[:2, :3] = state.pose.rotation.T[:2]
+    h[2, 5] = 1.0
+    return h @ difference(state.pose, then @ motion), h
+
+
 def update_relative(
     state: FilterState, then: Pose, motion: Pose, covariance: FloatArray, used: FloatArray
 ) -> FilterState:
@@ -220,11 +295,7 @@ def update_relative(
         covariance: (3, 3) of x, y [m] and yaw [rad].
         used: (k, 6) directions (see ``Match``) that are left alone.
     """
-    covariance = planar_covariance(covariance, "covariance of an observed motion")
-    h = np.zeros((3, 6))
-    h[:2, :3] = state.pose.rotation.T[:2]
-    h[2, 5] = 1.0
-    innovation = h @ difference(state.pose, then @ motion)
+    innovation, h, covariance = relative_innovation(state, then, motion, covariance)
     scaled = h / _SCALE
     scaled[2] *= LEVER
     left = scaled - scaled @ used.T @ used

@@ -40,7 +40,7 @@ class ReadingsLog(Protocol):
     path: Path
     """File or folder of the log."""
     mounts: dict[str, Pose]
-    """``base_from_scanner`` of each scanner."""
+    """``base_from_scanner`` of each scanner; empty if the log has none."""
     metadata: dict[str, str]
     """Notes about its origin, by name."""
     skipped: dict[str, Skipped]
@@ -54,10 +54,23 @@ class ReadingsLog(Protocol):
         ...
 
     @property
-    def warning(self) -> str | None:
-        """One line about a reason to distrust the log, if there is one."""
+    def warnings(self) -> tuple[str, ...]:
+        """Reasons to distrust the log, known since it was opened, one line each."""
         ...
 
     def __iter__(self) -> Iterator[Reading]:
         """Yield its readings in order."""
         ...
+
+
+def require_scanner(log: ReadingsLog) -> None:
+    """Reject a log without a scanner, for what nothing but scans can do.
+
+    Raises:
+        LogError: If the log has no scanner.
+    """
+    if not log.mounts:
+        raise LogError(
+            f"{log.path}: has no scanner; `farsteer localize` without --map reckons its motion from wheels and"
+            " inertial unit"
+        )

@@ -83,11 +83,11 @@ class McapLog:
         return SensorConfiguration()
 
     @property
-    def warning(self) -> str | None:
+    def warnings(self) -> tuple[str, ...]:
         """One line if the file was never closed, so that its end is missing."""
         if self.complete:
-            return None
-        return f"{self.path}: was never closed; readings end with the last whole chunk"
+            return ()
+        return (f"{self.path}: was never closed; readings end with the last whole chunk",)
 
     def __iter__(self) -> Iterator[Reading]:
         for _, reading in self.timed():

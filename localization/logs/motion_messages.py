@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
 
+from localization.geometry import FloatArray
 from localization.logs.pose_messages import pose_with_covariance
 from localization.logs.ros_geometry import pose_from_message
 from localization.logs.ros_stamps import stamp_from_message
@@ -20,11 +22,16 @@ from localization.logs.ros_types import (
     quaternion_message,
     vector_message,
 )
-from localization.types import Inertial, Odometry, WheelSpeeds
+from localization.types import Inertial, Odometry, Twist, WheelSpeeds
 
 WHEEL_JOINTS: Final = ("left_wheels", "right_wheels")
 """Names in ``JointState``; each stands for the wheels of one side, which a belt couples."""
 
+_NO_MOTION: Final = Twist(np.zeros(3), np.zeros(3))
+_NO_TURN: Final = np.array([1.0, 0.0, 0.0, 0.0])
+_NO_TURN.flags.writeable = False
+_NOT_UNIT: Final = 1e-3
+"""Departure of a quaternion's norm from 1 from which it is no orientation."""
 WHEEL_RADIUS: Final = 0.111
 """Radius [m] of a Pioneer 3-AT's wheel: 222 mm across (MobileRobots, Pioneer 3-AT data sheet)."""
 
@@ -78,15 +85,20 @@ def read_wheels(message: Message, wheel_radius: float = WHEEL_RADIUS) -> WheelSp
 
 
 def inertial_message(inertial: Inertial) -> Message:
-    """Return ``Imu`` in ``base_link``, without orientation and with unknown covariances."""
+    """Return ``Imu`` in ``base_link``; the covariances of angular velocity and specific force are unknown."""
     # A first element of -1 marks a field that does not exist, zeros an unknown covariance (sensor_msgs/Imu).
-    no_orientation = np.zeros(9)
-    no_orientation[0] = -1.0
+    covariance = np.zeros(9)
+    orientation = inertial.orientation
+    if orientation is None:
+        orientation = _NO_TURN
+        covariance[0] = -1.0
+    elif inertial.orientation_sigma is not None:
+        covariance[::4] = np.square(inertial.orientation_sigma)
     return build(
         IMU,
         header=header_message(inertial.stamp, "base_link"),
-        orientation=quaternion_message(np.array([1.0, 0.0, 0.0, 0.0])),
-        orientation_covariance=no_orientation,
+        orientation=quaternion_message(orientation),
+        orientation_covariance=covariance,
         angular_velocity=vector_message(inertial.angular_velocity),
         angular_velocity_covariance=np.zeros(9),
         linear_acceleration=vector_message(inertial.specific_force),
@@ -95,17 +107,38 @@ def inertial_message(inertial: Inertial) -> Message:
 
 
 def read_inertial(message: Message) -> Inertial:
-    """Return the reading in an ``Imu``, assuming the axes of ``base_link``."""
+    """Return the reading in an ``Imu``, assuming the axes of ``base_link``.
+
+    Its orientation is left out if the message says that it has none, or if it is one that drivers leave there who
+    know none: all zeros, or the identity with an unknown covariance.
+    """
     w, a = message.angular_velocity, message.linear_acceleration
+    orientation, sigma = _orientation(message)
     return Inertial(
         stamp_from_message(message.header.stamp),
         np.array([w.x, w.y, w.z]),
         np.array([a.x, a.y, a.z]),
+        orientation,
+        sigma,
     )
 
 
+def _orientation(message: Message) -> tuple[FloatArray | None, FloatArray | None]:
+    """Return the quaternion wxyz (4,) in an ``Imu`` and its standard deviations (3,) [rad]; None where unknown."""
+    q, covariance = message.orientation, np.asarray(message.orientation_covariance, dtype=float)
+    quaternion = np.array([q.w, q.x, q.y, q.z], dtype=float)
+    variance = covariance[::4]
+    unknown = not np.isfinite(variance).all() or (variance < 0.0).any() or not variance.any()
+    norm = float(np.linalg.norm(quaternion))
+    missing = covariance[0] == -1.0 or not math.isfinite(norm) or abs(norm - 1.0) > _NOT_UNIT
+    if missing or (unknown and np.array_equal(quaternion, _NO_TURN)):
+        return None, None
+    return quaternion, None if unknown else np.sqrt(variance)
+
+
 def odometry_message(odometry: Odometry) -> Message:
-    """Return ``Odometry`` from ``odom`` to ``base_link``, with a zero twist and unknown covariances."""
+    """Return ``Odometry`` from ``odom`` to ``base_link``, with unknown covariances, and a zero twist if it has none."""
+    twist = odometry.twist or _NO_MOTION
     return build(
         ODOMETRY,
         header=header_message(odometry.stamp, "odom"),
@@ -115,8 +148,8 @@ def odometry_message(odometry: Odometry) -> Message:
             "geometry_msgs/msg/TwistWithCovariance",
             twist=build(
                 "geometry_msgs/msg/Twist",
-                linear=vector_message(np.zeros(3)),
-                angular=vector_message(np.zeros(3)),
+                linear=vector_message(twist.linear),
+                angular=vector_message(twist.angular),
             ),
             covariance=np.zeros(36),
         ),
@@ -124,6 +157,12 @@ def odometry_message(odometry: Odometry) -> Message:
 
 
 def read_odometry(message: Message) -> Odometry:
-    """Return the pose in an ``Odometry``, assuming that it is that of ``base_link``."""
-    pose = message.pose.pose
-    return Odometry(stamp_from_message(message.header.stamp), pose_from_message(pose))
+    """Return the pose and twist in an ``Odometry``, assuming that they are those of ``base_link``.
+
+    A twist of zeros or with values that are not finite counts as none.
+    """
+    pose, given = message.pose.pose, message.twist.twist
+    linear, angular = (np.array([v.x, v.y, v.z]) for v in (given.linear, given.angular))
+    rates = np.concatenate([linear, angular])
+    twist = Twist(linear, angular) if rates.any() and np.isfinite(rates).all() else None
+    return Odometry(stamp_from_message(message.header.stamp), pose_from_message(pose), twist)

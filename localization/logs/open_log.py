@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gzip
+import re
+import zlib
 from pathlib import Path
 from typing import Final
 
@@ -14,6 +17,9 @@ from localization.logs.ros_bag import RosBag
 
 _BAGS: Final = {b"\x89MCAP0\r\n": "MCAP", b"#ROSBAG V2.0": "ROS 1", b"SQLite format 3": "ROS 2"}
 """First bytes of the files that may be bags."""
+_GZIP: Final = b"\x1f\x8b"
+_RAWLOG: Final = re.compile(rb"[\x80-\xff](C[A-Z][A-Za-z0-9]|mrpt::)")
+"""First bytes of an unpacked MRPT rawlog: a length with its highest bit set and a class, such as CSensoryFrame."""
 
 
 def open_log(path: Path | str, layout: SensorLayout | None = None) -> ReadingsLog:
@@ -24,7 +30,7 @@ def open_log(path: Path | str, layout: SensorLayout | None = None) -> ReadingsLo
         layout: Facts about the robot that a bag lacks.
 
     Raises:
-        LogError: If the file is of no such kind, or cannot be read.
+        LogError: If the file is of no such kind, or cannot be read; of an MRPT rawlog it names the way to convert it.
     """
     path = Path(path)
     if path.is_dir():
@@ -40,4 +46,20 @@ def open_log(path: Path | str, layout: SensorLayout | None = None) -> ReadingsLo
         raise LogError(f"{path}: is empty")
     if any(start.startswith(magic) for magic in _BAGS):
         return McapLog(path) if is_ours(path) else RosBag(path, layout)
+    if _is_rawlog(path, start):
+        raise LogError(
+            f"{path}: is an MRPT rawlog, which is not read: play it with `mrpt_rawlog_play` of the ROS package"
+            " mrpt_rawlog, record a bag of its topics, and give that"
+        )
     return CarmenLog(path)
+
+
+def _is_rawlog(path: Path, start: bytes) -> bool:
+    """Return whether a file holds serialised MRPT objects: the length of a class's name, and the name."""
+    if start.startswith(_GZIP):
+        try:
+            with gzip.open(path) as file:
+                start = file.read(16)
+        except (OSError, EOFError, zlib.error):
+            return False
+    return _RAWLOG.match(start) is not None

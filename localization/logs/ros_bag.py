@@ -15,6 +15,7 @@ from localization.logs import ros_import, ros_types
 from localization.logs.frame_tree import FrameTree, SensorLayout
 from localization.logs.log_interface import INITIALPOSE, LogError, Skipped
 from localization.logs.ros_types import Message, MessageError
+from localization.logs.topic_choice import chosen_topics
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Pose, Reading
 
@@ -28,30 +29,35 @@ class RosBag:
     path: Path
     """File or folder of the bag."""
     mounts: dict[str, Pose]
-    """``base_from_scanner`` of each scanner."""
+    """``base_from_scanner`` of each scanner; empty if the bag has none."""
     metadata: dict[str, str]
     """Always empty: bags hold no metadata of ours."""
     skipped: dict[str, Skipped]
     """Messages without a reading in the last iteration, by topic."""
     share: float
     """Fraction of the bag's duration that the iteration has covered so far, in [0, 1]."""
-    warning: str | None = None
-    """Always None: a bag that was not closed cannot be opened."""
+    warnings: tuple[str, ...]
+    """One line each about topics that are not read, because others hold the same."""
 
     def __init__(self, path: Path | str, layout: SensorLayout | None = None) -> None:
         """Open a bag: a ``.bag`` file, a folder with ``metadata.yaml``, an ``.mcap`` or ``.db3`` file.
 
         Raises:
-            LogError: If the bag cannot be read, has no scanner, or lacks a scanner's mount.
+            LogError: If the bag cannot be read, has neither a scanner nor odometry or wheels, or lacks a
+                scanner's mount.
         """
         self.path, self.metadata, self.skipped, self.share = Path(path), {}, {}, 0.0
         self._layout = layout or SensorLayout()
         self._tree = FrameTree(self._layout)
-        self.mounts, self._topics = {}, {}
+        self.mounts, self._topics, self.warnings = {}, {}, ()
         with self._open() as reader:
             self._topics = {
                 c.topic: c.msgtype for c in reader.connections if _chosen(c.topic, self._layout)
             }
+            if not self._layout.topics:
+                counts = {t: info.msgcount for t, info in reader.topics.items()}
+                self._topics, notes = chosen_topics(self._topics, counts)
+                self.warnings = tuple(f"{self.path}: {note}" for note in notes)
             self._read_frames(reader)
             self._find_mounts(reader)
 
@@ -153,10 +159,11 @@ class RosBag:
             for c in reader.connections
             if c.topic in self._topics and ros_import.is_scan(c.msgtype)
         ]
-        if not scans:
+        if not scans and not {ros_types.ODOMETRY, ros_types.JOINT_STATE} & {*self._topics.values()}:
             kinds = sorted({c.msgtype for c in reader.connections})
             raise LogError(
-                f"{self.path}: no scanner among its types {', '.join(kinds) or '(none)'}"
+                f"{self.path}: no scanner, odometry or wheels among its types"
+                f" {', '.join(kinds) or '(none)'}"
             )
         for scan in scans:
             first = next(self._messages(reader, [scan]), None)

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from localization.geometry import quaternion_from_rotation, rotation_from_quaternion
 from localization.logs import ros_types
 from localization.logs.frame_tree import FrameTree, SensorLayout
 from localization.logs.laser_scan_message import read_scan
@@ -53,8 +54,17 @@ def _inertial(message: Message, tree: FrameTree) -> Inertial:
     mount = tree.base_from(str(message.header.frame_id))
     if mount is None:
         return reading
-    turn = mount.rotation
-    return Inertial(reading.stamp, turn @ reading.angular_velocity, turn @ reading.specific_force)
+    turn, orientation = mount.rotation, reading.orientation
+    if orientation is not None:
+        world_from_unit = rotation_from_quaternion(orientation)
+        orientation = quaternion_from_rotation(world_from_unit @ turn.T)
+    return Inertial(
+        reading.stamp,
+        turn @ reading.angular_velocity,
+        turn @ reading.specific_force,
+        orientation,
+        reading.orientation_sigma,
+    )
 
 
 def _wheels(message: Message, radius: float) -> WheelSpeeds:

@@ -24,6 +24,13 @@ _VERSION = 1
 """Part of the cloud's identity; it changes when the same file would give other points or normals."""
 _FEWEST = 1000
 """Least number of points on planes for a map."""
+_THICKNESS = 0.05
+"""Distance from their common plane within which the points of a cloud are one surface [m]: the noise of a scanner
+that maps a floor alone, and less than any wall's height."""
+_FLAT_SHARE = 0.995
+"""Share of the points that is within this distance, if the cloud is one surface."""
+_STEEP = 0.5
+"""Upward part of a plane's unit normal below which the plane is a wall, which can be a map by itself."""
 _STEP = 0.3
 """Distance between two viewpoints along a drive [m]."""
 _TURNED = 2.5
@@ -49,8 +56,9 @@ def with_normals(
         cache: Folder for the result; None keeps no file.
 
     Raises:
-        CloudError: If the cloud has too few planes, or no place from which they could be seen.
+        CloudError: If the cloud is one plane, has too few planes, or no place from which they could be seen.
     """
+    require_relief(path, points)
     drive = _drive(path)
     given = np.zeros(0) if inside is None else np.asarray(inside, dtype=float)
     seen_from = b"".join(a.tobytes() for a in (given, np.zeros(0) if drive is None else drive))
@@ -66,6 +74,12 @@ def with_normals(
         )
     eyes = drive if drive is not None else _places(path, flat, normals, inside)
     normals, known = face_viewers(flat, normals, eyes)
+    if np.count_nonzero(known) < _FEWEST:
+        raise CloudError(
+            f"cloud {path}: only {np.count_nonzero(known)} of its {len(flat)} points can be seen from"
+            f" {'the drive beside it' if drive is not None else 'the place inside' if inside is not None else 'its floor'};"
+            " give a place in the open, at the height of the mapped walls, as --inside X Y Z"
+        )
     flat, normals = flat[known], normals[known]
     if file is not None:
         # The cache is optional: failing to write it is no error.
@@ -73,6 +87,33 @@ def with_normals(
             file.parent.mkdir(parents=True, exist_ok=True)
             np.savez(file, points=flat, normals=normals)
     return Cloud(flat, normals, name=path.stem, sha256=identity)
+
+
+def require_relief(path: Path, points: FloatArray, normals: FloatArray | None = None) -> None:
+    """Reject a cloud that is one plane, not upright: its only normal is that of the plane, and it holds no wall.
+
+    Args:
+        path: File of the cloud.
+        points: Points (N, 3) [m].
+        normals: Normals (N, 3) if the file has any; walls drawn on one plane are a map if theirs lie in it.
+
+    Raises:
+        CloudError: If it is one plane.
+    """
+    centred = points - points.mean(axis=0)
+    across = np.linalg.eigh(centred.T @ centred)[1][:, 0]
+    distance = np.abs(centred @ across)
+    if np.mean(distance < _THICKNESS) < _FLAT_SHARE:
+        return
+    if normals is not None and np.median(np.abs(normals @ across)) < 0.5:
+        return
+    if abs(across[2]) < _STEEP:
+        return
+    where = f" at z = {points[:, 2].mean():.2f} m" if abs(across[2]) > 0.999 else ""
+    raise CloudError(
+        f"cloud {path}: this cloud is one plane{where}: give map.yaml (a ROS occupancy grid), or heights: a"
+        " cloud whose walls have points above each other"
+    )
 
 
 def _drive(path: Path) -> FloatArray | None:

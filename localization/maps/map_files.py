@@ -19,7 +19,7 @@ from plyfile import PlyData, PlyElement
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud, CloudError
 from localization.maps.cloud_from_grid import cloud_from_grid
-from localization.maps.cloud_normals import with_normals
+from localization.maps.cloud_normals import require_relief, with_normals
 from localization.maps.occupancy_grid import read_occupancy_map
 from localization.maps.point_files import read_points
 from localization.types import Pose
@@ -27,6 +27,8 @@ from localization.types import Pose
 _COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 _LARGEST_EXTENT = 5_000.0
 """Extent [m] beyond which a cloud is rejected: it is almost surely in millimetres or geodetic coordinates."""
+_SMALL = 1000
+"""Number of points up to which a cloud with normals may be a single surface: it is somebody's example."""
 _LARGE = 300.0
 """Extent [m] beyond which a cloud must be as dense as a scanned place."""
 
@@ -47,7 +49,7 @@ def load_cloud(
 
     Raises:
         CloudError: If the file is missing, damaged or of an unknown kind; if its coordinates cannot be a
-            place in metres; or if it has no normals and no place from which it could be seen.
+            place in metres; if it is one plane; or if it has no normals and no place from which it could be seen.
     """
     path = Path(path)
     try:
@@ -59,6 +61,8 @@ def load_cloud(
     _check(table.points, table.normals, path)
     if table.normals is None:
         return with_normals(path, table.points, sha256, inside=inside, cache=cache)
+    if len(table.points) > _SMALL:
+        require_relief(path, table.points, table.normals)
     normals = table.normals / _lengths(table.normals)[:, None]
     return Cloud(
         table.points,

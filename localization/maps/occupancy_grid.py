@@ -1,8 +1,4 @@
-"""ROS occupancy maps: a ``map.yaml`` with the image of a grid beside it.
-
-Pixels are interpreted as by nav2's map_server: the darker a pixel, the more occupied its cell; thresholds, or
-the pixel's own value in mode ``raw``, separate occupied, free and unknown cells.
-"""
+"""ROS occupancy maps: a ``map.yaml`` with the image of a grid beside it."""
 
 from __future__ import annotations
 
@@ -13,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image, UnidentifiedImageError
 
 from localization.geometry import FloatArray
+from localization.maps.grid_image import FREE, OCCUPIED, Borderline, ImageRule, read_cells
 from localization.maps.map_yaml import GridOrigin, OccupancyError, read_entries
 
 BoolArray = npt.NDArray[np.bool_]
@@ -37,6 +33,8 @@ class OccupancyMap:
     """Which cells are free (rows, columns)."""
     sha256: str = ""
     """Hex digest of the bytes of both files."""
+    borderline: tuple[Borderline, ...] = ()
+    """Cells whose pixels are so close to a threshold that another threshold would make them something else."""
 
     def in_map(self, points: FloatArray) -> FloatArray:
         """Return points (..., 2) [m], given in the grid's frame, in the frame ``map``."""
@@ -73,45 +71,13 @@ def read_occupancy_map(path: str | Path) -> OccupancyMap:
             )
         origin, negate = entries.origin(), entries.flag("negate")
         image = path.parent / entries.image()
-        pixels = _pixels(image)
+        cells = read_cells(image, ImageRule(mode, negate, low, high))
         identity = hashlib.sha256(path.read_bytes() + image.read_bytes()).hexdigest()
     except OccupancyError as error:
         raise OccupancyError(f"map {str(path)!r}: {error}") from None
-    occupied, free = _cells(pixels, mode, negate=negate, low=low, high=high)
     # The first row of an image is its top, that of a grid its bottom.
     name = path.stem if path.stem != "map" else path.resolve().parent.name
-    return OccupancyMap(name, resolution, origin, occupied[::-1], free[::-1], identity)
-
-
-def _pixels(path: Path) -> FloatArray:
-    """Return an image as (rows, columns, 4) red, green, blue, alpha, each from 0 to 1."""
-    try:
-        with Image.open(path) as image:
-            if image.mode.startswith("I"):
-                grey = np.asarray(image, dtype=float) / 65535.0
-                return np.stack([grey, grey, grey, np.ones_like(grey)], axis=2)
-            return np.asarray(image.convert("RGBA"), dtype=float) / 255.0
-    except UnidentifiedImageError:
-        raise OccupancyError(f"image {str(path)!r} is not an image; use PGM or PNG") from None
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
-        raise OccupancyError(f"image {str(path)!r} cannot be read: {reason}") from None
-
-
-def _cells(
-    pixels: FloatArray, mode: str, *, negate: bool, low: float, high: float
-) -> tuple[BoolArray, BoolArray]:
-    """Return which cells (rows, columns) are occupied and which are free."""
-    opaque = pixels[:, :, 3] == 1.0
-    # In an opaque image the alpha channel would only brighten the mean.
-    channels = 4 if mode == "trinary" and not opaque.all() else 3
-    shade = pixels[:, :, :channels].mean(axis=2)
-    if mode == "raw":
-        # The pixel's value is the occupancy in percent; values above 100 mean unknown.
-        value = np.round(255.0 * shade)
-        return (value >= 100.0 * high) & (value <= 100.0), value <= 100.0 * low
-    occupancy = shade if negate else 1.0 - shade
-    occupied, free = occupancy > high, occupancy < low
-    if mode == "scale":
-        return occupied & opaque, free & opaque
-    return occupied, free
+    codes = cells.codes[::-1]
+    return OccupancyMap(
+        name, resolution, origin, codes == OCCUPIED, codes == FREE, identity, cells.borderline()
+    )

@@ -1,11 +1,11 @@
-"""Cloud prepared for matching: a grid of nearest points and the height of the ground.
+"""Cloud prepared for matching: a grid of nearest points, the height of the ground, its noise.
 
-Both are derived from the cloud alone and are cached under the cloud's hash.
+All are derived from the cloud alone and are cached under the cloud's hash.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +13,11 @@ import numpy as np
 from localization.maps.cloud import Cloud
 from localization.maps.ground_height import Ground, ground_of
 from localization.maps.map_cache import default_cache as default_cache, load, store
+from localization.maps.map_noise import MapNoise, measured_noise
 from localization.maps.nearest_grid_building import build_grid
 from localization.maps.nearest_point_grid import NearestGrid as NearestGrid
 
-_VERSION = 2
+_VERSION = 3
 """Part of a cache file's name; it changes with the layout or the meaning of the file's content."""
 
 
@@ -30,6 +31,8 @@ class PreparedMap:
     """Nearest point of any place near a surface."""
     ground: Ground
     """Height of the ground."""
+    noise: MapNoise = field(default_factory=MapNoise)
+    """Noise of its points and normals, as measured on the map."""
 
     def contains(self, x: float, y: float, *, margin: float = 0.0) -> bool:
         """Return whether (x, y) [m] lies in the cloud's bounds, grown by ``margin`` [m]."""
@@ -56,7 +59,8 @@ def prepare(
         kept = _load(file, cloud)
         if kept is not None:
             return kept
-    world = PreparedMap(cloud, build_grid(cloud.points, cell, reach), ground_of(cloud))
+    grid = build_grid(cloud.points, cell, reach)
+    world = PreparedMap(cloud, grid, ground_of(cloud), measured_noise(cloud))
     if file is not None:
         _store(file, world)
     return world
@@ -76,9 +80,10 @@ def _load(file: Path, cloud: Cloud) -> PreparedMap | None:
             kept["owners"],
         )
         ground = Ground(kept["ground_origin"], kept["ground_height"], bool(kept["ground_level"]))
+        noise = MapNoise(*kept["noise"].tolist())
     except (KeyError, TypeError, ValueError):
         return None
-    return PreparedMap(cloud, grid, ground)
+    return PreparedMap(cloud, grid, ground, noise)
 
 
 def _store(file: Path, world: PreparedMap) -> None:
@@ -94,5 +99,6 @@ def _store(file: Path, world: PreparedMap) -> None:
         "ground_origin": ground.origin,
         "ground_height": ground.height,
         "ground_level": np.bool_(ground.level),
+        "noise": np.array([world.noise.distance, world.noise.normal]),
     }
     store(file, {name: np.asarray(value) for name, value in arrays.items()})

@@ -8,13 +8,15 @@ cannot attract points.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from localization.filter.covariance import pose_covariance
 from localization.filter.pose_error import LEVER, difference
 from localization.geometry import FloatArray, hat, so3_exp
+from localization.maps.map_noise import MapNoise
 from localization.maps.prepared_map import PreparedMap
 from localization.types import Match, Pose, Sweep
 
@@ -29,7 +31,7 @@ class RegistrationConfig:
 
     sigma: float = 0.02
     """The distance of a true point from its plane, one sigma [m]: range noise, for which data sheets of planar
-    scanners give 1 to 3 cm, and the map's own noise."""
+    scanners give 1 to 3 cm, and a good map's own noise; the noise measured on the map is added."""
     kernel: float = 0.04
     """The scale of the Geman-McClure kernel at the end of the annealing [m]: at two sigma a point counts a
     quarter."""
@@ -46,8 +48,8 @@ class RegistrationConfig:
     inlier_distance: float = 0.10
     """A point this near to its plane counts as explained [m]."""
     normal_noise: float = 0.04
-    """The angular noise of the cloud's normals, one sigma [rad], for the debiasing. Measured on clouds:
-    neighbouring normals differ by 0.02 at the median."""
+    """The least angular noise of the map's normals, one sigma [rad], for the debiasing; what is measured on
+    the map counts if it is more (see ``map_noise``)."""
     debias: float = 4.0
     """A direction is observable if its information exceeds this many times the spurious information of noisy
     normals: two sigma squared (after Hatleskog and Alexis, arXiv:2410.10784)."""
@@ -120,6 +122,7 @@ def register(
     # The covariance may be singular; the floor makes it invertible.
     prior_information = np.linalg.inv(pose_covariance(covariance, "covariance of the prediction"))
     pose = prior
+    config = adapted(config, world.noise)
     kernel = _first_kernel(covariance, config)
     for _ in range(config.iterations):
         seen = residuals(sweep, world, pose, backface_culling=config.backface_culling)
@@ -134,6 +137,25 @@ def register(
             break
         kernel = max(config.kernel, 0.6 * kernel)
     return _conclude(sweep, world, pose, config)
+
+
+def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:
+    """Return the scales for a map whose points and normals have some noise.
+
+    Half of the variance of a map's points is taken as common to those around a place. A sweep of N points
+    that have it holds a direction to sigma / sqrt(N / 2) where half of them face it: N is limited such that
+    this is not less than the common error.
+    """
+    sigma = math.hypot(config.sigma, noise.distance)
+    common = 0.5 * noise.distance**2
+    most = 2.0 * sigma**2 / common if common > 0.0 else math.inf
+    return replace(
+        config,
+        sigma=sigma,
+        kernel=config.kernel * sigma / config.sigma,
+        effective_points=min(config.effective_points, most),
+        normal_noise=max(config.normal_noise, noise.normal),
+    )
 
 
 def _first_kernel(covariance: FloatArray, config: RegistrationConfig) -> float:

@@ -6,7 +6,7 @@ used: a wrong place in it may fit well enough.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -45,6 +45,8 @@ class JumpDetector:
     """Time of the last sweep [ns]."""
     odom_from_base: Pose = field(default_factory=Pose.identity)
     """Pose at the last sweep."""
+    after_gap: bool = False
+    """Whether the last sweep came after a gap."""
 
     def compared(self, sweep: Sweep, odom_from_base: Pose) -> tuple[JumpDetector, bool]:
         """Return the detector after a sweep, and whether the sweep does not follow from the last one.
@@ -57,11 +59,12 @@ class JumpDetector:
         flat = odom_from_base.apply(sweep.points[sweep.horizontal])[:, :2]
         if len(flat) < c.points:
             return self, False
-        after = replace(self, seen=flat, stamp=sweep.stamp, odom_from_base=odom_from_base)
+        gap = self.seen is not None and sweep.stamp - self.stamp > c.max_gap
+        after = JumpDetector(c, flat, sweep.stamp, odom_from_base, gap)
         if self.seen is None:
             return after, False
         step = odom_from_base.position - self.odom_from_base.position
-        if sweep.stamp - self.stamp > c.max_gap and float(np.hypot(*step[:2])) > c.gap_distance:
+        if gap and float(np.hypot(*step[:2])) > c.gap_distance:
             return after, True
         some = flat[np.linspace(0, len(flat) - 1, c.points).astype(np.int64)]
         far, _ = cKDTree(self.seen).query(some, distance_upper_bound=c.match_distance)

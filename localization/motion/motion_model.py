@@ -1,12 +1,12 @@
 """Motion model: readings of whatever sensors a robot has, brought to one form.
 
-Everything becomes an ``Increment``: mean rates and rim speeds over the time since the last one. Where a
+Everything becomes an ``Increment``. With a gyro that is mean rates and rim speeds over the time since the
+last one; wheels alone, and odometry that comes as poses, give displacements, whatever the time. Where a
 sensor is missing, others substitute for it, and the filter is set to trust that less.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from localization.filter.ekf_config import GRAVITY
 from localization.geometry import FloatArray
+from localization.motion.displacement import arc_length, arc_step, planar_step
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import (
     SECOND,
@@ -26,8 +27,6 @@ from localization.types import (
     WheelSpeeds,
 )
 
-_LONGEST_GAP = SECOND
-"""Odometry that pauses for longer says nothing about the motion during the pause [ns]."""
 _NO_RATE = np.zeros(3)
 _LEVEL_FORCE = np.array([0.0, 0.0, GRAVITY])
 for _constant in (_NO_RATE, _LEVEL_FORCE):
@@ -57,6 +56,11 @@ class Increment:
     less often than the gyro."""
     covered: float
     """Length of that time [s]."""
+    step: Pose | None = None
+    """Planar displacement ``base_then_from_base_now`` that was measured without a gyro; None with one, and
+    where nothing was measured."""
+    distance: float = 0.0
+    """Signed length of its arc [m]."""
 
 
 class MotionModel(NamedTuple):
@@ -94,13 +98,11 @@ class MotionModel(NamedTuple):
         match reading:
             case WheelSpeeds() if self.sensors.wheels:
                 model = self._replace(wheels=reading, fresh=True)
-                if motion is Motion.WHEELS:
-                    return model, self._rolled(reading.stamp, reading.left, reading.right)
-                return model, None
+                return model, self._counted(reading) if motion is Motion.WHEELS else None
             case Inertial() if self.sensors.gyro:
                 return self._measured(reading)
             case Odometry() if motion is Motion.ODOMETRY:
-                return self._replace(odometry=reading), self._integrated(reading)
+                return self._replace(odometry=reading), self._displaced(reading)
             case Scan() | PointScan() if motion is Motion.SCANNER:
                 speed, across = velocity[0], 0.5 * self.track * velocity[1]
                 return self, self._rolled(
@@ -128,21 +130,28 @@ class MotionModel(NamedTuple):
         )  # fmt: skip
         return model, increment
 
-    def _integrated(self, reading: Odometry) -> Increment:
+    def _displaced(self, reading: Odometry) -> Increment:
+        """However long ago the pose before was, the difference is what the wheels counted since then."""
         before = self.odometry
-        if before is None or reading.stamp - before.stamp > _LONGEST_GAP:
-            return self._rolled(reading.stamp, 0.0, 0.0, rolling=before is None)
-        seconds = (reading.stamp - before.stamp) / SECOND
-        step: Pose = before.odom_from_base.inverse() @ reading.odom_from_base
-        # A chord is shorter than its arc, and turned from the start by half of the arc's turn.
-        half = 0.5 * step.yaw
-        chord = step.position[0] * math.cos(half) + step.position[1] * math.sin(half)
-        arc = chord * (half / math.sin(half) if abs(half) > 1e-6 else 1.0)
-        across = self.track * half
-        return self._rolled(reading.stamp, (arc - across) / seconds, (arc + across) / seconds)
+        if before is None:
+            return _stepped(reading.stamp, Pose.identity())
+        return _stepped(reading.stamp, planar_step(before.odom_from_base, reading.odom_from_base))
+
+    def _counted(self, reading: WheelSpeeds) -> Increment:
+        seconds = (reading.stamp - self.wheels.stamp) / SECOND if self.wheels is not None else 0.0
+        distance = 0.5 * (reading.left + reading.right) * seconds
+        turn = (reading.right - reading.left) / self.track * seconds
+        return _stepped(reading.stamp, arc_step(distance, turn))
 
     def _rolled(self, stamp: int, left: float, right: float, *, rolling: bool = True) -> Increment:
         rate = np.array([0.0, 0.0, (right - left) / self.track])
         return Increment(
             stamp, rate, _LEVEL_FORCE, left, right, rolling, False, witness=rate, covered=0.0
         )
+
+
+def _stepped(stamp: int, step: Pose) -> Increment:
+    return Increment(
+        stamp, _NO_RATE, _LEVEL_FORCE, 0.0, 0.0, True, False, witness=_NO_RATE, covered=0.0,
+        step=step, distance=arc_length(step),
+    )  # fmt: skip

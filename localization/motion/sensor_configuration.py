@@ -61,26 +61,32 @@ class SensorConfiguration:
         """Sources whose silence is reported, besides scanners and the readings that advance time."""
         return ("wheels",) if self.motion is Motion.WHEELS_AND_GYRO else ()
 
+    @property
+    def displaced(self) -> bool:
+        """Whether the robot's motion comes as displacements that no gyro accompanies."""
+        return self.motion in (Motion.WHEELS, Motion.ODOMETRY)
+
     def ekf(self) -> EkfConfig:
         """Return the filter's settings for these sensors."""
         config = EkfConfig()
         if not self.gyro:
-            # The substitute of the gyro has no constant bias, and its error is a share of the turn.
-            share = _TURN_SHARE[self.motion]
+            # The substitute of the gyro has no constant bias. Wheels that no gyro watches may turn the robot
+            # by another ratio than the nominal one.
+            along, _, lateral, ahead = config.kappa
             config = replace(
                 config,
-                turn_share=share,
-                turn_floor=_TURN_FLOOR[self.motion],
+                turn_share=_TURN_SHARE,
+                turn_floor=_TURN_FLOOR,
                 gyro_noise=_ROCKING,
                 gyro_bias=1e-5,
                 gyro_bias_walk=1e-6,
+                kappa=(along, _YAW_RATIO, lateral, ahead),
                 # Without a gyro nothing shows that a robot at rest is turned by hand.
                 still_settle=math.inf,
             )
-        if self.motion is Motion.ODOMETRY:
-            config = replace(config, speed_noise=0.05, side_noise=0.02, speed_floor=0.01)
         if self.flat:
-            config = replace(config, heave_noise=1e-4, level=_LEVEL)
+            odometry = replace(config.odometry, heave=1e-4, rocking=_ROCKING_LEVEL)
+            config = replace(config, heave_noise=1e-4, level=_LEVEL, odometry=odometry)
         return config
 
 
@@ -95,13 +101,13 @@ _LEVEL = math.radians(0.1)
 """Tilt of a floor that is said to be flat, at each sweep, one sigma [rad]."""
 _ROCKING = math.radians(0.3)
 """Roll and pitch of a robot on an indoor floor that no gyro measures [rad/sqrt(s)]."""
-_TURN_SHARE = {Motion.WHEELS: 0.06, Motion.ODOMETRY: 0.08, Motion.SCANNER: 0.15}
-"""Error of a turn as a share of it [1/sqrt(Hz)]. The wheels of a skid-steered robot err by 5 % with the
-curve it drives (Wang et al., Sensors 2015, 15, 9681), for longer than a sweep."""
-_TURN_FLOOR = {
-    Motion.WHEELS: math.radians(0.3),
-    Motion.ODOMETRY: math.radians(0.5),
-    Motion.SCANNER: math.radians(5.0),
-}
+_ROCKING_LEVEL = math.radians(0.1)
+"""Roll and pitch on a floor that is said to be flat, with the distance [rad/sqrt(m)]."""
+_YAW_RATIO = 0.33
+"""Error of the logarithm of the yaw ratio at the start: skid-steer robots turn by 0.5 to 1.9 times what their
+wheels count."""
+_TURN_SHARE = 0.15
+"""Error of a turn that only the scanner observed, as a share of it [1/sqrt(Hz)]."""
+_TURN_FLOOR = math.radians(5.0)
 """Error of the heading in addition [rad/sqrt(s)]; without any sensor, a robot may begin a turn of 30 deg/s
 within one sweep of 0.1 s."""

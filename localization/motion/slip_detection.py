@@ -10,9 +10,13 @@ from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState
 from localization.filter.prediction import rolling_noise
 from localization.geometry import FloatArray
+from localization.motion.displacement import arc_step, step_variance
 from localization.motion.sensor_configuration import Motion
 from localization.types import Pose
 
+_SHORTEST = 0.3
+"""Least time for which a push is granted to a robot whose motion comes as displacements, as their stamps may
+be bursts [s]."""
 _SLIP_GATE = float(chi2.ppf(0.999, 1))
 """Beyond it KISS-ICP's forward motion contradicts the wheels' (99.9 %)."""
 
@@ -56,6 +60,10 @@ class SlipDetector(NamedTuple):
         sensors = self.config.sensors
         return sensors.wheels or sensors.motion is Motion.ODOMETRY
 
+    @property
+    def _displaced(self) -> bool:
+        return self.config.sensors.displaced
+
     def slipping(self, now: int) -> bool:
         """Return whether the wheels are distrusted at a stamp [ns]."""
         return now < self.slip_until
@@ -86,7 +94,7 @@ class SlipDetector(NamedTuple):
 
     def restarted(self) -> SlipDetector:
         """Return the detector at the beginning of a new window."""
-        last = self.rolled / self.elapsed if self.elapsed else self.last_speed
+        last = self.rolled / self.elapsed if self.elapsed > 0.0 else self.last_speed
         return self._replace(last_speed=last, rolled=0.0, motion=None, elapsed=0.0)
 
     def observed(self, motion: Pose, elapsed: float) -> SlipDetector:
@@ -102,16 +110,20 @@ class SlipDetector(NamedTuple):
     @property
     def complete(self) -> bool:
         """Whether the window is long enough to compare wheels and KISS-ICP."""
-        return self.elapsed >= self.config.slip_window
+        return self._displaced or self.elapsed >= self.config.slip_window
 
     @property
     def plausible(self) -> bool:
         """Whether the robot can have moved as KISS-ICP observed.
 
-        Wheels that spin or lock move a robot at a speed between none and their own, but for a push.
+        Wheels that spin or lock move a robot at a speed between none and their own, but for a push. Where
+        no gyro watches them, they may even count the wrong direction, and only the distance is compared.
         Without wheels, only the grip of tyres bounds the change of speed.
         """
         c = self.config
+        if self._displaced and self.motion is not None:
+            farthest = abs(self.rolled) + c.overspeed_margin * max(self.elapsed, _SHORTEST)
+            return abs(float(self.motion.position[0])) <= farthest
         speed, _ = self._observed_velocity
         if self._measured:
             rolled = self.rolled / self.elapsed
@@ -139,9 +151,13 @@ class SlipDetector(NamedTuple):
         if not self._measured or self.motion is None:
             return False
         ekf = self.config.ekf
+        off = float(self.motion.position[0]) - self.rolled
+        if self._displaced:
+            way = arc_step(self.rolled, self.motion.yaw)
+            loose = step_variance(way, self.elapsed, ekf.odometry).along
+            return off**2 > _SLIP_GATE * (float(covariance[0, 0]) + loose)
         _, turn = self._observed_velocity
         noise = rolling_noise(ekf, self.rolled / self.elapsed, turn)
-        off = float(self.motion.position[0]) - self.rolled
         if self._outruns(off):
             return False
         if off**2 > _SLIP_GATE * (float(covariance[0, 0]) + noise**2 * self.elapsed):
@@ -164,6 +180,6 @@ class SlipDetector(NamedTuple):
     @property
     def _observed_velocity(self) -> tuple[float, float]:
         """Forward speed [m/s] and yaw rate [rad/s] in the present window."""
-        if self.motion is None:
+        if self.motion is None or self.elapsed <= 0.0:
             return 0.0, 0.0
         return float(self.motion.position[0]) / self.elapsed, self.motion.yaw / self.elapsed

@@ -13,6 +13,7 @@ from localization.config import LocalizerConfig as LocalizerConfig
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import MatchSweep
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitor
+from localization.monitoring.silence_detection import silent_sources
 from localization.monitoring.status import status_of
 from localization.pipeline.event_queue import EventQueue
 from localization.pipeline.events import SweepProcessed
@@ -68,6 +69,8 @@ class Localizer:
         them. A late reading takes effect at its own time: the readings since then are replayed, and a sweep
         among them is reported with the next reading that advances time.
         """
+        if self._validator.repeats(reading):
+            return self._last
         refusal = self._validator.refusal(reading, self._state.stamp)
         if refusal is not None:
             self._events.refuse(refusal)
@@ -87,8 +90,14 @@ class Localizer:
         """Begin a search of the whole map with the next sweep, as for a robot that was carried away.
 
         The places found are disambiguated by driving on; until that is decided, the estimate stays as it is.
+        A robot without a pose, or one that is lost, searches by itself.
         """
         self._take(Command.SEARCH_MAP)
+
+    @property
+    def searching(self) -> bool:
+        """Whether a search is under way, or begins with the next sweep."""
+        return self._state.search.requested
 
     @property
     def undoable(self) -> bool:
@@ -165,9 +174,8 @@ class Localizer:
     def _status(self) -> tuple[Health, tuple[str, ...]]:
         """Return the state of the estimate, and why."""
         state, config, mounts = self._state, self.config, self._resources.mounts
-        oldest = state.stamp - config.health.silence
         sources = (*sorted(mounts), *config.sensors.expected)
-        silent = tuple(s for s in sources if state.last_received.get(s, 0) < oldest)
+        silent = silent_sources(state.received, sources, state.stamp, config.health.silence)
         return status_of(
             state.health,
             placed=state.placed,
@@ -175,7 +183,8 @@ class Localizer:
             silent=silent,
             no_scanner=mounts.keys() <= set(silent),
             mounts=self._extrinsics.doubts,
-            searching=state.search.search.busy,
+            searching=state.search.activity(state.stamp, config.search_schedule),
+            outlook=state.search.outlook(config.search_schedule),
             checking=state.search.checking,
             candidates=state.search.hypotheses.candidates(state.odom_from_base),
         )

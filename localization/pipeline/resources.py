@@ -43,6 +43,7 @@ class Resources:
             # The robot's height is that of its floor by definition: a log seldom has a scanner's height.
             world = replace(world, ground=FLAT)
         self.world = world
+        self.map_noise = config.map_share * world.noise.distance
         self.match: MatchSweep | None = matcher
         if matcher is None and config.matcher is not Matcher.NONE:
             self.match = matcher_of(
@@ -50,7 +51,5 @@ class Resources:
             )
         self.beams = BeamClassifier(world, inlier=config.registration.inlier_distance)
         self.kiss = KissOdometry(config.kiss)
-        self.relocalizer = Relocalizer(
-            world, self.mounts, config, search_when_lost=self.match is not None
-        )
+        self.relocalizer = Relocalizer(world, self.mounts, config, by_itself=self.match is not None)
         self.cache = RegistrationCache(config.late_readings)

@@ -10,6 +10,7 @@ from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState, initial_state
 from localization.monitoring.health import HealthMonitor
 from localization.monitoring.jump_detection import JumpDetector
+from localization.monitoring.silence_detection import SourceTimes
 from localization.motion.kiss_odometry import KissState
 from localization.motion.motion_model import MotionModel
 from localization.motion.odometry_track import OdometryTrack
@@ -67,8 +68,8 @@ class State(NamedTuple):
     """Pose by dead reckoning."""
     placed: bool
     """Whether the filter's pose is one in the map."""
-    last_received: Mapping[str, int]
-    """Newest stamp of each source [ns]: scanners by their frames, and "wheels"."""
+    received: Mapping[str, SourceTimes]
+    """Newest reading of each source and how often they arrive: scanners by their frames, and "wheels"."""
 
     @classmethod
     def initial(cls, mounts: Mounts, config: LocalizerConfig) -> State:
@@ -88,7 +89,7 @@ class State(NamedTuple):
             stamp=0,
             odom_from_base=Pose.identity(),
             placed=False,
-            last_received={},
+            received={},
         )
 
     @property

@@ -7,18 +7,22 @@ loss begin a search that runs in parallel, a little each tick.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from enum import Enum, auto
 from typing import TypeAlias
 
 import numpy as np
+from scipy.stats import chi2
 
 from localization.config import LocalizerConfig
+from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import with_pose
+from localization.filter.pose_error import difference
 from localization.filter.prediction import predict
 from localization.filter.updates import update_standstill, update_wheel_yaw
 from localization.monitoring.health import HealthMonitor, horizontal_sigma
+from localization.monitoring.jump_detection import JumpDetector
+from localization.monitoring.silence_detection import with_reading
 from localization.motion.deskew import deskew
 from localization.motion.motion_model import Increment
 from localization.pipeline.events import (
@@ -36,6 +40,8 @@ from localization.pipeline.undo import ReplacedEstimate
 from localization.relocalization.relocalizer import Placement
 from localization.types import SECOND, Hint, PointScan, Pose, Reading, Scan, WheelSpeeds
 
+_ELSEWHERE = float(chi2.ppf(0.9999, 3))
+"""Beyond it a place is not where the pose's uncertainty allows the robot to be (99.99 %)."""
 _LONGEST_MEAN = 0.1
 """Rim speeds are means over at most this time [s]; after a pause of the encoders those of the gyro are."""
 
@@ -63,9 +69,10 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
     """
     match item:
         case Command.SEARCH_MAP:
-            return state._replace(search=state.search.with_map_requested()), ()
+            health = state.health.after_search_request()
+            return state._replace(search=state.search.with_request(), health=health), ()
         case Command.UNDO:
-            return _undone(state)
+            return _undone(state, r.config)
         case Placement():
             return _placed(state, item, r)
         case Hint():
@@ -89,18 +96,14 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
 
 def _received(state: State, reading: Reading) -> tuple[State, Increment | None]:
     """Keep a reading, and return the increment of motion if it advances time."""
-    scans, received = state.scans, state.last_received
+    scans, received = state.scans, state.received
     if isinstance(reading, Scan | PointScan):
         scans = scans.received(reading)
-        received = _with_newest(received, reading.scanner, reading.stamp)
+        received = with_reading(received, reading.scanner, reading.stamp)
     elif isinstance(reading, WheelSpeeds):
-        received = _with_newest(received, "wheels", reading.stamp)
+        received = with_reading(received, "wheels", reading.stamp)
     motion, increment = state.motion.take(reading, state.slip.velocity)
-    return state._replace(motion=motion, scans=scans, last_received=received), increment
-
-
-def _with_newest(stamps: Mapping[str, int], source: str, stamp: int) -> Mapping[str, int]:
-    return {**stamps, source: max(stamp, stamps.get(source, 0))}
+    return state._replace(motion=motion, scans=scans, received=received), increment
 
 
 def _predicted(state: State, increment: Increment, r: Resources) -> State:
@@ -111,10 +114,12 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
         return state
     if not state.stamp:
         return state._replace(stamp=now, track=state.track.extended(now, state.odom_from_base))
+    dt = (now - state.stamp) / SECOND
+    if increment.step is not None:
+        return _displaced(state, increment, increment.step, dt, r)
     with r.stage("predict"):
         ekf, slip, filter_ = r.config.ekf, state.slip, state.filter
         left, right = increment.left, increment.right
-        dt = (now - state.stamp) / SECOND
         if increment.witnessed:
             witness, span = increment.witness, min(increment.covered, _LONGEST_MEAN)
             slip = slip.wheels_read(filter_.rolling_speed(left, right), increment.covered, now)
@@ -134,6 +139,19 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
             slipping=distrusted,
             speed=slip.speed if distrusted else None,
         )
+        odom = state.odom_from_base @ motion
+        track = state.track.extended(now, odom)
+        return state._replace(
+            stamp=now, odom_from_base=odom, track=track, filter=filter_, slip=slip
+        )
+
+
+def _displaced(state: State, increment: Increment, step: Pose, dt: float, r: Resources) -> State:
+    """Move the filter on by what wheels without a gyro, or the base itself, counted."""
+    now = increment.stamp
+    with r.stage("predict"):
+        slip = state.slip.rolled_on(increment.distance)
+        filter_, motion = predict_displacement(state.filter, r.config.ekf, step, dt)
         odom = state.odom_from_base @ motion
         track = state.track.extended(now, odom)
         return state._replace(
@@ -175,13 +193,24 @@ def _checked_for_jump(
     state: State, record: SweepRecord, registration: Registration, r: Resources
 ) -> State:
     """Compare the sweep with the last one, and request a search of the map if the pose needs a check."""
-    jump, jumped = state.jump.compared(record.sweep, state.odom_from_base)
+    # Wheels without a gyro turn too roughly to say where a surface was seen before; the filter has been
+    # corrected by the scanner.
+    pose = state.filter.pose if r.config.sensors.displaced else state.odom_from_base
+    jump, jumped = state.jump.compared(record.sweep, pose)
     health, search = state.health, state.search
-    if jumped:
+    if jumped and not (jump.after_gap and _confirmed(registration, health, r.config)):
         health = health.after_jump(registration.consistency)
-    if state.placed and health.needs_check:
-        search = search.with_map_requested()
+    carried = health is not state.health
+    if state.placed and (carried or health.needs_check):
+        search = search.with_doubt()
     return state._replace(jump=jump, health=health, search=search)
+
+
+def _confirmed(registration: Registration, health: HealthMonitor, config: LocalizerConfig) -> bool:
+    """Return whether a sweep fits the map where the robot's motion led."""
+    match = registration.match
+    fits = match is not None and match.inlier_ratio >= config.slip_min_inlier_ratio
+    return fits and not health.doubtful
 
 
 def _processed(
@@ -210,8 +239,32 @@ def _disambiguated(state: State, record: SweepRecord, r: Resources) -> tuple[Sta
         search, placement = r.relocalizer.disambiguate(
             state.search, record.sweep, state.odom_from_base, state.current
         )
-    state = state._replace(search=search)
-    return (state, ()) if placement is None else _placed(state, placement, r)
+    checked = state.search.checking and not search.checking and placement is None
+    health = state.health.after_check() if checked else state.health
+    state = state._replace(search=search, health=health)
+    if placement is None:
+        return state, ()
+    believed = state.placed and not state.health.lost
+    if believed and not _possible(state, placement, r.config):
+        step = placement.map_from_base.position - state.filter.pose.position
+        health = replace(state.health, ruled_out=float(np.hypot(*step[:2])))
+        return state._replace(health=health), ()
+    return _placed(state, placement, r, believed=believed)
+
+
+def _possible(state: State, placement: Placement, config: LocalizerConfig) -> bool:
+    """Return whether the robot can be at a place that is not where it is believed to be.
+
+    It can if it may have been moved without its sensors noticing, or if the place is one that the pose's
+    uncertainty allows. Otherwise wheels, gyro and scanner, which have led from one pose to the next, outweigh
+    any number of points that another place explains.
+    """
+    if state.health.unconfirmed > 0.0:
+        return True
+    axes = [0, 1, 5]
+    off = difference(state.filter.pose, placement.map_from_base)[axes]
+    spread = state.filter.covariance + np.diag(np.square(config.placement_sigma))
+    return float(off @ np.linalg.solve(spread[np.ix_(axes, axes)], off)) <= _ELSEWHERE
 
 
 def _with_search_begun(state: State, record: SweepRecord, r: Resources) -> State:
@@ -244,12 +297,21 @@ def _with_certainty_checked(state: State) -> State:
 
 def _hinted(state: State, hint: Hint, r: Resources) -> tuple[State, Events]:
     odom = state.track.pose_at(hint.stamp) or state.odom_from_base
-    search, answers = r.relocalizer.receive(state.search, hint, state.stamp, odom)
+    search, answers = r.relocalizer.receive(state.search, hint, state.stamp, odom, state.current)
     return state._replace(search=search), answers
 
 
-def _placed(state: State, placement: Placement, r: Resources) -> tuple[State, Events]:
-    """Begin anew at the pose where the robot was found; the estimate before is kept for an undo."""
+def _placed(
+    state: State, placement: Placement, r: Resources, *, believed: bool = False
+) -> tuple[State, Events]:
+    """Begin anew at the pose where the robot was found; the estimate before is kept for an undo.
+
+    Args:
+        state: before.
+        placement: the pose.
+        r: settings.
+        believed: whether the pose that it replaces was not lost, and no operator gave the new one.
+    """
     replaced = ReplacedEstimate(
         state.stamp,
         placement.reason,
@@ -258,19 +320,29 @@ def _placed(state: State, placement: Placement, r: Resources) -> tuple[State, Ev
         state.health,
         state.odom_from_base,
     )
+    health = HealthMonitor.placed(r.config.health)
+    if believed:
+        step = placement.map_from_base.position - state.filter.pose.position
+        health = HealthMonitor.after_replacement(r.config.health, float(np.hypot(*step[:2])))
     covariance = np.diag(np.array(r.config.placement_sigma) ** 2)
     filter_ = with_pose(state.filter, placement.map_from_base, covariance)
     placed = state._replace(
         filter=filter_,
         placed=True,
-        health=HealthMonitor(r.config.health),
+        health=health,
         last=replace(state.last, map_from_base=filter_.pose),
         replaced=replaced,
+        jump=_without_memory(state, r.config),
     )
     return placed, (RobotPlaced(state.stamp, placement.reason),)
 
 
-def _undone(state: State) -> tuple[State, Events]:
+def _without_memory(state: State, config: LocalizerConfig) -> JumpDetector:
+    """Return a detector that remembers no pose in the map that was replaced."""
+    return JumpDetector(config.jump_detection) if config.sensors.displaced else state.jump
+
+
+def _undone(state: State, config: LocalizerConfig) -> tuple[State, Events]:
     """Go back to the estimate that the last placement replaced, if it is still known."""
     if state.replaced is None:
         return state, ()
@@ -284,6 +356,7 @@ def _undone(state: State) -> tuple[State, Events]:
         last=replace(state.last, map_from_base=filter_.pose),
         replaced=None,
         search=state.search.with_pause(),
+        jump=_without_memory(state, config),
     )
     event = PlacementUndone((state.stamp - before.stamp) / SECOND, before.reason)
     return _with_certainty_checked(undone), (event,)

@@ -1,9 +1,10 @@
 """Correction of the state by one sweep.
 
 KISS-ICP observes how the robot moved since the last sweep, and the wheels are compared with it. The sweep is
-registered against the cloud with the prediction as prior. A sweep that fits the map but contradicts the
-prediction shows that the wheels slipped; a sweep that does not fit is rejected; all others correct the
-filter.
+registered against the cloud with the prediction as prior; where no gyro accompanies the wheels, KISS-ICP's
+motion is part of the prediction. A sweep that fits the map but contradicts the prediction shows that the
+wheels slipped, or is tried again with a wider prior; a sweep that does not fit is rejected; all others
+correct the filter.
 """
 
 from __future__ import annotations
@@ -15,8 +16,11 @@ from scipy.stats import chi2
 
 from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState, mark
+from localization.filter.pose_error import LEVER
 from localization.filter.updates import (
+    between,
     match_nis,
+    relative_nis,
     update_level,
     update_match,
     update_relative,
@@ -36,6 +40,12 @@ _GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
 """Largest normalised innovation squared of a match by its number of observable directions (99.99 %)."""
 _UNEXPLAINED = "the map does not explain the sweep"
 """Why a sweep is rejected that fits nowhere near; replaced by what exactly is unexplained."""
+_SAMPLING = 0.02
+"""The share of a sweep that the map explains differs by this much between poses that are equally good."""
+_NEARLY = 0.05
+"""With a wider prior at least the same share of the sweep must be explained, but for this much."""
+_WITNESS_GATE = float(chi2.ppf(0.999, 3))
+"""Beyond it KISS-ICP's motion contradicts a displacement (99.9 %)."""
 _NONE_USED = np.zeros((0, 6))
 """No direction of a match was used."""
 
@@ -100,6 +110,9 @@ def _observed_motion(
             kiss, observed, record.view = r.kiss.add(kiss, record.sweep, moved)
     if observed is None:
         return state._replace(kiss=kiss, slip=slip.restarted()), None
+    if r.config.sensors.displaced:
+        # Wheels without a gyro and KISS-ICP are weighed against each other when the sweep is registered.
+        return state._replace(kiss=kiss, slip=slip.restarted()), observed
     motion, covariance = observed
     slip = slip.observed(motion, elapsed)
     if not slip.complete:
@@ -133,28 +146,125 @@ def _matched(
     """Register a sweep, decide whether to believe it, and correct the filter."""
     config, slip, filter_ = r.config, state.slip, state.filter
     now, ekf = record.sweep.stamp, r.config.ekf
-    share = min(1.0, elapsed / config.sweep_period)
-    match, nis = _registered(filter_, record, matcher, share, r)
+    share, relative = _share(state, elapsed, config), observed
+    contradicted = observed is not None and _contradicts(state, observed, config)
+    if observed is not None and contradicted:
+        slip, relative = slip.distrusted(now), None
+        filter_, match, nis = _registered_by_witnesses(state, observed, record, matcher, share, r)
+    else:
+        if observed is not None and config.sensors.displaced:
+            relative = None
+            filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
+        match, nis = _registered(filter_, record, matcher, share, r)
     refusal = _refusal(match, nis, config)
     if refusal is not None and _shows_slip(match, slip.slipping(now) or observed is None, config):
         slip, filter_ = _slipped(slip, filter_, now, config)
         # The record keeps the first match: a replay begins from the prediction that it belongs to.
         match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
         refusal = _refusal(match, nis, config)
+    least = _least_elsewhere(match, refusal, state, config)
+    if least is not None:
+        wider = _registered_wider(filter_, record, matcher, share, least, r)
+        if wider is not None:
+            (filter_, match, nis), refusal = wider, None
     with r.stage("ekf"):
-        if observed is not None:
+        if relative is not None:
             used = match.observable_directions if refusal is None else _NONE_USED
-            filter_ = update_relative(filter_, state.last.map_from_base, *observed, used)
+            filter_ = update_relative(filter_, state.last.map_from_base, *relative, used)
         if refusal is None:
-            filter_ = update_match(filter_, ekf, match)
+            filter_ = update_match(filter_, ekf, match, r.map_noise)
     with r.stage("scan consistency"):
         if record.consistency is None:
             record.consistency = r.beams.classify(record.sweep, filter_.pose, match.distances)
     if refusal is _UNEXPLAINED:
         refusal = explanation(match.inlier_ratio, record.consistency)
     health = state.health.after_sweep(match, filter_.pose, refusal, record.consistency)
+    moved = state.odom_from_base.position - state.last.odom_from_base.position
+    if not state.search.checking:
+        health = health.after_distance(float(np.hypot(*moved[:2])))
     state = state._replace(slip=slip, filter=filter_, health=health)
     return state, Registration(match, nis, record.consistency)
+
+
+def _share(state: State, elapsed: float, config: LocalizerConfig) -> float:
+    """Return the share of a sweep's information that counts.
+
+    Sweeps from one place share the errors of the map there. Where motion comes as displacements, stamps may
+    be bursts, and a sweep counts in full once the robot has moved on.
+    """
+    share = elapsed / config.sweep_period
+    if config.sensors.displaced:
+        moved = state.last.odom_from_base.inverse() @ state.odom_from_base
+        distance = float(np.hypot(*moved.position[:2])) + LEVER * abs(moved.yaw)
+        share = max(share, distance / config.sweep_distance)
+    return min(1.0, share)
+
+
+def _contradicts(state: State, observed: ObservedMotion, config: LocalizerConfig) -> bool:
+    """Return whether KISS-ICP contradicts wheels that no gyro accompanies, by more than both allow."""
+    if not config.sensors.displaced:
+        return False
+    return relative_nis(state.filter, state.last.map_from_base, *observed) > _WITNESS_GATE
+
+
+def _registered_by_witnesses(
+    state: State,
+    observed: ObservedMotion,
+    record: SweepRecord,
+    matcher: MatchSweep,
+    share: float,
+    r: Resources,
+) -> tuple[FilterState, Match, float]:
+    """Register a sweep from where the wheels say the robot is, and from where KISS-ICP says so.
+
+    One of them is wrong, and neither knows which. Their difference is a possible error of both, and the map
+    decides.
+
+    Returns:
+        The filter that predicts the better of the two matches, the match and its NIS.
+    """
+    best: tuple[FilterState, Match, float] | None = None
+    for filter_ in between(state.filter, state.last.map_from_base, observed[0]):
+        match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
+        if best is None or match.inlier_ratio > best[1].inlier_ratio + _SAMPLING:
+            best = filter_, match, nis
+    assert best is not None
+    return best
+
+
+def _least_elsewhere(
+    match: Match, refusal: str | None, state: State, config: LocalizerConfig
+) -> float | None:
+    """Return the share of a sweep that must fit from a wider prior for that to be believed; None to try none.
+
+    Wheels that no gyro accompanies may be wrong by any amount: a sweep that fits badly is tried again, and must
+    fit better. With a gyro only sweeps that are rejected though they fit well are, and only if a few of them
+    follow one another: of a robot that was carried off, a sweep may fit near its old place by chance.
+    """
+    fits = match.inlier_ratio >= config.slip_min_inlier_ratio
+    if refusal is not None and fits:
+        patience = 0 if config.sensors.displaced else state.health.config.suspect_after
+        return match.inlier_ratio - _NEARLY if state.health.bad >= patience else None
+    if config.sensors.displaced and match.inlier_ratio < config.retry_below:
+        return match.inlier_ratio + config.retry_gain
+    return None
+
+
+def _registered_wider(
+    filter_: FilterState,
+    record: SweepRecord,
+    matcher: MatchSweep,
+    share: float,
+    least: float,
+    r: Resources,
+) -> tuple[FilterState, Match, float] | None:
+    """Register a sweep again with wider priors; None if the map does not explain at least a share of it there."""
+    for sigma in r.config.retry_sigma:
+        wide = widen(filter_, *sigma)
+        match, nis = _registered(wide, replace(record, match=None), matcher, share, r)
+        if match.inlier_ratio >= least and _refusal(match, nis, r.config) is None:
+            return wide, match, nis
+    return None
 
 
 def _registered(

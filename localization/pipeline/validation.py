@@ -62,8 +62,17 @@ class ReadingValidator:
         self._mounts, self._leader, self._horizon = mounts, leader, horizon
         self._received: dict[str, list[int]] = {}
         self._jumped: int | None = None
+        self._ahead: dict[str, bool] = {}
         self.refused = 0
         """Number of readings that were rejected."""
+
+    def repeats(self, reading: Reading) -> bool:
+        """Return whether a reading is the odometry of an instant that was accepted already.
+
+        Logs write the pose of an instant with each line that needs it; poses are absolute, so that one of
+        them is enough.
+        """
+        return isinstance(reading, Odometry) and reading.stamp in self._received.get("odometry", ())
 
     def refusal(self, reading: Reading, now: int = 0) -> str | None:
         """Return why a reading is rejected; None if it is accepted.
@@ -95,7 +104,7 @@ class ReadingValidator:
             return None
         leads = isinstance(reading, self._leader)
         ahead = end_of(reading) - now
-        if now and ahead > _FARTHEST_AHEAD and not leads:
+        if now and not leads and self._runs_ahead(source, ahead):
             return (
                 f"refused {source} stamped {ahead / SECOND:.1f} s ahead of the {_PLURAL[self._leader[0]]}: "
                 "all sensors must share one clock"
@@ -121,8 +130,24 @@ class ReadingValidator:
             )
         return self._jump(source, reading, now) if leads and now else None
 
+    def _runs_ahead(self, source: str, ahead: int) -> bool:
+        """Return whether a source's clock runs ahead [ns] of the readings that advance time.
+
+        After a pause of the whole log its first reading is as far ahead as the pause was long; a clock that
+        runs ahead does so again with the next reading. Inertial readings come so often that a scan cannot
+        be the first.
+        """
+        now = ahead > _FARTHEST_AHEAD
+        if Inertial in self._leader:
+            return now
+        before, self._ahead[source] = self._ahead.get(source, now), now
+        return now and (before or ahead > _LONGEST_JUMP)
+
     def _jump(self, source: str, reading: Reading, now: int) -> str | None:
-        """A jump of time is believed when the next reading follows it: one reading may have a bad stamp."""
+        """A jump of time is believed when another source jumped too, or the next reading follows it.
+
+        One reading may have a bad stamp.
+        """
         step = reading.stamp - now
         if step <= _FARTHEST_AHEAD:
             return None
@@ -132,7 +157,9 @@ class ReadingValidator:
                 "before: start a new localiser after a reset of the clock"
             )
         before, self._jumped = self._jumped, reading.stamp
-        if before is not None and 0 < reading.stamp - before <= _FARTHEST_AHEAD:
+        newest = (stamps[-1] for name, stamps in self._received.items() if name != source)
+        confirmed = any(abs(reading.stamp - stamp) <= _FARTHEST_AHEAD for stamp in newest)
+        if confirmed or (before is not None and 0 < reading.stamp - before <= _FARTHEST_AHEAD):
             return None
         return (
             f"refused {source} stamped {step / SECOND:.1f} s after the one before: "

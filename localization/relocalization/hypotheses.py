@@ -35,8 +35,9 @@ class HypothesesConfig:
     """A place whose mean share is smaller than that of the best one by more than this is dropped."""
     max_distance: float = 8.0
     """Without a decision after this distance [m], the search begins anew."""
-    no_place_below: float = 0.45
-    """If every place explains a smaller share of the last two sweeps, the robot is at none of them."""
+    looks: int = 3
+    """If after this many sweeps the best place explains too little of them in the mean
+    (``SearchConfig.min_inlier_ratio``), the robot is at none of the places."""
     max_places: int = 12
     """Largest number of places that are tracked."""
 
@@ -66,20 +67,34 @@ class Hypotheses:
     """Pose at the last evidence."""
     distance: float = 0.0
     """Distance driven since the places were found [m]."""
+    near: bool = False
+    """Whether only the surroundings of a lost estimate were searched, so that other places may fit as well."""
 
     @classmethod
     def of(
-        cls, candidates: Sequence[Candidate], odom_from_base: Pose, config: HypothesesConfig
+        cls,
+        candidates: Sequence[Candidate],
+        odom_from_base: Pose,
+        config: HypothesesConfig,
+        *,
+        near: bool = False,
     ) -> Hypotheses:
         """Begin with the places that a search found, best first, as of now."""
         found = candidates[: config.max_places]
-        return cls(tuple(Hypothesis(c.map_from_base, (c.score,)) for c in found), odom_from_base)
+        places = tuple(Hypothesis(c.map_from_base, (c.score,)) for c in found)
+        return cls(places, odom_from_base, near=near)
 
-    def exhausted(self, config: HypothesesConfig) -> bool:
-        """Return whether the search must begin anew: no decision after a long way, or no place fits any more."""
-        recent = [share for place in self.places for share in place.shares[-2:]]
-        nowhere = len(self.places[0].shares) > 2 and max(recent) < config.no_place_below
-        return nowhere or self.distance > config.max_distance
+    def nowhere(self, search: SearchConfig, config: HypothesesConfig) -> bool:
+        """Return whether the robot is at none of the places, as their means say.
+
+        One of several wrong places nearly always explains a lot of the last sweep, by chance.
+        """
+        looked = len(self.places[0].shares) > config.looks
+        return looked and self.places[0].score < search.min_inlier_ratio
+
+    def exhausted(self, search: SearchConfig, config: HypothesesConfig) -> bool:
+        """Return whether the search must begin anew: no place fits any more, or no decision after a long way."""
+        return self.nowhere(search, config) or self.distance > config.max_distance
 
     def candidates(self, odom_from_base: Pose) -> tuple[Candidate, ...]:
         """Return the places as of now, best first."""

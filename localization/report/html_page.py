@@ -41,7 +41,7 @@ def page(report: Report, pictures: Mapping[str, bytes], missing: str = "") -> st
         pictures: PNG files by name: ``plan`` and ``timeline``.
         missing: Reason for missing pictures.
     """
-    title = f"{report.log} in {report.map}"
+    title = report.title
     body = [
         f"<h1>{_text(title)}</h1>",
         _table((), [*summary(report).items(), *report.facts.items()]),

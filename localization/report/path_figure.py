@@ -25,6 +25,8 @@ _MAP_POINTS: Final = 150_000
 """Number of map points at most; larger maps are thinned."""
 _MARGIN: Final = 8.0
 """Width of the map around the path that is shown at most [m]."""
+_BARE_MARGIN: Final = 1.0
+"""Width around the path that is shown without a map [m]."""
 _WALLS: Final = (0.15, 1.9)
 """Heights over the path between which points are drawn [m]: walls and furniture, no floor or ceiling."""
 _ELLIPSES: Final = 40
@@ -37,7 +39,7 @@ _SCALES: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 
 def path_figure(
     history: History,
-    cloud: Cloud,
+    cloud: Cloud | None,
     verdicts: Sequence[HintVerdict],
     comparison: ReferenceComparison | None,
 ) -> bytes:
@@ -45,7 +47,7 @@ def path_figure(
 
     Args:
         history: The estimates.
-        cloud: The map.
+        cloud: The map; None without one.
         verdicts: The answers to hints, which are drawn at the hints' poses.
         comparison: Comparison with the reference, which is drawn as well; None without one.
     """
@@ -56,7 +58,8 @@ def path_figure(
     figure = Figure(figsize=(width, float(np.clip(width * size[1] / size[0], 3.5, 11.0)) + 1.0))
     figure.set_layout_engine("constrained")
     axes = figure.add_subplot()
-    _draw_map(axes, cloud, known, low, high)
+    if cloud is not None:
+        _draw_map(axes, cloud, known, low, high)
     if comparison is not None:
         true = comparison.truth.positions
         axes.plot(true[:, 0], true[:, 1], color="#000000", lw=2.4, alpha=0.5, label="reference")
@@ -73,8 +76,9 @@ def path_figure(
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_aspect("equal")
-    axes.set_xlabel("x in map [m]")
-    axes.set_ylabel("y in map [m]")
+    frame = "odom" if cloud is None else "map"
+    axes.set_xlabel(f"x in {frame} [m]")
+    axes.set_ylabel(f"y in {frame} [m]")
     handles, labels = axes.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     axes.legend(
@@ -84,8 +88,11 @@ def path_figure(
     return png(figure)
 
 
-def _window(known: Trajectory, cloud: Cloud) -> tuple[FloatArray, FloatArray]:
+def _window(known: Trajectory, cloud: Cloud | None) -> tuple[FloatArray, FloatArray]:
     """Return the shown part of the map as low and high corners (2,) [m]: the path's surroundings, or all."""
+    if cloud is None:
+        at = known.positions[:, :2] if len(known) else np.zeros((1, 2))
+        return at.min(axis=0) - _BARE_MARGIN, at.max(axis=0) + _BARE_MARGIN
     low, high = (b[:2] - m for b, m in zip(cloud.bounds, (0.5, -0.5), strict=True))
     if len(known):
         low = np.maximum(low, known.positions[:, :2].min(axis=0) - _MARGIN)

@@ -16,6 +16,8 @@ from localization.types import SECOND, HintVerdict
 
 STATISTICS = ("rmse", "mean", "median", "std", "min", "max")
 _WIDEST = 26
+_DEAD_RECKONED = ("motion from", "frame")
+"""Facts about the input without which the end of a dead-reckoned path says nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,9 +27,9 @@ class Report:
     log: str
     """Name of the log."""
     map: str
-    """Name of the map."""
-    cloud: Cloud
-    """The map."""
+    """Name of the map; empty without one."""
+    cloud: Cloud | None
+    """The map; None without one."""
     history: History
     """The estimates."""
     facts: Mapping[str, str]
@@ -38,13 +40,24 @@ class Report:
     """Remarks about the log, such as rejected readings."""
     comparison: ReferenceComparison | None = None
     """Comparison with the reference trajectory; None without one."""
+    dead_reckoned: str = ""
+    """Why the log was dead-reckoned instead of localised; empty if it was not."""
+
+    @property
+    def title(self) -> str:
+        """The log and what was done with it."""
+        where = f" in {self.map}" if self.map else ""
+        done = f", dead-reckoned: {self.dead_reckoned}" if self.dead_reckoned else ""
+        return f"{self.log}{where}{done}"
 
 
 def lines(report: Report) -> list[str]:
     """Return a summary as lines for a terminal."""
     facts = summary(report)
+    if report.dead_reckoned:
+        facts |= {name: report.facts[name] for name in _DEAD_RECKONED if name in report.facts}
     width = max(map(len, facts))
-    text_lines = [f"{report.log} in {report.map}"]
+    text_lines = [report.title]
     text_lines += [f"  {name:{width}s}  {text}" for name, text in facts.items()]
     if report.comparison is not None:
         text_lines.append("")
@@ -68,15 +81,18 @@ def summary(report: Report) -> dict[str, str]:
     if len(known):
         steps = np.linalg.norm(np.diff(known.positions[:, :2], axis=0), axis=1)
         facts["distance"] = f"{steps[steps < 0.5].sum():.1f} m"
-        facts["placed"] = (
-            f"{(int(known.stamps[0]) - int(stamps[0])) / SECOND:.1f} s after the first reading"
-        )
         covariances = history.covariances()
+        if report.dead_reckoned:
+            facts |= _ends(report)
+        else:
+            facts["placed"] = (
+                f"{(int(known.stamps[0]) - int(stamps[0])) / SECOND:.1f} s after the first reading"
+            )
         spread = np.sqrt(np.trace(covariances[:, :2, :2], axis1=1, axis2=2))
         turn = np.rad2deg(np.sqrt(covariances[:, 5, 5]))
         facts["sigma"] = (
-            f"median {np.median(spread) * 1e3:.1f} mm, {np.median(turn):.3f}°;"
-            f" p99 {np.percentile(spread, 99) * 1e3:.1f} mm, {np.percentile(turn, 99):.3f}°"
+            f"median {_length(np.median(spread))}, {np.median(turn):.3f}°;"
+            f" p99 {_length(np.percentile(spread, 99))}, {np.percentile(turn, 99):.3f}°"
         )
     else:
         facts["placed"] = "never; no pose was found"
@@ -90,6 +106,26 @@ def summary(report: Report) -> dict[str, str]:
         tail = f", median unexplained share {np.median(missing):.0%}" if missing else ""
         facts["sweeps"] = f"{len(ratios)}, median inlier ratio {np.median(ratios):.0%}{tail}"
     return facts
+
+
+def _length(metres: float | np.floating) -> str:
+    """Return a length in millimetres, from a metre on in metres."""
+    return f"{metres:.2f} m" if metres >= 1.0 else f"{metres * 1e3:.1f} mm"
+
+
+def _ends(report: Report) -> dict[str, str]:
+    """Return where a dead-reckoned log ends, and how far that is to be trusted."""
+    known, covariance = report.history.trajectory(), report.history.covariances()[-1]
+    end = known.pose(len(known) - 1)
+    x, y, z = end.position
+    spread = float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
+    turn = float(np.rad2deg(np.sqrt(covariance[5, 5])))
+    return {
+        "end": (
+            f"{x:.3f} {y:.3f} {z:.3f} m, {np.rad2deg(end.yaw):.1f}°; sigma {spread:.2f} m along its worst"
+            f" direction, {turn:.1f}°"
+        ),
+    }
 
 
 def error_rows(comparison: ReferenceComparison) -> list[tuple[str, ...]]:

@@ -17,13 +17,16 @@ from localization.types.arrays import (
     read_only,
     require_finite,
 )
-from localization.types.pose import Pose
+from localization.types.pose import Pose, Twist
 
 SECOND = 1_000_000_000
 """One second [ns]."""
 
 _FARTHEST_HINT = 1e6
 """Largest coordinate of a hint [m]; no map reaches so far."""
+
+_QUATERNION_TOLERANCE = 1e-3
+"""Departure of a quaternion's norm from 1 that rounding to float32 and a driver's own filter may cause."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,11 +166,34 @@ class Inertial:
     """(3,) angular velocity [rad/s]."""
     specific_force: FloatArray
     """(3,) specific force [m/s^2]; at rest on level ground (0, 0, +9.81)."""
+    orientation: FloatArray | None = None
+    """(4,) unit quaternion wxyz of ``world_from_base`` by the unit's own filter, in a world whose z axis points up
+    (REP 145) and whose heading is arbitrary; None if the unit gives none."""
+    orientation_sigma: FloatArray | None = None
+    """(3,) standard deviation of the orientation about the world's x, y and z axes [rad]; None if it is
+    unknown."""
 
     def __post_init__(self) -> None:
         for name in ("angular_velocity", "specific_force"):
             value = read_only(getattr(self, name), (3,), f"inertial.{name}")
             object.__setattr__(self, name, value)
+        if self.orientation is not None:
+            quaternion = read_only(self.orientation, (4,), "inertial.orientation")
+            require_finite(quaternion, "inertial.orientation")
+            norm = float(np.linalg.norm(quaternion))
+            if not abs(norm - 1.0) < _QUATERNION_TOLERANCE:
+                raise InvalidReadingError(
+                    f"inertial.orientation must have unit norm, got {quaternion.tolist()}"
+                )
+            object.__setattr__(self, "orientation", quaternion)
+        if self.orientation_sigma is not None:
+            sigma = read_only(self.orientation_sigma, (3,), "inertial.orientation_sigma")
+            require_finite(sigma, "inertial.orientation_sigma")
+            if (sigma < 0.0).any():
+                raise InvalidReadingError(
+                    f"inertial.orientation_sigma must be >= 0, got {sigma.tolist()}"
+                )
+            object.__setattr__(self, "orientation_sigma", sigma)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,6 +204,9 @@ class Odometry:
     """Time of the pose [ns]."""
     odom_from_base: Pose
     """Pose since an arbitrary start."""
+    twist: Twist | None = None
+    """Velocity of the base in its own frame by the same odometry; None if it gives none. Only a base that does not
+    integrate poses itself is dead-reckoned by it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from localization.types import IntArray
 from robot_sim.array_types import FloatArray
@@ -22,7 +23,7 @@ class FreeSpace:
     """Position of the node in row 0 and column 0 [m]."""
     spacing: float
     """Distance between nodes [m]."""
-    clearance: FloatArray
+    clearance: npt.NDArray[np.floating]
     """Distance to the nearest obstacle [m], (rows along y, columns along x); may be truncated."""
 
     @classmethod

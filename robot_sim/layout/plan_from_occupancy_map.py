@@ -7,34 +7,42 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from localization.maps.occupancy_grid import OccupancyMap
 from robot_sim.array_types import BoolArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Placement, Plan, Wall, Waypoint
+from robot_sim.layout.floor_space import FloorSpace, floor_space
 from robot_sim.layout.free_space import FreeSpace
-from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner
+from robot_sim.layout.outdoors import outdoor_cells
+from robot_sim.layout.survey_planning import plan_routes, straight_clearance, turning_clearance
+from robot_sim.layout.survey_reach import Reach, survey_reach
 from robot_sim.robot.platforms import P3AT
+from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 MOST_BOXES: Final = 30_000
 """Number of boxes beyond which the map is rejected as not being that of a building."""
-_NODES: Final = 0.1
-"""Spacing of the routing grid's nodes [m], or a cell's size if that is larger."""
-_PLACES: Final = 24
-"""Largest number of named places."""
-_APART: Final = 3.0
-"""Least distance between two places [m]."""
-_SURVEYED: Final = 4.0
-"""Side of the squares that the survey visits [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ImportedPlan:
+    """The plan of an occupancy map, and what of the map its routes leave out."""
+
+    plan: Plan
+    """The floor plan."""
+    reach: Reach
+    """What the survey reaches of the free floor indoors, in the frame ``map``."""
+    outdoors: float
+    """Area of free cells outside the building, where no route leads [m^2]."""
 
 
 def plan_from_map(
     grid: OccupancyMap, *, height: float = 2.5, spawn: Placement | None = None
-) -> Plan:
+) -> ImportedPlan:
     """Return a plan with walls of a given height at the occupied cells.
 
     Its places are the roomiest spots that the robot can reach from the spawn.
@@ -42,45 +50,75 @@ def plan_from_map(
     Args:
         grid: The occupancy map.
         height: Height of the walls and the ceiling [m].
-        spawn: Start pose of the robot; None for the roomiest spot.
+        spawn: Start pose of the robot; None for the roomiest spot indoors.
 
     Raises:
-        WorldError: the robot does not fit into the map, or not at the spawn.
+        WorldError: the map is not that of a building, the robot does not fit into it, or not at the spawn,
+            or the spawn lies outdoors.
     """
     if not (math.isfinite(height) and height > 0.0):
         raise WorldError(f"height must be > 0 m, got {height:g}")
-    space = _space(grid)
-    least = P3AT().swing_radius + MARGIN
-    roomiest = float(space.clearance.max(initial=0.0))
-    if roomiest < least:
-        raise WorldError(
-            f"map {grid.name!r} has no room for the robot: it needs free cells within {least:.2f} m"
-            f" all round, the roomiest spot has them within {max(roomiest, 0.0):.2f} m"
-        )
-    if spawn is None:
-        start = _point(space, int(np.argmax(space.clearance)))
-    else:
-        x, y = grid.in_grid(np.array([spawn.x, spawn.y]))
-        start = (float(x), float(y))
-        clearance = _clearance(space, start)
-        if clearance < least:
-            raise WorldError(
-                f"map {grid.name!r}: the spawn at x {spawn.x:.2f}, y {spawn.y:.2f} has free cells"
-                f" within {max(clearance, 0.0):.2f} m all round; the robot needs {least:.2f} m"
-            )
-    ways = RoutePlanner(space, start, least=least)
-    spots = _places(ways)
-    known = grid.occupied | grid.free
-    return Plan(
+    outside = outdoor_cells(grid.free, grid.resolution)
+    robot = P3AT()
+    try:
+        floor = floor_space(grid.free & ~outside, grid.resolution)
+        start = _start(grid, floor, outside, spawn, robot)
+    except WorldError as error:
+        raise WorldError(f"map {grid.name!r}: {error}") from None
+    routes = plan_routes(floor, start, robot)
+    known = (grid.occupied | grid.free) & ~outside
+    plan = Plan(
         name=grid.name,
         bounds=_bounds(grid, known),
         spawns={"spawn": spawn or _placed(grid, start)},
         height=height,
         walls=tuple(_walls(grid, height)),
-        places={f"spot_{i + 1}": _placed(grid, spot) for i, spot in enumerate(spots)},
-        tour=_route(grid, ways.bounded_trip(spots, TOUR_LIMIT)),
-        survey=_route(grid, ways.round_trip([*spots, *_survey_stops(ways)])),
+        places={f"spot_{i + 1}": _placed(grid, spot) for i, spot in enumerate(routes.places)},
+        tour=_route(grid, routes.tour),
+        survey=_route(grid, routes.survey),
     )
+    reach = survey_reach(floor, routes.survey, straight=straight_clearance(robot))
+    area = float(np.count_nonzero(outside)) * grid.resolution**2
+    return ImportedPlan(plan, reach.moved(grid.in_map), area)
+
+
+def _start(
+    grid: OccupancyMap,
+    floor: FloorSpace,
+    outside: BoolArray,
+    spawn: Placement | None,
+    robot: SkidSteer,
+) -> Waypoint:
+    """Return where the robot starts, in the frame of the grid.
+
+    Raises:
+        WorldError: It does not fit there, or anywhere.
+    """
+    least = turning_clearance(robot)
+    roomiest = float(floor.nodes.clearance.max(initial=0.0))
+    if roomiest < least:
+        raise WorldError(
+            f"no room for the robot: it needs free cells within {least:.2f} m all round, the roomiest spot"
+            f" has them within {max(roomiest, 0.0):.2f} m"
+        )
+    if spawn is None:
+        return _point(floor.nodes, int(np.argmax(floor.nodes.clearance)))
+    x, y = grid.in_grid(np.array([spawn.x, spawn.y]))
+    start = (float(x), float(y))
+    where = f"the spawn at x {spawn.x:.2f}, y {spawn.y:.2f}"
+    row, column = math.floor(start[1] / grid.resolution), math.floor(start[0] / grid.resolution)
+    high, wide = outside.shape
+    if 0 <= row < high and 0 <= column < wide and outside[row, column]:
+        raise WorldError(
+            f"{where} lies outside every room; choose one indoors, or draw a wall round the yard"
+        )
+    clearance = _clearance(floor.nodes, start)
+    if clearance < least:
+        raise WorldError(
+            f"{where} has free cells within {max(clearance, 0.0):.2f} m all round; the robot needs"
+            f" {least:.2f} m"
+        )
+    return start
 
 
 def rectangles(occupied: BoolArray) -> Iterator[tuple[int, int, int, int]]:
@@ -138,16 +176,6 @@ def _walls(grid: OccupancyMap, height: float) -> Iterator[Wall]:
         )
 
 
-def _space(grid: OccupancyMap) -> FreeSpace:
-    """Return the clearance from the nearest cell that is not free, in the grid's frame."""
-    # Cells beyond the image are unknown, too.
-    cells = distance_transform_edt(np.pad(grid.free, 1))[1:-1, 1:-1]
-    clearance = grid.resolution * (cells - math.sqrt(0.5))
-    step = max(1, int(_NODES / grid.resolution + 1e-6))
-    first = 0.5 * grid.resolution
-    return FreeSpace((first, first), step * grid.resolution, clearance[::step, ::step])
-
-
 def _point(space: FreeSpace, node: int) -> Waypoint:
     x, y = space.points(np.array([node]))[0]
     return float(x), float(y)
@@ -159,38 +187,6 @@ def _clearance(space: FreeSpace, point: Waypoint) -> float:
     if max(abs(x - point[0]), abs(y - point[1])) > space.spacing:
         return -math.inf
     return float(space.clearance.flat[space.node(point)])
-
-
-def _places(ways: RoutePlanner) -> list[Waypoint]:
-    """Return the roomiest reachable spots that are well apart, the roomiest first."""
-    space = ways.space
-    worth = np.where(ways.reached, space.clearance, -np.inf)
-    rows, columns = np.indices(worth.shape)
-    spots: list[Waypoint] = []
-    while len(spots) < _PLACES:
-        node = int(np.argmax(worth))
-        row, column = divmod(node, worth.shape[1])
-        if not np.isfinite(worth[row, column]):
-            break
-        spots.append(_point(space, node))
-        # The roomier a spot, the larger its room.
-        apart = max(_APART, 2.0 * space.clearance[row, column])
-        near = np.hypot(rows - row, columns - column) * space.spacing < apart
-        worth[near] = -np.inf
-    return spots
-
-
-def _survey_stops(ways: RoutePlanner) -> Iterator[Waypoint]:
-    """Yield the roomiest reachable spot of each square."""
-    space = ways.space
-    worth = np.where(ways.reached, space.clearance, -np.inf)
-    side = max(1, round(_SURVEYED / space.spacing))
-    for row in range(0, worth.shape[0], side):
-        for column in range(0, worth.shape[1], side):
-            square = worth[row : row + side, column : column + side]
-            dr, dc = divmod(int(np.argmax(square)), square.shape[1])
-            if np.isfinite(square[dr, dc]):
-                yield _point(space, (row + dr) * worth.shape[1] + column + dc)
 
 
 def _route(grid: OccupancyMap, line: tuple[Waypoint, ...]) -> tuple[Waypoint, ...]:

@@ -1,7 +1,7 @@
 """Route planning on a clearance grid: shortest paths that keep to the middle, and round trips.
 
 Path length counts more where it is narrow, so that a path keeps to the middle of doors and
-corridors without knowing of either.
+corridors without knowing of either. Passages in which the robot cannot turn are passed in a straight leg.
 """
 
 from __future__ import annotations
@@ -12,19 +12,22 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.floorplan.plan import Waypoint
 from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.narrow_passages import narrow_legs
 
 COMFORT: Final = 0.9
 """Clearance of the robot's centre beyond which more has no advantage [m]."""
 TOUR_LIMIT: Final = 240.0
 """Longest tour [m], which can be driven within the ten minutes of a mission."""
 MARGIN: Final = 0.08
-"""Clearance kept along all routes beyond the circle in which the robot turns [m]."""
+"""Clearance kept along all routes beyond what the robot covers: the circle in which it turns, or its width in
+a straight passage [m]."""
 _NARROWNESS: Final = 4.0
 """Factor by which the length counts more where it is as narrow as allowed."""
 _BEND: Final = 0.1
@@ -36,20 +39,35 @@ _REACH: Final = 48
 class RoutePlanner:
     """Shortest paths from one point to all that a robot can reach from it."""
 
-    def __init__(self, space: FreeSpace, start: Waypoint, *, least: float) -> None:
+    def __init__(
+        self,
+        space: FreeSpace,
+        start: Waypoint,
+        *,
+        least: float,
+        straight: float | None = None,
+        fine: FreeSpace | None = None,
+    ) -> None:
         """Compute all paths from a point.
 
         Args:
             space: Clearance of the nodes.
             start: Point at which all paths begin [m].
-            least: Least clearance of every node of a path [m].
+            least: Least clearance of every node of a path [m]: the robot may turn there.
+            straight: Least clearance along straight legs between nodes [m]; that of nodes by default.
+            fine: Clearance at closer nodes, for legs through narrow passages; ``space`` by default.
         """
         self.space = space
         self.start = space.node(start)
         self._least = least
+        self._straight = least if straight is None else straight
+        self._fine = fine or space
         open_ = space.clearance >= least
+        graph = grid_graph(space, open_, self._penalty(space.clearance))
+        if self._straight < least:
+            graph = graph + self._passages(open_)
         self._cost, self._before = dijkstra(
-            _graph(space, open_, self._penalty(space.clearance)),
+            graph,
             indices=self.start,
             return_predecessors=True,
         )
@@ -95,30 +113,48 @@ class RoutePlanner:
                 many = middle
         return self.round_trip(near_first[:few])
 
-    def _penalty(self, clearance: FloatArray) -> FloatArray:
+    def _penalty(self, clearance: npt.NDArray[np.floating]) -> FloatArray:
         """Return the factor by which a metre counts more, for its clearance [m]."""
         tight = np.clip((COMFORT - clearance) / (COMFORT - self._least), 0.0, None)
         penalty: FloatArray = 1.0 + (_NARROWNESS - 1.0) * tight**2
         return penalty
 
-    def _chain(self, node: int) -> list[int]:
-        """Return the nodes from one back to the start."""
-        chain = [node]
-        while chain[-1] != self.start:
-            chain.append(int(self._before[chain[-1]]))
-        return chain
+    def _passages(self, open_: BoolArray) -> csr_array:
+        """Return the costs of straight legs through passages that are too narrow to turn in."""
+        legs = narrow_legs(self.space, open_, self._fine, self._straight)
+        costs = [
+            float(
+                self._leg_costs(
+                    self.space.points(np.array([a])), self.space.points(np.array([b]))[0]
+                )[0]
+            )
+            for a, b in legs
+        ]
+        kept = [(a, b, cost) for (a, b), cost in zip(legs, costs, strict=True) if np.isfinite(cost)]
+        tail, head, cost = (np.array(v) for v in zip(*kept, strict=True)) if kept else ([], [], [])
+        size = open_.size
+        return csr_array(
+            (
+                np.concatenate([cost, cost]),
+                (np.concatenate([tail, head]), np.concatenate([head, tail])),
+            ),
+            shape=(size, size),
+        )
 
     def _walk(self, stops: Sequence[int]) -> list[int]:
         """Order stops as a depth-first walk around their tree, short branches first."""
         children: dict[int, list[int]] = {}
         deepest: dict[int, float] = {}
-        for stop in stops:
-            chain = self._chain(stop)
-            for child, parent in pairwise(chain):
-                if child not in (known := children.setdefault(parent, [])):
-                    known.append(child)
-            for node in chain:
-                deepest[node] = max(deepest.get(node, 0.0), float(self._cost[stop]))
+        # The farthest first: from a node that is known, all nodes back to the start are.
+        for stop in sorted(stops, key=lambda n: (-self._cost[n], n)):
+            node = stop
+            while node not in deepest:
+                deepest[node] = float(self._cost[stop])
+                if node == self.start:
+                    break
+                parent = int(self._before[node])
+                children.setdefault(parent, []).append(node)
+                node = parent
         wanted = set(stops)
         order: list[int] = []
         stack = [self.start]
@@ -132,11 +168,12 @@ class RoutePlanner:
 
     def _between(self, a: int, b: int) -> FloatArray:
         """Return the points (N, 2) of the path along the tree from one node to another [m]."""
-        up, down = self._chain(a), self._chain(b)
-        shared = 0
-        while shared < min(len(up), len(down)) and up[-1 - shared] == down[-1 - shared]:
-            shared += 1
-        nodes = up[: len(up) - shared + 1] + down[: len(down) - shared][::-1]
+        up, down = [a], [b]
+        # The costlier node is not on the way back from the other one.
+        while up[-1] != down[-1]:
+            way = up if self._cost[up[-1]] >= self._cost[down[-1]] else down
+            way.append(int(self._before[way[-1]]))
+        nodes = up + down[-2::-1]
         return self.space.points(np.array(nodes))
 
     def _straightened(self, path: FloatArray) -> FloatArray:
@@ -167,13 +204,13 @@ class RoutePlanner:
         count = max(3, math.ceil(float(lengths.max()) / 0.05))
         share = (np.arange(count) + 0.5) / count
         samples = starts[:, None, :] + share[:, None] * (end - starts)[:, None, :]
-        clearance = self.space.at(samples)
+        clearance = self._fine.at(samples)
         costs = np.asarray(lengths * self._penalty(clearance).mean(axis=1), dtype=float)
-        costs[clearance.min(axis=1) < self._least - 0.01] = np.inf
+        costs[clearance.min(axis=1) < self._straight - 0.01] = np.inf
         return costs
 
 
-def _graph(space: FreeSpace, open_: BoolArray, penalty: FloatArray) -> csr_array:
+def grid_graph(space: FreeSpace, open_: BoolArray, penalty: FloatArray) -> csr_array:
     """Return the costs of the steps between neighbouring open nodes in eight directions."""
     weight = np.where(open_, penalty, 0.0)
     number = np.arange(open_.size).reshape(open_.shape)

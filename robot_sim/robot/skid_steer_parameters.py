@@ -120,6 +120,11 @@ class SkidSteer:
         )
 
     @property
+    def half_width(self) -> float:
+        """Half the width over the wheels [m]."""
+        return 0.5 * self.track + self.wheel_half_width
+
+    @property
     def inner_half_width(self) -> float:
         """Half the width of the chassis, which fits between the wheels [m]."""
         return 0.5 * self.track - self.wheel_half_width - 0.002

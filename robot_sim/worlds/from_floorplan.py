@@ -47,9 +47,14 @@ def build_world(
     robot = robot or P3AT()
     spec = mujoco.MjSpec()
     set_physics(spec, timestep=TIMESTEP_NS * 1e-9)
+    notes = []
     try:
+        if options.alive and not plan.actors:
+            notes.append("alive: the plan has no people, carts or doors, so nothing moves")
         if options.rearranged is not None:
-            plan = rearranged(plan, options.rearranged)
+            moved = rearranged(plan, options.rearranged)
+            notes.extend(_unmoved(plan, moved))
+            plan = moved
         ground = PlanGround(plan)
         _add_ground(spec, plan, ground)
         blocks = list(plan_blocks(plan, ground))
@@ -81,11 +86,22 @@ def build_world(
             plan=plan,
             patches=plan.patches,
             movers=tuple(body.mover for body in bodies),
+            notes=tuple(notes),
         )
         check_places(world)
     except (ValueError, SimulationError) as error:
         raise WorldError(f"world {plan.name!r}: {' '.join(str(error).split())}") from None
     return world
+
+
+def _unmoved(mapped: Plan, now: Plan) -> Iterator[str]:
+    """Yield a note if a rearranged plan has all its furniture where it was mapped."""
+    before = {piece.name: piece for piece in mapped.furniture}
+    after = {piece.name: piece for piece in now.furniture}
+    if all(after.get(name) == piece for name, piece in before.items()):
+        added = len(after) - len(before)
+        boxes = "" if not added else f"; {added} {'box was' if added == 1 else 'boxes were'} added"
+        yield f"rearranged: no furniture of the plan can be moved{boxes}"
 
 
 def plan_blocks(plan: Plan, ground: PlanGround | None = None) -> Iterator[Block]:

@@ -40,7 +40,7 @@ def load_world(
         name: Name of a scene that comes with the project, or path of a scene's folder, of a floor
             plan (``.toml``) or of an MJCF file (``.xml``).
         robot: Robot that is compiled into the world; a P3-AT by default.
-        options: Differences from the mapped world; not for an MJCF file.
+        options: Differences from the mapped world; of an MJCF file neither ``alive`` nor ``rearranged``.
 
     Raises:
         UnknownSceneError: no scene has this name; the message lists the available ones.
@@ -48,9 +48,10 @@ def load_world(
     """
     path = Path(name)
     if path.suffix == ".xml":
-        if options != AS_MAPPED:
+        if options.alive or options.rearranged is not None:
             raise WorldError(
-                f"{path.name}: an MJCF file takes no world options; what moves in it is set by its joints"
+                f"{path.name}: an MJCF file cannot be alive or rearranged; what moves in it is set by its"
+                " joints"
             )
         return load_mjcf(path, robot=robot)
     if path.suffix == ".toml":

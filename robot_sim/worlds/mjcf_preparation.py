@@ -1,7 +1,7 @@
 """Preparation of a user's MJCF file for the robot: attributes, options and collision bits.
 
-A geom is drivable if it has ``user="MU_LONG MU_LAT ROLLING"`` (the last two are optional). A file needs
-no more than that attribute and a site or body named ``spawn``. Everything else in it is kept: bodies
+A geom is drivable if it has ``user="MU"`` or ``user="MU_LONG MU_LAT ROLLING"``. A file needs no more than
+that attribute and a site or body named ``spawn``. Everything else in it is kept: bodies
 with joints move, doors hang on their hinges, materials and lights stay.
 """
 
@@ -115,11 +115,15 @@ def _name_geoms(spec: mujoco.MjSpec) -> None:
 def _surfaces(spec: mujoco.MjSpec) -> tuple[str, ...]:
     for geom in spec.geoms:
         user = [float(v) for v in geom.userdata]
-        if any(user) and not (all(map(math.isfinite, user)) and user[0] > 0.0 <= min(user)):
+        if not any(user):
+            continue
+        sound = all(map(math.isfinite, user)) and user[0] > 0.0 <= min(user)
+        if not sound or len(user) not in (1, 3):
             values = " ".join(f"{v:g}" for v in user)
             raise WorldError(
-                f"geom {geom.name!r}: user must be friction along and across the wheel, as in"
-                f' user="0.7 0.7", got "{values}"'
+                f'geom {geom.name!r}: user must be one number, friction, as in user="0.7", or three,'
+                " friction along and across the wheel and rolling resistance, as in"
+                f' user="0.7 0.6 0.02", got "{values}"'
             )
     surfaces = tuple(geom.name for geom in drivable_geoms(spec))
     if not surfaces:

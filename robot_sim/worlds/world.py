@@ -73,7 +73,8 @@ class World:
     movers: tuple[Mover, ...] = ()
     """Bodies that move on their own; empty unless the world is alive."""
     notes: tuple[str, ...] = ()
-    """Settings of a user's MJCF file that were overridden or ignored, one line each."""
+    """What differs from what was asked for, one line each: settings of a user's MJCF file that were overridden
+    or ignored, and options for which the world has nothing to move."""
 
     @property
     def area(self) -> float:

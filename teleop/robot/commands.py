@@ -29,12 +29,17 @@ class Serve:
 
         from localization.maps.prepared_map import default_cache
         from teleop.robot.greeting import greeting
+        from teleop.robot.other_map import load_other_map
         from teleop.robot.serve import serve
         from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
         config = self.server
-        world, cloud = config.robot.world(self.scene, config.seed), load_scene_cloud(self.scene)
-        path = scene_cloud_path(self.scene)
+        world = config.robot.world(self.scene, config.seed)
+        if config.map is None:
+            cloud, path = load_scene_cloud(self.scene), scene_cloud_path(self.scene)
+        else:
+            cloud, path = load_other_map(config.map, world), config.map
+        say(*(f"note: {note}" for note in world.notes))
         factor = asyncio.run(
             serve(
                 world,

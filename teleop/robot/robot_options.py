@@ -6,9 +6,12 @@ without loading it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from teleop.errors import SettingError
 
 if TYPE_CHECKING:
     from robot_sim import SimulationConfig, World
@@ -73,3 +76,17 @@ class RobotOptions:
             scanners=suite.scanners,
             inertial=suite.inertial,
         )
+
+
+def check_slip_times(times: Sequence[float]) -> None:
+    """Raise a SettingError unless all times of slip bursts [s] are finite and >= 0."""
+    if not all(math.isfinite(t) and t >= 0.0 for t in times):
+        raise SettingError(f"slip must hold times >= 0 s, got {tuple(times)}")
+
+
+def slip_bursts(times: Sequence[float]) -> tuple[SlipFault, ...]:
+    """Return faults of the encoders: at each time [s], wheels that spin at twice their speed for a second."""
+    from localization.types import SECOND
+    from robot_sim import SlipFault
+
+    return tuple(SlipFault(round(t * SECOND), SECOND, 2.0) for t in times)

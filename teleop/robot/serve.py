@@ -27,6 +27,7 @@ from teleop.robot.audit.audit_file import AuditFile
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.robot import Robot
+from teleop.robot.robot_options import slip_bursts
 from teleop.robot.rosbridge_adapter import RosbridgeAdapter, TickObserver
 from teleop.robot.serve_config import ServeConfig
 from teleop.robot.tick_record import TickRecord
@@ -111,7 +112,9 @@ async def _run(adapter: RosbridgeAdapter, config: ServeConfig, stop: asyncio.Eve
 
 
 def _robot(world: World, cloud: Cloud, config: ServeConfig, cache: Path | None) -> Robot:
-    simulation = Simulation(world, seed=config.seed, config=config.robot.simulation())
+    simulation = Simulation(
+        world, seed=config.seed, config=config.robot.simulation(slip_bursts(config.slip))
+    )
     return Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
 
 

@@ -9,7 +9,7 @@ from typing import Annotated
 import tyro
 
 from teleop.errors import SettingError
-from teleop.robot.robot_options import RobotOptions
+from teleop.robot.robot_options import RobotOptions, check_slip_times
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +22,12 @@ class ServeConfig:
     """Port to listen on; 0 takes a free one."""
     seed: int = 0
     """Seed of the sensor noise."""
+    map: Path | None = None
+    """Cloud (.ply) in which the robot localises itself; that of the scene unless given."""
+    slip: Annotated[tuple[float, ...], tyro.conf.arg(metavar="S ...")] = ()
+    """Times at which the wheels spin at twice their speed for a second [s]."""
     lost: bool = False
-    """Start without a pose; the robot then waits for a hint on /initialpose."""
+    """Start without a pose: the robot takes a hint on /initialpose, or searches the map after 5 s."""
     record: Path | None = None
     """Write all sensor readings to this file (MCAP)."""
     lockstep: bool = False
@@ -50,5 +54,6 @@ class ServeConfig:
             raise SettingError(f"port must be 0 to 65535, got {self.port}")
         if self.seed < 0:
             raise SettingError(f"seed must be >= 0, got {self.seed}")
+        check_slip_times(self.slip)
         if (self.tls_cert is None) != (self.tls_key is None):
             raise SettingError("TLS needs both, a certificate and its key")

@@ -34,14 +34,16 @@ class Sim:
         """Drive and report."""
         from localization.cli.run_folder import run_folder
         from localization.maps.prepared_map import default_cache
+        from robot_sim.survey.route_proposal import with_routes
         from teleop.scenario.lockstep_run import run_over_wire
         from teleop.scenario.run_report import summary_table
         from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
         mission = self.mission
         folder = run_folder(self.out)
-        world = mission.robot.world(mission.scene, mission.seed)
+        world = with_routes(mission.robot.world(mission.scene, mission.seed))
         cloud, path = load_scene_cloud(mission.scene), scene_cloud_path(mission.scene)
+        say(*(f"note: {note}" for note in world.notes))
         bar = Progress()
         summary, record = run_over_wire(
             mission, world, cloud, path, folder, cache=default_cache(), progress=bar

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from teleop.errors import SettingError
-from teleop.robot.robot_options import RobotOptions
+from teleop.robot.robot_options import RobotOptions, check_slip_times, slip_bursts
 
 if TYPE_CHECKING:
     from localization.types import Hint, Pose
@@ -86,8 +86,7 @@ class Mission:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise SettingError(f"{name} must be finite and >= 0, got {value}")
-        if not all(math.isfinite(t) and t >= 0.0 for t in self.slip):
-            raise SettingError(f"slip must hold times >= 0 s, got {self.slip}")
+        check_slip_times(self.slip)
         if self.duration is not None and not self.duration > 0.0:
             raise SettingError(f"duration must be > 0 s, got {self.duration}")
         if self.seed < 0:
@@ -101,9 +100,7 @@ class Mission:
     @property
     def slips(self) -> tuple[SlipFault, ...]:
         """The slip bursts as settings of the simulated drive."""
-        from robot_sim import SlipFault
-
-        return tuple(SlipFault(round(t * _SECOND), _SECOND, 2.0) for t in self.slip)
+        return slip_bursts(self.slip)
 
     def hint(self, spawn: Pose) -> Hint:
         """Return the hint: the true first pose, displaced and turned in a direction given by the seed.

@@ -35,7 +35,7 @@ def draw(record: RunRecord, cloud: Cloud, path: Path, *, title: str) -> None:
     grid = figure.add_gridspec(4, 2, width_ratios=(1.9, 1.0), height_ratios=(3, 3, 2, 0.5))
     plan = figure.add_subplot(grid[:, 0])
     traces = [figure.add_subplot(grid[row, 1]) for row in range(4)]
-    traces[0].set_title(title, fontsize=9)
+    traces[0].set_title(title, fontsize=9, pad=20)
     _draw_plan(plan, figure, record, cloud)
     _draw_errors(traces, record)
     figure.savefig(path, dpi=110)
@@ -104,14 +104,16 @@ def _draw_errors(axes: list[Axes], record: RunRecord) -> None:
     position.plot(time, rows[:, 1] * 1e3, color="#0072b2", lw=0.7, label="error")
     position.plot(time, rows[:, 2] * 1e3, color="#999999", lw=0.7, label="3 sigma")
     position.set_ylabel("position [mm]")
-    position.set_ylim(0, max(30.0, float(np.max(rows[:, 1], initial=0.0)) * 1100))
-    position.legend(loc="upper right", fontsize=8)
+    position.set_ylim(0, max(30.0, _top(rows[:, 1], rows[:, 2]) * 1100))
+    position.legend(
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=8, frameon=False
+    )
     heading.plot(time, np.rad2deg(rows[:, 3]), color="#0072b2", lw=0.7)
     heading.plot(time, np.rad2deg(rows[:, 4]), color="#999999", lw=0.7)
     heading.plot(time, -np.rad2deg(rows[:, 4]), color="#999999", lw=0.7)
     heading.set_ylabel("heading [deg]")
-    widest = np.rad2deg(np.percentile(rows[:, 4], 99)) if len(rows) else 1.0
-    heading.set_ylim(-1.5 * widest, 1.5 * widest)
+    widest = max(0.1, float(np.rad2deg(_top(np.abs(rows[:, 3]), rows[:, 4]))) * 1.1)
+    heading.set_ylim(-widest, widest)
     matched = [
         (s.stamp / SECOND, s.estimate.match.inlier_ratio) for s in record.ticks if s.estimate.match
     ]
@@ -124,6 +126,12 @@ def _draw_errors(axes: list[Axes], record: RunRecord) -> None:
         a.set_xlim(0, record.ticks[-1].stamp / SECOND if record.ticks else 1)
         a.grid(alpha=0.3)
     health.set_xlabel("time [s]")
+
+
+def _top(errors: FloatArray, sigmas: FloatArray) -> float:
+    """Return the largest error, or the largest sigma after the first pose, whose sigma is that of the hint."""
+    settled = sigmas[len(sigmas) // 50 :]
+    return max(float(np.max(errors, initial=0.0)), float(np.max(settled, initial=0.0)))
 
 
 def _draw_health(axes: Axes, record: RunRecord) -> None:
@@ -141,7 +149,13 @@ def _draw_health(axes: Axes, record: RunRecord) -> None:
     axes.set_yticks([])
     axes.set_ylabel("health", rotation=0, ha="right", va="center")
     if shown:
-        axes.legend(loc="center right", fontsize=7, ncols=len(shown))
+        axes.legend(
+            loc="upper right",
+            bbox_to_anchor=(1.0, -1.2),
+            fontsize=7,
+            ncols=len(shown),
+            frameon=False,
+        )
 
 
 def _position(estimate: Estimate) -> FloatArray:

@@ -13,7 +13,7 @@ from localization.cli.terminal import Progress, say
 from teleop.errors import SettingError
 
 if TYPE_CHECKING:
-    from robot_sim import SimulationConfig
+    from robot_sim import SimulationConfig, World
 
 
 @dataclass(frozen=True)
@@ -66,11 +66,13 @@ class Map(LogMapping):
 
     def _map_scene(self, scene: str) -> int:
         from robot_sim import load_world
+        from robot_sim.survey.route_proposal import reach_of
         from teleop.scene_clouds import scene_cloud_path
+        from teleop.world_building.reach_report import reach_lines
         from teleop.world_building.station_survey import survey_from_stations
         from teleop.world_building.survey import survey
 
-        world = load_world(scene)
+        world = _with_survey(load_world(scene))
         bar = Progress()
         warnings: list[str] = []
         if self.quick:
@@ -83,17 +85,20 @@ class Map(LogMapping):
         bar.end()
         say(*warnings)
         save_map(cloud, self.out or scene_cloud_path(scene))
+        say(*reach_lines(reach_of(world), world.robot))
         return 0
 
     def _map_without_truth(self, scene: str) -> int:
         from localization.evaluation.tum_file import write_tum
         from localization.logs.mcap_log import read_log
         from robot_sim import load_world
+        from robot_sim.survey.route_proposal import reach_of
         from teleop.world_building.map_quality import map_quality
+        from teleop.world_building.reach_report import reach_lines
         from teleop.world_building.survey import mapping_config
         from teleop.world_building.survey_recording import record_survey
 
-        world = load_world(scene)
+        world = _with_survey(load_world(scene))
         bar = Progress()
         out = map_file(self.out)
         readings = out.with_suffix(".mcap")
@@ -109,13 +114,22 @@ class Map(LogMapping):
         save_drive(survey, out)
         write_tum(out.with_suffix(".truth.tum"), truth)
         quality.write(out.with_suffix(".json"))
-        say(*quality.lines(), *survey.accuracy.lines())
+        say(*quality.lines(), *survey.accuracy.lines(), *reach_lines(reach_of(world), world.robot))
         return 0
 
     def _sensors(self) -> SimulationConfig:
         from teleop.robot.robot_options import RobotOptions
 
         return RobotOptions(effects=self.effects).simulation()
+
+
+def _with_survey(world: World) -> World:
+    """Return a world with a survey route, and say if it had to be planned."""
+    from robot_sim.survey.route_proposal import with_routes
+
+    world = with_routes(world)
+    say(*(f"note: {note}" for note in world.notes))
+    return world
 
 
 def _is_scene(source: str) -> bool:

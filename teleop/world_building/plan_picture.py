@@ -15,6 +15,7 @@ from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from robot_sim.floorplan.plan import Plan
 from robot_sim.layout.footprints import Footprint, footprints
+from robot_sim.layout.survey_reach import Reach
 
 _CORNERS: Final = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
 _BELOW_CEILING: Final = 2.2
@@ -22,8 +23,18 @@ _BELOW_CEILING: Final = 2.2
 _MOST_LABELS: Final = 40
 
 
-def draw_scene(plan: Plan, cloud: Cloud | None, path: Path, *, title: str) -> None:
-    """Draw a plan of walls and furniture, and its cloud if there is one; save it as PNG."""
+def draw_scene(
+    plan: Plan, cloud: Cloud | None, path: Path, *, title: str, reach: Reach | None = None
+) -> None:
+    """Draw a plan of walls and furniture, and its cloud if there is one; save it as PNG.
+
+    Args:
+        plan: The plan.
+        cloud: Its cloud.
+        path: File to write.
+        title: Title of the picture.
+        reach: What the survey reaches: the floor that it misses is hatched.
+    """
     matplotlib.rcParams["font.size"] = 9
     x0, y0, x1, y1 = plan.bounds
     panels = 1 if cloud is None else 2
@@ -31,7 +42,7 @@ def draw_scene(plan: Plan, cloud: Cloud | None, path: Path, *, title: str) -> No
     tall = min(max((y1 - y0) / (x1 - x0), 0.3), 2.0)
     figure = Figure(figsize=(side * panels, side * tall + 0.8), layout="constrained")
     axes = [figure.add_subplot(1, panels, i + 1) for i in range(panels)]
-    _draw_plan(axes[0], plan, title)
+    _draw_plan(axes[0], plan, title, reach)
     if cloud is not None:
         _draw_cloud(axes[1], figure, cloud)
     for each in axes:
@@ -43,7 +54,12 @@ def draw_scene(plan: Plan, cloud: Cloud | None, path: Path, *, title: str) -> No
     figure.savefig(path, dpi=110)
 
 
-def _draw_plan(axes: Axes, plan: Plan, title: str) -> None:
+def _draw_plan(axes: Axes, plan: Plan, title: str, reach: Reach | None) -> None:
+    if reach is not None:
+        _draw_missed(axes, reach)
+    if len(plan.survey) > 1:
+        survey = np.array(plan.survey)
+        axes.plot(survey[:, 0], survey[:, 1], color="#56b4e9", lw=0.8, label="survey")
     outlines = list(footprints(plan))
     furniture = outlines[len(outlines) - len(plan.furniture) :]
     walls = outlines[: len(outlines) - len(plan.furniture)]
@@ -63,8 +79,27 @@ def _draw_plan(axes: Axes, plan: Plan, title: str) -> None:
             ha="center",
             bbox={"boxstyle": "round,pad=0.1", "fc": "#ffffffc0", "ec": "none"},
         )
-    axes.set_title(title, fontsize=9)
-    axes.legend(loc="upper right", fontsize=8)
+    axes.set_title(title, fontsize=9, pad=24)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, frameon=False)
+
+
+def _draw_missed(axes: Axes, reach: Reach) -> None:
+    """Colour the floor that the survey does not come near, and mark the gaps in the way."""
+    corners = np.argwhere(reach.blocks)[:, ::-1] * reach.spacing + np.array(reach.corner)
+    squares = corners[:, None, :] + 0.5 * reach.spacing * _CORNERS
+    if len(squares):
+        axes.add_collection(
+            PolyCollection(list(reach.to_map(squares)), facecolors="#f2a6a0", linewidths=0.0)
+        )
+        axes.plot([], [], "s", color="#f2a6a0", label="not near the survey")
+    gaps = {(gap.x, gap.y): gap for missed in reach.missed for gap in missed.gaps}
+    for i, gap in enumerate(gaps.values()):
+        label = "too narrow" if i == 0 else None
+        axes.plot(gap.x, gap.y, "x", color="#b00000", ms=6, mew=1.6, ls="", label=label, zorder=4)
+        axes.annotate(
+            f"{gap.width:.2f} m", (gap.x, gap.y), (4, 4), textcoords="offset points",
+            fontsize=6, color="#b00000", zorder=4,
+        )  # fmt: skip
 
 
 def _outline(footprint: Footprint) -> FloatArray:

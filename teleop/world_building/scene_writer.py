@@ -10,6 +10,7 @@ from localization.maps.map_files import save_cloud
 from robot_sim.floorplan.plan import Plan
 from robot_sim.floorplan.scene_folders import PLAN_FILE
 from robot_sim.layout.route_planning import length
+from robot_sim.layout.survey_reach import Reach
 from robot_sim.worlds.from_floorplan import build_world
 from robot_sim.worlds.world import World
 from teleop.world_building.station_survey import survey_from_stations
@@ -26,6 +27,7 @@ def write_scene(
     origin: str,
     command: str,
     cloud: bool = True,
+    reach: Reach | None = None,
     progress: Progress = lambda share, text: None,
 ) -> tuple[World, Cloud | None]:
     """Write a scene's folder and return its world and its cloud.
@@ -37,6 +39,7 @@ def write_scene(
         origin: A sentence about the origin of the scene.
         command: The command that wrote it.
         cloud: Whether to survey the world and write its cloud.
+        reach: What the survey reaches, which the picture shows; None leaves it out.
         progress: Called with the progress.
 
     Raises:
@@ -55,7 +58,7 @@ def write_scene(
     if cloud:
         mapped = save_cloud(survey_from_stations(world, progress=progress), folder / "cloud.ply")
     progress(1.0, "drawing")
-    draw_scene(plan, mapped, folder / "picture.png", title=f"{plan.name}: {command}")
+    draw_scene(plan, mapped, folder / "picture.png", title=f"{plan.name}: {command}", reach=reach)
     (folder / "README.md").write_text(_page(folder, world, mapped, origin, command), "utf-8")
     return world, mapped
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
@@ -15,6 +15,7 @@ from localization.cli.terminal import Progress, say
 if TYPE_CHECKING:
     from localization.types import Pose
     from robot_sim.floorplan.plan import Plan
+    from robot_sim.layout.survey_reach import Reach
     from robot_sim.worlds.world import World
 
 
@@ -82,6 +83,8 @@ class FromMap:
         from robot_sim.floorplan.plan import Placement
         from robot_sim.floorplan.toml_writer import plan_to_toml
         from robot_sim.layout.plan_from_occupancy_map import plan_from_map
+        from robot_sim.robot.platforms import P3AT
+        from teleop.world_building.reach_report import borderline_lines, reach_lines
 
         grid = read_occupancy_map(self.map)
         folder = self.out or Path("worlds") / grid.name
@@ -90,7 +93,8 @@ class FromMap:
         if self.spawn is not None:
             x, y, yaw = self.spawn
             spawn = Placement(x, y, math.radians(yaw))
-        plan = plan_from_map(grid, height=self.height, spawn=spawn)
+        imported = plan_from_map(grid, height=self.height, spawn=spawn)
+        plan = imported.plan
         command = f"farsteer world from-map {self.map}"
         heading = [
             f"The occupancy map {self.map}, extruded: a line for each wall.",
@@ -98,7 +102,13 @@ class FromMap:
         ]
         text = plan_to_toml(plan, heading=heading, tables=False)
         origin = f"The occupancy map `{self.map}`, extruded to {len(plan.walls)} pieces of wall."
-        _write(folder, plan, text, origin, command, self.cloud)
+        lines = [*reach_lines(imported.reach, P3AT()), *borderline_lines(grid.borderline)]
+        if imported.outdoors >= 1.0:
+            lines.append(
+                f"outdoors  {imported.outdoors:.0f} m2 of free cells lie outside the building: no route leads"
+                " there"
+            )
+        _write(folder, plan, text, origin, command, self.cloud, imported.reach, lines)
         return 0
 
 
@@ -158,15 +168,24 @@ class Worlds:
         return run()
 
 
-def _write(folder: Path, plan: Plan, text: str, origin: str, command: str, cloud: bool) -> None:
+def _write(
+    folder: Path,
+    plan: Plan,
+    text: str,
+    origin: str,
+    command: str,
+    cloud: bool,
+    reach: Reach | None = None,
+    lines: Sequence[str] = (),
+) -> None:
     from teleop.world_building.scene_writer import write_scene
 
     bar = Progress()
     world, mapped = write_scene(
-        folder, plan, text, origin=origin, command=command, cloud=cloud, progress=bar
+        folder, plan, text, origin=origin, command=command, cloud=cloud, reach=reach, progress=bar
     )
     bar.end()
-    say(*_described(world, str(folder)))
+    say(*_described(world, str(folder)), *lines)
     if mapped is None:
         say("", f"it has no cloud yet: farsteer map {folder} --quick")
     say(
@@ -179,7 +198,6 @@ def _write(folder: Path, plan: Plan, text: str, origin: str, command: str, cloud
 
 
 def _described(world: World, scene: str) -> list[str]:
-    from robot_sim.layout.route_planning import length
     from robot_sim.robot.drivable_surfaces import drivable_names
     from teleop.scene_clouds import scene_cloud_path
 
@@ -189,14 +207,22 @@ def _described(world: World, scene: str) -> list[str]:
     lines = [
         f"{world.name}: {x1 - x0:.1f} x {y1 - y0:.1f} m, {world.area:.0f} m2,"
         f" {world.model.ngeom} geoms",
-        f"tour      {length(world.tour):.0f} m",
-        f"survey    {length(world.survey):.0f} m",
+        f"tour      {_length(world.tour)}",
+        f"survey    {_length(world.survey)}",
         f"cloud     {cloud if cloud.is_file() else 'none'}",
         f"drivable  {', '.join(surfaces[:12])}{' ...' if len(surfaces) > 12 else ''}",
         f"spawns    {_poses(world.spawns)}",
         f"places    {_poses(world.places)}",
     ]
     return [*lines, *(f"note      {note}" for note in world.notes)]
+
+
+def _length(route: Sequence[tuple[float, float]]) -> str:
+    from robot_sim.layout.route_planning import length
+
+    if len(route) < 2:
+        return "none: there is nowhere to go" if route else "none"
+    return f"{length(route):.0f} m"
 
 
 def _poses(poses: Mapping[str, Pose]) -> str:

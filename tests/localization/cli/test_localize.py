@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -56,7 +57,7 @@ def test_all_files_are_written_and_the_summary_is_printed(
     assert main(words(folder, out, "--truth", str(folder / "truth.tum"))) == 0
     printed = capsys.readouterr()
     assert {path.name for path in out.iterdir()} == {
-        "covariance.csv", "estimate.tum", "health.csv", "recording.rrd", "report.html",
+        "config.json", "covariance.csv", "estimate.tum", "health.csv", "recording.rrd", "report.html",
     }  # fmt: skip
     assert "100%" in printed.err
     known = read_tum(out / "estimate.tum")
@@ -86,7 +87,7 @@ def test_reference_of_another_time_is_reported_and_skipped(
     assert main(words(folder, out, *options)) == 0
     assert "do not overlap in time" in capsys.readouterr().out
     assert {path.name for path in out.iterdir()} == {
-        "covariance.csv", "estimate.tum", "health.csv",
+        "config.json", "covariance.csv", "estimate.tum", "health.csv",
     }  # fmt: skip
 
 
@@ -118,8 +119,52 @@ def test_base_install_localises_and_names_the_missing_extras(folder: Path, tmp_p
     assert "pip install 'farsteer[operator]'" in done.stdout
     assert "pip install 'farsteer[report]'" in done.stdout
     assert {path.name for path in out.iterdir()} == {
-        "covariance.csv", "estimate.tum", "health.csv", "report.html",
+        "config.json", "covariance.csv", "estimate.tum", "health.csv", "report.html",
     }  # fmt: skip
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "pip install 'farsteer[report]'" in page
     assert "<img" not in page
+
+
+def test_settings_of_file_and_command_line_are_used_and_kept(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    kept, out = tmp_path / "mine.toml", tmp_path / "out"
+    kept.write_text("registration.normal_noise = 0.2\n[health]\nlost_after = 20\n")
+    options = ["--settings", str(kept), "--set", "registration.normal_noise=0.15"]
+    options += ["--set", "matcher=none", "--no-recording", "--no-report"]
+    assert main(words(folder, out, *options)) in (0, 1)
+    capsys.readouterr()
+    config = json.loads((out / "config.json").read_text())
+    assert config["localizer"]["registration"]["normal_noise"] == 0.15
+    assert config["localizer"]["health"]["lost_after"] == 20
+    assert config["localizer"]["matcher"] == "none"
+    assert config["changed"] == {
+        "registration.normal_noise": "0.15",
+        "health.lost_after": 20,
+        "matcher": "none",
+    }
+    again = tmp_path / "again"
+    options = ["--settings", str(out / "config.json"), "--no-recording", "--no-report"]
+    assert main(words(folder, again, *options)) in (0, 1)
+    repeated = json.loads((again / "config.json").read_text())
+    assert repeated["localizer"] == config["localizer"]
+    assert (again / "estimate.tum").read_bytes() == (out / "estimate.tum").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("option", "why"),
+    [
+        ("registration.normal_nois=1", "nearest: registration.normal_noise"),
+        ("registration.normal_noise=-1", "must be a number >= 0"),
+        ("registration.normal_noise", "NAME=VALUE"),
+    ],
+)
+def test_wrong_setting_is_an_error_before_the_work(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str, why: str
+) -> None:
+    assert main(words(folder, tmp_path / "out", "--set", option)) == 2
+    said = capsys.readouterr().err
+    assert why in said
+    assert len(said.strip().splitlines()) == 1
+    assert not (tmp_path / "out").exists()

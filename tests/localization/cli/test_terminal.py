@@ -1,27 +1,41 @@
-"""Progress of long work: the time left is shown where it is known."""
+"""The progress line: what is done, and how long the rest will take."""
 
 from __future__ import annotations
 
 import pytest
 
-from localization.cli.terminal import Progress, time_left
+from localization.cli.terminal import Progress, duration
 
 
-def test_time_left_is_that_of_the_same_pace() -> None:
-    assert time_left(0.25, 20.0) == ", about 60 s left"
-    assert time_left(0.1, 60.0) == ", about 9 min left"
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0.2, "1 s"), (41.0, "41 s"), (59.9, "60 s"), (170.0, "3 min"), (4790.0, "1 h 20 min")],
+)
+def test_durations_are_said_as_people_do(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
 
 
-@pytest.mark.parametrize(("share", "elapsed"), [(0.01, 60.0), (0.5, 1.0), (1.0, 60.0), (0.0, 60.0)])
-def test_time_left_is_not_guessed(share: float, elapsed: float) -> None:
-    assert time_left(share, elapsed) == ""
-
-
-def test_progress_of_long_work_shows_the_time_left(capsys: pytest.CaptureFixture[str]) -> None:
-    bar = Progress()
-    bar(0.05, "begun")
-    bar._begun -= 30.0
-    bar(0.6, "closing loops")
+def test_time_left_follows_from_the_share_that_was_done(capsys: pytest.CaptureFixture[str]) -> None:
+    now = [100.0]
+    bar = Progress(clock=lambda: now[0])
+    for share, seconds in ((0.0, 0.0), (0.05, 1.0), (0.2, 10.0), (0.6, 30.0), (1.0, 50.0)):
+        now[0] = 100.0 + seconds
+        bar(share, "reading")
     lines = capsys.readouterr().err.splitlines()
-    assert "left" not in lines[0]
-    assert lines[1].startswith(" 60%  closing loops, about 20 s left")
+    assert lines == [
+        "  0%  reading",
+        " 20%  reading, 40 s left",
+        " 60%  reading, 20 s left",
+        "100%  reading",
+    ]
+
+
+def test_work_that_was_done_before_the_first_line_does_not_shorten_the_rest(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    now = [0.0]
+    bar = Progress(clock=lambda: now[0])
+    bar(0.5, "reading")
+    now[0] = 10.0
+    bar(0.75, "reading")
+    assert "75%  reading, 10 s left" in capsys.readouterr().err

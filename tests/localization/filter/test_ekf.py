@@ -37,10 +37,10 @@ def seen_by(update: Callable[[], object]) -> Seen:
         return state
 
     def yaw_corrected(
-        state: FilterState, innovation: float, slope: np.ndarray, spread: float
+        state: FilterState, innovation: float, slope: float, spread: float
     ) -> FilterState:
         h = np.zeros((1, STATES))
-        h[0, 8:11] = slope
+        h[0, 8], h[0, 10] = 1.0, slope
         given.append((np.array([innovation]), h))
         return state
 
@@ -245,7 +245,7 @@ def settled(bias: np.ndarray, seed: int, seconds: float) -> DrivenFilter:
     """A filter that has stood for a while; sensors are read ten times a second."""
     rng = np.random.default_rng(seed)
     ekf, dt = DrivenFilter(), 0.1
-    ekf.state = replace(ekf.state, kappa=np.array([0.0, ekf.config.effective_track, 0.02, 0.0]))
+    ekf.state = replace(ekf.state, kappa=np.array([0.0, 0.0, 0.02, 0.0]))
     for _ in range(round(seconds / dt)):
         gyro = bias + np.deg2rad(0.02) / np.sqrt(dt) * rng.standard_normal(3)
         force = DOWN + [0.03, 0.0, -0.02] + 0.02 * rng.standard_normal(3)
@@ -359,8 +359,8 @@ def test_wheels_yaw_is_weighed_as_filterpy_weighs_it(seed: int, turn: float, off
     gyro = np.array([0.0, 0.0, turn])
     across = 0.5 * ekf.config.effective_track * (turn + off)
     h = np.zeros((1, STATES))
-    wheels = np.exp(ekf.kappa[0]) * 2.0 * across / ekf.kappa[1]
-    h[0, 8], h[0, 9], h[0, 10] = 1.0, wheels, -wheels / ekf.kappa[1]
+    wheels = np.exp(ekf.kappa[1]) * 2.0 * across / ekf.config.effective_track
+    h[0, 8], h[0, 10] = 1.0, wheels
     variance = 5.0 * (ekf.config.wheel_yaw_floor**2 + (0.05 * (turn - ekf.gyro_bias[2])) ** 2)
     innovation = np.array([turn - ekf.gyro_bias[2] - wheels])
     dense = DrivenFilter(state=corrected(ekf.state, innovation, h, np.array([[variance]])))
@@ -377,9 +377,17 @@ def test_track_is_learned_from_turns() -> None:
         gyro = np.array([0.0, 0.0, w])
         ekf.update_wheel_yaw(gyro, -0.5 * w * true, 0.5 * w * true)
         ekf.predict(DT, gyro, DOWN, -0.5 * w * true, 0.5 * w * true, slipping=False)
-    # Turning alone shows the ratio of track and wheel scale.
-    assert ekf.kappa[1] / np.exp(ekf.kappa[0]) == pytest.approx(true, abs=0.01)
-    assert ekf.config.effective_track < 0.6
+    nominal = ekf.config.effective_track
+    assert nominal / np.exp(ekf.kappa[1]) == pytest.approx(true, abs=0.01)
+    assert nominal < 0.6
+
+
+def test_scale_of_forward_speed_is_not_learned_from_turns() -> None:
+    ekf = DrivenFilter()
+    before = ekf.kappa[0], ekf.full_covariance[9, 9]
+    for _ in range(200):
+        ekf.update_wheel_yaw(np.array([0.0, 0.0, 0.6]), 0.3 - 0.19, 0.3 + 0.19)
+    assert (ekf.kappa[0], ekf.full_covariance[9, 9]) == before
 
 
 @given(roll=floats(-0.08, 0.08), pitch=floats(-0.08, 0.08), yaw=floats(-3.0, 3.0))

@@ -139,15 +139,15 @@ def test_times_without_zeros_are_repaired(tmp_path: Path) -> None:
     path = tmp_path / "intel.log"
     path.write_text("".join(lines))
     log = CarmenLog(path)
-    assert log.warning is not None
-    assert "zeros" in log.warning
+    assert len(log.warnings) == 1
+    assert "zeros" in log.warnings[0]
     told = np.array([r.stamp for r in log if isinstance(r, Scan)])
     assert (np.diff(told) > 0).all()
     assert (told == stamps).mean() > 0.97
 
 
 def test_correct_times_are_unchanged(log: Path) -> None:
-    assert CarmenLog(log).warning is None
+    assert CarmenLog(log).warnings == ()
 
 
 @pytest.mark.parametrize("pack", [gzip.compress, bz2.compress, lzma.compress])
@@ -227,3 +227,142 @@ def test_flat_log_is_localised_to_two_centimetres_from_a_rough_start(
     assert worst[2] < 0.001
     assert worst[3] < np.deg2rad(1.0)
     assert np.sqrt(np.mean(np.square(errors)[:, 3])) < np.deg2rad(0.3)
+
+
+# Times, hosts, and other formats
+
+
+def stamped(number: int, seconds: str, host: str = "robot", logged: float | None = None) -> str:
+    """A scan of three beams from x = number * 0.1 m, and its end as printed."""
+    x = 0.1 * number
+    logged = float(number) if logged is None else logged
+    return f"FLASER 3 1.5 2.0 2.5 {x} 0 0 {x} 0 0 {seconds} {host} {logged:.6f}\n"
+
+
+def test_pose_and_scan_of_one_instant_are_one_odometry_reading(tmp_path: Path) -> None:
+    """CARMEN writes a pose as a line of its own and with the scan, in either order."""
+    lines = []
+    for i in range(6):
+        odom = f"ODOM {0.1 * i} 0 0 0 0 0 {i}.5 robot {i}.0\n"
+        pair = [odom, stamped(i, f"{i}.5")]
+        lines += pair if i % 2 else pair[::-1]
+    path = tmp_path / "a.log"
+    path.write_text("".join(lines))
+    readings = list(CarmenLog(path))
+    odometry = [r for r in readings if isinstance(r, Odometry)]
+    assert [r.stamp for r in odometry] == [i * 10**9 + 5 * 10**8 for i in range(6)]
+    assert [r.odom_from_base.position[0] for r in odometry] == pytest.approx(
+        [0.1 * i for i in range(6)]
+    )
+    assert sum(isinstance(r, Scan) for r in readings) == 6
+
+
+def test_pose_and_scan_of_one_instant_are_no_refusal(text: str, tmp_path: Path) -> None:
+    save_cloud(HALL.cloud(), tmp_path / "hall.ply")
+    lines = []
+    for line in text.splitlines()[:40]:
+        if line.startswith("FLASER"):
+            words = line.split()
+            lines.append(f"ODOM {' '.join(words[-6:-3])} 0 0 0 {words[-3]} robot 1.0")
+        lines.append(line)
+    path = tmp_path / "pairs.log"
+    path.write_text("\n".join(lines) + "\n")
+    notes = localize(path, tmp_path / "hall.ply", start=START).notes
+    assert not [note for note in notes if "refused" in note]
+
+
+def test_equal_stamps_are_rejected_as_such(tmp_path: Path) -> None:
+    path = tmp_path / "corrected.log"
+    path.write_text("".join(stamped(i, "1.00985e+09", logged=1.00985e9) for i in range(50)))
+    with pytest.raises(LogError, match=r"all 50 stamps are equal \(1\.00985e\+09 s\)") as error:
+        CarmenLog(path)
+    assert "use the raw log" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_stamps_with_too_few_digits_are_rejected_too(tmp_path: Path) -> None:
+    path = tmp_path / "corrected.log"
+    path.write_text("".join(stamped(i, f"1.0098{i // 50}e+09", logged=1e9) for i in range(100)))
+    with pytest.raises(LogError, match="its 100 stamps have only 2 different values"):
+        CarmenLog(path)
+
+
+def test_times_of_logging_stand_in_for_equal_stamps(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    path.write_text("".join(stamped(i, "1.00985e+09") for i in range(50)))
+    log = CarmenLog(path)
+    assert [r.stamp for r in log if isinstance(r, Scan)] == [i * 10**9 for i in range(50)]
+    assert "the times at which the lines were logged stand in" in log.warnings[0]
+
+
+def test_scans_of_two_robots_in_turns_are_those_of_the_first(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    lines = []
+    for i in range(20):
+        lines.append(stamped(i, f"{i}.0", "alice"))
+        lines.append(stamped(100 + i, f"{i}.5", "bob"))
+        lines.append(f"ODOM {9 + i} 0 0 0 0 0 {i}.6 bob 1.0\n")
+        lines.append(f"ODOM {0.1 * i + 0.05} 0 0 0 0 0 {i}.7 alice 1.0\n")
+    path.write_text("".join(lines))
+    log = CarmenLog(path)
+    odometry = [r for r in log if isinstance(r, Odometry)]
+    assert len(odometry) == 40
+    assert max(r.odom_from_base.position[0] for r in odometry) < 2.0
+    scans, poses = log.warnings
+    assert (
+        "holds scans of 2 robots in turns: those of alice are read, 20 of bob are left out" in scans
+    )
+    assert "holds odometry of 2 robots" in poses
+
+
+def test_laser_and_base_on_two_computers_are_one_robot(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    lines = []
+    for i in range(20):
+        lines.append(stamped(i, f"{i}.0", "laptop"))
+        lines.append(f"ODOM {0.1 * i + 0.05} 0 0 0 0 0 {i}.6 base 1.0\n")
+    path.write_text("".join(lines))
+    log = CarmenLog(path)
+    assert log.warnings == ()
+    assert sum(isinstance(r, Odometry) for r in log) == 40
+
+
+def test_host_that_changes_once_is_named_and_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    path.write_text("".join(stamped(i, f"{i}.0", "old" if i < 12 else "new") for i in range(20)))
+    log = CarmenLog(path)
+    assert sum(isinstance(r, Scan) for r in log) == 20
+    (warning,) = log.warnings
+    assert "changes from old to new at line 13" in warning
+
+
+def test_text_that_begins_in_the_middle_of_a_line_is_named(text: str, tmp_path: Path) -> None:
+    line = text.index("FLASER")
+    path = tmp_path / "cut.log"
+    path.write_text(text[line + 300 :])
+    (warning,) = CarmenLog(path).warnings
+    assert "begins in the middle of a line" in warning
+
+
+def test_poses_alone_are_a_log_without_scanner(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    path.write_text("".join(f"ODOM {0.1 * i} 0 0 0 0 0 {i}.5 robot {i}.0\n" for i in range(20)))
+    assert CarmenLog(path).mounts == {}
+    last = localize(path).estimates[-1]
+    assert last.map_from_base is not None
+    assert last.map_from_base.position[0] == pytest.approx(1.9)
+
+
+@pytest.mark.parametrize("pack", [bytes, gzip.compress])
+@pytest.mark.parametrize(
+    "name", [b"CSensoryFrame", b"CActionCollection", b"mrpt::obs::CObservation2D"]
+)
+def test_rawlog_of_mrpt_is_rejected_with_the_way_to_convert_it(
+    tmp_path: Path, pack: Callable[[bytes], bytes], name: bytes
+) -> None:
+    path = tmp_path / "killian.rawlog"
+    path.write_bytes(pack(bytes([0x80 | len(name)]) + name + b"\x02" + bytes(range(256)) * 40))
+    with pytest.raises(LogError, match="is an MRPT rawlog") as error:
+        open_log(path)
+    assert "mrpt_rawlog_play" in str(error.value)
+    assert "\n" not in str(error.value)

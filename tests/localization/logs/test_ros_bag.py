@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,11 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin, Writer as Ros2Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from localization.geometry import FloatArray
+from localization.geometry import (
+    FloatArray,
+    quaternion_from_rotation,
+    rotation_from_quaternion,
+)
 from localization.logs.frame_tree import SensorLayout
 from localization.logs.laser_scan_message import scan_message
 from localization.logs.log_interface import LogError
@@ -147,10 +152,16 @@ def recorded(
             case WheelSpeeds():
                 held.append(("/joints", stamp, four_wheels(reading)))
             case Inertial():
+                orientation = reading.orientation
+                if orientation is not None:
+                    world_from_base = rotation_from_quaternion(orientation)
+                    orientation = quaternion_from_rotation(world_from_base @ IMU.rotation)
                 turned = Inertial(
                     reading.stamp,
                     IMU.rotation.T @ reading.angular_velocity,
                     IMU.rotation.T @ reading.specific_force,
+                    orientation,
+                    reading.orientation_sigma,
                 )
                 message = inertial_message(turned)
                 message.header.frame_id = "imu"
@@ -231,6 +242,40 @@ def test_readings_of_a_bag_are_those_that_were_recorded(
             assert (a.left, a.right) == (b.left, b.right)
 
 
+def test_orientation_of_a_unit_that_is_mounted_upside_down_becomes_that_of_the_base(
+    tmp_path: Path, drive: Drive
+) -> None:
+    held: list[Reading] = []
+    poses = {}
+    for reading in drive.readings()[:300]:
+        if isinstance(reading, Inertial):
+            poses[reading.stamp] = Pose.from_euler(
+                [0.0, 0.0, 0.0], roll=0.02, pitch=-0.03, yaw=drive.pose(reading.stamp).yaw
+            )
+            held.append(
+                replace(
+                    reading,
+                    orientation=poses[reading.stamp].quaternion_wxyz,
+                    orientation_sigma=np.array([0.01, 0.02, 0.03]),
+                )
+            )
+        else:
+            held.append(reading)
+    found = 0
+    for reading in open_log(ros1(tmp_path / "bag", recorded(held))):
+        if isinstance(reading, Inertial):
+            assert reading.orientation is not None
+            assert reading.orientation_sigma is not None
+            np.testing.assert_allclose(
+                rotation_from_quaternion(reading.orientation),
+                poses[reading.stamp].rotation,
+                atol=1e-9,
+            )
+            np.testing.assert_allclose(reading.orientation_sigma, [0.01, 0.02, 0.03])
+            found += 1
+    assert found == len(poses) > 10
+
+
 @pytest.mark.slow
 def test_odometry_and_one_level_scanner_make_a_flat_suite(
     tmp_path: Path, hall_map: Path, drive: Drive
@@ -283,10 +328,12 @@ def test_messages_without_a_reading_are_counted_with_a_reason(tmp_path: Path, dr
     assert "String holds no reading" in bag.skipped["/chatter"].reason
 
 
-def test_bag_without_a_scanner_is_rejected_with_its_types(tmp_path: Path) -> None:
+def test_bag_without_scanner_and_motion_is_rejected_with_its_types(tmp_path: Path) -> None:
     text = build("std_msgs/msg/String", data="hello")
     path = ros2(tmp_path / "bag", [("/chatter", 1, text)], StoragePlugin.MCAP)
-    with pytest.raises(LogError, match="no scanner among its types std_msgs/msg/String"):
+    with pytest.raises(
+        LogError, match="no scanner, odometry or wheels among its types std_msgs/msg/String"
+    ):
         RosBag(path)
 
 

@@ -4,14 +4,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, strategies as st
 
 from localization.logs.laser_scan_message import scan_message
-from localization.logs.motion_messages import inertial_message, read_wheels, wheels_message
+from localization.logs.motion_messages import (
+    inertial_message,
+    read_inertial,
+    read_wheels,
+    wheels_message,
+)
 from localization.logs.pose_messages import hint_message, mounts_message, read_hint, read_mounts
 from localization.logs.ros_messages import readers, reading_message
-from localization.logs.ros_types import TF, MessageError, from_cdr, stamp_message, to_cdr
-from localization.types import Hint, Inertial, Pose, Reading, Scan, WheelSpeeds
+from localization.logs.ros_types import (
+    IMU,
+    TF,
+    MessageError,
+    from_cdr,
+    quaternion_message,
+    stamp_message,
+    to_cdr,
+)
+from localization.types import Hint, Inertial, InvalidReadingError, Pose, Reading, Scan, WheelSpeeds
 from tests.support import MOUNTS, a_scan, bits, floats, poses, readings, scans, wheel_speeds
 
 
@@ -87,6 +100,53 @@ def test_imu_message_marks_its_orientation_as_missing() -> None:
     message = inertial_message(Inertial(0, np.zeros(3), np.array([0.0, 0.0, 9.81])))
     assert message.orientation_covariance[0] == -1.0
     assert message.linear_acceleration.z == 9.81
+
+
+@given(pose=poses(), sigma=st.none() | st.tuples(*[floats(1e-4, 1.0)] * 3))
+def test_orientation_of_an_inertial_unit_is_restored_bit_for_bit(
+    pose: Pose, sigma: tuple[float, ...] | None
+) -> None:
+    reading = Inertial(
+        0,
+        np.zeros(3),
+        np.array([0.0, 0.0, 9.81]),
+        pose.quaternion_wxyz,
+        None if sigma is None else np.array(sigma),
+    )
+    again = read_inertial(from_cdr(to_cdr(inertial_message(reading)), IMU))
+    if sigma is None and np.array_equal(pose.quaternion_wxyz, [1.0, 0.0, 0.0, 0.0]):
+        assert again.orientation is None
+    else:
+        assert bits(again) == bits(reading)
+
+
+@pytest.mark.parametrize(
+    ("wxyz", "variance"),
+    [
+        ((1.0, 0.0, 0.0, 0.0), 0.0),
+        ((0.0, 0.0, 0.0, 0.0), 0.0),
+        ((0.0, 0.0, 0.0, 0.0), 0.1),
+        ((0.6, 0.0, 0.0, 0.8), -1.0),
+        ((float("nan"), 0.0, 0.0, 0.8), 0.1),
+    ],
+)
+def test_orientation_that_no_unit_measured_is_left_out(
+    wxyz: tuple[float, ...], variance: float
+) -> None:
+    message = inertial_message(Inertial(0, np.zeros(3), np.array([0.0, 0.0, 9.81])))
+    message.orientation = quaternion_message(np.array(wxyz))
+    message.orientation_covariance = np.diag([variance, 0.1 * abs(variance), 0.0]).ravel()
+    assert read_inertial(message).orientation is None
+
+
+def test_orientation_must_be_a_unit_quaternion_with_a_sigma_that_is_not_negative() -> None:
+    zero = np.zeros(3)
+    for wrong in (np.array([0.0, 0.0, 0.0, 2.0]), np.full(4, np.nan), np.zeros(3)):
+        with pytest.raises(InvalidReadingError, match=r"inertial\.orientation"):
+            Inertial(0, zero, zero, wrong)
+    unit = np.array([1.0, 0.0, 0.0, 0.0])
+    with pytest.raises(InvalidReadingError, match=r"orientation_sigma must be >= 0"):
+        Inertial(0, zero, zero, unit, np.array([0.1, -0.1, 0.1]))
 
 
 def test_hint_has_ros_quaternion_order_and_must_be_in_map() -> None:

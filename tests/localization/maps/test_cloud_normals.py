@@ -279,3 +279,57 @@ def test_no_viewpoint_is_inside_furniture() -> None:
         assert not ((eyes[:, :2] > low[:2]) & (eyes[:, :2] < high[:2])).all(axis=1).any()
     _, known = face_viewers(points, normals, eyes)
     assert known.mean() > 0.99
+
+
+def flat_walls(height: float = 0.0, tilt: float = 0.0) -> FloatArray:
+    """The hall's walls as a planar scanner sees them: at one height."""
+    cloud = HALL.cloud(0.08)
+    seen = np.abs(cloud.normals[:, 2]) < 0.5
+    points: FloatArray = cloud.points[seen].copy()
+    points[:, 2] = height + tilt * points[:, 0]
+    return points
+
+
+@pytest.mark.parametrize("inside", [None, (4.0, 3.0, 0.0)])
+@pytest.mark.parametrize(
+    ("height", "tilt", "where"), [(0.0, 0.0, "at z = 0.00 m: "), (0.3, 0.2, "plane: ")]
+)
+def test_cloud_of_one_plane_is_named_with_the_remedy(
+    tmp_path: Path, height: float, tilt: float, where: str, inside: tuple[float, ...] | None
+) -> None:
+    path = text(tmp_path / "flat.xyz", flat_walls(height, tilt))
+    with pytest.raises(CloudError, match="this cloud is one plane") as error:
+        load_cloud(path, inside=inside)
+    assert f"{where}give map.yaml" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_floor_with_normals_is_one_plane_too(tmp_path: Path) -> None:
+    cloud = HALL.cloud(0.08)
+    floor = (cloud.normals[:, 2] > 0.9) & (cloud.points[:, 2] < 0.1)
+    with pytest.raises(CloudError, match="one plane"):
+        save_cloud(Cloud(cloud.points[floor], cloud.normals[floor], name="f"), tmp_path / "f.ply")
+
+
+def test_walls_on_one_plane_with_normals_along_it_are_a_map(tmp_path: Path) -> None:
+    cloud = HALL.cloud(0.08)
+    walls = np.abs(cloud.normals[:, 2]) < 0.1
+    points = cloud.points[walls] * (1.0, 1.0, 0.0)
+    saved = save_cloud(Cloud(points, cloud.normals[walls], name="w"), tmp_path / "w.ply")
+    assert len(saved.points) == walls.sum()
+
+
+def test_place_inside_from_which_nothing_is_seen_is_named(tmp_path: Path) -> None:
+    """All of a sheet of walls is seen edge-on from its own height."""
+    post = np.column_stack([np.full(200, 2.0), np.full(200, 2.0), np.linspace(0.0, 1.0, 200)])
+    path = text(tmp_path / "sheet.xyz", np.vstack([dense_sheet(), post]))
+    with pytest.raises(CloudError, match=r"only \d+ of its \d+ points can be seen") as error:
+        load_cloud(path, inside=(4.0, 3.0, 0.05))
+    assert "--inside" in str(error.value)
+
+
+def dense_sheet() -> FloatArray:
+    """A ring of level points about the hall's middle, as wide and as dense as the walls of a grid."""
+    x, y = np.meshgrid(np.arange(0.0, 8.0, 0.06), np.arange(0.0, 6.0, 0.06))
+    far = np.maximum(np.abs(x - 4.0) / 4.0, np.abs(y - 3.0) / 3.0) > 0.75
+    return np.column_stack([x[far], y[far], np.zeros(np.count_nonzero(far))])

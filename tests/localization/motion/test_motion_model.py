@@ -142,7 +142,7 @@ def test_unknown_motion_is_refused_with_those_there_are() -> None:
     turn=floats(-2.0, 2.0),
     seconds=floats(0.02, 0.9),
 )
-def test_poses_along_an_arc_give_its_speed_and_turn(
+def test_poses_along_an_arc_give_its_length_and_turn_whatever_the_time(
     start: tuple[float, float, float], speed: float, turn: float, seconds: float
 ) -> None:
     source = MotionModel(SensorConfiguration(Motion.ODOMETRY), track=TRACK, silence=SECOND)
@@ -152,20 +152,32 @@ def test_poses_along_an_arc_give_its_speed_and_turn(
     chord = speed * seconds * np.sinc(half / np.pi)
     step = Pose.planar(chord * np.cos(half), chord * np.sin(half), 2.0 * half)
     source, first = source.take(Odometry(began, Pose.planar(*start)), (0.0, 0.0))
-    _, then = source.take(Odometry(ends, Pose.planar(*start) @ step), (0.0, 0.0))
     assert first is not None
-    assert then is not None
-    assert then.rate[2] == pytest.approx(turn, abs=1e-9)
-    assert 0.5 * (then.left + then.right) == pytest.approx(speed, abs=1e-9)
-    assert (then.right - then.left) / TRACK == pytest.approx(turn, abs=1e-9)
+    for stamp in (ends, began + 1, began + 30 * SECOND):
+        _, then = source.take(Odometry(stamp, Pose.planar(*start) @ step), (0.0, 0.0))
+        assert then is not None
+        assert then.step is not None
+        assert then.step.yaw == pytest.approx(turn * seconds, abs=1e-9)
+        assert then.distance == pytest.approx(speed * seconds, abs=1e-9)
 
 
-def test_odometry_after_a_long_pause_says_nothing_of_the_pause() -> None:
+def test_odometry_after_a_long_pause_is_the_displacement_during_the_pause() -> None:
     source = MotionModel(SensorConfiguration(Motion.ODOMETRY), track=TRACK, silence=SECOND)
     source, _ = source.take(Odometry(SECOND, Pose.identity()), (0.0, 0.0))
     _, after = source.take(Odometry(9 * SECOND, Pose.planar(7.0, 0.0, 0.0)), (0.0, 0.0))
     assert after is not None
-    assert (after.left, after.right, after.rolling) == (0.0, 0.0, False)
+    assert after.step is not None
+    assert after.step.position == pytest.approx([7.0, 0.0, 0.0])
+
+
+def test_sideways_motion_of_the_base_is_kept() -> None:
+    source = MotionModel(SensorConfiguration(Motion.ODOMETRY), track=TRACK, silence=SECOND)
+    start = Pose.planar(3.0, -1.0, 2.0)
+    source, _ = source.take(Odometry(SECOND, start), (0.0, 0.0))
+    _, after = source.take(Odometry(2 * SECOND, start @ Pose.planar(0.1, 0.4, 0.2)), (0.0, 0.0))
+    assert after is not None
+    assert after.step is not None
+    assert after.step.position[:2] == pytest.approx([0.1, 0.4])
 
 
 def beginning_to_turn(wheels_every: int, *, ticks: int = 60) -> Iterator[Reading]:

@@ -134,7 +134,7 @@ def test_rays_in_the_extruded_world_end_where_the_map_is_occupied(
 ) -> None:
     path = write_map(tmp_path, rooms(), origin=f"[-1.0, -2.0, {yaw}]")
     grid = read_occupancy_map(path)
-    model = build_world(plan_from_map(grid)).model
+    model = build_world(plan_from_map(grid).plan).model
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     groups = np.ones(mujoco.mjNGROUP, dtype=np.uint8)
@@ -169,7 +169,7 @@ def check_routes(grid: OccupancyMap, plan: Plan) -> None:
 
 def test_routes_places_and_spawn_keep_to_free_cells(two_rooms: Path) -> None:
     grid = read_occupancy_map(two_rooms)
-    plan = plan_from_map(grid)
+    plan = plan_from_map(grid).plan
     assert plan.bounds == pytest.approx((-0.6, -1.6, 10.6, 4.6))
     check_routes(grid, plan)
     xs = [place.x for place in plan.places.values()]
@@ -181,20 +181,20 @@ def test_routes_places_and_spawn_keep_to_free_cells(two_rooms: Path) -> None:
 
 def test_routes_turn_with_the_map(tmp_path: Path) -> None:
     grid = read_occupancy_map(write_map(tmp_path, rooms(), origin="[3.0, 1.0, 0.7]"))
-    plan = plan_from_map(grid)
+    plan = plan_from_map(grid).plan
     check_routes(grid, plan)
     assert plan.spawn.yaw == pytest.approx(0.7)
 
 
 def test_spawn_can_be_chosen(two_rooms: Path) -> None:
-    plan = plan_from_map(read_occupancy_map(two_rooms), spawn=Placement(8.0, 1.0, 1.5))
+    plan = plan_from_map(read_occupancy_map(two_rooms), spawn=Placement(8.0, 1.0, 1.5)).plan
     assert plan.spawn == Placement(8.0, 1.0, 1.5)
     assert plan.tour[0] == pytest.approx((8.0, 1.0), abs=0.06)
 
 
 def test_plan_reads_back_from_its_text(tmp_path: Path) -> None:
     grid = read_occupancy_map(write_map(tmp_path, rooms(), origin="[3.0, 1.0, 0.7]"))
-    plan = plan_from_map(grid)
+    plan = plan_from_map(grid).plan
     again = plan_from_toml(plan_to_toml(plan, tables=False), name=plan.name)
     assert again.walls == plan.walls
     assert again == plan
@@ -250,9 +250,7 @@ def test_missing_file_list_binary_and_cut_image_are_rejected_in_one_line(
 @pytest.mark.parametrize("pixel", [WALL, UNKNOWN])
 def test_map_without_a_free_cell_is_rejected(pixel: int, tmp_path: Path) -> None:
     grid = read_occupancy_map(write_map(tmp_path, np.full((20, 20), pixel)))
-    with pytest.raises(
-        WorldError, match=r"no room for the robot: it needs free cells within 0\.42 m"
-    ):
+    with pytest.raises(WorldError, match="no room for the robot: no cell is free floor"):
         plan_from_map(grid)
 
 
@@ -278,3 +276,47 @@ def test_map_with_too_many_boxes_is_rejected(
     pixels[40:80, 40:80] = FREE
     with pytest.raises(WorldError, match="would take more than 2000 boxes"):
         plan_from_map(read_occupancy_map(write_map(tmp_path, pixels)))
+
+
+def page(folder: Path) -> Path:
+    """Write a building of two rooms in the middle of a white page that is roomier than both."""
+    pixels = np.full((400, 600), FREE)
+    pixels[130:270, 180:420] = rooms()
+    pixels[130:270, 180:188] = pixels[130:270, 412:420] = FREE
+    pixels[130:138, 180:420] = pixels[262:270, 180:420] = FREE
+    return write_map(folder, pixels)
+
+
+def test_spawn_on_a_white_page_is_indoors(tmp_path: Path) -> None:
+    imported = plan_from_map(read_occupancy_map(page(tmp_path)))
+    x, y = imported.plan.spawn.x, imported.plan.spawn.y
+    assert 8.5 < x < 19.5
+    assert 4.6 < y < 10.9
+    assert imported.outdoors == pytest.approx(30 * 20 - 11.2 * 6.2, abs=3.0)
+    assert imported.plan.bounds == pytest.approx((8.4, 4.9, 19.6, 11.1))
+
+
+def test_spawn_outside_every_room_is_rejected_in_a_line(tmp_path: Path) -> None:
+    with pytest.raises(WorldError, match=r"spawn at x 0\.00, y 0\.00 lies outside every room"):
+        plan_from_map(read_occupancy_map(page(tmp_path)), spawn=Placement(0.0, 0.0))
+
+
+def test_resolution_typed_wrong_is_rejected_in_a_line(tmp_path: Path) -> None:
+    path = write_map(tmp_path, rooms(), resolution="5")
+    with pytest.raises(WorldError, match=r"of 5 m are too coarse.*and is 5$|is no building.*is 5$"):
+        plan_from_map(read_occupancy_map(path))
+
+
+def test_missed_rooms_are_where_the_map_is(tmp_path: Path) -> None:
+    pixels = rooms()
+    pixels[40:62, 118:122] = WALL
+    pixels[46:56, 118:122] = FREE  # half a metre
+    grid = read_occupancy_map(write_map(tmp_path, pixels, origin="[3.0, 1.0, 0.7]"))
+    imported = plan_from_map(grid)
+    (missed,) = imported.reach.missed
+    (gap,) = missed.gaps
+    assert gap.width == pytest.approx(0.5)
+    assert grid.in_grid(np.array([gap.x, gap.y])) == pytest.approx((6.0, 4.45), abs=0.1)
+    x, y = grid.in_grid(np.array([missed.x, missed.y]))
+    assert 0.5 < x < 11.5
+    assert 0.5 < y < 6.5

@@ -217,7 +217,10 @@ def test_other_robots_join_as_well_and_meshes_lie_beside_the_file(tmp_path: Path
          " there are: slab, world_geom_1"),
         (SPAWN, "", "there are: no geoms at all"),
         ('<geom name="slab" type="plane" size="5 5 .1" user="0.7 -1"/>' + SPAWN, "",
-         "geom 'slab': user must be friction along and across the wheel"),
+         "geom 'slab': user must be one number, friction"),
+        ('<geom name="slab" type="plane" size="5 5 .1" user="0.8 0.5"/>' + SPAWN, "",
+         'or three, friction along and across the wheel and rolling resistance, as in user="0.7 0.6 0.02",'
+         ' got "0.8 0.5"'),
         (FLOOR, "", 'there is no spawn: add <site name="spawn"'),
         (FLOOR + '<site name="spawn" pos="50 0 0"/>', "", "'spawn' is not above anything drivable"),
         (FLOOR + SPAWN + '<geom name="pillar" type="cylinder" size=".2 1" pos=".3 0 1"/>', "",
@@ -253,8 +256,14 @@ def test_file_that_is_not_there_or_not_xml_is_named(tmp_path: Path) -> None:
     with pytest.raises(WorldError, match="cannot read the floor plan"):
         load_world(str(tmp_path / "nowhere.toml"))
     path = write(tmp_path, FLOOR + SPAWN)
-    with pytest.raises(WorldError, match="an MJCF file takes no world options"):
-        load_world(str(path), options=WorldOptions(alive=True))
+    for options in (WorldOptions(alive=True), WorldOptions(rearranged=0)):
+        with pytest.raises(WorldError, match="an MJCF file cannot be alive or rearranged"):
+            load_world(str(path), options=options)
+
+
+def test_file_is_loaded_with_any_seed(tmp_path: Path) -> None:
+    path = write(tmp_path, FLOOR + SPAWN)
+    assert load_world(str(path), options=WorldOptions(timing=3)).name == "mine"
 
 
 def test_floor_plan_is_loaded_by_its_path(tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from localization.types import SECOND, WheelSpeeds
@@ -49,3 +51,12 @@ def test_day_and_tyres_are_built_into_the_world() -> None:
     assert world.plan is not None
     assert plain.plan is not None
     assert world.plan.furniture != plain.plan.furniture
+
+
+def test_world_without_anything_to_move_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "hall.toml"
+    path.write_text("bounds = [0, 0, 9, 9]\nspawn = [2, 2, 0]\ntour = [[2, 2], [7, 2], [7, 7]]\n")
+    alive, rearranged = RobotOptions(alive=True, rearranged=1).world(str(path)).notes
+    assert alive == "alive: the plan has no people, carts or doors, so nothing moves"
+    assert rearranged.startswith("rearranged: no furniture of the plan can be moved")
+    assert RobotOptions(alive=True, rearranged=1).world("office").notes == ()

@@ -111,6 +111,34 @@ def test_picture_is_drawn_from_a_run(
     assert len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)) > 200
 
 
+@pytest.mark.slow
+def test_axes_of_a_run_show_the_peaks_of_sigma_and_nothing_covers_the_health(
+    short: tuple[Path, RunSummary, RunRecord],
+    office_cloud: Cloud,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from matplotlib.figure import Figure
+
+    figures: list[Figure] = []
+    save = Figure.savefig
+
+    def kept(figure: Figure, path: Path, dpi: int) -> None:
+        figures.append(figure)
+        save(figure, path, dpi=dpi)
+
+    monkeypatch.setattr(Figure, "savefig", kept)
+    draw(short[2], office_cloud, tmp_path / "run.png", title="a short run")
+    _, position, heading, _, health = figures[0].axes[:5]
+    for axes, line in ((position, 1), (heading, 1)):
+        sigma = np.asarray(axes.lines[line].get_ydata(), dtype=float)
+        # The first covariance is that of the hint.
+        assert axes.get_ylim()[1] > np.max(sigma[len(sigma) // 50 :])
+    legend = health.get_legend()
+    assert legend is not None
+    assert legend.get_window_extent().y1 < health.get_window_extent().y0
+
+
 def test_picture_of_a_run_without_a_pose_is_drawn_as_well(
     short: tuple[Path, RunSummary, RunRecord], office_cloud: Cloud, tmp_path: Path
 ) -> None:

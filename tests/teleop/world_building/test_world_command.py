@@ -21,9 +21,9 @@ def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return line
 
 
-def write_map(folder: Path) -> Path:
-    """Write a room of 4 by 3 m as an occupancy map."""
-    rows = [b"\x00" * 84] * 2 + [b"\x00\x00" + b"\xfe" * 80 + b"\x00\x00"] * 60 + [b"\x00" * 84] * 2
+def write_map(folder: Path, middle: bytes = b"\xfe" * 80) -> Path:
+    """Write a room of 4 by 3 m as an occupancy map; ``middle`` are the pixels of its rows."""
+    rows = [b"\x00" * 84] * 2 + [b"\x00\x00" + middle + b"\x00\x00"] * 60 + [b"\x00" * 84] * 2
     (folder / "room.pgm").write_bytes(b"P5\n84 64\n255\n" + b"".join(rows))
     path = folder / "room.yaml"
     path.write_text(
@@ -63,6 +63,7 @@ def test_generated_building_is_a_scene_that_loads_with_its_cloud(
     assert "corridor_1" in shown
 
 
+@pytest.mark.slow
 def test_extruded_map_is_a_scene_that_loads(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -78,6 +79,28 @@ def test_extruded_map_is_a_scene_that_loads(
     with pytest.raises(CloudError, match="run `farsteer map worlds/room`"):
         load_scene_cloud("worlds/room")
     assert "farsteer map worlds/room" in refused(["sim", "--scene", "worlds/room"], capsys)
+
+
+def test_summary_says_what_the_survey_misses_and_which_cells_are_near_a_threshold(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A wall divides the room, and a band of furniture is as grey as free floor may just be."""
+    monkeypatch.chdir(tmp_path)
+    path = write_map(tmp_path, b"\xfe" * 40 + b"\x00" * 2 + b"\xd3" * 8 + b"\xfe" * 30)
+    assert main(["world", "from-map", str(path), "--no-cloud"]) == 0
+    said = capsys.readouterr().out
+    assert "reach     the survey comes near 51 % of the free floor, 12 m2" in said
+    assert "not near 6 m2 round (3.1, 1.0): there is no opening" in said
+    assert "480 free cells are within 0.06 of free_thresh, most of them grey 211" in said
+
+
+def test_mistakes_in_a_map_are_refused_in_a_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_map(tmp_path)
+    typed = path.with_name("typed.yaml")
+    typed.write_text(path.read_text().replace("0.05", "5"))
+    assert "is no building" in refused(["world", "from-map", str(typed)], capsys)
 
 
 def test_impossible_buildings_are_refused_with_what_would_do(

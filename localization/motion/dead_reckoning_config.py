@@ -1,0 +1,49 @@
+"""Settings of dead reckoning: the errors of wheels and inertial units.
+
+Where no source is named, the number was chosen.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class DeadReckoningConfig:
+    """Errors of wheels and inertial units, one sigma each; none is fitted to a robot."""
+
+    distance_scale: float = 0.02
+    """Constant error of the wheels' distance, as a share of it: a tyre's rolling radius changes with wear, pressure and
+    load, and with the ground."""
+    distance_noise: float = 0.02
+    """Random error along the way [m/sqrt(m)]."""
+    side_noise: float = 0.02
+    """Random error across the way [m/sqrt(m)]."""
+    skid: float = 0.02
+    """Random error along and across the way while turning [m/sqrt(rad)]: a skid-steered base turns about a point that
+    moves by centimetres."""
+    wheel_turn_scale: float = 0.5
+    """Constant error of the turns that wheels measure, as a share of them: skid-steered bases measure 0.5 to 1.9 times
+    the true turn, so that twice the measured one is two sigma."""
+    wheel_turn_noise: float = math.radians(3.0)
+    """Random error of the heading that wheels measure [rad/sqrt(m)]: 5 to 7 degrees per metre at the 95th percentile in
+    the public logs of differential drives."""
+    gyro_noise: float = math.radians(0.02)
+    """Angle random walk of the gyro [rad/sqrt(s)], as in ``EkfConfig``."""
+    gyro_bias: float = math.radians(0.3)
+    """Error of the gyro's bias at the start [rad/s], as in ``EkfConfig``."""
+    gyro_bias_walk: float = math.radians(0.003)
+    """Random walk of the gyro's bias [rad/s/sqrt(s)], as in ``EkfConfig``."""
+    rest_noise: float = math.radians(0.02)
+    """Error of the gyro's mean over a second at rest, against its bias [rad/s]."""
+    tilt_sigma: float = math.radians(1.0)
+    """Error of roll and pitch of a reported orientation, if the unit does not give it [rad]."""
+    heading_sigma: float = math.radians(5.0)
+    """Error of the heading of a reported orientation, if the unit does not give it [rad]: that of a compass beside
+    motors."""
+    heading_drift: float = math.radians(0.05)
+    """Random walk of the error of reported headings [rad/sqrt(s)]: 0.4 degrees in a minute, 3 in an hour, since most
+    units have no compass or ignore it."""
+    ground_sigma: float = math.radians(2.0)
+    """Slope of the ground where nobody reports the tilt [rad]."""

@@ -1,0 +1,307 @@
+"""Dead reckoning of a base whose wheels and inertial unit are made up, and so are their errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from localization.motion.dead_reckoning import DeadReckoner
+from localization.motion.dead_reckoning_config import DeadReckoningConfig
+from localization.motion.displacement_step import Displacement, odometry_step, wheel_step
+from localization.types import SECOND, Inertial, Odometry, Pose, WheelSpeeds
+
+PERIOD = SECOND // 20
+FORCE = np.array([0.0, 0.0, 9.81])
+
+
+@dataclass(frozen=True)
+class Course:
+    """A drive of constant speed and turn rate over a slope, with the errors of its sensors."""
+
+    seconds: float = 10.0
+    speed: float = 0.5
+    rate: float = 0.4
+    pitch: float = 0.0
+    heading: float = 0.0
+    scale: float = 0.0
+    heading_error: float = 0.0
+    wheel_turn: float = 1.0
+    """Turn that the wheels measure, as a multiple of the true one."""
+    bias: float = 0.0
+    oriented: bool = True
+    sigma: tuple[float, float, float] | None = (0.01, 0.01, 0.02)
+    gyro: bool = True
+
+    def pose(self, stamp: int) -> Pose:
+        """True pose, from the origin."""
+        seconds = stamp / SECOND
+        turn = self.rate * seconds
+        chord = self.speed * seconds * np.sinc(0.5 * turn / math.pi)
+        flat = Pose.planar(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
+        return Pose.from_euler([0, 0, 0], pitch=self.pitch, yaw=self.heading) @ flat
+
+    def readings(self) -> Iterator[Inertial | Odometry]:
+        """What the sensors say, in order."""
+        tilted = Pose.from_euler([0, 0, 0], yaw=self.heading_error)
+        odom = Pose.planar(3.0, -2.0, 0.7)
+        for i in range(int(self.seconds * SECOND) // PERIOD + 1):
+            stamp = i * PERIOD
+            if self.gyro:
+                orientation = (tilted @ self.pose(stamp)).quaternion_wxyz
+                yield Inertial(
+                    stamp,
+                    np.array([0.0, 0.0, self.rate + self.bias]),
+                    FORCE,
+                    orientation if self.oriented else None,
+                    None if self.sigma is None or not self.oriented else np.array(self.sigma),
+                )
+            if i:
+                half = 0.5 * self.wheel_turn * self.rate * PERIOD / SECOND
+                arc = (1.0 + self.scale) * self.speed * PERIOD / SECOND
+                chord = arc * (math.sin(half) / half if half else 1.0)
+                odom = odom @ Pose.planar(
+                    chord * math.cos(half), chord * math.sin(half), 2.0 * half
+                )
+            yield Odometry(stamp, odom)
+
+
+def reckoned(
+    readings: Iterator[Inertial | Odometry],
+    *,
+    flat: bool = False,
+    config: DeadReckoningConfig | None = None,
+) -> DeadReckoner:
+    state = DeadReckoner(config or DeadReckoningConfig(), flat=flat)
+    before: Odometry | None = None
+    for reading in readings:
+        if isinstance(reading, Inertial):
+            state = state.take(reading)
+            continue
+        if before is not None and (step := odometry_step(before, reading)) is not None:
+            state = state.take(step)
+        before = reading
+    return state
+
+
+def off(state: DeadReckoner, true: Pose) -> float:
+    return float(np.linalg.norm(state.position - true.position))
+
+
+END = 10 * SECOND
+
+
+@pytest.mark.parametrize("wheel_turn", [0.5, 1.0, 1.85, 7.0, -1.0])
+def test_reported_orientation_makes_the_turns_of_the_wheels_irrelevant(wheel_turn: float) -> None:
+    course = Course(wheel_turn=wheel_turn, heading=0.6, pitch=0.1)
+    state = reckoned(course.readings())
+    assert off(state, course.pose(END)) < 0.005
+    assert abs(state.pose.yaw - course.pose(END).yaw) < 1e-3
+    assert state.wheel_turned == 0
+
+
+def test_drive_begins_at_the_origin_with_the_first_heading_that_is_reported() -> None:
+    course = Course(heading=1.2)
+    readings = list(course.readings())
+    late = [r for r in readings if isinstance(r, Odometry) or r.stamp >= SECOND]
+    for given in (readings, late):
+        state = reckoned(iter(given))
+        assert off(state, course.pose(END)) < 0.02
+    assert reckoned(iter(readings)).first_yaw == pytest.approx(1.2)
+
+
+def test_slope_that_is_reported_gives_height_unless_the_ground_is_level() -> None:
+    course = Course(rate=0.0, pitch=-0.1)
+    assert reckoned(course.readings()).position[2] == pytest.approx(
+        0.5 * 10 * math.sin(0.1), abs=1e-3
+    )
+    level = reckoned(course.readings(), flat=True)
+    assert level.position.tolist() == pytest.approx([5.0, 0.0, 0.0], abs=1e-6)
+
+
+def test_gyro_turns_the_drive_between_reports_and_without_any() -> None:
+    course = Course(oriented=False, wheel_turn=1.85)
+    assert off(reckoned(course.readings()), course.pose(END)) < 0.01
+    whole = Course(wheel_turn=1.85, heading=0.3)
+    seldom = (
+        replace(r, orientation=None, orientation_sigma=None)
+        if isinstance(r, Inertial) and r.stamp % SECOND
+        else r
+        for r in whole.readings()
+    )
+    assert off(reckoned(seldom), whole.pose(END)) < 0.01
+
+
+def test_wheels_turn_the_drive_where_there_is_no_gyro_and_say_how_unsure_they_are() -> None:
+    course = Course(gyro=False)
+    state = reckoned(course.readings())
+    assert off(state, course.pose(END)) < 1e-6
+    with_gyro = reckoned(Course(oriented=False).readings())
+    assert state.covariance[5, 5] > 100.0 * with_gyro.covariance[5, 5]
+
+
+@pytest.mark.parametrize("wheel_turn", [0.5, 0.7, 1.4, 1.85])
+@pytest.mark.parametrize("rate", [0.05, 0.2])
+def test_covariance_covers_wheels_that_turn_too_little_or_too_much(
+    wheel_turn: float, rate: float
+) -> None:
+    course = Course(gyro=False, rate=rate, wheel_turn=wheel_turn)
+    state = reckoned(course.readings())
+    error = state.position - course.pose(END).position
+    # Chi-square of two degrees of freedom, 99 %; beyond a radian the error is not Gaussian any more.
+    assert error[:2] @ np.linalg.solve(state.covariance[:2, :2], error[:2]) < 9.2
+
+
+def test_heading_is_never_less_known_than_not_at_all() -> None:
+    state = reckoned(Course(gyro=False, rate=3.0, seconds=60.0).readings())
+    assert state.covariance[5, 5] <= math.pi**2 / 3.0 + 1e-9
+    assert np.linalg.eigvalsh(state.covariance).min() > -1e-9
+
+
+def test_turning_back_makes_no_lost_heading_known_again() -> None:
+    there = Course(gyro=False, rate=1.0, seconds=10.0)
+    back = Course(gyro=False, rate=-1.0, seconds=10.0)
+    state = reckoned(there.readings())
+    assert state.covariance[5, 5] == pytest.approx(math.pi**2 / 3.0)
+    before: Odometry | None = None
+    for reading in back.readings():
+        assert isinstance(reading, Odometry)
+        if before is not None and (step := odometry_step(before, reading)) is not None:
+            state = state.take(step)
+        before = reading
+    assert state.covariance[5, 5] == pytest.approx(math.pi**2 / 3.0)
+
+
+def test_unit_that_falls_silent_is_replaced_by_the_wheels() -> None:
+    course = Course(heading=0.5)
+    readings = (
+        r
+        for r in course.readings()
+        if isinstance(r, Odometry) or not 4 * SECOND < r.stamp < 8 * SECOND
+    )
+    state = reckoned(readings)
+    assert off(state, course.pose(END)) < 0.02
+    assert 70 < state.wheel_turned < 90
+
+
+def test_gyro_that_returns_does_not_add_the_turn_that_the_wheels_have_made() -> None:
+    course = Course(oriented=False)
+    readings = (
+        r for r in course.readings() if isinstance(r, Odometry) or r.stamp % SECOND < 0.6 * SECOND
+    )
+    assert off(reckoned(readings), course.pose(END)) < 0.02
+
+
+@pytest.mark.parametrize("shake", [0, 1, 2])
+def test_stamps_of_the_odometry_hardly_matter(shake: int) -> None:
+    """In bursts, shaken by 50 ms, or all equal: a step is a displacement."""
+    rng = np.random.default_rng(1)
+    course = Course(heading=0.2)
+    readings: list[Inertial | Odometry] = []
+    for r in course.readings():
+        if isinstance(r, Odometry):
+            stamps = (r.stamp // SECOND * SECOND, max(0, r.stamp + int(5e7 * rng.normal())), 7)
+            readings.append(replace(r, stamp=stamps[shake]))
+        else:
+            readings.append(r)
+    assert off(reckoned(iter(readings)), course.pose(END)) < 0.03
+
+
+def test_pause_of_the_odometry_with_a_turn_is_one_step() -> None:
+    readings = list(Course(heading=0.2).readings())
+    paused = (
+        r for r in readings if isinstance(r, Inertial) or not 4 * SECOND < r.stamp < 7 * SECOND
+    )
+    assert off(reckoned(paused), Course(heading=0.2).pose(END)) < 0.02
+
+
+def test_sideways_motion_is_kept() -> None:
+    step = odometry_step(
+        Odometry(0, Pose.planar(1.0, 2.0, 0.5)),
+        Odometry(PERIOD, Pose.planar(1.0, 2.0, 0.5) @ Pose.planar(0.1, 0.3, 0.0)),
+    )
+    assert step is not None
+    assert (step.forward, step.left) == pytest.approx((0.1, 0.3))
+    state = DeadReckoner().take(step)
+    assert state.position.tolist() == pytest.approx([0.1, 0.3, 0.0])
+
+
+def test_odometry_that_counts_anew_is_no_step() -> None:
+    assert odometry_step(Odometry(0, Pose.planar(50, 0, 0)), Odometry(1, Pose.identity())) is None
+
+
+def test_rim_speeds_are_steps_but_over_a_pause() -> None:
+    before, after = WheelSpeeds(0, 0.0, 0.0), WheelSpeeds(PERIOD, 0.4, 0.6)
+    step = wheel_step(before, after, 0.5)
+    assert step is not None
+    assert (step.stamp, step.seconds, step.left) == (PERIOD, 0.05, 0.0)
+    assert (step.forward, step.turn) == pytest.approx((0.025, 0.02))
+    assert wheel_step(before, replace(after, stamp=2 * SECOND), 0.5) is None
+    assert wheel_step(before, replace(after, stamp=0), 0.5) is None
+
+
+def test_bias_of_the_gyro_is_learned_while_the_wheels_rest() -> None:
+    rest = Course(speed=0.0, rate=0.0, oriented=False, bias=0.004, seconds=4.0)
+    state = reckoned(rest.readings())
+    assert state.bias == pytest.approx(0.004, abs=2e-4)
+    assert abs(state.pose.yaw) < 0.002
+    driving = reckoned(Course(rate=0.0, oriented=False, bias=0.004).readings())
+    assert driving.bias == 0.0
+    assert driving.covariance[5, 5] > 10.0 * state.covariance[5, 5]
+
+
+def test_bias_that_a_rest_shows_is_taken_back_from_the_way_before_it() -> None:
+    bias = 0.004
+    drive = Course(rate=0.0, oriented=False, bias=bias)
+    state = reckoned(drive.readings())
+    assert state.pose.yaw == pytest.approx(10 * bias, abs=1e-3)
+    assert off(state, drive.pose(END)) > 0.05
+    for i in range(1, 60):
+        stamp = END + i * PERIOD
+        state = state.take(Inertial(stamp, np.array([0.0, 0.0, bias]), FORCE))
+        state = state.take(Displacement(stamp, PERIOD / SECOND, 0.0, 0.0, 0.0))
+    assert state.pose.yaw == pytest.approx(0.0, abs=0.003)
+    assert off(state, drive.pose(END)) < 0.01
+
+
+def test_robot_that_is_turned_while_its_wheels_rest_has_no_bias() -> None:
+    """A Jackal in a simulator turns on at 2 degrees a second after its wheels have stopped."""
+    course = Course(speed=0.0, rate=0.04, wheel_turn=0.0, oriented=False, seconds=4.0)
+    state = reckoned(course.readings())
+    assert state.bias == 0.0
+    assert state.pose.yaw == pytest.approx(0.16, abs=1e-3)
+
+
+def test_heading_that_a_unit_does_not_know_is_that_of_its_gyro() -> None:
+    course = Course(heading_error=1.0, sigma=(0.01, 0.01, 1000.0), pitch=0.05)
+    state = reckoned(course.readings())
+    straight = replace(course, pitch=0.0)
+    assert off(state, straight.pose(END)) < 0.05
+    assert not state.headed
+    assert state.oriented
+    assert state.position[2] != 0.0
+
+
+@pytest.mark.parametrize("oriented", [True, False])
+def test_covariance_covers_the_errors_that_were_assumed(oriented: bool) -> None:
+    """Mean of the squared, normalised errors in the plane: 2 if consistent."""
+    rng = np.random.default_rng(4)
+    config = DeadReckoningConfig(distance_noise=1e-4, side_noise=1e-4, skid=1e-4)
+    ratios = []
+    for _ in range(30):
+        scale, heading, bias = rng.normal(size=3)
+        course = Course(
+            rate=0.1,
+            seconds=8.0,
+            scale=config.distance_scale * scale,
+            heading_error=0.02 * heading if oriented else 0.0,
+            bias=0.0 if oriented else config.gyro_bias * bias,
+            oriented=oriented,
+        )
+        state = reckoned(course.readings(), config=config)
+        error = (state.position - course.pose(8 * SECOND).position)[:2]
+        ratios.append(error @ np.linalg.solve(state.covariance[:2, :2], error))
+    assert 1.4 < np.mean(ratios) < 2.7

@@ -1,0 +1,126 @@
+"""Settings by name: what is taken, and what is answered to a wrong one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from localization.config import LocalizerConfig, to_json
+from localization.matching.matchers import Matcher
+from localization.settings import SettingError, assignments, read_settings, with_settings
+
+
+def test_dotted_and_nested_names_set_the_same() -> None:
+    dotted = with_settings(LocalizerConfig(), {"registration.normal_noise": 0.15})
+    nested = with_settings(LocalizerConfig(), {"registration": {"normal_noise": 0.15}})
+    assert dotted == nested
+    assert dotted.registration.normal_noise == 0.15
+    assert dotted.ekf == LocalizerConfig().ekf
+
+
+def test_texts_become_the_type_of_their_setting() -> None:
+    words = ["registration.normal_noise=1", "kiss_odometry=no", "matcher=none"]
+    words += ["slip_sigma=0.2, 0.1 0.02,0.01", "undo_memory=3e9"]
+    config = with_settings(LocalizerConfig(), assignments(words))
+    assert isinstance(config.registration.normal_noise, float)
+    assert config.kiss_odometry is False
+    assert config.matcher is Matcher.NONE
+    assert config.slip_sigma == (0.2, 0.1, 0.02, 0.01)
+    assert config.undo_memory == 3_000_000_000
+    assert isinstance(config.undo_memory, int)
+
+
+def test_names_of_version_0_0_are_taken() -> None:
+    config = with_settings(LocalizerConfig(), assignments(["registration.inlier=0.2"]))
+    assert config.registration.inlier_distance == 0.2
+
+
+def test_the_last_of_two_assignments_counts() -> None:
+    words = ["registration.inlier=0.2", "registration.inlier_distance=0.3"]
+    assert assignments(words) == {"registration.inlier_distance": "0.3"}
+
+
+@pytest.mark.parametrize(
+    ("word", "why"),
+    [
+        ("registration.normal_nois=1", "nearest: registration.normal_noise"),
+        ("normal_noise=1", "nearest: registration.normal_noise"),
+        ("registration=1", "nearest: registration."),
+        ("qqqq.zzzz=1", r"docs/settings\.md lists them"),
+        ("registration.normal_noise=wide", "must be a number, got 'wide'"),
+        ("registration.normal_noise=-0.1", "must be a number >= 0"),
+        ("registration.normal_noise=nan", "must be a number >= 0"),
+        ("undo_memory=1.5", "must be a whole number"),
+        ("undo_memory=inf", "must be a whole number"),
+        ("kiss_odometry=maybe", "must be true or false"),
+        ("matcher=magic", "must be one of plane"),
+        ("slip_sigma=1,2", "must be 4 numbers, got 2"),
+        ("placement_sigma=1,2", "must be 6 numbers, got 2"),
+        ("normal_noise", "NAME=VALUE"),
+        ("=3", "NAME=VALUE"),
+    ],
+)
+def test_wrong_setting_is_one_line_that_names_it(word: str, why: str) -> None:
+    with pytest.raises(SettingError, match=why) as error:
+        with_settings(LocalizerConfig(), assignments([word]))
+    assert "\n" not in str(error.value)
+
+
+def test_nearest_names_are_those_of_the_same_group() -> None:
+    with pytest.raises(SettingError) as error:
+        with_settings(LocalizerConfig(), {"registration.normal_noisee": 1})
+    assert str(error.value).endswith("nearest: registration.normal_noise")
+
+
+@pytest.mark.parametrize(
+    ("values", "why"),
+    [
+        ({"slip_sigma": 3}, "slip_sigma must be a list of numbers"),
+        ({"registration": {"normal_noise": True}}, "must be a number, got True"),
+        ({"registration": {"normal_noise": [1]}}, "must be a number"),
+    ],
+)
+def test_value_of_another_type_is_named(values: dict[str, object], why: str) -> None:
+    with pytest.raises(SettingError, match=why):
+        with_settings(LocalizerConfig(), values)
+
+
+def test_file_holds_tables_and_dotted_names(tmp_path: Path) -> None:
+    path = tmp_path / "settings.toml"
+    path.write_text(
+        'matcher = "none"\nslip_sigma = [0.2, 0.1, 0.02, 0.01]\nregistration.normal_noise = 0.15\n'
+        "[health]\nlost_after = 20\n"
+    )
+    config = with_settings(LocalizerConfig(), read_settings(path))
+    assert (config.registration.normal_noise, config.health.lost_after) == (0.15, 20)
+    assert config.slip_sigma == (0.2, 0.1, 0.02, 0.01)
+
+
+def test_config_of_a_run_is_a_file_of_settings(tmp_path: Path) -> None:
+    path = tmp_path / "config.json"
+    other = with_settings(LocalizerConfig(), {"registration.normal_noise": 0.15})
+    path.write_text(json.dumps({"mission": {}, "localizer": to_json(other)}))
+    assert with_settings(LocalizerConfig(), read_settings(path)) == other
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "why"),
+    [
+        ("a.toml", "registration = \n", "is not TOML"),
+        ("a.json", "{", "is not JSON"),
+        ("a.json", "[1]", "must be a table"),
+        ("missing.toml", None, "No such file"),
+    ],
+)
+def test_bad_file_of_settings_is_named(
+    tmp_path: Path, name: str, text: str | None, why: str
+) -> None:
+    path = tmp_path / name
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(SettingError, match=why) as error:
+        read_settings(path)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
