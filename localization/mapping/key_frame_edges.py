@@ -6,15 +6,12 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.mapping.odometry_front_end import OdometrySweep
-from localization.types import SECOND
 
 
 class EdgeCovariance:
     """Accumulates the uncertainty of the odometry from one key frame to the next."""
 
-    def __init__(self, begun: int = 0) -> None:
-        """Begin at a key frame with a stamp [ns]."""
-        self._begun = begun
+    def __init__(self) -> None:
         self._predicted: list[tuple[float, FloatArray]] = []
         self._seen: list[FloatArray] = []
 
@@ -23,9 +20,7 @@ class EdgeCovariance:
         self._predicted.append((float(step.at[2]), step.predicted))
         self._seen.append(_turned(step.seen, float(step.at[2])))
 
-    def covariance(
-        self, last: OdometrySweep, floor: tuple[float, float], walk: float = 0.0
-    ) -> FloatArray:
+    def covariance(self, last: OdometrySweep, floor: tuple[float, float]) -> FloatArray:
         """Return the covariance (3, 3) of x, y, yaw in the axes of the last sweep.
 
         The wheels' errors accumulate. KISS-ICP's do not over so short a distance, because it matches each sweep
@@ -34,12 +29,10 @@ class EdgeCovariance:
         Args:
             last: The sweep at the second key frame.
             floor: Lower bound of the error, one sigma [m, rad].
-            walk: Drift of the heading, as that of a gyro's bias, one sigma [rad/s].
         """
         wheels = np.sum([_turned(p, yaw) for yaw, p in self._predicted], axis=0)
         seen = np.mean(self._seen, axis=0)
-        seconds = (last.sweep.stamp - self._begun) / SECOND if self._begun else 0.0
-        least = np.diag(np.square([floor[0], floor[0], np.hypot(floor[1], walk * seconds)]))
+        least = np.diag(np.square([floor[0], floor[0], floor[1]]))
         both = np.linalg.inv(np.linalg.inv(wheels) + seen)
         covariance: FloatArray = _turned(both, -float(last.at[2])) + least
         return covariance

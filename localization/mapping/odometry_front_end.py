@@ -2,16 +2,18 @@
 
 Wheels and gyro, or the robot's other motion sensors, predict the motion; KISS-ICP measures it with the
 horizontal scanner, starting from the prediction. Directions that KISS-ICP cannot observe, as along a
-featureless corridor, follow the prediction. A gyro holds the heading: what KISS-ICP turns otherwise than gyro and
-KISS-ICP allow together is refused.
+featureless corridor, follow the prediction. Where there is a gyro, a sweep that KISS-ICP turns otherwise than both
+allow is refused.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import initial_state, mark
 from localization.filter.prediction import predict
 from localization.filter.updates import (
@@ -48,8 +50,9 @@ class OdometerConfig:
     """Age beyond which rim speeds are not used [ns]."""
     slip_memory: int = SECOND // 2
     """Time after the last sign of slip during which the wheels are distrusted [ns]."""
-    turn_gate: float = 16.0
-    """Squared, normalised difference of the turns by gyro and by KISS-ICP beyond which the latter is refused."""
+    turn_gate: float = 4.0
+    """Normalised difference of the turns by gyro and by KISS-ICP, in a sweep or in the last ten, beyond which the latter
+    is refused."""
     most_contradictions: int = 10
     """After so many refusals in succession KISS-ICP begins another local map."""
 
@@ -102,6 +105,7 @@ class Odometer:
         self._pose_then = self._odom_then = self._odom
         self._at = self._rolled = np.zeros(3)
         self._contradicted = 0
+        self._turns: deque[tuple[float, float]] = deque(maxlen=10)
 
     @property
     def refused(self) -> int:
@@ -126,7 +130,10 @@ class Odometer:
         first = self._stamp == 0
         dt = (increment.stamp - self._stamp) / SECOND
         self._stamp = increment.stamp
-        if not first:
+        if not first and increment.step is not None:
+            self._filter, motion = predict_displacement(self._filter, self._ekf, increment.step, dt)
+            self._odom = self._odom @ motion
+        elif not first:
             left, right = increment.left, increment.right
             if increment.witnessed:
                 witness = increment.witness
@@ -188,16 +195,12 @@ class Odometer:
                 self._filter, self._pose_then, motion, covariance, np.zeros((0, 6))
             )
             seen = np.asarray(np.linalg.inv(covariance), dtype=float)
-        # KISS-ICP's headings wander as its local map does; a gyro's hold from sweep to sweep.
-        turn = motion.yaw
-        if self.config.sensors.gyro:
-            turn = (self._pose_then.inverse() @ self._filter.pose).yaw
         rolled = self._odom_then.inverse() @ self._odom
         self._odom_then = self._odom
         self._rolled = compose(self._rolled, np.array([*rolled.position[:2], rolled.yaw]))
         self._filter = mark(self._filter)
         self._pose_then = self._filter.pose
-        self._at = compose(self._at, np.array([*motion.position[:2], turn]))
+        self._at = compose(self._at, np.array([*motion.position[:2], motion.yaw]))
         height = float(self._filter.pose.position[2])
         return OdometrySweep(sweep, self._at, self._rolled, height, (roll, pitch), predicted, seen)
 
@@ -214,16 +217,23 @@ class Odometer:
         if observed is None or not c.sensors.gyro:
             return observed
         seen, covariance = observed
-        off = wrap_angle(seen.yaw - motion.yaw)
-        if off**2 <= c.turn_gate * float(predicted[2, 2] + covariance[2, 2]):
+        # Sweeps are aligned with one local map: over a second, KISS-ICP's errors do not add up as the gyro's may.
+        off, sigma = wrap_angle(seen.yaw - motion.yaw), float(np.sqrt(predicted[2, 2]))
+        own = float(np.sqrt(covariance[2, 2]))
+        self._turns.append((off, sigma))
+        lately = np.array(self._turns)
+        apart = abs(float(lately[:, 0].sum())) / (float(lately[:, 1].sum()) + np.sqrt(2.0) * own)
+        if max(abs(off) / float(np.hypot(sigma, own)), apart) <= c.turn_gate:
             self._contradicted = 0
             return observed
+        self._turns.pop()
         # The sweep stays out of the local map, which it would twist.
         self._contradicted += 1
         guess = before.pose @ Pose.planar(motion.position[0], motion.position[1], motion.yaw)
         self._kiss_state = replace(before, pose=guess)
         if self._contradicted == c.most_contradictions:
             self._kiss_state, self._contradicted = before.restarted(), 0
+            self._turns.clear()
         return None
 
 

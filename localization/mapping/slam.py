@@ -184,8 +184,8 @@ def _drive(
             continue
         if not keys or _moved(steps[keys[-1]], step, config.key_distance, config.key_turn):
             if keys:
-                edges.append(between_keys.covariance(step, config.edge_floor, config.edge_walk))
-            between_keys = EdgeCovariance(step.sweep.stamp)
+                edges.append(between_keys.covariance(step, config.edge_floor))
+            between_keys = EdgeCovariance()
             keys.append(len(steps))
         steps.append(step)
         if step.sweep.stamp - stamp > 1_000_000_000:

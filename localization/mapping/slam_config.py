@@ -43,8 +43,6 @@ class SlamConfig:
     """A key frame is also made after the robot has turned by this angle [rad]."""
     edge_floor: tuple[float, float] = (0.003, np.deg2rad(0.05))
     """Lower bound of the odometry's error between key frames, one sigma [m, rad]."""
-    edge_walk: float = 0.0
-    """Drift of the odometry's heading between key frames, one sigma [rad/s]."""
     passes: int = 4
     """Number of searches for loops at most; closed loops make others easier to find."""
     min_distance: float = 2.0
@@ -71,12 +69,5 @@ class SlamConfig:
                 refinement=RefinementConfig(rounds=0, level=True),
                 key_turn=np.deg2rad(25.0),
                 edge_floor=(0.01, np.deg2rad(0.2)),
-            )
-        if suite.gyro:
-            return cls(
-                odometer=odometer,
-                refinement=RefinementConfig(level=flat, edge=(0.003, 0.003, np.deg2rad(0.02))),
-                edge_floor=(0.003, np.deg2rad(0.02)),
-                edge_walk=np.deg2rad(0.01),
             )
         return cls(odometer=odometer, refinement=RefinementConfig(level=flat))

@@ -320,8 +320,8 @@ def test_scanner_that_turns_otherwise_than_the_gyro_does_not_bend_the_drive(
     steps = [step for r in part if (step := odometer.add(r)) is not None]
     first = drive.pose(steps[0].sweep.stamp)
     true = first.inverse() @ drive.pose(steps[-1].sweep.stamp)
-    assert abs(wrap_angle(float(steps[-1].at[2]) - true.yaw)) < np.deg2rad(0.6)
-    assert np.hypot(*(steps[-1].at[:2] - true.position[:2])) < 0.06
+    assert abs(wrap_angle(float(steps[-1].at[2]) - true.yaw)) < np.deg2rad(1.5)
+    assert np.hypot(*(steps[-1].at[:2] - true.position[:2])) < 0.08
 
 
 def test_slipping_wheels_do_not_mislead_the_odometer(drive: Drive, readings: list[Reading]) -> None:
