@@ -128,8 +128,9 @@ def lost_faces_warning(places: FloatArray) -> str | None:
     """Return one line that names places (M, 3) where the map lacks one face of a wall, None if there are none."""
     if not len(places):
         return None
-    named = ", ".join(f"({x:.1f}, {y:.1f})" for x, y in places[:_NAMED, :2].tolist())
-    more = f" and {len(places) - _NAMED} more places" if len(places) > _NAMED else ""
+    every = list(dict.fromkeys(f"({x:.1f}, {y:.1f})" for x, y in places[:, :2].tolist()))
+    named = ", ".join(every[:_NAMED])
+    more = f" and {len(every) - _NAMED} more places" if len(every) > _NAMED else ""
     return (
         f"one face of a thin wall is missing in the map at {named}{more}: it was seen too rarely, or the wall is "
         "thinner than 4 cm; the localiser gets no hold there from the missing side"
