@@ -58,7 +58,7 @@ def test_noise_of_a_map_is_kept_in_its_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", [b"-0.03100", b"much    ", b"nan     "])
-def test_noise_that_is_none_is_an_error_with_its_name(tmp_path: Path, text: bytes) -> None:
+def test_noise_that_is_no_number_is_an_error_with_its_name(tmp_path: Path, text: bytes) -> None:
     path = tmp_path / "noisy.ply"
     save_cloud(dataclasses.replace(some(5), position_noise=0.031), path)
     path.write_bytes(path.read_bytes().replace(b"0.031000", text))
