@@ -11,6 +11,7 @@ import numpy as np
 from benchmarks._replaying import Moment
 from localization.geometry import wrap_angle
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.branch_and_bound import Pyramid, search_map
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.hint_search import TICK, HintSearch, SearchState
@@ -133,7 +134,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
     As the localiser does: what is found is believed only after some way, and if no place is left the
     search begins anew.
     """
-    settings = HypothesesConfig()
+    settings, beams = HypothesesConfig(), BeamClassifier(searcher.world)
     begin = moments[0]
     places, first_cost = _everywhere(searcher, begin)
     first_right = bool(places) and right(places[0].map_from_base, begin.truth)
@@ -152,7 +153,12 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
             continue
         begun = time.thread_time()
         hypotheses, settled = hypotheses.compared(
-            moment.sweep, moment.odom_from_base, searcher.world, searcher.config, settings
+            moment.sweep,
+            moment.odom_from_base,
+            searcher.world,
+            beams,
+            searcher.config,
+            settings,
         )
         total += time.thread_time() - begun
         if settled is not None:

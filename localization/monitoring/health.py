@@ -89,6 +89,8 @@ class HealthMonitor:
     unconfirmed: float = 0.0
     """Distance over which sweeps still must agree with the pose before nothing but its own motion can have
     moved the robot [m]; set by a placement, a jump, and a request to search."""
+    carried: bool = False
+    """Whether everything seen changed at once, as if the robot had been carried."""
     jumped: float = 0.0
     """Distance by which a search has just moved a pose that was not lost [m]."""
     to_agree: float = 0.0
@@ -121,7 +123,9 @@ class HealthMonitor:
             odd = consistency.free_space_violation + consistency.unmapped
             if odd <= c.jump_inconsistency:
                 return self
-        return replace(self, settling=c.settling_sweeps, unconfirmed=c.agreement_distance)
+        return replace(
+            self, settling=c.settling_sweeps, unconfirmed=c.agreement_distance, carried=True
+        )
 
     def after_search_request(self) -> HealthMonitor:
         """Return the monitor after an operator asked where the robot is: it may be anywhere."""
@@ -129,16 +133,18 @@ class HealthMonitor:
 
     def after_check(self) -> HealthMonitor:
         """Return the monitor after a search found that the robot is where it is believed to be."""
-        return replace(self, unconfirmed=0.0, ruled_out=0.0)
+        return replace(self, unconfirmed=0.0, ruled_out=0.0, carried=False)
 
     def after_distance(self, distance: float) -> HealthMonitor:
         """Return the monitor after the robot moved on by a distance [m], over which the sweeps agreed or not."""
         if max(self.to_agree, self.unconfirmed) <= 0.0 or self.doubtful or self.settling:
             return self
+        left = max(0.0, self.unconfirmed - distance)
         return replace(
             self,
             to_agree=max(0.0, self.to_agree - distance),
-            unconfirmed=max(0.0, self.unconfirmed - distance),
+            unconfirmed=left,
+            carried=self.carried and left > 0.0,
         )
 
     @classmethod
@@ -147,15 +153,17 @@ class HealthMonitor:
         return cls(config, unconfirmed=config.agreement_distance)
 
     @classmethod
-    def after_replacement(cls, config: HealthConfig, jumped: float) -> HealthMonitor:
+    def after_replacement(cls, before: HealthMonitor, jumped: float) -> HealthMonitor:
         """Return the monitor of a pose that a search put in the place of one that was not lost.
 
         Args:
-            config: the thresholds.
+            before: evidence about the pose that was replaced; a jump of what is seen explains the new one.
             jumped: distance between the two [m].
         """
-        far = config.agreement_distance
-        return cls(config, jumped=jumped, to_agree=far, unconfirmed=far)
+        far = before.config.agreement_distance
+        return cls(
+            before.config, jumped=jumped, to_agree=0.0 if before.carried else far, unconfirmed=far
+        )
 
     def after_sweep(
         self,
@@ -251,7 +259,7 @@ class HealthMonitor:
             return Health.SUSPECT, (*self._remarks(), *self._ruled_out(), *missing)
         if self.to_agree > 0.0:
             return Health.SUSPECT, (
-                f"placed anew {self.jumped:.1f} m away: undo it if that is wrong; suspect for another"
+                f"a search moved the pose by {self.jumped:.1f} m: undo it if that is wrong; trusted after"
                 f" {self.to_agree:.1f} m of agreement",
                 *missing,
             )

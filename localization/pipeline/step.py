@@ -323,7 +323,7 @@ def _placed(
     health = HealthMonitor.placed(r.config.health)
     if believed:
         step = placement.map_from_base.position - state.filter.pose.position
-        health = HealthMonitor.after_replacement(r.config.health, float(np.hypot(*step[:2])))
+        health = HealthMonitor.after_replacement(state.health, float(np.hypot(*step[:2])))
     covariance = np.diag(np.array(r.config.placement_sigma) ** 2)
     filter_ = with_pose(state.filter, placement.map_from_base, covariance)
     placed = state._replace(

@@ -9,6 +9,7 @@ import numpy as np
 from localization.config import LocalizerConfig
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.scan_consistency import BeamClassifier
 from localization.monitoring.health import horizontal_sigma
 from localization.relocalization.branch_and_bound import FEWEST_POINTS
 from localization.relocalization.floor_plan import FloorPlan
@@ -155,6 +156,7 @@ class Relocalizer:
         c = config.search
         plan = FloorPlan(world, height, cell=c.cell, sigma=c.field_sigma)
         same = config.late_readings.same
+        self._beams = BeamClassifier(world, inlier=config.registration.inlier_distance)
         self._search = HintSearch(world, plan, c, config.map_search, same=same)
 
     def receive(
@@ -330,7 +332,7 @@ class Relocalizer:
         if current.placed and not current.lost and not state.checking:
             return replace(state, hypotheses=Hypotheses()), None
         left, place = state.hypotheses.compared(
-            sweep, odom, self._world, self._config, self._hypotheses
+            sweep, odom, self._world, self._beams, self._config, self._hypotheses
         )
         stands = current.placed and not current.lost
         if place is not None:

@@ -1,0 +1,59 @@
+"""A corridor in an occupancy grid: its rough walls hold nothing along themselves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from localization.maps.prepared_map import PreparedMap
+from localization.types import SECOND
+from tests.localization.pipeline.wheel_log import (
+    BEGIN,
+    PASSAGE,
+    PASSAGE_REACH,
+    PASSAGE_START,
+    PASSING,
+    Followed,
+    Wheels,
+    follow,
+    moments,
+    told_about,
+)
+from tests.support_grid import grid_of
+from tests.support_rooms import Drive
+
+pytestmark = pytest.mark.slow
+
+DRIVE = Drive(PASSAGE, PASSAGE_START, *PASSING, begin=BEGIN)
+
+
+@pytest.fixture(scope="module")
+def grid(tmp_path_factory: pytest.TempPathFactory) -> PreparedMap:
+    seen_from = [DRIVE.pose(stamp) for stamp in range(BEGIN, DRIVE.end, SECOND)]
+    return grid_of(PASSAGE, seen_from, tmp_path_factory.mktemp("grid"), reach=PASSAGE_REACH)
+
+
+def passed(grid: PreparedMap, way: float, seed: int) -> Followed:
+    told = moments(PASSAGE, DRIVE, Wheels(way=way), reach=PASSAGE_REACH, seed=seed)
+    return follow(grid, DRIVE, told)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_estimate_does_not_slide_along_a_corridor_while_the_wheels_are_right(
+    grid: PreparedMap, seed: int
+) -> None:
+    followed = passed(grid, 1.005, seed)
+    # Wheels alone would be 0.13 m off at the end of what is bare.
+    assert followed.off.max() < 0.3, told_about(followed)
+    assert followed.trusted_though_wrong == 0.0, told_about(followed)
+    assert followed.off[followed.true > 50.0].max() < 0.25, told_about(followed)
+
+
+@pytest.mark.parametrize("way", [0.97, 1.005, 1.03])
+def test_sigma_along_a_corridor_covers_the_error(grid: PreparedMap, way: float) -> None:
+    followed = passed(grid, way, 2)
+    assert followed.ratio.max() < 3.5, told_about(followed)
+    bare = (followed.true > 20.0) & (followed.true < 35.0)
+    along = np.array([np.sqrt(e.covariance[0, 0]) for e in followed.estimates])
+    across = np.array([np.sqrt(e.covariance[1, 1]) for e in followed.estimates])
+    assert along[bare].min() > 2.0 * across[bare].max()

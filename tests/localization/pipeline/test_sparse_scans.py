@@ -1,0 +1,43 @@
+"""Logs in which a scan comes every second or two, and odometry all the time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from localization.maps.prepared_map import PreparedMap
+from localization.types import SECOND, Health
+from tests.localization.pipeline.wheel_log import (
+    BEGIN,
+    LAP_START,
+    OFFICE,
+    Wheels,
+    follow,
+    lap,
+    moments,
+    told_about,
+)
+from tests.support_grid import grid_of
+from tests.support_rooms import Drive
+
+pytestmark = pytest.mark.slow
+
+DRIVE = Drive(OFFICE, LAP_START, *lap(), begin=BEGIN)
+
+
+@pytest.fixture(scope="module")
+def grid(tmp_path_factory: pytest.TempPathFactory) -> PreparedMap:
+    seen_from = [DRIVE.pose(stamp) for stamp in range(BEGIN, DRIVE.end, SECOND)]
+    return grid_of(OFFICE, seen_from, tmp_path_factory.mktemp("grid"))
+
+
+@pytest.mark.parametrize("every", [10, 15, 20, 30], ids=lambda n: f"{n / 10:g} s")
+def test_scans_a_metre_apart_are_enough_to_track_the_robot(grid: PreparedMap, every: int) -> None:
+    told = moments(OFFICE, DRIVE, Wheels(), scan_every=every)
+    followed = follow(grid, DRIVE, told)
+    assert len(followed.off) > 0.7 * len(told) / every
+    assert followed.off.max() < 0.10, told_about(followed)
+    assert np.rad2deg(followed.turned.max()) < 4.0, told_about(followed)
+    assert np.sqrt(np.mean(followed.ratio**2)) < 1.5, told_about(followed)
+    assert followed.share(Health.TRACKING) > 0.8, told_about(followed)
+    assert followed.searched == 0, told_about(followed)

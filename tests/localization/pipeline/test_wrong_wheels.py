@@ -1,0 +1,64 @@
+"""Wheels that count wrongly: turns by any factor, distances with the wrong sign. The scanner knows better."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from localization.maps.prepared_map import PreparedMap
+from localization.types import SECOND, Health
+from tests.localization.pipeline.wheel_log import (
+    BEGIN,
+    LAP_START,
+    OFFICE,
+    ROUNDS,
+    Wheels,
+    follow,
+    lap,
+    moments,
+    told_about,
+)
+from tests.support_grid import grid_of
+from tests.support_rooms import Drive
+
+pytestmark = pytest.mark.slow
+
+TURNING = Drive(OFFICE, LAP_START, *ROUNDS, begin=BEGIN)
+GOING = Drive(OFFICE, LAP_START, *lap(), begin=BEGIN)
+
+
+@pytest.fixture(scope="module")
+def grid(tmp_path_factory: pytest.TempPathFactory) -> PreparedMap:
+    seen_from = [GOING.pose(stamp) for stamp in range(BEGIN, GOING.end, SECOND)]
+    return grid_of(OFFICE, seen_from, tmp_path_factory.mktemp("grid"))
+
+
+@pytest.mark.parametrize("ratio", [0.7, 1.27, 1.85])
+def test_robot_whose_wheels_count_turns_wrongly_is_followed_and_the_ratio_learned(
+    grid: PreparedMap, ratio: float
+) -> None:
+    told = moments(OFFICE, TURNING, Wheels(turn=ratio))
+    followed = follow(grid, TURNING, told)
+    assert followed.off.max() < 0.15, told_about(followed)
+    assert np.rad2deg(followed.turned.max()) < 6.0, told_about(followed)
+    assert followed.searched == 0, told_about(followed)
+    assert np.sqrt(np.mean(followed.ratio**2)) < 1.5, told_about(followed)
+    assert followed.share(Health.LOST, Health.RELOCALISING) == 0.0
+    # What the scans taught: the next turns on the spot are predicted, not only corrected.
+    late = followed.true > 0.5 * followed.true[-1]
+    assert np.rad2deg(np.sqrt(np.mean(followed.turned[late] ** 2))) < 1.5, told_about(followed)
+
+
+@pytest.mark.parametrize("seconds", [(6.0, 7.5), (20.0, 21.5)], ids=["corridor", "side"])
+def test_scanner_contradicts_wheels_of_the_wrong_sign(
+    grid: PreparedMap, seconds: tuple[float, float]
+) -> None:
+    told = moments(OFFICE, GOING, Wheels(backwards=seconds))
+    followed = follow(grid, GOING, told)
+    assert followed.off.max() < 0.3, told_about(followed)
+    assert followed.trusted_though_wrong == 0.0
+    assert followed.searched == 0, told_about(followed)
+    after = followed.true > seconds[1] + 1.0
+    assert followed.off[after].max() < 0.08, told_about(followed)
+    during = (followed.true > seconds[0]) & ~after
+    assert 0.5 < during.sum() * 0.2 < 3.0

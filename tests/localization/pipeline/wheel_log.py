@@ -1,0 +1,305 @@
+"""Logs of a robot whose wheels are as bad as real ones, and how well the localiser follows them.
+
+Everything is told in moments, a tenth of a second apart: the odometry, and at some of them a scan. What time
+is written beside a moment is another matter, and each test's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from localization.geometry import FloatArray
+from localization.maps.prepared_map import PreparedMap
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
+from localization.pipeline.localizer import Localizer, LocalizerConfig
+from localization.types import SECOND, Estimate, Health, Hint, Odometry, Pose, Reading, Scan
+from tests.support_rooms import MOUNTS, Drive, Face, Place, box
+
+SCANNER = "laser_horizontal"
+BEGIN = 10 * SECOND
+"""True time of the first moment [ns]."""
+MOMENT = SECOND // 10
+"""Time between moments [ns]."""
+_BEAMS = np.deg2rad(np.arange(-90.0, 90.1, 1.0))
+TRUSTED = (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)
+
+
+def upright(faces: Sequence[Face]) -> list[Face]:
+    """Of some faces those of walls."""
+    return [face for face in faces if face.axis != 2]
+
+
+def block(low: tuple[float, float], high: tuple[float, float]) -> list[Face]:
+    """The walls of a block that reaches from the floor to the ceiling."""
+    return upright(box((*low, -1.0), (*high, 2.5)))
+
+
+OFFICE = Place(
+    [
+        *upright(box((0.0, 0.0, -1.0), (14.0, 9.0, 2.5), inside=True)),
+        *block((3.2, 3.0), (10.6, 6.0)),
+        *block((5.0, 0.0), (6.2, 0.4)),
+        *block((8.3, 2.6), (8.9, 3.0)),
+        *block((12.9, 7.2), (14.0, 9.0)),
+        *block((4.0, 8.5), (7.0, 9.0)),
+        *block((0.0, 5.6), (0.35, 6.9)),
+        *block((13.5, 2.2), (14.0, 3.0)),
+    ]
+)
+"""A corridor of 14 m x 9 m round a block, with cupboards: no place in it looks like another."""
+LAP_START = Pose.planar(2.0, 1.5, 0.0)
+ROUNDS = (
+    (1.0, 0.0, 0.0),
+    (6.0, 0.5, 0.0),
+    (1.5, 0.0, 1.2),
+    (1.5, 0.0, -1.2),
+    (6.0, 0.5, 0.0),
+    (np.pi, 0.0, 1.0),
+    (1.0, 0.0, 0.0),
+    (np.pi, 0.0, -1.0),
+    (6.0, 0.5, 0.0),
+    (0.5 * np.pi, 0.0, 1.0),
+    (6.0, 0.5, 0.0),
+    (1.0, 0.0, 0.0),
+)
+"""Orders of a drive that turns on the spot, as skid-steer robots do."""
+
+PASSAGE = Place(
+    [
+        *upright(box((-18.0, -1.0, -1.0), (18.0, 1.0, 2.5), inside=True)),
+        *block((-16.4, 0.6), (-15.2, 1.0)),
+        *block((-13.5, -1.0), (-13.0, -0.5)),
+        *block((12.4, 0.7), (13.1, 1.0)),
+        *block((15.0, -1.0), (16.2, -0.6)),
+    ]
+)
+"""A corridor of 36 m: for 25 m in its middle there is nothing on its walls."""
+PASSAGE_START = Pose.planar(-16.5, 0.0, 0.0)
+PASSAGE_REACH = 8.0
+"""Of the scanner that is driven through it [m]."""
+PASSING = ((1.0, 0.0, 0.0), (52.0, 0.6, 0.0), (1.0, 0.0, 0.0))
+"""Orders of a drive through it."""
+
+
+def lap() -> tuple[tuple[float, float, float], ...]:
+    """Orders of a drive of 25 m through three sides of it, with arcs of a metre at the corners."""
+    corner = (0.5 * np.pi / 0.6, 0.6, 0.6)
+    return ((1.0, 0.0, 0.0), (15.0, 0.6, 0.0), corner, (6.0, 0.6, 0.0), corner, (12.0, 0.6, 0.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Wheels:
+    """How a base counts its way."""
+
+    turn: float = 1.0
+    """Counted over true turning."""
+    way: float = 1.02
+    """Counted over true distance."""
+    heading: float = np.deg2rad(2.0)
+    """Random error of the heading [rad/sqrt(m)], one sigma."""
+    backwards: tuple[float, float] | None = None
+    """First and last second of the drive in which distances are counted with the wrong sign."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moment:
+    """One moment of a drive."""
+
+    true: int
+    """When it was [ns]."""
+    odometry: Pose
+    """What the base counts."""
+    scan: Scan | None
+    """What is seen, if anything, stamped with the true time."""
+
+
+def moments(
+    place: Place,
+    drive: Drive,
+    wheels: Wheels,
+    *,
+    scan_every: int = 2,
+    reach: float = 12.0,
+    seed: int = 0,
+) -> list[Moment]:
+    """The moments of a drive; every beam of a scan is of one instant.
+
+    Args:
+        place: where it is.
+        drive: which began at ``BEGIN``.
+        wheels: of the base.
+        scan_every: moments from one scan to the next.
+        reach: of the scanner [m].
+        seed: of all noise.
+    """
+    rng = np.random.default_rng(seed)
+    counted, before, told = Pose.planar(4.0, -7.0, 1.1), drive.pose(BEGIN), []
+    for number, true in enumerate(range(BEGIN, drive.end, MOMENT)):
+        now = drive.pose(true)
+        step = before.inverse() @ now
+        counted = counted @ _counted(step, (true - BEGIN) / SECOND, wheels, rng)
+        scan = _scan(place, now, true, reach, rng) if number % scan_every == 0 else None
+        told.append(Moment(true, counted, scan))
+        before = now
+    return told
+
+
+def _counted(step: Pose, since: float, wheels: Wheels, rng: np.random.Generator) -> Pose:
+    """What wheels make of a true step."""
+    x, y = step.position[:2].tolist()
+    if wheels.backwards is not None and wheels.backwards[0] <= since < wheels.backwards[1]:
+        x, y = -x, -y
+    way = float(np.hypot(x, y))
+    turn = wheels.turn * step.yaw + wheels.heading * np.sqrt(way) * rng.standard_normal()
+    # Of arcs, the chord lies half way between the headings.
+    more = 0.5 * (turn - step.yaw)
+    c, s = np.cos(more), np.sin(more)
+    return Pose.planar(wheels.way * (c * x - s * y), wheels.way * (s * x + c * y), turn)
+
+
+def _scan(place: Place, pose: Pose, stamp: int, reach: float, rng: np.random.Generator) -> Scan:
+    mount = MOUNTS[SCANNER]
+    beams = np.stack([np.cos(_BEAMS), np.sin(_BEAMS), 0.0 * _BEAMS], axis=1)
+    start = np.tile(pose.apply(mount.position[None]), (len(beams), 1))
+    far = place.cast(start, beams @ (pose.rotation @ mount.rotation).T)
+    far = np.where(far < reach, far + 0.01 * rng.standard_normal(len(far)), np.inf)
+    return Scan.uniform(
+        stamp,
+        SCANNER,
+        angle_min=float(_BEAMS[0]),
+        angle_increment=float(np.deg2rad(1.0)),
+        time_increment=0.0,
+        ranges=far,
+        range_min=0.05,
+        range_max=reach,
+    )
+
+
+def restamped(scan: Scan, stamp: int) -> Scan:
+    """The scan with another stamp [ns]."""
+    return Scan(
+        stamp, scan.scanner, scan.angles, scan.ranges, scan.intensities, scan.offsets,
+        scan.range_min, scan.range_max,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Followed:
+    """How a drive was followed: one row for each sweep with a pose."""
+
+    true: FloatArray
+    """(N,) time since the beginning [s]."""
+    off: FloatArray
+    """(N,) horizontal error [m]."""
+    turned: FloatArray
+    """(N,) error of the heading [rad]."""
+    ratio: FloatArray
+    """(N,) horizontal error over the sigma that is claimed along it."""
+    said: tuple[Health, ...]
+    """State after each."""
+    health: tuple[Health, ...]
+    """State after each reading, since there is a pose."""
+    refused: int
+    """Number of readings that were refused."""
+    searched: int
+    """Number of ticks of searching after the first pose."""
+    estimates: tuple[Estimate, ...]
+
+    @property
+    def wrong(self) -> float:
+        """Share of the sweeps that are more than 0.5 m off."""
+        return float(np.mean(self.off > 0.5))
+
+    @property
+    def trusted_though_wrong(self) -> float:
+        """Share of the sweeps that are more than 0.5 m off, and the state does not say so."""
+        said = np.array([h in TRUSTED for h in self.said])
+        return float(np.mean((self.off > 0.5) & said))
+
+    def share(self, *states: Health) -> float:
+        """Share of the readings after which the robot is in one of some states."""
+        return float(np.mean([h in states for h in self.health]))
+
+
+def follow(
+    world: PreparedMap,
+    drive: Drive,
+    told: Sequence[Moment],
+    stamps: Sequence[int] | None = None,
+    *,
+    twice: bool = False,
+    hint: Pose | None = None,
+) -> Followed:
+    """Localise a log with odometry and one scanner, hinted where the robot was at first.
+
+    Args:
+        world: map.
+        drive: truth.
+        told: what is logged.
+        stamps: written beside each moment [ns]; the true ones by default.
+        twice: whether the odometry of a scan's instant is written before it and after it, as CARMEN does.
+        hint: error of the hint.
+    """
+    stages: list[str] = []
+
+    @contextmanager
+    def stage(name: str) -> Iterator[None]:
+        stages.append(name)
+        yield
+
+    suite = SensorConfiguration(Motion.ODOMETRY, flat=True)
+    localizer = Localizer(world, {SCANNER: MOUNTS[SCANNER]}, LocalizerConfig.of(suite), stage=stage)
+    written = stamps if stamps is not None else [moment.true for moment in told]
+    true_at: dict[int, int] = {}
+    rows, said, health, estimates, begun = [], [], [], [], 0
+    for number, (moment, stamp) in enumerate(zip(told, written, strict=True)):
+        true_at[stamp] = moment.true
+        readings: list[Reading] = [Odometry(stamp, moment.odometry)]
+        if moment.scan is not None:
+            readings.append(restamped(moment.scan, stamp))
+            readings += [Odometry(stamp, moment.odometry)] if twice else []
+        if number == 4:
+            about = drive.pose(moment.true) @ (hint or Pose.planar(0.1, -0.1, 0.05))
+            readings.append(Hint(stamp, about, np.zeros((6, 6))))
+        for reading in readings:
+            estimate = localizer.add(reading)
+            if estimate.map_from_base is None:
+                continue
+            health.append(estimate.health)
+            if estimate.sweep is None:
+                continue
+            begun = begun or len(stages)
+            error = drive.pose(true_at[estimate.stamp]).inverse() @ estimate.map_from_base
+            shift = (drive.pose(true_at[estimate.stamp]).rotation @ error.position)[:2]
+            spread = np.linalg.solve(estimate.covariance[:2, :2], shift)
+            rows.append(
+                [
+                    (true_at[estimate.stamp] - BEGIN) / SECOND,
+                    np.hypot(*shift),
+                    abs(error.yaw),
+                    np.sqrt(shift @ spread),
+                ]
+            )
+            said.append(estimate.health)
+            estimates.append(estimate)
+    true, off, turned, ratio = np.array(rows).T
+    return Followed(
+        true, off, turned, ratio, tuple(said), tuple(health), localizer.refused,
+        stages[begun:].count("search"), tuple(estimates),
+    )  # fmt: skip
+
+
+def told_about(followed: Followed) -> str:
+    """One line of figures, for a test that fails."""
+    return (
+        f"{len(followed.off)} sweeps, off {followed.off.mean():.3f} / {np.percentile(followed.off, 95):.3f} "
+        f"/ {followed.off.max():.2f} m, {np.rad2deg(followed.turned).max():.1f} deg, wrong {followed.wrong:.1%}, "
+        f"trusted though wrong {followed.trusted_though_wrong:.1%}, "
+        f"ratio rms {np.sqrt(np.mean(followed.ratio**2)):.1f} max {followed.ratio.max():.1f}, "
+        f"refused {followed.refused}, searched {followed.searched}, "
+        + ", ".join(f"{h.value} {followed.share(h):.0%}" for h in Health if followed.share(h))
+    )
