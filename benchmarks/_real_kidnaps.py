@@ -25,7 +25,7 @@ ALARMS = (Health.SUSPECT, Health.LOST, Health.RELOCALISING)
 class Course:
     """How a robot is carried off."""
 
-    before: float = 5.0
+    before: float = 10.0
     """Length of the log before [s]."""
     after: float = 30.0
     """Length of the log afterwards [s]."""
