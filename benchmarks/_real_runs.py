@@ -26,7 +26,7 @@ from localization.pipeline.localizer import Localizer, LocalizerConfig
 YARDSTICK = "yardstick"
 """Name of a script of somebody else in tables."""
 HEAD = (
-    f"{'log':<34}{'method':<20}{'scans':>6}{'mean m':>8}{'p95 m':>7}{'max m':>7}{'wrong':>8}{'times':>6}{'trusted':>8}"
+    f"{'log':<34} {'method':<20}{'scans':>6}{'mean m':>8}{'p95 m':>7}{'max m':>7}{'wrong':>8}{'times':>6}{'trusted':>8}"
     f"{'relations m':>15}{'in 95 %':>8}{'NEES(3)':>9}{'tracking':>9}{'CPU ms p50/p99/max':>20}"
 )
 """Of the rows that are printed."""
@@ -137,7 +137,7 @@ def _said(figures: Iterator[Figure], what: str) -> Iterator[Figure]:
     """Print figures on one line."""
     found = list(figures)
     told = ", ".join(f"{f.quantity} {f.text}" for f in found if math.isfinite(f.value))
-    say(f"{found[0].case if found else '':<34}{what}: {told}")
+    say(f"{found[0].case if found else '':<34} {what}: {told}")
     yield from found
 
 
@@ -167,7 +167,7 @@ def row(case: str, method: str, s: RealScore) -> str:
     cpu = "/".join(f"{v:.0f}" for v in s.cpu)
     return (
         (
-            f"{case:<34}{method:<20}{s.n:>6}{s.mean:>8.3f}{s.p95:>7.3f}{s.max:>7.2f}{s.wrong:>8.2%}{s.excursions:>6}"
+            f"{case:<34} {method:<20}{s.n:>6}{s.mean:>8.3f}{s.p95:>7.3f}{s.max:>7.2f}{s.wrong:>8.2%}{s.excursions:>6}"
             f"{s.trusted:>8.2%}{relation:>15}{s.covered:>8.0%}{s.nees:>9.1f}{s.tracking:>9.0%}{cpu:>20}"
             + (f"\n{'':<8}{states}" if states else "")
         )

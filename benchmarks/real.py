@@ -121,6 +121,8 @@ def _arguments(words: Sequence[str]) -> argparse.Namespace:
         a.kidnaps, a.hints = a.kidnaps or _ALL_KIDNAPS, a.hints or _ALL_HINTS
     if a.yardstick is not None and not a.yardstick.is_file():
         parser.error(f"--yardstick {a.yardstick}: no such file")
+    if not (a.logs or any(a.folder.glob("*.clf.bz2"))):
+        parser.error(f"{a.folder} holds no log NAME.clf.bz2")
     if len(a.submission) and len(a.logs or ()) != 1:
         parser.error("--submission holds poses of one log: name it with --logs NAME")
     return a

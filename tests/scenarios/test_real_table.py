@@ -178,3 +178,11 @@ def test_command_names_a_bad_line_before_anything_is_run(folder: Path, tmp_path:
     words = [str(folder), "--logs", "room", "--submission", str(path)]
     with pytest.raises(SystemExit, match=r"bad\.tum, line 1: a line needs 8 columns"):
         real.main(words)
+
+
+def test_command_names_a_folder_without_logs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        real.main([str(tmp_path)])
+    assert "holds no log NAME.clf.bz2" in capsys.readouterr().err
