@@ -58,6 +58,8 @@ def predict_displacement(
     f[POSITION, _YAW_RATIO] = 0.5 * known * turn * (x * rotation[:, 1] - y * rotation[:, 0])
     f[5, _YAW_RATIO] = known * turn
     noise = _noise(rotation, added)
+    # The rest of the turn is as uncertain as the ratio, though nothing is learned from it.
+    noise[5, 5] += (1.0 - known**2) * turn**2 * float(state.full_covariance[_YAW_RATIO, _YAW_RATIO])
     moved = f[:6, :6]
     predicted = replace(
         state,
