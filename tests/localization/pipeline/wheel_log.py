@@ -85,10 +85,11 @@ PASSING = ((1.0, 0.0, 0.0), (52.0, 0.6, 0.0), (1.0, 0.0, 0.0))
 """Orders of a drive through it."""
 
 
-def lap() -> tuple[tuple[float, float, float], ...]:
-    """Orders of a drive of 25 m through three sides of it, with arcs of a metre at the corners."""
-    corner = (0.5 * np.pi / 0.6, 0.6, 0.6)
-    return ((1.0, 0.0, 0.0), (15.0, 0.6, 0.0), corner, (6.0, 0.6, 0.0), corner, (12.0, 0.6, 0.0))
+def lap(speed: float = 0.6) -> tuple[tuple[float, float, float], ...]:
+    """Orders of a drive of 23 m through three sides of it, with arcs of a metre at the corners."""
+    corner = (0.5 * np.pi / speed, speed, speed)
+    long, short, last = ((way / speed, speed, 0.0) for way in (9.0, 3.6, 7.2))
+    return ((1.0, 0.0, 0.0), long, corner, short, corner, last)
 
 
 @dataclass(frozen=True, slots=True)
