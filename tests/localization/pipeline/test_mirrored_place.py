@@ -67,7 +67,7 @@ def surveyed() -> Place:
     return Place([*kept, *block((6.4, -1.1), (7.0, 0.9))])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Driven:
     """The estimates of a drive, and their errors."""
 
@@ -116,7 +116,7 @@ def test_pose_that_all_witnesses_agree_on_is_not_replaced_by_its_mirror_image(
     run = driven(motion)
     assert len(run.off) > 200
     # The map explains little of what is seen in the eastern room; its mirror image would explain nearly all.
-    assert np.median(run.fit[run.off < 0.1][-100:]) < 0.65
+    assert np.median(run.fit[run.off < 0.1][-100:]) < 0.75
     jumps = np.abs(np.diff(run.off)).max()
     assert jumps < 0.3, f"jumped by {jumps:.1f} m"
     assert run.off.max() < 0.10

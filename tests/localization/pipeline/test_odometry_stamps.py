@@ -28,7 +28,7 @@ from tests.support_rooms import Drive
 pytestmark = pytest.mark.slow
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Logged:
     """A drive round a corner or two of the office, with the map that it is in."""
 

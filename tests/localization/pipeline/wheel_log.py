@@ -188,7 +188,7 @@ def restamped(scan: Scan, stamp: int) -> Scan:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Followed:
     """How a drive was followed: one row for each sweep with a pose."""
 
