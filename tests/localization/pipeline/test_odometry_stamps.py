@@ -96,15 +96,18 @@ def test_a_backlog_after_stalls_of_more_than_a_second_is_followed_as_well(logged
     assert late.refused == 0
 
 
-def test_stamps_shaken_by_50_ms_give_the_same_error(logged: Logged, even: Followed) -> None:
+def test_stamps_shaken_by_50_ms_give_the_same_error_and_the_same_sigma(
+    logged: Logged, even: Followed
+) -> None:
     rng = np.random.default_rng(3)
-    shaken = [m.true + int(rng.integers(-50_000_000, 50_000_000)) for m in logged.told]
-    assert min(np.diff(shaken)) > 0
+    shaken = sorted(m.true + round(50e6 * rng.standard_normal()) for m in logged.told)
+    assert min(np.diff(shaken)) < 5_000_000
     followed = logged.follow(shaken)
     assert followed.refused == 0
     for name in ("off", "turned"):
         mean = getattr(even, name).mean()
         assert getattr(followed, name).mean() == pytest.approx(mean, rel=0.1, abs=0.005), name
+    assert followed.sigma.mean() == pytest.approx(even.sigma.mean(), rel=0.1)
 
 
 def test_odometry_written_before_and_after_the_scan_of_one_instant_is_not_refused(

@@ -211,6 +211,11 @@ class Followed:
     estimates: tuple[Estimate, ...]
 
     @property
+    def sigma(self) -> FloatArray:
+        """(N,) horizontal sigma that is claimed [m]."""
+        return np.array([np.sqrt(np.trace(e.covariance[:2, :2])) for e in self.estimates])
+
+    @property
     def wrong(self) -> float:
         """Share of the sweeps that are more than 0.5 m off."""
         return float(np.mean(self.off > 0.5))
