@@ -184,7 +184,7 @@ def figures_of(case: Case, method: str, run: Run) -> Iterator[Figure]:
 def directions_named(case: Case, run: Run) -> Iterator[Figure]:
     """Measure how soon the direction along the corridor is named, and for how long."""
     bare = [m for m in run.moments if BARE[0] < m.truth.position[0] < BARE[1]]
-    named = [m for m in bare if any("no hold in" in r and "forward" in r for r in m.reasons)]
+    named = [m for m in bare if any("unobservable" in r and "forward" in r for r in m.reasons)]
     soon = (named[0].stamp - bare[0].stamp) / SECOND if named else float("inf")
     n = len(bare)
     yield Figure(case.name, OURS, "direction without hold named after", soon, "s", n, most=1.0)

@@ -69,7 +69,7 @@ MECHANISMS: Mapping[str, Change] = {
     "mount uncertainty": without("ekf", mount_position=0.0, mount_angle=0.0),
     "standstill detection": without("ekf", still_speed=0.0),
     "wheel calibration": without(
-        "ekf", kappa=(1e-6, 1e-6, 1e-6, 1e-6), kappa_walk=(0.0, 0.0, 0.0, 0.0)
+        "ekf", skid_steer=(1e-6, 1e-6, 1e-6, 1e-6), skid_steer_walk=(0.0, 0.0, 0.0, 0.0)
     ),
     "tilt by accelerometer": without("ekf", tilt_gate=0.0),
     "jump detection": without("jump_detection", min_overlap=0.0, max_gap=_NEVER),

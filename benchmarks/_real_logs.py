@@ -106,9 +106,8 @@ def real_drive(folder: Path, excerpt: Excerpt) -> RealDrive:
         raise ValueError(f"{excerpt.case}: no corrected scan in the excerpt")
     first, last = known[0], known[-1]
     mount = log.mounts[SCANNER]
-    # A line of such a log holds a scan and the odometry of its time.
-    odometry = [readings[n + 1] for n in numbers[first : last + 1]]
-    moved = [r.odom_from_base @ mount for r in odometry if isinstance(r, Odometry)]
+    odometry = {r.stamp: r.odom_from_base for r in readings if isinstance(r, Odometry)}
+    moved = [odometry[scan.stamp] @ mount for scan in scans[first : last + 1]]
     poses = {i - first: corrected[truth[i]][1] for i in known}
     kept = readings[numbers[first] : numbers[last] + 2]
     relations = folder / f"{excerpt.name}.relations"
@@ -193,15 +192,7 @@ def _bridged(poses: dict[int, Pose], moved: list[Pose]) -> FloatArray:
 
 def _corrected(path: Path) -> list[tuple[Scan, Pose]]:
     """Return scans with their corrected ``map_from_scanner``, which such logs keep as the base's pose."""
-    found: list[tuple[Scan, Pose]] = []
-    scan: Scan | None = None
-    for reading in CarmenLog(path):
-        if isinstance(reading, Scan):
-            scan = reading
-        elif isinstance(reading, Odometry) and scan is not None:
-            found.append((scan, reading.odom_from_base))
-            scan = None
-    return found
+    return [(line.scan, line.odom_from_base) for line in CarmenLog(path).scan_lines()]
 
 
 def _paired(scans: list[Scan], corrected: list[tuple[Scan, Pose]]) -> dict[int, int]:

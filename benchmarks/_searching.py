@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,11 +11,13 @@ import numpy as np
 from benchmarks._replaying import Moment
 from localization.geometry import wrap_angle
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.branch_and_bound import Pyramid, search_map
 from localization.relocalization.floor_plan import FloorPlan
-from localization.relocalization.hint_search import HintSearch, SearchState
+from localization.relocalization.hint_search import TICK, HintSearch, SearchState
 from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig
 from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_work import SearchWork
 from localization.types import SECOND, Candidate, Hint, Pose, Verdict
 
 WITHIN, WITHIN_YAW = 0.10, np.deg2rad(2.0)
@@ -90,10 +92,11 @@ def hint_trial(
     hint = Hint(moment.stamp, hinted, np.diag(variances))
     search, odom = searcher.hints, moment.odom_from_base
     state, _ = search.receive(SearchState(), hint, moment.stamp, odom)
-    begun, found = time.thread_time(), None
+    begun, found, now = time.thread_time(), None, moment.stamp
     state = search.begin(state, moment.sweep, odom, level_of(moment))
     while found is None and state.busy:
-        state, found = search.advance(state, odom, None)
+        now += TICK
+        state, found = search.advance(state, odom, None, now=now)
     seconds = time.thread_time() - begun
     if found is None or not found.candidates:
         return HintTrial(Verdict.REJECTED, False, seconds, "nothing was found")
@@ -131,7 +134,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
     As the localiser does: what is found is believed only after some way, and if no place is left the
     search begins anew.
     """
-    settings = HypothesesConfig()
+    settings, beams = HypothesesConfig(), BeamClassifier(searcher.world)
     begin = moments[0]
     places, first_cost = _everywhere(searcher, begin)
     first_right = bool(places) and right(places[0].map_from_base, begin.truth)
@@ -143,14 +146,19 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
         way, before = way + float(np.hypot(*step[:2])), moment
         if way > MOST_WAY:
             break
-        if not hypotheses.places or hypotheses.exhausted(settings):
+        if not hypotheses.places or hypotheses.exhausted(searcher.config, settings):
             again, cost = _everywhere(searcher, moment)
             total += cost
             hypotheses = Hypotheses.of(again, moment.odom_from_base, settings)
             continue
         begun = time.thread_time()
         hypotheses, settled = hypotheses.compared(
-            moment.sweep, moment.odom_from_base, searcher.world, searcher.config, settings
+            moment.sweep,
+            moment.odom_from_base,
+            searcher.world,
+            beams,
+            searcher.config,
+            settings,
         )
         total += time.thread_time() - begun
         if settled is not None:
@@ -173,7 +181,7 @@ def _everywhere(searcher: Searcher, moment: Moment) -> tuple[tuple[Candidate, ..
 
 
 def run(
-    work: Generator[None, None, tuple[Candidate, ...]],
+    work: SearchWork,
 ) -> tuple[tuple[Candidate, ...], float]:
     """Do all of a search at once; return what it found and its CPU time [s]."""
     begun = time.thread_time()

@@ -1,7 +1,7 @@
 """The localiser beside its peers on the same readings, each figure with count, bounds and goal.
 
 Parts by name: nominal occluded furniture courtyard slips corridor consistency dropouts latency kidnap lost
-hints kidnapped speed, and some that take long and go by name only: kidnapped-changed
+hints kidnapped recovery speed, and some that take long and go by name only: kidnapped-changed
 kidnapped-2000 alarms-1 to alarms-8.
 """
 
@@ -27,6 +27,7 @@ from benchmarks._drives import (
 from benchmarks._faults import carried_away, dropouts, latency
 from benchmarks._figures import Figure, measure
 from benchmarks._lost import lost
+from benchmarks._recovery import recovery
 from benchmarks._trials import hints, kidnapped, kidnapped_changed, kidnapped_far
 
 PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
@@ -43,6 +44,7 @@ PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
     "lost": lost,
     "hints": hints,
     "kidnapped": kidnapped,
+    "recovery": recovery,
     "speed": speed,
     "kidnapped-changed": kidnapped_changed,
     "kidnapped-2000": kidnapped_far,

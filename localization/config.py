@@ -23,6 +23,7 @@ from localization.pipeline.late_readings import LateReadingsConfig
 from localization.relocalization.branch_and_bound import MapSearchConfig
 from localization.relocalization.hypotheses import HypothesesConfig
 from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_schedule import SearchScheduleConfig
 from localization.types import SECOND
 
 _PLACEMENT_FLAT = (0.05, 0.05, 0.002, 0.001, 0.001, 0.02)
@@ -49,6 +50,7 @@ class LocalizerConfig:
     search: SearchConfig = field(default_factory=SearchConfig)
     map_search: MapSearchConfig = field(default_factory=MapSearchConfig)
     hypotheses: HypothesesConfig = field(default_factory=HypothesesConfig)
+    search_schedule: SearchScheduleConfig = field(default_factory=SearchScheduleConfig)
     dead_reckoning: DeadReckoningConfig = field(default_factory=DeadReckoningConfig)
     matcher: Matcher = Matcher.PLANE
     """The method that registers sweeps against the cloud."""
@@ -101,8 +103,6 @@ class LocalizerConfig:
     """A placement can be undone for this long [ns]. By then KISS-ICP's motion has an error of about 0.3 %
     of the distance travelled: 8 cm at half a metre a second."""
     late_readings: LateReadingsConfig = field(default_factory=LateReadingsConfig)
-    lost_search_period: int = 2 * SECOND
-    """Time between searches around a lost estimate [ns]."""
 
     def __post_init__(self) -> None:
         known = ", ".join(repr(m.value) for m in Matcher)
@@ -188,7 +188,6 @@ OLD_NAMES: dict[str, dict[str, str]] = {
         "least_way": "min_distance",
         "hopeless": "drop_margin",
         "longest_way": "max_distance",
-        "nowhere": "no_place_below",
         "most": "max_places",
     },
     "LateReadingsConfig": {"moved": "reuse_distance", "turned": "reuse_angle"},

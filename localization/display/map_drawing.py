@@ -56,6 +56,7 @@ class MapDrawing:
         self._entities = {"map": at.MAP, "odom": "map/odom", "base_link": at.BASE}
         self._scanners: list[str] = []
         self._hint_shapes: set[str] = set()
+        self._undecided = False
         self._placed, self._health = False, GREY
         # A percentile instead of the minimum: a few stray points lie below any floor.
         self._ceiling = HEADROOM
@@ -183,6 +184,26 @@ class MapDrawing:
                     radii=rr.Radius.ui_points(2.0),
                 ),
             )
+
+    def hypotheses(self, positions: Sequence[FloatArray], labels: Sequence[str] = ()) -> None:
+        """Draw the places between which a search has not decided yet; without any, remove them.
+
+        Args:
+            positions: Positions (3,) [m], best first.
+            labels: A text for each, or none.
+        """
+        if positions:
+            dots = rr.Points3D(
+                [p + (0.0, 0.0, body.HEIGHT) for p in positions],
+                colors=[ORANGE],
+                radii=rr.Radius.ui_points(6.0),
+                labels=list(labels) or None,
+                show_labels=bool(labels),
+            )
+            self._canvas.draw(at.HYPOTHESES, dots)
+        elif self._undecided:
+            self._canvas.draw(at.HYPOTHESES, rr.Clear(recursive=False))
+        self._undecided = bool(positions)
 
     def clear_hint(self) -> None:
         """Remove ghost, candidates and arrow."""

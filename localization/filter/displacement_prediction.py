@@ -16,7 +16,7 @@ from localization.geometry import FloatArray, hat
 from localization.motion.displacement import StepVariance, step_variance, with_turn
 from localization.types import InvalidReadingError, Pose, Twist
 
-_YAW_RATIO = KAPPA.start + 1
+_SCALE, _YAW_RATIO = KAPPA.start, KAPPA.start + 1
 _TWIST_MEMORY = 0.2
 """The speed that is reported is averaged over this time [s]: stamps are too rough for less."""
 
@@ -24,15 +24,18 @@ _TWIST_MEMORY = 0.2
 def predict_displacement(
     state: FilterState, config: EkfConfig, step: Pose, seconds: float
 ) -> tuple[FilterState, Pose]:
-    """Return the state after a displacement, and the motion, its turn corrected by the yaw ratio.
+    """Return the state after a displacement, and the motion, corrected by wheel scale and yaw ratio.
 
-    With R the rotation of ``map`` from base before, t the translation, d the turn measured and psi the log of
-    the yaw ratio, the motion turns by e^psi d, and its translation is t turned by half of the difference:
+    With R the rotation of ``map`` from base before, t the translation and d the turn measured, s the log of the
+    wheels' scale and psi that of the yaw ratio, the motion turns by e^psi d, and its translation is e^s t turned
+    by half of the difference:
 
-        p' = p + R Rz((e^psi - 1) d / 2) t,    R' = R Rz(e^psi d)
+        p' = p + e^s R Rz((e^psi - 1) d / 2) t,    R' = R Rz(e^psi d)
 
-    so that, at the present psi, dp' = dp - R [t]x dtheta + R (-t_y, t_x, 0) e^psi d / 2 dpsi and
-    dtheta' = Rz' dtheta + (0, 0, e^psi d) dpsi.
+    so that, at the present s and psi, with m the corrected translation, dp' = dp - R [m]x dtheta + R m ds +
+    R (-m_y, m_x, 0) e^psi d / 2 dpsi and dtheta' = Rz' dtheta + (0, 0, e^psi d) dpsi. Where a displacement is
+    no more than its noise, it says nothing about s and psi: their derivatives are those of its true part, a
+    share 1 - variance / square of it.
 
     Args:
         state: before.
@@ -45,15 +48,19 @@ def predict_displacement(
     """
     if not math.isfinite(float(step.position.sum()) + seconds):
         raise InvalidReadingError("displacement and duration must be finite")
-    motion = with_turn(step, state.yaw_ratio * step.yaw)
+    turned = with_turn(step, state.yaw_ratio * step.yaw)
+    scale = math.exp(float(state.kappa[0]))
+    motion = Pose(scale * turned.position, turned.quaternion_wxyz)
     turn, rotation = motion.yaw, state.pose.rotation
+    added = step_variance(motion, seconds, config.odometry)
     f = np.eye(STATES)
     f[ROTATION, ROTATION] = motion.rotation.T
     f[POSITION, ROTATION] = -rotation @ hat(motion.position)
     x, y = motion.position[:2].tolist()
-    f[POSITION, _YAW_RATIO] = 0.5 * turn * (x * rotation[:, 1] - y * rotation[:, 0])
-    f[5, _YAW_RATIO] = turn
-    added = step_variance(motion, seconds, config.odometry)
+    f[POSITION, _SCALE] = _true_share(added.along, math.hypot(x, y)) * (rotation @ motion.position)
+    known = _true_share(added.heading, turn)
+    f[POSITION, _YAW_RATIO] = 0.5 * known * turn * (x * rotation[:, 1] - y * rotation[:, 0])
+    f[5, _YAW_RATIO] = known * turn
     noise = _noise(rotation, added)
     moved = f[:6, :6]
     predicted = replace(
@@ -64,6 +71,12 @@ def predict_displacement(
         accrued=moved @ state.accrued @ moved.T + noise[:6, :6],
     )
     return predicted, motion
+
+
+def _true_share(variance: float, measured: float) -> float:
+    """Return the share of a measured displacement that its noise does not explain."""
+    square = measured * measured
+    return max(0.0, 1.0 - variance / square) if square > 0.0 else 0.0
 
 
 def _noise(rotation: FloatArray, added: StepVariance) -> FloatArray:

@@ -99,7 +99,7 @@ def initial_state(config: EkfConfig = EkfConfig()) -> FilterState:  # noqa: B008
     variances = np.zeros(STATES)
     variances[:6] = 1e-6
     variances[GYRO_BIAS] = config.gyro_bias**2
-    variances[KAPPA] = np.square(config.kappa)
+    variances[KAPPA] = np.square(config.skid_steer)
     return FilterState(
         pose=Pose.identity(),
         gyro_bias=np.zeros(3),

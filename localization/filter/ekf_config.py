@@ -55,10 +55,10 @@ class EkfConfig:
     gyro_bias: float = math.radians(0.3)
     """The error of the gyro's bias at the start [rad/s]: 0.2 degrees/s over a year (Xsens MTi-630 data
     sheet)."""
-    kappa: tuple[float, float, float, float] = (0.04, 0.10, 0.02, 0.02)
+    skid_steer: tuple[float, float, float, float] = (0.04, 0.10, 0.02, 0.02)
     """The errors of (s, psi, y0, xv) at the start [1, 1, m, m]: 4 % of the tyre radius, 10 % of the track; a
     P3-AT's track differs that much between floors and curves (Wang et al., Sensors 2015, 15, 9681)."""
-    kappa_walk: tuple[float, float, float, float] = (0.0005, 0.0035, 0.0005, 0.0005)
+    skid_steer_walk: tuple[float, float, float, float] = (0.0005, 0.0035, 0.0005, 0.0005)
     """The random walks of (s, psi, y0, xv) [1, 1, m, m, each /sqrt(s)]: the track follows a new floor within
     some ten seconds."""
     odometry: OdometryNoise = field(default_factory=OdometryNoise)

@@ -201,7 +201,7 @@ def _noise(
     yaw_walk = c.still_turn if standing else c.gyro_noise
     _fill(q, ROTATION, yaw_walk * yaw_walk * dt)
     _fill(q, GYRO_BIAS, c.gyro_bias_walk * c.gyro_bias_walk * dt)
-    for i, walk in enumerate(c.kappa_walk, KAPPA.start):
+    for i, walk in enumerate(c.skid_steer_walk, KAPPA.start):
         q[i, i] = walk * walk * dt
     ahead, side, up = ahead * ahead * dt, side * side * dt, up * up * dt
     for i in range(3):

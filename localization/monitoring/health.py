@@ -53,6 +53,9 @@ class HealthConfig:
     """Number of good sweeps in a row after which the pose is trusted again."""
     lost_sigma: float = 1.0
     """A horizontal position known no better than this is lost, one sigma [m]."""
+    agreement_distance: float = 3.0
+    """After a search has replaced a pose that was not lost, the new one is suspect until sweeps have agreed
+    with it over this distance [m]."""
     silence: int = SECOND // 2
     """A scanner or encoder without readings for this long is reported as silent [ns]."""
 
@@ -83,6 +86,17 @@ class HealthMonitor:
     """Axes of the robot that the last match does not constrain."""
     consistency: ScanConsistency = _CONSISTENT
     """Agreement of the sweeps with the map, averaged over about a second."""
+    unconfirmed: float = 0.0
+    """Distance over which sweeps still must agree with the pose before nothing but its own motion can have
+    moved the robot [m]; set by a placement, a jump, and a request to search."""
+    carried: bool = False
+    """Whether everything seen changed at once, as if the robot had been carried."""
+    jumped: float = 0.0
+    """Distance by which a search has just moved a pose that was not lost [m]."""
+    to_agree: float = 0.0
+    """Distance over which sweeps still must agree with that [m]."""
+    ruled_out: float = 0.0
+    """Distance of a place that explains more of the sweeps, but to which the robot cannot have moved [m]."""
 
     @property
     def doubtful(self) -> bool:
@@ -104,11 +118,52 @@ class HealthMonitor:
         Args:
             consistency: agreement of the sweep with the map; None if it was not registered.
         """
+        c = self.config
         if consistency is not None:
             odd = consistency.free_space_violation + consistency.unmapped
-            if odd <= self.config.jump_inconsistency:
+            if odd <= c.jump_inconsistency:
                 return self
-        return replace(self, settling=self.config.settling_sweeps)
+        return replace(
+            self, settling=c.settling_sweeps, unconfirmed=c.agreement_distance, carried=True
+        )
+
+    def after_search_request(self) -> HealthMonitor:
+        """Return the monitor after an operator asked where the robot is: it may be anywhere."""
+        return replace(self, unconfirmed=self.config.agreement_distance)
+
+    def after_check(self) -> HealthMonitor:
+        """Return the monitor after a search found that the robot is where it is believed to be."""
+        return replace(self, unconfirmed=0.0, ruled_out=0.0, carried=False)
+
+    def after_distance(self, distance: float) -> HealthMonitor:
+        """Return the monitor after the robot moved on by a distance [m], over which the sweeps agreed or not."""
+        if max(self.to_agree, self.unconfirmed) <= 0.0 or self.doubtful or self.settling:
+            return self
+        left = max(0.0, self.unconfirmed - distance)
+        return replace(
+            self,
+            to_agree=max(0.0, self.to_agree - distance),
+            unconfirmed=left,
+            carried=self.carried and left > 0.0,
+        )
+
+    @classmethod
+    def placed(cls, config: HealthConfig) -> HealthMonitor:
+        """Return the monitor of a pose at which the robot was found."""
+        return cls(config, unconfirmed=config.agreement_distance)
+
+    @classmethod
+    def after_replacement(cls, before: HealthMonitor, jumped: float) -> HealthMonitor:
+        """Return the monitor of a pose that a search put in the place of one that was not lost.
+
+        Args:
+            before: evidence about the pose that was replaced; a jump of what is seen explains the new one.
+            jumped: distance between the two [m].
+        """
+        far = before.config.agreement_distance
+        return cls(
+            before.config, jumped=jumped, to_agree=0.0 if before.carried else far, unconfirmed=far
+        )
 
     def after_sweep(
         self,
@@ -201,7 +256,13 @@ class HealthMonitor:
         if self.bad >= self.config.suspect_after:
             return Health.SUSPECT, (self.why, *missing)
         if self.violations:
-            return Health.SUSPECT, (*self._remarks(), *missing)
+            return Health.SUSPECT, (*self._remarks(), *self._ruled_out(), *missing)
+        if self.to_agree > 0.0:
+            return Health.SUSPECT, (
+                f"a search moved the pose by {self.jumped:.1f} m: undo it if that is wrong; trusted after"
+                f" {self.to_agree:.1f} m of agreement",
+                *missing,
+            )
         if self.settling:
             return Health.SUSPECT, (
                 "everything seen changed at once: was the robot carried?",
@@ -219,6 +280,14 @@ class HealthMonitor:
         if _PLANAR & set(self.unobservable) or missing or mounts:
             return Health.DEGRADED, (*blind, *missing, *mounts, *self._remarks())
         return Health.TRACKING, (*blind, *self._remarks())
+
+    def _ruled_out(self) -> tuple[str, ...]:
+        if self.ruled_out <= 0.0:
+            return ()
+        return (
+            f"a place {self.ruled_out:.1f} m away explains more, but the robot's own motion rules it out:"
+            " give a hint if it is right",
+        )
 
     def _remarks(self) -> tuple[str, ...]:
         """What an operator may want to know about the place, though it contradicts no pose."""

@@ -17,7 +17,8 @@ def status_of(
     silent: tuple[str, ...],
     no_scanner: bool,
     mounts: tuple[str, ...],
-    searching: bool,
+    searching: str,
+    outlook: str,
     checking: bool,
     candidates: tuple[Candidate, ...],
 ) -> tuple[Health, tuple[str, ...]]:
@@ -30,18 +31,19 @@ def status_of(
         silent: sensors whose readings are overdue.
         no_scanner: whether all scanners are silent.
         mounts: doubts about how the scanners are mounted.
-        searching: whether a search is under way.
+        searching: what is being searched for, in words; empty if nothing is.
+        outlook: what becomes of a robot without a pose, in words.
         checking: whether other places may explain what is seen.
         candidates: places between which the search has not decided yet.
     """
     health = Health.WAITING
-    reasons: tuple[str, ...] = ("no pose yet: give a hint",)
+    reasons: tuple[str, ...] = (outlook,)
     if placed:
         health, reasons = monitor.status(
             slipping=slipping, silent=silent, no_scanner=no_scanner, mounts=mounts
         )
     if searching and (not placed or health is Health.LOST):
-        health, reasons = Health.RELOCALISING, ("searching", *reasons)
+        health, reasons = Health.RELOCALISING, (searching, *(reasons if placed else ()))
     if checking and placed and health in _BELIEVED:
         health = Health.SUSPECT
         reasons = ("other places may explain what is seen: drive on to make sure", *reasons)
@@ -49,5 +51,5 @@ def status_of(
         many = len(candidates) > 1
         explain = f"{len(candidates)} places explain" if many else "one place explains"
         health = Health.RELOCALISING
-        reasons = (f"{explain} what is seen: drive on to make sure", *reasons)
+        reasons = (f"{explain} what is seen: drive on to make sure", *(reasons if placed else ()))
     return health, reasons

@@ -100,6 +100,8 @@ class KissOdometry:
             keypoints = thinned(flat, c.keypoint_spacing)
             aligned = self._aligner.align(keypoints, self._voxels, guess)
             pose = Pose.planar(aligned.position[0], aligned.position[1], aligned.yaw)
+            if _strayed(guess, pose, c):
+                return KissState(pose=guess), None, None
             covariance = motion_covariance(flat, c)
             observed = (state.pose.inverse() @ pose, covariance)
         added = pose.apply(thinned(flat, 0.5 * c.voxel))
@@ -139,6 +141,15 @@ class KissOdometry:
         if not full:
             return state
         return replace(state, base=np.array(self._voxels.point_cloud()), layers=())
+
+
+def _strayed(guess: Pose, pose: Pose, config: KissConfig) -> bool:
+    """Return whether an alignment ended farther from its guess than points can find their counterparts."""
+    off = guess.inverse() @ pose
+    return (
+        float(np.hypot(*off.position[:2])) > config.max_correspondence_distance
+        or abs(off.yaw) > config.max_correction_angle
+    )
 
 
 def _with_layer(state: KissState, view: KissView) -> KissState:

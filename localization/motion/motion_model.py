@@ -27,6 +27,8 @@ from localization.types import (
     WheelSpeeds,
 )
 
+_LONGEST_STEP = 20.0
+"""Odometry that moves on by more than this at once began to count anew [m]: the difference is no motion."""
 _NO_RATE = np.zeros(3)
 _LEVEL_FORCE = np.array([0.0, 0.0, GRAVITY])
 for _constant in (_NO_RATE, _LEVEL_FORCE):
@@ -135,7 +137,9 @@ class MotionModel(NamedTuple):
         before = self.odometry
         if before is None:
             return _stepped(reading.stamp, Pose.identity())
-        return _stepped(reading.stamp, planar_step(before.odom_from_base, reading.odom_from_base))
+        step = planar_step(before.odom_from_base, reading.odom_from_base)
+        reset = float(np.hypot(*step.position[:2])) > _LONGEST_STEP
+        return _stepped(reading.stamp, Pose.identity() if reset else step)
 
     def _counted(self, reading: WheelSpeeds) -> Increment:
         seconds = (reading.stamp - self.wheels.stamp) / SECOND if self.wheels is not None else 0.0

@@ -72,7 +72,7 @@ class SensorConfiguration:
         if not self.gyro:
             # The substitute of the gyro has no constant bias. Wheels that no gyro watches may turn the robot
             # by another ratio than the nominal one.
-            along, _, lateral, ahead = config.kappa
+            along, _, lateral, ahead = config.skid_steer
             config = replace(
                 config,
                 turn_share=_TURN_SHARE,
@@ -80,7 +80,7 @@ class SensorConfiguration:
                 gyro_noise=_ROCKING,
                 gyro_bias=1e-5,
                 gyro_bias_walk=1e-6,
-                kappa=(along, _YAW_RATIO, lateral, ahead),
+                skid_steer=(along, _YAW_RATIO, lateral, ahead),
                 # Without a gyro nothing shows that a robot at rest is turned by hand.
                 still_settle=math.inf,
             )

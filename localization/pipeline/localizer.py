@@ -90,8 +90,14 @@ class Localizer:
         """Begin a search of the whole map with the next sweep, as for a robot that was carried away.
 
         The places found are disambiguated by driving on; until that is decided, the estimate stays as it is.
+        A robot without a pose, or one that is lost, searches by itself.
         """
         self._take(Command.SEARCH_MAP)
+
+    @property
+    def searching(self) -> bool:
+        """Whether a search is under way, or begins with the next sweep."""
+        return self._state.search.requested
 
     @property
     def undoable(self) -> bool:
@@ -177,7 +183,8 @@ class Localizer:
             silent=silent,
             no_scanner=mounts.keys() <= set(silent),
             mounts=self._extrinsics.doubts,
-            searching=state.search.search.busy,
+            searching=state.search.activity(state.stamp, config.search_schedule),
+            outlook=state.search.outlook(config.search_schedule),
             checking=state.search.checking,
             candidates=state.search.hypotheses.candidates(state.odom_from_base),
         )

@@ -32,6 +32,7 @@ from localization.settings import flattened, present_name, with_settings
 from localization.types import (
     SECOND,
     Estimate,
+    Health,
     Hint,
     HintVerdict,
     Mounts,
@@ -39,6 +40,7 @@ from localization.types import (
     Pose,
     Reading,
     Scan,
+    Verdict,
 )
 
 CONFIG_KEY = "localizer"
@@ -58,11 +60,12 @@ def replay(
         log: readings in the order of arrival.
         localizer: processes them.
         start: ``map_from_base`` about where the log begins: given as a hint, and again from where odometry
-            has led since, until one is accepted. The log's own hints are then skipped: they may refer to
-            another map, and each would replace the other before it is answered.
+            has led since, until one is accepted, or while the search that follows a rejection is under way.
+            The log's own hints are then skipped: they may refer to another map, and each would replace the
+            other before it is answered.
         refused: called with the reason when a reading is rejected, also at an instant without an estimate.
     """
-    stamp, hinted, begun = 0, False, Pose.identity()
+    stamp, hinted, rejected, begun = 0, False, False, Pose.identity()
     for reading in log:
         if start is not None and isinstance(reading, Hint):
             continue
@@ -71,11 +74,12 @@ def replay(
         if localizer.refused > before:
             refused(next((r for r in estimate.reasons if r.startswith("refused")), "no reason"))
         if estimate.verdict is not None:
-            hinted = False
+            hinted, rejected = False, estimate.verdict.verdict is Verdict.REJECTED
+        rejected = rejected and estimate.health is Health.RELOCALISING
         if start is not None and not hinted and isinstance(reading, Scan | PointScan):
             if not stamp:
                 begun = estimate.odom_from_base
-            if estimate.map_from_base is None:
+            if estimate.map_from_base is None and not rejected:
                 here = start @ (begun.inverse() @ estimate.odom_from_base)
                 estimate = localizer.add(Hint(reading.stamp, here, np.zeros((6, 6))))
                 hinted = True

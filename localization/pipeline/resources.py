@@ -51,7 +51,5 @@ class Resources:
             )
         self.beams = BeamClassifier(world, inlier=config.registration.inlier_distance)
         self.kiss = KissOdometry(config.kiss)
-        self.relocalizer = Relocalizer(
-            world, self.mounts, config, search_when_lost=self.match is not None
-        )
+        self.relocalizer = Relocalizer(world, self.mounts, config, by_itself=self.match is not None)
         self.cache = RegistrationCache(config.late_readings)

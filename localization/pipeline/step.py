@@ -12,10 +12,12 @@ from enum import Enum, auto
 from typing import TypeAlias
 
 import numpy as np
+from scipy.stats import chi2
 
 from localization.config import LocalizerConfig
 from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import with_pose
+from localization.filter.pose_error import difference
 from localization.filter.prediction import predict
 from localization.filter.updates import update_standstill, update_wheel_yaw
 from localization.monitoring.health import HealthMonitor, horizontal_sigma
@@ -38,6 +40,8 @@ from localization.pipeline.undo import ReplacedEstimate
 from localization.relocalization.relocalizer import Placement
 from localization.types import SECOND, Hint, PointScan, Pose, Reading, Scan, WheelSpeeds
 
+_ELSEWHERE = float(chi2.ppf(0.9999, 3))
+"""Beyond it a place is not where the pose's uncertainty allows the robot to be (99.99 %)."""
 _LONGEST_MEAN = 0.1
 """Rim speeds are means over at most this time [s]; after a pause of the encoders those of the gyro are."""
 
@@ -65,7 +69,8 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
     """
     match item:
         case Command.SEARCH_MAP:
-            return state._replace(search=state.search.with_map_requested()), ()
+            health = state.health.after_search_request()
+            return state._replace(search=state.search.with_request(), health=health), ()
         case Command.UNDO:
             return _undone(state, r.config)
         case Placement():
@@ -195,8 +200,9 @@ def _checked_for_jump(
     health, search = state.health, state.search
     if jumped and not (jump.after_gap and _confirmed(registration, health, r.config)):
         health = health.after_jump(registration.consistency)
-    if state.placed and health.needs_check:
-        search = search.with_map_requested()
+    carried = health is not state.health
+    if state.placed and (carried or health.needs_check):
+        search = search.with_doubt()
     return state._replace(jump=jump, health=health, search=search)
 
 
@@ -233,8 +239,32 @@ def _disambiguated(state: State, record: SweepRecord, r: Resources) -> tuple[Sta
         search, placement = r.relocalizer.disambiguate(
             state.search, record.sweep, state.odom_from_base, state.current
         )
-    state = state._replace(search=search)
-    return (state, ()) if placement is None else _placed(state, placement, r)
+    checked = state.search.checking and not search.checking and placement is None
+    health = state.health.after_check() if checked else state.health
+    state = state._replace(search=search, health=health)
+    if placement is None:
+        return state, ()
+    believed = state.placed and not state.health.lost
+    if believed and not _possible(state, placement, r.config):
+        step = placement.map_from_base.position - state.filter.pose.position
+        health = replace(state.health, ruled_out=float(np.hypot(*step[:2])))
+        return state._replace(health=health), ()
+    return _placed(state, placement, r, believed=believed)
+
+
+def _possible(state: State, placement: Placement, config: LocalizerConfig) -> bool:
+    """Return whether the robot can be at a place that is not where it is believed to be.
+
+    It can if it may have been moved without its sensors noticing, or if the place is one that the pose's
+    uncertainty allows. Otherwise wheels, gyro and scanner, which have led from one pose to the next, outweigh
+    any number of points that another place explains.
+    """
+    if state.health.unconfirmed > 0.0:
+        return True
+    axes = [0, 1, 5]
+    off = difference(state.filter.pose, placement.map_from_base)[axes]
+    spread = state.filter.covariance + np.diag(np.square(config.placement_sigma))
+    return float(off @ np.linalg.solve(spread[np.ix_(axes, axes)], off)) <= _ELSEWHERE
 
 
 def _with_search_begun(state: State, record: SweepRecord, r: Resources) -> State:
@@ -267,12 +297,21 @@ def _with_certainty_checked(state: State) -> State:
 
 def _hinted(state: State, hint: Hint, r: Resources) -> tuple[State, Events]:
     odom = state.track.pose_at(hint.stamp) or state.odom_from_base
-    search, answers = r.relocalizer.receive(state.search, hint, state.stamp, odom)
+    search, answers = r.relocalizer.receive(state.search, hint, state.stamp, odom, state.current)
     return state._replace(search=search), answers
 
 
-def _placed(state: State, placement: Placement, r: Resources) -> tuple[State, Events]:
-    """Begin anew at the pose where the robot was found; the estimate before is kept for an undo."""
+def _placed(
+    state: State, placement: Placement, r: Resources, *, believed: bool = False
+) -> tuple[State, Events]:
+    """Begin anew at the pose where the robot was found; the estimate before is kept for an undo.
+
+    Args:
+        state: before.
+        placement: the pose.
+        r: settings.
+        believed: whether the pose that it replaces was not lost, and no operator gave the new one.
+    """
     replaced = ReplacedEstimate(
         state.stamp,
         placement.reason,
@@ -281,12 +320,16 @@ def _placed(state: State, placement: Placement, r: Resources) -> tuple[State, Ev
         state.health,
         state.odom_from_base,
     )
+    health = HealthMonitor.placed(r.config.health)
+    if believed:
+        step = placement.map_from_base.position - state.filter.pose.position
+        health = HealthMonitor.after_replacement(state.health, float(np.hypot(*step[:2])))
     covariance = np.diag(np.array(r.config.placement_sigma) ** 2)
     filter_ = with_pose(state.filter, placement.map_from_base, covariance)
     placed = state._replace(
         filter=filter_,
         placed=True,
-        health=HealthMonitor(r.config.health),
+        health=health,
         last=replace(state.last, map_from_base=filter_.pose),
         replaced=replaced,
         jump=_without_memory(state, r.config),

@@ -16,7 +16,7 @@ from scipy.stats import chi2
 
 from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState, mark
-from localization.filter.pose_error import LEVER
+from localization.filter.pose_error import LEVER, difference
 from localization.filter.updates import (
     between,
     match_nis,
@@ -42,6 +42,8 @@ _UNEXPLAINED = "the map does not explain the sweep"
 """Why a sweep is rejected that fits nowhere near; replaced by what exactly is unexplained."""
 _SAMPLING = 0.02
 """The share of a sweep that the map explains differs by this much between poses that are equally good."""
+_HARMLESS = 0.05
+"""A match from a wider prior may depart by this much in directions that the sweep does not observe [m]."""
 _NEARLY = 0.05
 """With a wider prior at least the same share of the sweep must be explained, but for this much."""
 _WITNESS_GATE = float(chi2.ppf(0.999, 3))
@@ -179,6 +181,9 @@ def _matched(
     if refusal is _UNEXPLAINED:
         refusal = explanation(match.inlier_ratio, record.consistency)
     health = state.health.after_sweep(match, filter_.pose, refusal, record.consistency)
+    moved = state.odom_from_base.position - state.last.odom_from_base.position
+    if not state.search.checking:
+        health = health.after_distance(float(np.hypot(*moved[:2])))
     state = state._replace(slip=slip, filter=filter_, health=health)
     return state, Registration(match, nis, record.consistency)
 
@@ -259,9 +264,17 @@ def _registered_wider(
     for sigma in r.config.retry_sigma:
         wide = widen(filter_, *sigma)
         match, nis = _registered(wide, replace(record, match=None), matcher, share, r)
-        if match.inlier_ratio >= least and _refusal(match, nis, r.config) is None:
+        found = match.inlier_ratio >= least and _refusal(match, nis, r.config) is None
+        if found and _unobserved_shift(filter_, match) < _HARMLESS:
             return wide, match, nis
     return None
+
+
+def _unobserved_shift(filter_: FilterState, match: Match) -> float:
+    """Return how far a match departs from the prediction in directions that it does not observe [m, LEVER]."""
+    off = difference(filter_.pose, match.map_from_base) * np.repeat([1.0, LEVER], 3)
+    w = match.observable_directions
+    return float(np.linalg.norm(off - w.T @ (w @ off)))
 
 
 def _registered(

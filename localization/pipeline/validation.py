@@ -27,6 +27,8 @@ _STRONGEST_FORCE = 500.0
 _LONGEST_JUMP = 60 * SECOND
 """A clock that jumps ahead by more than this between two readings of a kind was reset [ns]."""
 
+_LONGEST_PAUSE = 10 * SECOND
+"""A pause of odometry up to this long is believed at once [ns]: loggers stall for seconds."""
 _FARTHEST_DRIVE = 1e6
 """Largest coordinate of odometry [m]; no base drives so far without a reset."""
 
@@ -157,6 +159,9 @@ class ReadingValidator:
                 "before: start a new localiser after a reset of the clock"
             )
         before, self._jumped = self._jumped, reading.stamp
+        if isinstance(reading, Odometry) and step <= _LONGEST_PAUSE:
+            # Poses are absolute: their difference is as good after a pause.
+            return None
         newest = (stamps[-1] for name, stamps in self._received.items() if name != source)
         confirmed = any(abs(reading.stamp - stamp) <= _FARTHEST_AHEAD for stamp in newest)
         if confirmed or (before is not None and 0 < reading.stamp - before <= _FARTHEST_AHEAD):

@@ -3,18 +3,18 @@
 Each level of the pyramid holds, for every cell, the maximum over the block of cells that begins there: laying
 the horizontal scanner's points over it gives a bound for all places of the block at once (Olson 2009; Hess et
 al. 2016, whose precomputed grids these are). Blocks whose bound is clearly below the best place found are
-never opened. The work is a generator that yields after a fixed amount of work, so that it costs each tick the
-same and the result never depends on the clock.
+never opened. The work is a generator of small pieces that yields the amount of each, so that every reading can be
+granted the same amount, and the result never depends on the clock.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
@@ -22,13 +22,18 @@ from localization.relocalization.floor_plan import FloorPlan, level_points
 from localization.relocalization.refinement import best_places, refined_places
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
-from localization.types import Candidate, Pose, Sweep
+from localization.relocalization.search_work import PIECE, SearchWork, Work
+from localization.types import Pose, Sweep
 
 ByteArray = npt.NDArray[np.uint8]
 IndexArray = npt.NDArray[np.int64]
 
 _FULL = 255
 """Score of a point on a surface."""
+_FOLLOWED = 64
+"""Number of the most promising blocks that are followed down to estimate the best score."""
+FEWEST_POINTS = 10
+"""Number of horizontal points without which nothing is searched."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +50,14 @@ class MapSearchConfig:
     """Points farther from the robot than this are not used [m]."""
     slack: float = 0.10
     """Places that score less than the best one by up to this share of the full score are still examined."""
-    budget: int = 1_000_000
-    """Number of points that are laid over the plan per tick."""
+    work_per_tick: int = 3_000_000
+    """Number of points that are laid over the plan in 20 ms of the readings' time; a refinement counts as
+    many (``REFINEMENT``)."""
+    max_work: int = 8_000_000
+    """Largest number of points that are laid over the plan with one reading, however long after the last."""
+    max_blocks: int = 400_000
+    """Largest number of blocks that are kept of a level, the best ones: in a map where many places look
+    alike, more would hold the search up and decide nothing."""
     refine: int = 12
     """Number of the best places that are refined against the cloud."""
 
@@ -59,16 +70,13 @@ class Pyramid:
         self._pad = int(np.ceil(config.reach / plan.cell)) + (1 << config.levels)
         exact = np.pad(np.rint(plan.likelihood * _FULL).astype(np.uint8), self._pad)
         self._shape = exact.shape
-        self._levels: list[ByteArray] = []
-        self._free: list[npt.NDArray[np.bool_]] = []
-        for level in range(config.levels + 1):
-            size = 1 << level
+        levels, free = [exact], [plan.free]
+        for level in range(config.levels):
             # A block begins at its cell and reaches towards larger indices.
-            ahead = -(size // 2) if size > 1 else 0
-            pooled = ndimage.maximum_filter(exact, size=size, origin=ahead, mode="constant")
-            self._levels.append(pooled.ravel())
-            free = ndimage.maximum_filter(plan.free, size=size, origin=ahead, mode="constant")
-            self._free.append(np.asarray(free, dtype=bool))
+            levels.append(_pooled(levels[-1], 1 << level))
+            free.append(_pooled(free[-1], 1 << level))
+        self._levels: list[ByteArray] = [level.ravel() for level in levels]
+        self._free: list[npt.NDArray[np.bool_]] = free
 
     def roots(self) -> IndexArray:
         """Return the first cells (N, 2) of the coarsest blocks that contain a place to stand on."""
@@ -102,7 +110,7 @@ class Pyramid:
         width = self._shape[1]
         base = (blocks[:, 0] + self._pad) * width + blocks[:, 1] + self._pad
         scores = self._levels[level].take(base[:, None] + offsets)
-        total: FloatArray = scores.mean(axis=1, dtype=np.float64) / _FULL
+        total: FloatArray = scores.sum(axis=1, dtype=np.uint32) / (_FULL * offsets.shape[1])
         return total
 
     def offsets_of(self, points: FloatArray) -> IndexArray:
@@ -125,6 +133,15 @@ class Pyramid:
         return self.origin + (blocks + 0.5 * (1 << level)) * self.cell
 
 
+def _pooled(cells: npt.NDArray[Any], step: int) -> npt.NDArray[Any]:
+    """Return for each cell the maximum of it and those ``step`` farther on along x, y and both."""
+    along = cells.copy()
+    np.maximum(along[:-step], cells[step:], out=along[:-step])
+    both = along.copy()
+    np.maximum(both[:, :-step], along[:, step:], out=both[:, :-step])
+    return both
+
+
 def search_map(
     sweep: Sweep,
     world: PreparedMap,
@@ -132,8 +149,8 @@ def search_map(
     level: Pose,
     config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
     window: Window | None = None,
-) -> Generator[None, None, tuple[Candidate, ...]]:
-    """Search the whole map or a window; yields after each budget's worth of work and returns the places found.
+) -> SearchWork:
+    """Search the whole map or a window; yields the amount of each piece of work and returns the places found.
 
     Args:
         sweep: points in ``base_link`` at one instant.
@@ -149,7 +166,7 @@ def search_map(
     c = pyramid.config
     points = level_points(sweep, level)
     points = points[np.hypot(*points.T) < c.reach]
-    if len(points) < 10:
+    if len(points) < FEWEST_POINTS:
         return ()
     points = points[np.linspace(0, len(points) - 1, min(c.beams, len(points))).astype(int)]
     yaws = _yaws(window, config)
@@ -160,15 +177,17 @@ def search_map(
     roots = pyramid.roots()
     if window is not None:
         roots = roots[pyramid.overlap(roots, c.levels, window)]
-    blocks, which, bounds = yield from _roots(pyramid, roots, turned, c)
+    nodes = yield from _roots(pyramid, roots, turned)
     for finer in range(c.levels - 1, c.finest - 1, -1):
-        blocks, which, bounds = yield from _open(pyramid, turned, blocks, which, bounds, finer, c)
+        nodes = yield from _open(pyramid, turned, nodes, finer)
+    blocks, which, bounds = nodes
     if window is not None:
         inside = pyramid.overlap(blocks, c.finest, window)
         blocks, which, bounds = blocks[inside], which[inside], bounds[inside]
     places = pyramid.positions(blocks, c.finest)
     most = c.refine if window is None else config.refine
     peaks = best_places(bounds, places, yaws[which], config, most=most)
+    yield len(bounds)
     return (yield from refined_places(sweep, world, peaks, level, config))
 
 
@@ -185,52 +204,73 @@ Nodes = tuple[IndexArray, IndexArray, FloatArray]
 """Blocks (N, 2), headings (N,) by number, and the bound of each (N,)."""
 
 
-def _roots(
-    pyramid: Pyramid, roots: IndexArray, turned: IndexArray, c: MapSearchConfig
-) -> Generator[None, None, Nodes]:
-    """Bound the coarsest blocks at every heading."""
-    bounds = np.empty((len(turned), len(roots)))
+def _roots(pyramid: Pyramid, roots: IndexArray, turned: IndexArray) -> Work[Nodes]:
+    """Bound the coarsest blocks at every heading; return those that could contain one of the best places."""
+    c, beams = pyramid.config, turned.shape[1]
+    bounds = np.empty((len(turned), len(roots)), dtype=np.float32)
+    batch = max(1, PIECE // beams)
+    greedy = _none()
     spent = 0
     for i, offsets in enumerate(turned):
-        bounds[i] = pyramid.bounds(roots, offsets[None, :], c.levels)
-        spent += len(roots) * turned.shape[1]
-        if spent >= c.budget:
+        for first in range(0, len(roots), batch):
+            some = slice(first, first + batch)
+            bounds[i, some] = pyramid.bounds(roots[some], offsets[None, :], c.levels)
+            best = first + _largest(bounds[i, some], _FOLLOWED)
+            found = roots[best], np.full(len(best), i), bounds[i, best].astype(np.float64)
+            greedy = _best_of((greedy, found), _FOLLOWED)
+            spent += len(roots[some]) * beams
+            if spent >= PIECE:
+                yield spent
+                spent = 0
+    floor = np.float32(_descend(pyramid, turned, greedy, c.levels - 1) - c.slack)
+    kept = []
+    for i, row in enumerate(bounds):
+        best = np.flatnonzero(row >= floor)
+        kept.append((roots[best], np.full(len(best), i), row[best].astype(np.float64)))
+        spent += len(row)
+        if spent >= PIECE:
+            yield spent
             spent = 0
-            yield
-    which, block = np.divmod(np.arange(bounds.size), max(len(roots), 1))
-    return roots[block], which, bounds.ravel()
+    return _best_of(kept, c.max_blocks)
 
 
-def _open(
-    pyramid: Pyramid,
-    turned: IndexArray,
-    blocks: IndexArray,
-    which: IndexArray,
-    bounds: FloatArray,
-    level: int,
-    c: MapSearchConfig,
-) -> Generator[None, None, Nodes]:
-    """Open blocks, the most promising first, until no block is left that could contain one of the best places.
+def _open(pyramid: Pyramid, turned: IndexArray, nodes: Nodes, level: int) -> Work[Nodes]:
+    """Open blocks; return the blocks within them that could contain one of the best places.
 
     The score of the best is estimated first, by following the most promising blocks down.
     """
-    order = np.argsort(-bounds, kind="stable")
-    batch = max(1, c.budget // (4 * turned.shape[1]))
-    floor = _descend(pyramid, turned, blocks[order[:64]], which[order[:64]], level, c) - c.slack
-    kept: list[Nodes] = []
-    for first in range(0, len(order), batch):
-        chosen = order[first : first + batch]
-        chosen = chosen[bounds[chosen] >= floor]
-        if len(chosen) == 0:
-            break
-        kept.append(_children(pyramid, turned, blocks[chosen], which[chosen], level, floor))
-        yield
-    if not kept:
-        return blocks[:0], which[:0], bounds[:0]
+    c, beams = pyramid.config, turned.shape[1]
+    batch = max(1, PIECE // (4 * beams))
+    floor = _descend(pyramid, turned, _best_of((nodes,), _FOLLOWED), level) - c.slack
+    promising = np.flatnonzero(nodes[2] >= floor)
+    yield len(nodes[2])
+    kept = [_none()]
+    for first in range(0, len(promising), batch):
+        chosen = promising[first : first + batch]
+        kept.append(_children(pyramid, turned, nodes[0][chosen], nodes[1][chosen], level, floor))
+        yield 4 * len(chosen) * beams
+    return _best_of(kept, c.max_blocks)
+
+
+def _none() -> Nodes:
+    return np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
+
+
+def _largest(values: npt.NDArray[Any], most: int) -> IndexArray:
+    """Return the indices of the largest values, at most so many, in their order."""
+    if len(values) <= most:
+        return np.arange(len(values))
+    return np.sort(np.argpartition(-values, most - 1)[:most])
+
+
+def _best_of(parts: Sequence[Nodes], most: int) -> Nodes:
+    """Join nodes, and keep those with the largest bounds, at most so many."""
+    blocks, which, bounds = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    best = _largest(bounds, most)
     return (
-        np.concatenate([nodes[0] for nodes in kept]),
-        np.concatenate([nodes[1] for nodes in kept]),
-        np.concatenate([nodes[2] for nodes in kept]),
+        (blocks, which, bounds)
+        if len(best) == len(bounds)
+        else (blocks[best], which[best], bounds[best])
     )
 
 
@@ -251,20 +291,13 @@ def _children(
     return inner[good], heading[good], bounds[good]
 
 
-def _descend(
-    pyramid: Pyramid,
-    turned: IndexArray,
-    blocks: IndexArray,
-    which: IndexArray,
-    level: int,
-    c: MapSearchConfig,
-) -> float:
+def _descend(pyramid: Pyramid, turned: IndexArray, nodes: Nodes, level: int) -> float:
     """Return the score of the best place that a greedy search from some blocks finds."""
     best = 0.0
-    for finer in range(level, c.finest - 1, -1):
-        blocks, which, bounds = _children(pyramid, turned, blocks, which, finer, 0.0)
-        if len(bounds) == 0:
+    for finer in range(level, pyramid.config.finest - 1, -1):
+        nodes = _children(pyramid, turned, nodes[0], nodes[1], finer, 0.0)
+        if len(nodes[2]) == 0:
             return 0.0
-        order = np.argsort(-bounds, kind="stable")[:64]
-        blocks, which, best = blocks[order], which[order], float(bounds[order[0]])
+        nodes = _best_of((nodes,), _FOLLOWED)
+        best = float(nodes[2].max())
     return best

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,30 +13,14 @@ from localization.relocalization.branch_and_bound import MapSearchConfig, Pyrami
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window, window_of
+from localization.relocalization.search_work import ResumableSearch
 from localization.relocalization.verification import distinguishable, explain, same_place
-from localization.types import Candidate, Hint, HintVerdict, Pose, Sweep, Verdict
+from localization.types import SECOND, Candidate, Hint, HintVerdict, Pose, Sweep, Verdict
 
+TICK = SECOND // 50
+"""Time in which a search may do ``MapSearchConfig.work_per_tick`` [ns]."""
 _REMEMBERED = 4
 """Number of searches whose work is kept for when readings are replayed."""
-
-
-class ResumableSearch:
-    """The steps of a search, computed once however often they are asked for."""
-
-    def __init__(self, steps: Generator[None, None, tuple[Candidate, ...]]) -> None:
-        self._steps = steps
-        self._done, self._last = 0, 0
-        self._found: tuple[Candidate, ...] = ()
-
-    def after(self, steps: int) -> tuple[Candidate, ...] | None:
-        """Return the places found after so many steps; None if the search takes more."""
-        while self._done < steps and not self._last:
-            self._done += 1
-            try:
-                next(self._steps)
-            except StopIteration as done:
-                self._last, self._found = self._done, done.value
-        return self._found if self._last and steps >= self._last else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,13 +58,24 @@ class SearchState:
     """A hint that waits for the next sweep, and ``odom_from_base`` at its stamp."""
     task: SearchTask | None = None
     """The search under way."""
-    steps: int = 0
-    """Number of its steps so far."""
+    granted: int = 0
+    """Amount of work that it may have done so far [points]."""
+    stamp: int = 0
+    """Time at which it was granted the last of it, or began [ns]."""
 
     @property
     def busy(self) -> bool:
         """Whether a search is under way or about to begin."""
         return self.task is not None or self.waiting is not None
+
+    @property
+    def self_begun(self) -> bool:
+        """Whether the search under way is one without a hint."""
+        return self.task is not None and self.task.hint is None
+
+    def of_hint(self) -> SearchState:
+        """Return the state without a search that no hint began."""
+        return SearchState(self.waiting) if self.self_begun else self
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,9 +120,8 @@ class HintSearch:
         """
         self.config = config
         self._same = same
-        self._world, self._plan = world, plan
-        self._map_config = map_config
-        self._pyramid: Pyramid | None = None
+        self._world, self._map_config = world, map_config
+        self._pyramid = Pyramid(plan, map_config)
         self._begun: deque[SearchTask] = deque(maxlen=_REMEMBERED)
 
     def receive(
@@ -198,25 +192,24 @@ class HintSearch:
         odom_from_base: Pose,
         level: Pose,
     ) -> SearchState:
-        if self._pyramid is None:
-            self._pyramid = Pyramid(self._plan, self._map_config)
         work = search_map(sweep, self._world, self._pyramid, level, self.config, window)
         task = SearchTask(hint, window, sweep, odom_from_base, level, ResumableSearch(work))
         # When readings are replayed, the search has been computed before.
         same = next((t for t in self._begun if t.like(task, self._same)), None)
         task = task if same is None else replace(task, work=same.work)
         self._begun.append(task)
-        return SearchState(task=task)
+        return SearchState(task=task, stamp=sweep.stamp)
 
     def advance(
-        self, state: SearchState, odom_from_base: Pose, current: Pose | None
+        self, state: SearchState, odom_from_base: Pose, current: Pose | None, *, now: int
     ) -> tuple[SearchState, SearchResult | None]:
-        """Compute one tick's share of the search.
+        """Do as much of the search as the time since the last reading allows.
 
         Args:
             state: the search so far.
             odom_from_base: now.
             current: the present estimate if it deserves a comparison, else None.
+            now: stamp of the reading that advanced time [ns].
 
         Returns:
             The search after it, and its result if it has ended.
@@ -224,15 +217,17 @@ class HintSearch:
         task = state.task
         if task is None:
             return state, None
-        steps = state.steps + 1
-        candidates = task.work.after(steps)
+        limits = self._map_config
+        share = max(now - state.stamp, 0) * limits.work_per_tick // TICK
+        granted = state.granted + min(share, limits.max_work)
+        candidates = task.work.after(granted)
         if candidates is None:
-            return SearchState(state.waiting, task, steps), None
+            return SearchState(state.waiting, task, granted, max(now, state.stamp)), None
         moved = task.odom_from_base.inverse() @ odom_from_base
         verdict, reason = self._judged(task, candidates, current, moved)
-        now = tuple(Candidate(c.map_from_base @ moved, c.score) for c in candidates)
-        result = SearchResult(verdict, reason, task.hint, now, whole_map=task.window is None)
-        return SearchState(state.waiting, None, steps), result
+        places = tuple(Candidate(c.map_from_base @ moved, c.score) for c in candidates)
+        result = SearchResult(verdict, reason, task.hint, places, whole_map=task.window is None)
+        return SearchState(state.waiting), result
 
     def _judged(
         self,

@@ -2,7 +2,7 @@
 
 One sweep may fit two rooms alike, and may fit a wrong place better than the right one that has changed
 since it was mapped. Sweeps from elsewhere do not: each place is evaluated again after every step of the way,
-and the shares that it fails to explain add up.
+and the shares that contradict it add up. Beams that end where nothing is mapped contradict no place.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.search_config import SearchConfig
-from localization.relocalization.verification import explain, same_place
+from localization.relocalization.verification import same_place, settled
 from localization.types import Candidate, Pose, Sweep
 
 
@@ -32,11 +33,15 @@ class HypothesesConfig:
     min_distance: float = 0.5
     """Distance over which they must do so [m]: turning on the spot shows the same walls."""
     drop_margin: float = 0.25
-    """A place whose mean share is smaller than that of the best one by more than this is dropped."""
+    """A place is dropped if a larger share of the sweeps contradicts it than the best one, by this in the
+    mean."""
+    min_share: float = 0.3
+    """A place that explains a smaller share of the sweeps in the mean is dropped, whatever is mapped there."""
     max_distance: float = 8.0
     """Without a decision after this distance [m], the search begins anew."""
-    no_place_below: float = 0.45
-    """If every place explains a smaller share of the last two sweeps, the robot is at none of them."""
+    looks: int = 3
+    """If after this many sweeps the best place explains too little of them in the mean
+    (``SearchConfig.min_inlier_ratio``), the robot is at none of the places."""
     max_places: int = 12
     """Largest number of places that are tracked."""
 
@@ -49,11 +54,19 @@ class Hypothesis:
     """Pose at the last evidence."""
     shares: tuple[float, ...]
     """Share of each sweep that the place explained."""
+    contradictions: tuple[float, ...] = ()
+    """Share of each sweep after the first that contradicts the place: neither explained nor ending where
+    nothing is mapped."""
 
     @property
     def score(self) -> float:
         """Mean share of the sweeps that the place explained."""
         return float(np.mean(self.shares))
+
+    @property
+    def contradicted(self) -> float:
+        """Mean share of the sweeps that contradicts the place."""
+        return float(np.mean(self.contradictions)) if self.contradictions else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,20 +79,34 @@ class Hypotheses:
     """Pose at the last evidence."""
     distance: float = 0.0
     """Distance driven since the places were found [m]."""
+    near: bool = False
+    """Whether only the surroundings of a lost estimate were searched, so that other places may fit as well."""
 
     @classmethod
     def of(
-        cls, candidates: Sequence[Candidate], odom_from_base: Pose, config: HypothesesConfig
+        cls,
+        candidates: Sequence[Candidate],
+        odom_from_base: Pose,
+        config: HypothesesConfig,
+        *,
+        near: bool = False,
     ) -> Hypotheses:
         """Begin with the places that a search found, best first, as of now."""
         found = candidates[: config.max_places]
-        return cls(tuple(Hypothesis(c.map_from_base, (c.score,)) for c in found), odom_from_base)
+        places = tuple(Hypothesis(c.map_from_base, (c.score,)) for c in found)
+        return cls(places, odom_from_base, near=near)
 
-    def exhausted(self, config: HypothesesConfig) -> bool:
-        """Return whether the search must begin anew: no decision after a long way, or no place fits any more."""
-        recent = [share for place in self.places for share in place.shares[-2:]]
-        nowhere = len(self.places[0].shares) > 2 and max(recent) < config.no_place_below
-        return nowhere or self.distance > config.max_distance
+    def nowhere(self, search: SearchConfig, config: HypothesesConfig) -> bool:
+        """Return whether the robot is at none of the places, as their means say.
+
+        One of several wrong places nearly always explains a lot of the last sweep, by chance.
+        """
+        looked = len(self.places[0].shares) > config.looks
+        return looked and self.places[0].score < search.min_inlier_ratio
+
+    def exhausted(self, search: SearchConfig, config: HypothesesConfig) -> bool:
+        """Return whether the search must begin anew: no place fits any more, or no decision after a long way."""
+        return self.nowhere(search, config) or self.distance > config.max_distance
 
     def candidates(self, odom_from_base: Pose) -> tuple[Candidate, ...]:
         """Return the places as of now, best first."""
@@ -93,6 +120,7 @@ class Hypotheses:
         sweep: Sweep,
         odom_from_base: Pose,
         world: PreparedMap,
+        beams: BeamClassifier,
         search: SearchConfig,
         config: HypothesesConfig,
     ) -> tuple[Hypotheses, Candidate | None]:
@@ -102,6 +130,7 @@ class Hypotheses:
             sweep: the newest one.
             odom_from_base: at its stamp.
             world: the prepared map.
+            beams: classifies the beams that a place does not explain.
             search: what counts as one place, and as a decision.
             config: when to evaluate, and what decides.
 
@@ -116,14 +145,19 @@ class Hypotheses:
             return self, None
         evaluated = []
         for place in self.places:
-            seen = explain(sweep, world, place.map_from_base @ moved)
-            evaluated.append(Hypothesis(seen.map_from_base, (*place.shares, seen.score)))
+            seen, _, match = settled(sweep, world, place.map_from_base @ moved)
+            at = seen.map_from_base
+            classes = beams.classify(sweep, at, match.distances)
+            contradicts = 1.0 - seen.score - (classes.unmapped if classes is not None else 0.0)
+            contradictions = (*place.contradictions, max(0.0, contradicts))
+            evaluated.append(Hypothesis(at, (*place.shares, seen.score), contradictions))
         evaluated.sort(key=lambda p: -p.score)
-        floor = evaluated[0].score - config.drop_margin
+        most = evaluated[0].contradicted + config.drop_margin
         kept: list[Hypothesis] = []
         for place in evaluated:
             double = any(same_place(place.map_from_base, k.map_from_base, search) for k in kept)
-            if place.score >= floor and not double:
+            fits = place.contradicted <= most and place.score >= config.min_share
+            if (fits or not kept) and not double:
                 kept.append(place)
         left = replace(
             self,
@@ -147,10 +181,10 @@ class Hypotheses:
 def _outdoes(best: Hypothesis, other: Hypothesis, search: SearchConfig) -> bool:
     """Return whether all sweeps together distinguish two places.
 
-    As for one sweep, but of sums: what one place fails to explain again and again adds up, while what noise
+    As for one sweep, but of sums: what contradicts one place again and again adds up, while what noise
     and clutter leave over grows like the square root of the number of sweeps.
     """
-    c, n = search, len(best.shares)
-    left, others = n - sum(best.shares), n - sum(other.shares)
+    c, n = search, len(best.contradictions)
+    left, others = sum(best.contradictions), sum(other.contradictions)
     clear = others - left >= c.min_margin * math.sqrt(n)
     return clear or others >= c.decisive_ratio * left + c.decisive_floor * math.sqrt(n)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from localization.geometry import FloatArray, wrap_angle
+from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig, register
 from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_work import REFINEMENT, SearchWork, Work
 from localization.relocalization.verification import (
     SETTLING_SIGMA,
     explain,
@@ -36,19 +37,20 @@ def best_places(
         config: what counts as one place.
         most: largest number of places.
     """
+    kept = np.flatnonzero(scores >= _LEAST_SCORE)
+    if len(kept) > _MOST_EXAMINED:
+        kept = np.sort(kept[np.argpartition(-scores[kept], _MOST_EXAMINED - 1)[:_MOST_EXAMINED]])
+    kept = kept[np.argsort(-scores[kept], kind="stable")]
+    x, y, yaw = places[kept, 0], places[kept, 1], yaws[kept]
+    left = np.ones(len(kept), dtype=bool)
     chosen: list[tuple[float, float, float]] = []
-    order = np.argsort(-scores, kind="stable")[:_MOST_EXAMINED]
-    for i in order.tolist():
-        x, y, yaw = float(places[i, 0]), float(places[i, 1]), float(yaws[i])
-        if scores[i] < _LEAST_SCORE:
-            break
-        if all(
-            np.hypot(x - a, y - b) > config.same_place or abs(wrap_angle(yaw - c)) > config.same_yaw
-            for a, b, c in chosen
-        ):
-            chosen.append((x, y, yaw))
-            if len(chosen) == most:
-                break
+    while len(chosen) < most and left.any():
+        i = int(left.argmax())
+        chosen.append((float(x[i]), float(y[i]), float(yaw[i])))
+        near = np.hypot(x - x[i], y - y[i]) <= config.same_place
+        turned = np.remainder(yaw - yaw[i] + np.pi, 2.0 * np.pi) - np.pi
+        left &= ~(near & (np.abs(turned) <= config.same_yaw))
+        left[i] = False
     return chosen
 
 
@@ -58,12 +60,12 @@ def refined_places(
     peaks: Sequence[tuple[float, float, float]],
     level: Pose,
     config: SearchConfig,
-) -> Generator[None, None, tuple[Candidate, ...]]:
-    """Refine places (x, y, yaw) against the cloud; yields before each, returns the distinct ones."""
+) -> SearchWork:
+    """Refine places (x, y, yaw) against the cloud; yields the amount of work, returns the distinct ones."""
     max_tilt = config.max_tilt if world.ground.level else config.max_tilt_uneven
     found: list[Candidate] = []
     for x, y, yaw in peaks:
-        yield
+        yield REFINEMENT
         start = _standing(world, x, y, yaw, level)
         candidate = _refined(sweep, world, start, config)
         # The third rows are the map's vertical in the robot's axes.
@@ -88,7 +90,7 @@ def _distinct(places: Sequence[Candidate], config: SearchConfig) -> list[Candida
 
 def _best_along(
     sweep: Sweep, world: PreparedMap, place: Candidate, config: SearchConfig
-) -> Generator[None, None, Candidate]:
+) -> Work[Candidate]:
     """Compare a place with its neighbours in the direction that constrains the robot least.
 
     Refining ends where walls lie on walls. In a corridor or between shelves that is so every few
@@ -98,7 +100,7 @@ def _best_along(
     _, directions = np.linalg.eigh(match.information[:2, :2])
     pose = best.map_from_base
     for way in np.arange(1, round(config.neighbours / config.step) + 1) * config.step:
-        yield
+        yield REFINEMENT
         for sign in (-1.0, 1.0):
             offset = np.append(sign * way * directions[:, 0], 0.0)
             shifted = Pose(pose.position + offset, pose.quaternion_wxyz)

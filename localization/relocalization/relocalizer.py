@@ -9,13 +9,20 @@ import numpy as np
 from localization.config import LocalizerConfig
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.scan_consistency import BeamClassifier
 from localization.monitoring.health import horizontal_sigma
+from localization.relocalization.branch_and_bound import FEWEST_POINTS
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.hint_search import HintSearch, SearchResult, SearchState
 from localization.relocalization.hypotheses import Hypotheses
+from localization.relocalization.search_schedule import (
+    SearchCause,
+    SearchSchedule,
+    SearchScheduleConfig,
+)
 from localization.relocalization.search_window import Window
 from localization.relocalization.verification import same_place
-from localization.types import Hint, HintVerdict, Mounts, Pose, Sweep, Verdict
+from localization.types import SECOND, Hint, HintVerdict, Mounts, Pose, Sweep, Verdict
 
 _HORIZONTAL = 0.9
 """A scanner whose z axis is this near to the robot's (cosine) counts as horizontal."""
@@ -57,35 +64,82 @@ class RelocalizerState:
     """The search under way."""
     hypotheses: Hypotheses = field(default_factory=Hypotheses)
     """Places between which it is not decided yet."""
+    schedule: SearchSchedule = field(default_factory=SearchSchedule)
+    """The search of the whole map that is due, and the last one."""
+    cause: SearchCause = SearchCause.REQUESTED
+    """Why the whole map was searched last."""
     checking: bool = False
     """Whether the pose stands, but other places may explain what is seen."""
-    map_requested: bool = False
-    """Whether the whole map is to be searched with the next sweep."""
+    near_searched: bool = False
+    """Whether a lost robot has been searched for near its last pose."""
     paused: bool = False
-    """Whether a lost robot is left alone until it is placed, or a search is requested."""
-    window_due: int = 0
-    """Earliest stamp of the next search around a lost estimate [ns]."""
-    map_due: int = 0
-    """Earliest stamp of the next search of the whole map [ns]."""
+    """Whether a robot without a pose is left alone until it is placed, or a search is requested."""
 
-    def with_map_requested(self) -> RelocalizerState:
-        """Return the state with a search of the whole map due at the next sweep."""
+    def with_request(self) -> RelocalizerState:
+        """Return the state with a search of the whole map due at the next sweep, as an operator requested."""
         return replace(
-            self, map_requested=True, checking=True, paused=False, hypotheses=Hypotheses()
+            self,
+            schedule=self.schedule.with_cause(SearchCause.REQUESTED),
+            checking=True,
+            paused=False,
+            hypotheses=Hypotheses(),
         )
+
+    def with_doubt(self) -> RelocalizerState:
+        """Return the state with a search of the whole map due because the pose needs a check."""
+        return replace(self, schedule=self.schedule.with_cause(SearchCause.DOUBT))
 
     def with_pause(self) -> RelocalizerState:
         """Return the state that searches no more until the robot is placed, or a search is requested."""
         return replace(
-            self, map_requested=False, checking=False, paused=True, hypotheses=Hypotheses()
+            self,
+            search=self.search.of_hint(),
+            schedule=self.schedule.without_cause(),
+            checking=False,
+            paused=True,
+            hypotheses=Hypotheses(),
         )
+
+    @property
+    def requested(self) -> bool:
+        """Whether a search is under way, or begins with the next sweep."""
+        return self.search.busy or self.schedule.cause is SearchCause.REQUESTED
+
+    def activity(self, now: int, config: SearchScheduleConfig) -> str:
+        """Return what is being searched for, in words for the operator; empty if nothing is.
+
+        Args:
+            now: stamp of the last reading that advanced time [ns].
+            config: when a search that is due begins.
+        """
+        task, cause = self.search.task, self.schedule.cause
+        if self.search.waiting is not None or (task is not None and task.hint is not None):
+            return "searching around the hint"
+        if task is not None:
+            where = "near the last pose" if task.window else f"the whole map ({self.cause})"
+            return f"searching {where}"
+        due = cause is not None and not self.hypotheses.places
+        return (
+            f"searching the whole map ({cause})" if due and self.schedule.ready(now, config) else ""
+        )
+
+    def outlook(self, config: SearchScheduleConfig) -> str:
+        """Return what becomes of a robot without a pose that nobody searches for, in words for the operator."""
+        if self.paused:
+            return "no pose: give a hint, or request a search of the map"
+        if self.schedule.cause is not None and self.schedule.begun is not None:
+            return (
+                "no place in the map explains what is seen: give a hint, or drive on; the next search begins "
+                f"after {config.distance:g} m or {config.period / SECOND:g} s"
+            )
+        return f"no pose yet: give a hint; without one the whole map is searched after {config.wait / SECOND:g} s"
 
 
 class Relocalizer:
     """Steps of the search for the robot; what is being searched for is in ``RelocalizerState``."""
 
     def __init__(
-        self, world: PreparedMap, mounts: Mounts, config: LocalizerConfig, *, search_when_lost: bool
+        self, world: PreparedMap, mounts: Mounts, config: LocalizerConfig, *, by_itself: bool
     ) -> None:
         """Build.
 
@@ -93,33 +147,42 @@ class Relocalizer:
             world: the prepared cloud.
             mounts: ``base_from_scanner`` by the scanner's frame.
             config: all settings.
-            search_when_lost: whether to search without a hint when the robot is lost.
+            by_itself: whether a robot that does not know where it is searches without being asked to.
         """
-        self._search_when_lost, self._period = search_when_lost, config.lost_search_period
+        self._by_itself, self._schedule = by_itself, config.search_schedule
         self._world, self._config, self._hypotheses = world, config.search, config.hypotheses
         horizontal = [p.position[2] for p in mounts.values() if p.rotation[2, 2] > _HORIZONTAL]
         height = float(horizontal[0]) if horizontal else _DEFAULT_HEIGHT
         c = config.search
         plan = FloorPlan(world, height, cell=c.cell, sigma=c.field_sigma)
         same = config.late_readings.same
+        self._beams = BeamClassifier(world, inlier=config.registration.inlier_distance)
         self._search = HintSearch(world, plan, c, config.map_search, same=same)
 
     def receive(
-        self, state: RelocalizerState, hint: Hint, now: int, odom_then: Pose
+        self, state: RelocalizerState, hint: Hint, now: int, odom_then: Pose, current: CurrentPose
     ) -> tuple[RelocalizerState, tuple[HintVerdict, ...]]:
-        """Accept a hint.
+        """Accept a hint; a search of the whole map gives way to it.
 
         Args:
             state: the search so far.
             hint: where the operator believes the robot to be.
             now: stamp of an answer that is given at once [ns].
             odom_then: ``odom_from_base`` at the hint's stamp.
+            current: the estimate.
 
         Returns:
             The search with the hint, and the answers.
         """
+        task, schedule = state.search.task, replace(state.schedule, waiting_since=None)
         search, answers = self._search.receive(state.search, hint, now, odom_then)
-        return replace(state, search=search), answers
+        if search is state.search:
+            state = self._after_rejection(state, current)
+            answers = tuple(_with_outlook(answer, state) for answer in answers)
+            return state, answers
+        if task is not None and task.hint is None and task.window is None:
+            schedule = schedule.at_once(state.cause)
+        return replace(state, search=search, schedule=schedule), answers
 
     def begin(
         self, state: RelocalizerState, sweep: Sweep, odom: Pose, current: CurrentPose
@@ -133,25 +196,42 @@ class Relocalizer:
             current: the estimate.
         """
         now, level = sweep.stamp, current.map_from_base
-        search = self._search.begin(state.search, sweep, odom, level)
-        map_requested, window_due = state.map_requested, state.window_due
-        undecided = bool(state.hypotheses.places)
-        if map_requested and now >= state.map_due and not search.busy and not undecided:
-            map_requested = False
-            search = self._search.search_window(search, None, sweep, odom, level)
         lost = current.placed and current.lost
-        paused = state.paused and (lost or not current.placed)
-        if self._search_when_lost and lost and not paused and not undecided and now >= window_due:
-            window_due = now + self._period
-            search = self._search.search_window(search, _around(current), sweep, odom, level)
+        search = self._search.begin(state.search, sweep, odom, level)
+        state = replace(
+            state,
+            search=search,
+            schedule=_revised(state.schedule.moved(odom), current),
+            paused=state.paused and (lost or not current.placed),
+            near_searched=state.near_searched and lost,
+        )
+        enough = np.count_nonzero(sweep.horizontal) >= FEWEST_POINTS
+        if search.busy or state.hypotheses.places or not enough:
+            return state
+        schedule = state.schedule
+        if self._by_itself and not state.paused:
+            if not current.placed:
+                schedule = schedule.waited(now, self._schedule)
+            elif lost and schedule.cause is None and not state.near_searched:
+                search = self._search.search_window(search, _around(current), sweep, odom, level)
+                return replace(state, search=search, near_searched=True)
+            elif lost and schedule.cause is None:
+                schedule = schedule.with_cause(SearchCause.LOST)
+        state = replace(state, schedule=schedule)
+        if schedule.cause is None or not schedule.ready(now, self._schedule):
+            return state
         return replace(
-            state, search=search, map_requested=map_requested, paused=paused, window_due=window_due
+            state,
+            search=self._search.search_window(search, None, sweep, odom, level),
+            schedule=schedule.started(now),
+            cause=schedule.cause,
+            checking=True,
         )
 
     def advance(
         self, state: RelocalizerState, now: int, odom: Pose, current: CurrentPose
     ) -> tuple[RelocalizerState, Placement | None, tuple[HintVerdict, ...]]:
-        """Compute one tick's share of the search under way.
+        """Do as much of the search under way as the time since the last reading allows.
 
         Args:
             state: the search so far.
@@ -166,7 +246,7 @@ class Relocalizer:
             return state, None, ()
         trusted = current.placed and not current.lost and not current.doubtful
         compared = current.map_from_base if trusted else None
-        search, result = self._search.advance(state.search, odom, compared)
+        search, result = self._search.advance(state.search, odom, compared, now=now)
         state = replace(state, search=search)
         return (
             (state, None, ())
@@ -184,23 +264,56 @@ class Relocalizer:
     ) -> tuple[RelocalizerState, Placement | None, tuple[HintVerdict, ...]]:
         placement = None
         unsure = not current.placed or current.lost
-        if result.verdict is Verdict.ACCEPTED and not result.whole_map:
-            # The place near where the robot was lost may not be the only one that explains the sweep.
-            state = _found(state, unsure=result.hint is None)
+        if result.hint is None:
+            return self._proposed(state, result, odom, unsure=unsure), None, ()
+        if result.verdict is Verdict.ACCEPTED:
+            state = _found(state)
             placement = Placement(result.candidates[0].map_from_base, result.reason)
-        elif result.whole_map or (result.verdict is Verdict.AMBIGUOUS and unsure):
+        elif result.verdict is Verdict.AMBIGUOUS and unsure:
             places = Hypotheses.of(result.candidates, odom, self._hypotheses)
             state = replace(state, hypotheses=places)
-            if result.whole_map and not result.candidates:
-                # Nothing to lay over the map, as in the open or behind a crowd: search again farther on.
-                state = replace(state, map_requested=True, map_due=now + self._period)
-        elif result.hint is None:
-            # Not near where it was lost: it may be anywhere.
-            state = replace(state, map_requested=True)
-        if result.hint is None:
-            return state, placement, ()
+        elif result.verdict is Verdict.REJECTED:
+            state = self._after_rejection(state, current)
         answer = HintVerdict(now, result.hint, result.verdict, result.reason, result.candidates)
-        return state, placement, (answer,)
+        return state, placement, (_with_outlook(answer, state),)
+
+    def _after_rejection(self, state: RelocalizerState, current: CurrentPose) -> RelocalizerState:
+        """Return the state after a rejected hint: a robot that does not know where it is searches by itself."""
+        if not self._by_itself or (current.placed and not current.lost) or state.hypotheses.places:
+            return state
+        schedule = state.schedule.with_cause(SearchCause.REJECTED_HINT)
+        return replace(state, schedule=schedule, paused=False)
+
+    def _proposed(
+        self, state: RelocalizerState, result: SearchResult, odom: Pose, *, unsure: bool
+    ) -> RelocalizerState:
+        """Return the state after a search without a hint: what it found is proposed, and driving decides."""
+        if result.whole_map:
+            places = Hypotheses.of(result.candidates, odom, self._hypotheses)
+            if places.places:
+                return replace(state, hypotheses=places)
+            return self._unsettled(state, unsure=unsure)
+        if not unsure:
+            return state
+        if result.verdict is Verdict.REJECTED:
+            # Not near where it was lost: it may be anywhere.
+            return replace(state, schedule=state.schedule.with_cause(SearchCause.LOST))
+        places = Hypotheses.of(result.candidates, odom, self._hypotheses, near=True)
+        return replace(state, hypotheses=places)
+
+    def _unsettled(self, state: RelocalizerState, *, unsure: bool) -> RelocalizerState:
+        """Return the state after none of the places found was the right one."""
+        state = replace(state, hypotheses=Hypotheses())
+        if not unsure:
+            # No other place explains what is seen: the pose stands.
+            return replace(state, checking=False, schedule=state.schedule.without_cause())
+        kept = state.cause in (
+            SearchCause.NO_POSE,
+            SearchCause.REJECTED_HINT,
+            SearchCause.REQUESTED,
+        )
+        cause = SearchCause.NO_POSE if kept else SearchCause.LOST
+        return replace(state, schedule=state.schedule.with_cause(cause))
 
     def disambiguate(
         self, state: RelocalizerState, sweep: Sweep, odom: Pose, current: CurrentPose
@@ -216,26 +329,62 @@ class Relocalizer:
         Returns:
             The search after it, and the place that is left to believe, if one is.
         """
-        dropped = replace(state, hypotheses=Hypotheses())
         if current.placed and not current.lost and not state.checking:
-            return dropped, None
+            return replace(state, hypotheses=Hypotheses()), None
         left, place = state.hypotheses.compared(
-            sweep, odom, self._world, self._config, self._hypotheses
+            sweep, odom, self._world, self._beams, self._config, self._hypotheses
         )
+        stands = current.placed and not current.lost
         if place is not None:
-            if current.placed and same_place(place.map_from_base, current.map_from_base):
-                return replace(dropped, checking=False), None
+            if stands and same_place(place.map_from_base, current.map_from_base):
+                return self._unsettled(state, unsure=False), None
             reason = f"explains {place.score:.0%} of the sweeps on the way here"
-            return _found(state, unsure=False), Placement(place.map_from_base, reason)
-        if left.exhausted(self._hypotheses):
-            return replace(dropped, map_requested=True), None
+            found = _found(state)
+            if left.near:
+                # The place near where the robot was lost may not be the only one that explains the sweeps.
+                schedule = found.schedule.at_once(SearchCause.DOUBT)
+                found = replace(found, checking=True, schedule=schedule)
+            return found, Placement(place.map_from_base, reason)
+        if stands and left.exhausted(self._config, self._hypotheses):
+            state = self._unsettled(state, unsure=False)
+            if left.nowhere(self._config, self._hypotheses):
+                return state, None
+            return replace(state.with_doubt(), checking=True), None
+        if left.exhausted(self._config, self._hypotheses):
+            return self._unsettled(state, unsure=True), None
         return replace(state, hypotheses=left), None
 
 
-def _found(state: RelocalizerState, *, unsure: bool) -> RelocalizerState:
-    """Return the state after the robot was found, perhaps not at the only place that explains the sweep."""
+def _revised(schedule: SearchSchedule, current: CurrentPose) -> SearchSchedule:
+    """Return the schedule without a cause that no longer holds."""
+    if not current.placed:
+        return schedule
+    schedule = replace(schedule, waiting_since=None)
+    doubt = schedule.cause is SearchCause.DOUBT
+    if current.lost:
+        return schedule.with_cause(SearchCause.LOST) if doubt else schedule
+    return (
+        schedule if doubt or schedule.cause is SearchCause.REQUESTED else schedule.without_cause()
+    )
+
+
+def _with_outlook(answer: HintVerdict, state: RelocalizerState) -> HintVerdict:
+    """Return the answer to a hint, with what the robot does now if that is to search by itself."""
+    due = state.schedule.cause is SearchCause.REJECTED_HINT
+    if answer.verdict is not Verdict.REJECTED or not due:
+        return answer
+    return replace(answer, reason=f"{answer.reason}; the whole map is searched")
+
+
+def _found(state: RelocalizerState) -> RelocalizerState:
+    """Return the state after the robot was found."""
     return replace(
-        state, hypotheses=Hypotheses(), map_requested=unsure, checking=unsure, paused=False
+        state,
+        hypotheses=Hypotheses(),
+        schedule=state.schedule.without_cause(),
+        checking=False,
+        near_searched=False,
+        paused=False,
     )
 
 

@@ -13,15 +13,15 @@ import numpy as np
 import rerun as rr
 
 from localization.display import colours as palette
-from localization.display.colours import ORANGE, SKY, VERMILION
-from localization.display.entity_paths import HYPOTHESES, TRUTH_PATH
+from localization.display.colours import SKY, VERMILION
+from localization.display.entity_paths import TRUTH_PATH
 from localization.display.map_drawing import MapDrawing
 from localization.display.rerun_sink import Canvas, Sink
 from localization.display.time_plots import Level, TimePlots
 from localization.evaluation.trajectory import Trajectory
 from localization.maps.cloud import Cloud
 from localization.report.recording_layout import log_blueprint
-from localization.types import SECOND, Candidate, Estimate, Health, Mounts, Pose
+from localization.types import SECOND, Estimate, Health, Mounts, Pose
 
 _MOVED: Final = 0.2
 """A sweep is drawn when the robot has moved this far since the last drawn one [m]."""
@@ -31,8 +31,6 @@ _WAITED: Final = SECOND
 """A sweep is also drawn after this time [ns]; fewer sweeps keep the recording of a standing robot small."""
 _HINT_SHOWN: Final = 10 * SECOND
 """Time for which a hint's ghost is shown [ns]."""
-_LIFT: Final = 0.3
-"""Height of the hypotheses' dots over the floor [m]."""
 _AROUND: Final = (np.array([-15.0, -15.0, 0.0]), np.array([15.0, 15.0, 0.0]))
 """Bounds of the view of a recording without a map [m]."""
 _FLUSH: Final = 10.0
@@ -81,7 +79,6 @@ class LogRecording:
         self._begin: int | None = None
         self._drawn: tuple[int, Pose] | None = None
         self._hint_until = -1
-        self._undecided = False
         for frame, mount in mounts.items():
             self._map.transform("base_link", frame, mount, static=True)
         if truth is not None and len(truth):
@@ -98,7 +95,10 @@ class LogRecording:
         self._canvas.set_time(estimate.stamp - self._begin)
         self._state(estimate)
         self._hints(estimate)
-        self._places(estimate.hypotheses)
+        places = estimate.hypotheses
+        self._map.hypotheses(
+            [p.map_from_base.position for p in places], [f"{p.score:.0%}" for p in places]
+        )
         if estimate.map_from_base is not None:
             self._robot(estimate, estimate.map_from_base)
 
@@ -130,22 +130,6 @@ class LogRecording:
         elif 0 <= self._hint_until <= estimate.stamp:
             self._hint_until = -1
             self._map.clear_hint()
-
-    def _places(self, places: tuple[Candidate, ...]) -> None:
-        if places:
-            self._canvas.draw(
-                HYPOTHESES,
-                rr.Points3D(
-                    [p.map_from_base.position + (0.0, 0.0, _LIFT) for p in places],
-                    colors=[ORANGE],
-                    radii=rr.Radius.ui_points(6.0),
-                    labels=[f"{p.score:.0%}" for p in places],
-                    show_labels=True,
-                ),
-            )
-        elif self._undecided:
-            self._canvas.draw(HYPOTHESES, rr.Clear(recursive=False))
-        self._undecided = bool(places)
 
     def _robot(self, estimate: Estimate, pose: Pose) -> None:
         odom = estimate.odom_from_base

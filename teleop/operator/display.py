@@ -74,6 +74,7 @@ class Display:
             "/ground_truth/odom": self._ground_truth,
             "/localization/status": self._status,
             "/localization/hint_verdict": self._hint_verdict,
+            "/localization/candidates": self._candidates,
             "/teleop/state": self._teleop_state,
         }
 
@@ -251,6 +252,9 @@ class Display:
             text += f", best {moved:.2f} m and {abs(turned):.0f}° from the hint"
         good = verdict in ("accepted", "kept")
         self._instruments.event(text, Level.INFO if good else Level.WARNING)
+
+    def _candidates(self, message: Message, _: int) -> None:
+        self._scene.hypotheses([pose_from_message(pose).position for pose in message["poses"]])
 
     def _teleop_state(self, message: Message, _: int) -> None:
         self._instruments.plot("speed/command", float(message["linear"]))

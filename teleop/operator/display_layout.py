@@ -42,7 +42,8 @@ the map's walls mean that the pose is wrong: give a hint.
 **Blue path** the estimate, **white rim** the truth, if a simulation publishes it.
 
 **Orange ghost and ring** a hint and the 95 % of its window; then green accepted, blue kept, orange ambiguous, red
-rejected, and an arrow to the pose that was taken.
+rejected, and an arrow to the pose that was taken. **Orange dots** places that a search found: drive on, until one is
+left.
 """
 
 

@@ -16,11 +16,11 @@ HOLD = 450_000_000
 """Time after its last repeat for which a key counts as held [ns]; terminals report no release, and start
 repeating after up to 0.4 s."""
 
-HELP = "w/s or arrows drive, a/d turn, shift is faster, space stops, e is the e-stop, r resets it, t takes over, q quits"
+HELP = "w/s or arrows drive, a/d turn, shift is faster, space stops, e is the e-stop, r resets it, t takes over, f finds the robot in the map, q quits"
 
 _FORWARD = {"w": 1.0, "s": -1.0, "\x1b[A": 1.0, "\x1b[B": -1.0}
 _TURN = {"a": 1.0, "d": -1.0, "\x1b[D": 1.0, "\x1b[C": -1.0}
-_ACTIONS = {"e": "estop", "r": "reset", "t": "take_over", "q": "quit", "\x03": "quit"}
+_ACTIONS = {"e": "estop", "r": "reset", "t": "take_over", "f": "find", "q": "quit", "\x03": "quit"}
 
 
 @dataclass(slots=True)
@@ -37,7 +37,7 @@ class Keyboard:
     _fast: bool = False
 
     def press(self, key: str, now: int) -> str | None:
-        """Take a key pressed at ``now`` [ns]; return its action: estop, reset, take_over, quit, or None."""
+        """Take a key pressed at ``now`` [ns]; return its action: estop, reset, take_over, find, quit, or None."""
         small = key.lower()
         if small in _FORWARD or small in _TURN or key in _FORWARD or key in _TURN:
             self._fast = key.isupper() and len(key) == 1

@@ -91,7 +91,7 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
         x, y, heading = config.hint
         hint = Pose.planar(x, y, float(np.deg2rad(heading)))
     try:
-        await session.run(connection_changed=connection_changed, hint=hint)
+        await session.run(connection_changed=connection_changed, hint=hint, find=config.find)
     finally:
         await client.close()
         if display is not None:

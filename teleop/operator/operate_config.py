@@ -25,6 +25,8 @@ class OperateConfig:
     """Open rerun's viewer; needs a screen."""
     hint: tuple[float, float, float] | None = None
     """Send the robot a pose hint: x, y [m], heading [degrees]."""
+    find: bool = False
+    """Have the robot search the whole map for its pose; it then has to be driven a little."""
     duration: float | None = None
     """End after this time [s]."""
     token: Path | None = None
@@ -33,5 +35,9 @@ class OperateConfig:
     """Certificate to trust at a wss:// address, if this machine does not trust it already (PEM)."""
 
     def __post_init__(self) -> None:
+        if self.find and self.hint is not None:
+            raise SettingError(
+                "--hint searches near a pose and --find the whole map: give one of them"
+            )
         if self.duration is not None and not self.duration > 0.0:
             raise SettingError(f"duration must be > 0 s, got {self.duration}")

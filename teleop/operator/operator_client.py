@@ -24,6 +24,7 @@ TOPICS: Final[Mapping[str, str]] = {
     "/tf": "tf2_msgs/msg/TFMessage",
     "/localization/status": "farsteer_msgs/msg/LocalizationStatus",
     "/localization/hint_verdict": "farsteer_msgs/msg/HintVerdict",
+    "/localization/candidates": "geometry_msgs/msg/PoseArray",
     "/teleop/state": "farsteer_msgs/msg/TeleopState",
     "/amcl_pose": "geometry_msgs/msg/PoseWithCovarianceStamped",
     "/odom": "nav_msgs/msg/Odometry",

@@ -25,6 +25,7 @@ _SERVICES: Final[Mapping[str, str]] = {
     "estop": "/teleop/estop",
     "reset": "/teleop/estop_reset",
     "take_over": "/teleop/take_over",
+    "find": "/localization/relocalize",
 }
 """Services by the action of a key."""
 
@@ -66,12 +67,14 @@ class OperatorSession:
         *,
         connection_changed: Callable[[ConnectionState], None] = lambda state: None,
         hint: Pose | None = None,
+        find: bool = False,
     ) -> None:
         """Connect and drive; a lost connection is re-established.
 
         Args:
             connection_changed: Called with each state of the connection, once it was established.
             hint: Pose to send as a hint, once connected.
+            find: Whether to have the robot search the whole map, once connected.
 
         Raises:
             ClientError: If the first connection fails.
@@ -94,6 +97,8 @@ class OperatorSession:
         await self._operator.start()
         if hint is not None:
             await self._operator.hint(hint, np.zeros((6, 6)))
+        if find:
+            await self._call(_SERVICES["find"])
         with raw_terminal() as terminal:
             if terminal is not None:
                 self._say(HELP)

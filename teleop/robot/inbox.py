@@ -60,6 +60,14 @@ class Undo:
 
 
 @dataclass(frozen=True, slots=True)
+class Relocalize:
+    """A client requests a search of the whole map."""
+
+    client: str
+    """Name of the client."""
+
+
+@dataclass(frozen=True, slots=True)
 class Disconnected:
     """A client's connection has ended."""
 
@@ -67,5 +75,7 @@ class Disconnected:
     """Name of the client."""
 
 
-InboxMessage: TypeAlias = DriveCommand | TakeOver | EStop | EStopReset | Undo | Disconnected | Hint
+InboxMessage: TypeAlias = (
+    DriveCommand | TakeOver | EStop | EStopReset | Undo | Relocalize | Disconnected | Hint
+)
 """Everything that clients can send to the robot."""

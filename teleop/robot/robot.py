@@ -14,6 +14,7 @@ from teleop.robot.inbox import (
     EStop,
     EStopReset,
     InboxMessage,
+    Relocalize,
     TakeOver,
     Undo,
 )
@@ -100,6 +101,8 @@ class Robot:
                     why = self.safety.reset(message)
                 case Undo():
                     self.localizer.undo()
+                case Relocalize():
+                    self.localizer.relocalize()
                 case Disconnected():
                     self.safety.disconnected(message.client)
             if why is not None and not isinstance(message, Hint):

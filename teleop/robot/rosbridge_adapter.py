@@ -11,7 +11,15 @@ from localization.types import SECOND, Hint, InvalidReadingError
 from robot_sim import TICK_NS
 from teleop.joystick import JoystickError, JoystickLayout
 from teleop.robot.audit.audit_log import AuditLog
-from teleop.robot.inbox import Disconnected, EStop, EStopReset, InboxMessage, TakeOver, Undo
+from teleop.robot.inbox import (
+    Disconnected,
+    EStop,
+    EStopReset,
+    InboxMessage,
+    Relocalize,
+    TakeOver,
+    Undo,
+)
 from teleop.robot.input_messages import hint_reading, joy_command, twist_command
 from teleop.robot.robot import Robot
 from teleop.robot.safety import estop_after, reset_rejection
@@ -31,6 +39,9 @@ TickObserver = Callable[[TickRecord], None]
 _Reader = Callable[[str, dict[str, Any]], InboxMessage]
 
 _TRIGGER: Final = "std_srvs/srv/Trigger"
+
+_SEARCH_PERIOD: Final = SECOND
+"""Each client may request a search once in this time [ns]."""
 
 
 class RosbridgeAdapter(Observer):
@@ -61,6 +72,7 @@ class RosbridgeAdapter(Observer):
         self._audit = audit
         self._inbox: list[InboxMessage] = []
         self._clients: dict[str, int] = {}
+        self._search_requests: dict[int, int] = {}
         for topic in OUTPUTS:
             server.protocol.topics.advertise(topic.name, topic.type, latch=topic.latch)
         for latched, message in latched_messages(cloud, robot.simulation.mounts).items():
@@ -80,6 +92,7 @@ class RosbridgeAdapter(Observer):
         server.protocol.services.serve("/teleop/estop_reset", _TRIGGER, self._estop_reset)
         server.protocol.services.serve("/teleop/take_over", _TRIGGER, self._take_over)
         server.protocol.services.serve("/localization/undo", _TRIGGER, self._undo)
+        server.protocol.services.serve("/localization/relocalize", _TRIGGER, self._relocalize)
         serve_standard(server.protocol)
         publish_client_traffic(server)
         server.protocol.observers.add(self)
@@ -171,6 +184,28 @@ class RosbridgeAdapter(Observer):
         self._inbox.append(Undo(name))
         return {"success": True, "message": "undone with the next tick"}
 
+    def _relocalize(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        name, rejection = self._name(client), self._search_rejection(client, now)
+        self._record(name, "relocalize", rejection)
+        if rejection is not None:
+            return {"success": False, "message": rejection}
+        self._search_requests[client] = now
+        self._inbox.append(Relocalize(name))
+        return {
+            "success": True,
+            "message": "searching the whole map; drive on until one place is left",
+        }
+
+    def _search_rejection(self, client: int, now: int) -> str | None:
+        """Return why a client may not request a search now [ns]; None if it may."""
+        if (last := self._search_requests.get(client)) is not None and now - last < _SEARCH_PERIOD:
+            wait = (last + _SEARCH_PERIOD - now) / SECOND
+            return f"one request a second: wait for {wait:.2f} s"
+        waiting = any(isinstance(message, Relocalize) for message in self._inbox)
+        if waiting or self.robot.localizer.searching:
+            return "a search is under way already; its result is on /localization/status"
+        return None
+
     def _holder(self, client: int) -> str:
         access = self.server.protocol.connections.access(client)
         return access.holder if access else ""
@@ -182,4 +217,5 @@ class RosbridgeAdapter(Observer):
     def disconnected(self, connection: Connection, now: int) -> None:
         """Have the robot release what the client controls."""
         self._clients.pop(connection.name, None)
+        self._search_requests.pop(connection.id, None)
         self._inbox.append(Disconnected(connection.name))

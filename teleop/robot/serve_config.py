@@ -27,7 +27,7 @@ class ServeConfig:
     slip: Annotated[tuple[float, ...], tyro.conf.arg(metavar="S ...")] = ()
     """Times at which the wheels spin at twice their speed for a second [s]."""
     lost: bool = False
-    """Start without a pose; the robot then waits for a hint on /initialpose."""
+    """Start without a pose: the robot takes a hint on /initialpose, or searches the map after 5 s."""
     record: Path | None = None
     """Write all sensor readings to this file (MCAP)."""
     lockstep: bool = False

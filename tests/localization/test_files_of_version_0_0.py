@@ -22,11 +22,16 @@ from teleop.scene_clouds import scene_cloud_path
 WRITTEN = Path(__file__).parents[1] / "data/written_by_0_0"
 RUN = WRITTEN / "run"
 REMOVED: tuple[str, ...] = (
+    "ekf.kappa",
+    "ekf.kappa_walk",
     "health.disagreements",
     "health.opinion_distance",
     "health.opinion_yaw",
+    "map_search.budget",
+    "hypotheses.nowhere",
     "second_opinion",
     "opinion_period",
+    "lost_search_period",
 )
 """Settings of version 0.0 that were removed on purpose."""
 
@@ -53,13 +58,18 @@ def test_configuration_in_the_log_is_understood(log: McapLog) -> None:
 
 @pytest.mark.slow
 def test_log_is_localised_as_it_was(cache: Path) -> None:
-    """Machines differ in the last bits, so the positions are compared to a micrometre."""
+    """What the filter assumes of the wheels is not the same, so the positions are compared to a millimetre.
+
+    A hint may be answered a few readings earlier or later than it was.
+    """
     run = localize(RUN / "readings.mcap", scene_cloud_path("office"), cache=cache)
     before = read_tum(RUN / "estimate.tum")
     now = Trajectory.from_estimates(run.estimates)
     assert [v.verdict for v in run.verdicts] == [Verdict.ACCEPTED]
-    np.testing.assert_array_equal(now.stamps, before.stamps)
-    np.testing.assert_allclose(now.positions, before.positions, atol=1e-6)
+    assert abs(len(now.stamps) - len(before.stamps)) < 5
+    _, here, there = np.intersect1d(now.stamps, before.stamps, return_indices=True)
+    assert len(here) > 80
+    np.testing.assert_allclose(now.positions[here], before.positions[there], atol=1e-3)
 
 
 def test_trajectories_are_read_and_compared() -> None:

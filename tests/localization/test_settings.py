@@ -22,14 +22,14 @@ def test_dotted_and_nested_names_set_the_same() -> None:
 
 def test_texts_become_the_type_of_their_setting() -> None:
     words = ["registration.normal_noise=1", "kiss_odometry=no", "matcher=none"]
-    words += ["slip_sigma=0.2, 0.1 0.02,0.01", "lost_search_period=3e9"]
+    words += ["slip_sigma=0.2, 0.1 0.02,0.01", "undo_memory=3e9"]
     config = with_settings(LocalizerConfig(), assignments(words))
     assert isinstance(config.registration.normal_noise, float)
     assert config.kiss_odometry is False
     assert config.matcher is Matcher.NONE
     assert config.slip_sigma == (0.2, 0.1, 0.02, 0.01)
-    assert config.lost_search_period == 3_000_000_000
-    assert isinstance(config.lost_search_period, int)
+    assert config.undo_memory == 3_000_000_000
+    assert isinstance(config.undo_memory, int)
 
 
 def test_names_of_version_0_0_are_taken() -> None:
@@ -52,8 +52,8 @@ def test_the_last_of_two_assignments_counts() -> None:
         ("registration.normal_noise=wide", "must be a number, got 'wide'"),
         ("registration.normal_noise=-0.1", "must be a number >= 0"),
         ("registration.normal_noise=nan", "must be a number >= 0"),
-        ("lost_search_period=1.5", "must be a whole number"),
-        ("lost_search_period=inf", "must be a whole number"),
+        ("undo_memory=1.5", "must be a whole number"),
+        ("undo_memory=inf", "must be a whole number"),
         ("kiss_odometry=maybe", "must be true or false"),
         ("matcher=magic", "must be one of plane"),
         ("slip_sigma=1,2", "must be 4 numbers, got 2"),

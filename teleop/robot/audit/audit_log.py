@@ -72,7 +72,7 @@ class AuditLog(Observer):
         )
 
     def action(self, client: str, action: str, rejection: str | None = None) -> None:
-        """Log an e-stop, its reset, a take-over or an undo, and why it was rejected if it was."""
+        """Log an e-stop, its reset, a take-over, an undo or a search, and why it was rejected if it was."""
         self._line(action, client, **({"refused": rejection} if rejection else {}))
 
     def tokens_renewed(self, disconnected: Sequence[str]) -> None:

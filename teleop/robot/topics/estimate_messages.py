@@ -147,6 +147,12 @@ def hint_verdict(tick: TickRecord) -> Messages:
     )
 
 
+def candidates(tick: TickRecord) -> Messages:
+    """Return the places between which the search has not decided yet, best first."""
+    poses = [pose_to_dict(c.map_from_base) for c in tick.estimate.hypotheses]
+    return ({"header": header(tick.stamp, "map"), "poses": poses},)
+
+
 def teleop_state(tick: TickRecord) -> Messages:
     """Return the driver, the state of the command path and the command in force."""
     state = tick.control

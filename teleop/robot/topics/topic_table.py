@@ -109,6 +109,13 @@ OUTPUTS: tuple[Topic, ...] = (
         latch=True,
     ),
     Topic(
+        "/localization/candidates",
+        "geometry_msgs/msg/PoseArray",
+        5,
+        estimate.candidates,
+        "places between which a search has not decided yet, best first; empty if there are none",
+    ),
+    Topic(
         "/teleop/state",
         "farsteer_msgs/msg/TeleopState",
         5,
@@ -198,6 +205,11 @@ SERVICES: tuple[Interface, ...] = (
         "/localization/undo",
         "std_srvs/srv/Trigger",
         "undo the last accepted hint, or the last pose that a global search set",
+    ),
+    Interface(
+        "/localization/relocalize",
+        "std_srvs/srv/Trigger",
+        "search the whole map; one search at a time, one request a second from each client",
     ),
 )
 """Services that the robot offers."""

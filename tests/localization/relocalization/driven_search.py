@@ -6,7 +6,7 @@ from collections import deque
 
 from localization.maps.prepared_map import PreparedMap
 from localization.relocalization.floor_plan import FloorPlan
-from localization.relocalization.hint_search import HintSearch, SearchResult, SearchState
+from localization.relocalization.hint_search import TICK, HintSearch, SearchResult, SearchState
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
 from localization.types import Hint, HintVerdict, Pose, Sweep
@@ -20,6 +20,7 @@ class DrivenSearch:
     ) -> None:
         self.steps, self.state = HintSearch(world, plan, config or SearchConfig()), SearchState()
         self.answers: deque[HintVerdict] = deque()
+        self.now = 0
 
     @property
     def busy(self) -> bool:
@@ -38,7 +39,9 @@ class DrivenSearch:
         self.state = self.steps.search_window(self.state, window, sweep, odom_from_base, level)
 
     def advance(self, odom_from_base: Pose, current: Pose | None) -> SearchResult | None:
-        self.state, result = self.steps.advance(self.state, odom_from_base, current)
+        """Do a tick's share of the search."""
+        self.now += TICK
+        self.state, result = self.steps.advance(self.state, odom_from_base, current, now=self.now)
         return result
 
     def next_answer(self) -> HintVerdict | None:

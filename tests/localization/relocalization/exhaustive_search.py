@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-
 import numpy as np
 
 from localization.maps.prepared_map import PreparedMap
@@ -11,7 +9,8 @@ from localization.relocalization.floor_plan import FloorPlan, level_points
 from localization.relocalization.refinement import best_places, refined_places
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
-from localization.types import Candidate, Pose, Sweep
+from localization.relocalization.search_work import SearchWork
+from localization.types import Pose, Sweep
 
 
 def exhaustive_search(
@@ -21,8 +20,8 @@ def exhaustive_search(
     window: Window,
     level: Pose,
     config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
-) -> Generator[None, None, tuple[Candidate, ...]]:
-    """Search a window; yields after each budget's worth of work and returns the places found.
+) -> SearchWork:
+    """Search a window; yields the amount of each piece of work and returns the places found.
 
     Args:
         sweep: points in ``base_link`` at one instant.
@@ -55,8 +54,8 @@ def exhaustive_search(
         scores[i] = plan.score(flat @ np.array([[c, s], [-s, c]]), places)
         spent += len(places)
         if spent >= config.budget:
+            yield spent * len(flat)
             spent = 0
-            yield
 
     heading, place = np.divmod(np.arange(scores.size), len(places))
     peaks = best_places(scores.ravel(), places[place], yaws[heading], config, most=config.refine)

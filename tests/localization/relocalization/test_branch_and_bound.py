@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +11,7 @@ from localization.relocalization.branch_and_bound import MapSearchConfig, Pyrami
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
+from localization.relocalization.search_work import PIECE, REFINEMENT, ResumableSearch, SearchWork
 from localization.relocalization.verification import same_place
 from localization.types import SECOND, Candidate, Health, Pose, Scan
 from tests.localization.relocalization.exhaustive_search import exhaustive_search
@@ -37,7 +37,7 @@ def plan_of(world: PreparedMap) -> FloorPlan:
     return FloorPlan(world, HEIGHT, cell=config.cell, sigma=config.field_sigma)
 
 
-def finish(work: Generator[None, None, tuple[Candidate, ...]]) -> tuple[tuple[Candidate, ...], int]:
+def finish(work: SearchWork) -> tuple[tuple[Candidate, ...], int]:
     """What a search returns, and in how many pieces it did its work."""
     pieces = 1
     while True:
@@ -93,12 +93,40 @@ def test_places_that_look_alike_are_all_found(square: PreparedMap) -> None:
     assert len([p for p in places if p.score > 0.9]) == 4
 
 
-def test_work_comes_in_pieces_of_a_known_size(hall: PreparedMap) -> None:
+def test_no_piece_of_work_is_larger_than_a_refinement(hall: PreparedMap) -> None:
     sweep = HALL.sweep(Pose.planar(3.1, 2.2, 0.7))
-    _, few = finish(search_map(sweep, hall, Pyramid(plan_of(hall)), Pose.identity()))
-    small = MapSearchConfig(budget=40_000)
-    _, many = finish(search_map(sweep, hall, Pyramid(plan_of(hall), small), Pose.identity()))
-    assert many > 3 * few > 10
+    work = list(search_map(sweep, hall, Pyramid(plan_of(hall)), Pose.identity()))
+    plan = [piece for piece in work if piece != REFINEMENT]
+    assert len(plan) > 10
+    assert max(plan) < PIECE + 72 * len(Pyramid(plan_of(hall)).roots()) < REFINEMENT
+    assert work.count(REFINEMENT) >= 1
+
+
+def test_search_that_may_do_less_at_once_takes_more_readings_and_finds_the_same(
+    hall: PreparedMap,
+) -> None:
+    sweep = HALL.sweep(Pose.planar(3.1, 2.2, 0.7))
+    found, taken = [], []
+    for granted in (1_000_000, 4_000_000):
+        work = ResumableSearch(search_map(sweep, hall, Pyramid(plan_of(hall)), Pose.identity()))
+        readings = 1
+        while work.after(readings * granted) is None:
+            readings += 1
+        found.append((work.after(readings * granted) or ())[0].map_from_base.position.tolist())
+        taken.append(readings)
+    assert found[0] == found[1]
+    assert taken[0] > 3 * taken[1] > 3
+
+
+def test_work_that_was_done_is_not_shown_to_a_state_that_was_not_granted_it(
+    hall: PreparedMap,
+) -> None:
+    """A late reading returns to an earlier state of the search."""
+    sweep = HALL.sweep(Pose.planar(3.1, 2.2, 0.7))
+    work = ResumableSearch(search_map(sweep, hall, Pyramid(plan_of(hall)), Pose.identity()))
+    assert work.after(10**9)
+    assert work.after(10**6) is None
+    assert work.after(10**9)
 
 
 def test_empty_sweep_finds_nothing(hall: PreparedMap) -> None:

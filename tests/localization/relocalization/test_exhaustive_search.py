@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Generator
-
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -10,6 +8,7 @@ from localization.maps.prepared_map import PreparedMap
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
+from localization.relocalization.search_work import SearchWork
 from localization.relocalization.verification import distinguishable, same_place
 from localization.types import Candidate, Pose, Sweep
 from tests.localization.relocalization.exhaustive_search import exhaustive_search
@@ -30,7 +29,7 @@ def plan(hall: PreparedMap) -> FloorPlan:
 
 
 def finish(
-    work: Generator[None, None, tuple[Candidate, ...]],
+    work: SearchWork,
 ) -> tuple[int, tuple[Candidate, ...]]:
     """Run a search to its end; return how often it gave control back, and what it found."""
     steps = 0

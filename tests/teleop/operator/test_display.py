@@ -418,3 +418,18 @@ def test_a_large_map_is_thinned_and_its_ceiling_kept_apart(tmp_path: Path) -> No
     (high,) = column(tmp_path / "x.rrd", at.OVERHEAD, "Points3D:positions")
     assert 90_000 < len(low) + len(high) <= 120_000
     assert max(p[2] for p in low) < min(p[2] for p in high)
+
+
+# ---- places that a search found
+
+
+def test_candidates_are_drawn_while_there_are_any_and_removed_once(
+    display: Display, tmp_path: Path
+) -> None:
+    def found(stamp: int, count: int) -> dict[str, Any]:
+        header = {"stamp": _stamp(stamp), "frame_id": "map"}
+        return {"header": header, "poses": [_pose(float(i)) for i in range(count)]}
+
+    for i, count in enumerate((0, 3, 2, 0, 0)):
+        display.show("/localization/candidates", found((i + 1) * SECOND, count))
+    assert rows(_recorded(display, tmp_path))[at.HYPOTHESES] == 3

@@ -38,10 +38,11 @@ def test_opposite_keys_cancel_and_space_lets_all_go() -> None:
 
 def test_action_keys_are_no_motion() -> None:
     keyboard = Keyboard()
-    assert [keyboard.press(k, 0) for k in ("e", "r", "t", "q", "w", "x")] == [
+    assert [keyboard.press(k, 0) for k in ("e", "r", "t", "f", "q", "w", "x")] == [
         "estop",
         "reset",
         "take_over",
+        "find",
         "quit",
         None,
         None,

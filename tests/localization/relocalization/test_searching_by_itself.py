@@ -1,0 +1,232 @@
+"""A robot that does not know where it is looks by itself, and places itself only after driving."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from localization.config import LocalizerConfig
+from localization.evaluation.fault_injection import kidnapped
+from localization.maps.prepared_map import PreparedMap
+from localization.pipeline.localizer import Localizer
+from localization.relocalization.hint_search import SearchState
+from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig, Hypothesis
+from localization.relocalization.relocalizer import CurrentPose, Relocalizer, RelocalizerState
+from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_schedule import (
+    SearchCause,
+    SearchSchedule,
+    SearchScheduleConfig,
+)
+from localization.types import SECOND, Estimate, Health, Hint, Pose, Reading, Scan, Verdict
+from tests.support_rooms import HALL, MOUNTS, SQUARE, Drive, apart
+
+START = Pose.planar(2.6, 1.6, 0.2)
+SEARCHES = SearchScheduleConfig()
+EXACT = np.zeros((6, 6))
+
+
+def run(localizer: Localizer, readings: Iterable[Reading]) -> list[Estimate]:
+    """Feed readings; return the estimate whenever time advances."""
+    estimates: list[Estimate] = []
+    for reading in readings:
+        estimate = localizer.add(reading)
+        if not estimates or estimate.stamp > estimates[-1].stamp:
+            estimates.append(estimate)
+    return estimates
+
+
+def first(estimates: Sequence[Estimate], health: Health) -> float:
+    """Return when a state was first reported [s]."""
+    return next(e.stamp for e in estimates if e.health is health) / SECOND
+
+
+@pytest.mark.slow
+def test_robot_without_a_pose_searches_after_five_seconds_and_places_itself_once_it_drove(
+    hall: PreparedMap,
+) -> None:
+    drive = Drive(HALL, START, (9.0, 0.0, 0.0), (4.0, 0.4, 0.3), noise=0.012, seed=4)
+    estimates = run(Localizer(hall, MOUNTS), drive.readings())
+    assert first(estimates, Health.RELOCALISING) == pytest.approx(5.0, abs=0.3)
+    standing = [e for e in estimates if e.stamp < 9 * SECOND]
+    assert all(e.map_from_base is None for e in standing)
+    proposed = standing[-1]
+    assert proposed.health is Health.RELOCALISING
+    assert "drive on to make sure" in proposed.reasons[0]
+    assert apart(proposed.hypotheses[0].map_from_base, drive.pose(proposed.stamp))[0] < 0.05
+    last = estimates[-1]
+    assert last.map_from_base is not None
+    assert apart(last.map_from_base, drive.pose(last.stamp))[0] < 0.02
+    placed = next(e.stamp for e in estimates if e.map_from_base is not None)
+    assert placed < 12 * SECOND
+
+
+def test_robot_that_waits_for_the_search_says_so(hall: PreparedMap) -> None:
+    drive = Drive(HALL, START, (1.0, 0.0, 0.0), noise=0.012, seed=4)
+    last = run(Localizer(hall, MOUNTS), drive.readings())[-1]
+    assert last.health is Health.WAITING
+    assert last.reasons == (
+        "no pose yet: give a hint; without one the whole map is searched after 5 s",
+    )
+
+
+def test_rejected_hint_begins_a_search_at_once_and_its_answer_says_so(hall: PreparedMap) -> None:
+    drive = Drive(HALL, START, (1.0, 0.0, 0.0), (4.0, 0.4, 0.3), noise=0.012, seed=4)
+    wrong = Hint(0, Pose.planar(6.5, 3.5, -2.0), np.diag([0.04, 0.04, 0.0, 0.0, 0.0, 0.01]))
+    estimates = run(Localizer(hall, MOUNTS), [wrong, *drive.readings()])
+    answer = next(e for e in estimates if e.verdict is not None)
+    assert answer.verdict is not None
+    assert answer.verdict.verdict is Verdict.REJECTED
+    assert answer.verdict.reason.endswith("; the whole map is searched")
+    assert answer.reasons == ("searching the whole map (the hint was rejected)",)
+    assert answer.stamp < SECOND
+    last = estimates[-1]
+    assert last.map_from_base is not None
+    assert apart(last.map_from_base, drive.pose(last.stamp))[0] < 0.02
+
+
+def test_hint_outside_the_map_begins_a_search_too(hall: PreparedMap) -> None:
+    drive = Drive(HALL, START, (0.4, 0.0, 0.0), noise=0.012, seed=4)
+    far = Hint(0, Pose.planar(90.0, 3.5, -2.0), EXACT)
+    estimates = run(Localizer(hall, MOUNTS), [far, *drive.readings()])
+    assert any("searching the whole map" in why for e in estimates for why in e.reasons)
+
+
+@pytest.mark.slow
+def test_rejected_hint_leaves_a_good_pose_alone(hall: PreparedMap) -> None:
+    drive = Drive(HALL, START, (1.0, 0.0, 0.0), (2.0, 0.4, 0.3), noise=0.012, seed=4)
+    readings = list(drive.readings())
+    wrong = Hint(SECOND, Pose.planar(90.0, 3.5, -2.0), EXACT)
+    middle = next(i for i, r in enumerate(readings) if r.stamp >= SECOND)
+    hinted = [Hint(0, START, EXACT), *readings[:middle], wrong, *readings[middle:]]
+    estimates = run(Localizer(hall, MOUNTS), hinted)
+    placed = next(i for i, e in enumerate(estimates) if e.map_from_base is not None)
+    assert {e.health for e in estimates[placed:]} <= {Health.TRACKING, Health.DEGRADED}
+
+
+def test_search_gives_way_to_a_hint_and_goes_on_if_that_is_rejected(hall: PreparedMap) -> None:
+    drive = Drive(HALL, START, (1.0, 0.0, 0.0), noise=0.012, seed=4)
+    localizer = Localizer(hall, MOUNTS)
+    localizer.relocalize()
+    readings = list(drive.readings())
+    begun = next(i for i, r in enumerate(readings) if r.stamp >= SECOND // 5)
+    wrong = Hint(0, Pose.planar(6.5, 3.5, -2.0), np.diag([0.04, 0.04, 0.0, 0.0, 0.0, 0.01]))
+    estimates = run(localizer, [*readings[:begun], wrong, *readings[begun:]])
+    verdicts = [e.verdict.verdict for e in estimates if e.verdict is not None]
+    assert verdicts == [Verdict.REJECTED]
+    assert apart(estimates[-1].hypotheses[0].map_from_base, START)[0] < 0.05
+
+
+def test_robot_that_stands_where_places_look_alike_proposes_them_all_and_takes_none(
+    square: PreparedMap,
+) -> None:
+    drive = Drive(SQUARE, Pose.planar(0.8, 0.3, 0.4), (3.0, 0.0, 0.0), noise=0.012, seed=1)
+    localizer = Localizer(square, MOUNTS)
+    localizer.relocalize()
+    last = run(localizer, drive.readings())[-1]
+    assert last.map_from_base is None
+    assert len(last.hypotheses) >= 4
+    assert last.health is Health.RELOCALISING
+    assert last.reasons[0].endswith("places explain what is seen: drive on to make sure")
+
+
+@pytest.mark.slow
+def test_carried_robot_that_stands_is_not_placed_anew_and_finds_itself_within_a_metre_of_driving(
+    hall: PreparedMap,
+) -> None:
+    before = Drive(HALL, START, (3.0, 0.3, 0.2), noise=0.012, seed=4)
+    there = Pose.planar(5.2, 3.6, -2.4)
+    after = Drive(HALL, there, (3.0, 0.0, 0.0), (4.0, 0.4, 0.4), noise=0.012, seed=5)
+    spliced = list(kidnapped([Hint(0, START, EXACT), *before.readings()], after.readings()))
+    estimates = run(Localizer(hall, MOUNTS), spliced)
+    begin = before.end + SECOND // 50
+    placed = [e.stamp for e in estimates if any("placed anew" in why for why in e.reasons)]
+    assert len(placed) == 2
+    assert 3 * SECOND < placed[1] - begin < 6 * SECOND
+    way = np.hypot(*(after.pose(placed[1] - begin).position - there.position)[:2])
+    assert way < 1.0
+    last = estimates[-1]
+    assert last.map_from_base is not None
+    assert apart(last.map_from_base, after.pose(last.stamp - begin))[0] < 0.02
+
+
+@pytest.mark.slow
+def test_longest_reading_of_a_search_takes_a_tenth_of_a_second_at_most(hall: PreparedMap) -> None:
+    localizer = Localizer(hall, MOUNTS)
+    localizer.relocalize()
+    taken = []
+    for reading in Drive(HALL, START, (2.0, 0.0, 0.0), noise=0.012, seed=4).readings():
+        begin = time.thread_time()
+        localizer.add(reading)
+        taken.append(time.thread_time() - begin)
+    assert max(taken) < 0.1
+
+
+def test_late_scan_does_not_change_what_a_search_finds(hall: PreparedMap) -> None:
+    drive = Drive(HALL, START, (2.0, 0.0, 0.0), noise=0.012, seed=4)
+    readings = list(drive.readings())
+    held = next(r for r in readings if isinstance(r, Scan) and r.stamp > SECOND // 2)
+    late = [r for r in readings if r is not held]
+    late.insert(next(i for i, r in enumerate(late) if r.stamp > SECOND), held)
+    found = []
+    for order in (readings, late):
+        localizer = Localizer(hall, MOUNTS)
+        localizer.relocalize()
+        found.append(run(localizer, order)[-1].hypotheses[0].map_from_base.position.tolist())
+    assert found[0] == pytest.approx(found[1], abs=1e-3)
+
+
+# The schedule
+
+
+def test_doubt_with_each_scan_of_a_sparse_log_does_not_search_the_map_with_each(
+    hall: PreparedMap,
+) -> None:
+    """A scan comes each 0.7 m and shows other walls than the last, as if the robot had been carried."""
+    relocalizer = Relocalizer(hall, MOUNTS, LocalizerConfig(), by_itself=True)
+    state, begun = RelocalizerState(), 0
+    for i in range(20):
+        odom = Pose.planar(0.7 * i, 0.0, 0.0)
+        current = CurrentPose(odom, EXACT, placed=True, lost=False, doubtful=True)
+        sweep = HALL.sweep(START, stamp=2 * i * SECOND)
+        state = relocalizer.begin(state.with_doubt(), sweep, odom, current)
+        begun += state.search.task is not None
+        state = replace(state, search=SearchState())
+    assert begun == 3  # 13.3 m, one in 5.6 m
+
+
+def test_search_of_the_same_kind_begins_again_only_after_some_way_or_time() -> None:
+    schedule = SearchSchedule().moved(Pose.identity()).with_cause(SearchCause.LOST)
+    assert schedule.ready(SECOND, SEARCHES)
+    again = schedule.started(SECOND).with_cause(SearchCause.LOST)
+    assert not again.ready(5 * SECOND, SEARCHES)
+    assert again.ready(11 * SECOND, SEARCHES)
+    assert again.moved(Pose.planar(1.6, 0.0, 0.0)).ready(2 * SECOND, SEARCHES)
+    check = schedule.started(SECOND).with_cause(SearchCause.DOUBT)
+    assert not check.moved(Pose.planar(1.6, 0.0, 0.0)).ready(11 * SECOND, SEARCHES)
+    assert check.moved(Pose.planar(0.0, 5.1, 0.0)).ready(2 * SECOND, SEARCHES)
+    assert again.with_cause(SearchCause.REQUESTED).ready(SECOND, SEARCHES)
+
+
+def test_request_is_not_replaced_by_a_weaker_cause() -> None:
+    schedule = SearchSchedule().with_cause(SearchCause.REQUESTED).with_cause(SearchCause.DOUBT)
+    assert schedule.cause is SearchCause.REQUESTED
+
+
+# Giving up
+
+
+def test_places_that_explain_too_little_in_the_mean_are_given_up_after_three_looks() -> None:
+    """One of several wrong places explains a lot of the last sweep, nearly always."""
+    search, config = SearchConfig(), HypothesesConfig()
+    lucky = Hypothesis(Pose.identity(), (0.56, 0.40, 0.45, 0.58))
+    other = Hypothesis(Pose.planar(4.0, 0.0, 0.0), (0.49, 0.47, 0.35, 0.39))
+    assert Hypotheses((lucky, other), distance=0.75).exhausted(search, config)
+    early = Hypotheses((replace(lucky, shares=lucky.shares[:3]), other), distance=0.5)
+    assert not early.exhausted(search, config)
+    good = Hypothesis(Pose.identity(), (0.9, 0.5, 0.4, 0.45))
+    assert not Hypotheses((good, other), distance=0.75).exhausted(search, config)

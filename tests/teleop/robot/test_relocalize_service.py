@@ -1,0 +1,147 @@
+"""A robot without a pose, behind its server: it finds itself by driving, by itself or on request."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from localization.maps.cloud import Cloud
+from robot_sim import World
+from teleop.errors import SettingError
+from teleop.operator.operate_config import OperateConfig
+from teleop.robot.serve_config import ServeConfig
+from teleop.rosbridge import Client
+from teleop.rosbridge.errors import ServiceCallError
+from tests.teleop.robot.test_security import DRIVER, VIEWER, served, tokens
+from tests.teleop.support import (
+    SPAWN,
+    Peer,
+    Robots,
+    arm,
+    command,
+    drive,
+    hint_message,
+    in_a_loop,
+    peer,
+    position_of,
+    real_time,
+)
+
+SEARCH = "/localization/relocalize"
+
+
+async def listen(client: Peer) -> None:
+    await client.subscribe(
+        "/localization/status", "/localization/candidates", "/amcl_pose", "/ground_truth/odom"
+    )
+
+
+def error(client: Peer) -> float:
+    """Return the distance of the newest pose from the true one [m]."""
+    found = position_of(client.last("/amcl_pose"))
+    return float(np.linalg.norm((found - position_of(client.last("/ground_truth/odom")))[:2]))
+
+
+@pytest.mark.slow
+@in_a_loop
+async def test_lost_robot_proposes_where_it_stands_and_finds_itself_by_driving(
+    robots: Robots,
+) -> None:
+    async with robots() as rig, peer(rig.server.url) as client:
+        await listen(client)
+        await client.step(100)
+        assert client.last("/localization/status")["health"] == "waiting"
+        good, values = await client.ask(SEARCH)
+        assert good
+        assert values["success"]
+        assert values["message"] == "searching the whole map; drive on until one place is left"
+        await client.step(150)
+        status = client.last("/localization/status")
+        assert status["health"] == "relocalising"
+        assert "drive on to make sure" in status["reasons"][0]
+        poses = client.last("/localization/candidates")["poses"]
+        assert poses[0]["position"]["x"] == pytest.approx(SPAWN[0], abs=0.1)
+        assert poses[0]["position"]["y"] == pytest.approx(SPAWN[1], abs=0.1)
+        assert not client.messages("/amcl_pose")
+        await arm(client)
+        await drive(client, 1.0, steps=40)
+        assert client.last("/localization/status")["health"] == "tracking"
+        assert client.last("/localization/candidates")["poses"] == []
+        assert error(client) < 0.05
+
+
+@pytest.mark.slow
+@in_a_loop
+async def test_robot_that_nobody_asks_searches_by_itself_after_five_seconds(robots: Robots) -> None:
+    async with robots() as rig, peer(rig.server.url) as client:
+        await listen(client)
+        await client.step(240)
+        assert client.last("/localization/status")["health"] == "waiting"
+        await client.step(160)
+        assert client.last("/localization/status")["health"] == "relocalising"
+        await arm(client)
+        await drive(client, 1.0, steps=30)
+        assert client.last("/localization/status")["health"] == "tracking"
+        assert error(client) < 0.05
+
+
+@in_a_loop
+async def test_one_search_at_a_time_and_one_request_a_second(robots: Robots) -> None:
+    async with robots() as rig, peer(rig.server.url) as client, peer(rig.server.url) as other:
+        assert (await client.ask(SEARCH))[1]["success"]
+        again = (await client.ask(SEARCH))[1]
+        assert not again["success"]
+        assert again["message"] == "one request a second: wait for 1.00 s"
+        both = (await other.ask(SEARCH))[1]
+        assert not both["success"]
+        assert both["message"].startswith("a search is under way already")
+        await client.step(30)
+        assert "wait for 0.40 s" in (await client.ask(SEARCH))[1]["message"]
+
+
+@in_a_loop
+async def test_search_of_a_placed_robot_is_a_check_that_leaves_its_pose(robots: Robots) -> None:
+    async with robots() as rig, peer(rig.server.url) as client:
+        await listen(client)
+        await client.hint(hint_message(*SPAWN))
+        await client.step(60)
+        assert client.last("/localization/status")["health"] == "tracking"
+        assert (await client.ask(SEARCH))[1]["success"]
+        await client.step(10)
+        assert client.last("/localization/status")["health"] == "suspect"
+        assert error(client) < 0.05
+
+
+@in_a_loop
+async def test_viewers_may_not_have_the_robot_searched_for(
+    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "audit.jsonl"
+    config = ServeConfig(tokens=tokens(tmp_path), audit=path, lost=True)
+    async with served(office, office_cloud, cache, config) as server:
+        async with Client(server.url, token=VIEWER) as viewer:
+            with pytest.raises(ServiceCallError, match="role view may not call"):
+                await viewer.call(SEARCH)
+        async with Client(server.url, token=DRIVER) as driver:
+            assert (await driver.call(SEARCH))["success"]
+    assert '"what":"relocalize"' in path.read_text().replace(" ", "")
+
+
+@pytest.mark.process
+@in_a_loop
+async def test_operator_has_the_robot_found_with_an_option(
+    office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with real_time(office, office_cloud, cache) as server:
+        options = ("--no-viewer", "--duration", "4", "--find")
+        status, out, err = await command("operate", server.url, *options)
+    assert status == 0, err
+    assert f"{SEARCH}: searching the whole map; drive on until one place is left" in out + err
+    assert "drive on to make sure" in out + err
+
+
+def test_operator_gives_a_hint_or_has_the_map_searched() -> None:
+    with pytest.raises(SettingError, match="give one of them"):
+        OperateConfig(hint=(0.0, 0.0, 0.0), find=True)
