@@ -78,8 +78,8 @@ def test_covariance_is_carried_by_the_slope_of_the_prediction(
 def test_covariance_is_that_of_many_drives(ratio: float) -> None:
     """Of eight steps along a curve, each with its own noise, and a ratio that is not known exactly."""
     rng = np.random.default_rng(5)
-    step, turn_back = arc_step(0.2, 0.1), Pose.planar(0.0, 0.0, -0.02)
-    config = replace(CONFIG, kappa=(0.0, 0.05, 0.0, 0.0))
+    step, turn_back = arc_step(0.2, 0.5), Pose.planar(0.0, 0.0, -0.4)
+    config = replace(CONFIG, skid_steer=(0.0, 0.05, 0.0, 0.0))
     predicted = filter_at(Pose.planar(1.0, 2.0, 0.4), ratio, config)
     drives = [
         disturbed(predicted, _error_of_ratio(0.05 * rng.standard_normal())) for _ in range(250)

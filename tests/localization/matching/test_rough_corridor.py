@@ -32,7 +32,7 @@ def spread(along: float) -> FloatArray:
 def combined(match: Match, prior: Pose, covariance: FloatArray) -> tuple[Pose, FloatArray]:
     """The pose and its covariance when prior and match are put together."""
     information = np.linalg.inv(covariance)
-    both = np.linalg.inv(information + match.information)
+    both: FloatArray = np.linalg.inv(information + match.information).astype(float)
     step = both @ match.information @ difference(prior, match.map_from_base)
     rotation = prior.rotation @ so3_exp(step[3:])
     return Pose.from_rotation(prior.position + step[:3], rotation), both

@@ -91,10 +91,10 @@ def driven(motion: Motion) -> Driven:
     localizer = Localizer(surveyed().prepared(), mounts, LocalizerConfig.of(suite), stage=stage)
     estimates, off, fit, begun = [], [], [], 0
     for i, reading in enumerate(drive.readings()):
-        told: Reading = reading
+        log: Reading = reading
         if motion is Motion.ODOMETRY and isinstance(reading, WheelSpeeds):
-            told = Odometry(reading.stamp, drive.pose(0).inverse() @ drive.pose(reading.stamp))
-        estimate = localizer.add(told)
+            log = Odometry(reading.stamp, drive.pose(0).inverse() @ drive.pose(reading.stamp))
+        estimate = localizer.add(log)
         if i == 50:
             localizer.add(
                 Hint(reading.stamp, START @ Pose.planar(0.1, 0.1, 0.05), np.zeros((6, 6)))

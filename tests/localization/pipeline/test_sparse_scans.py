@@ -15,7 +15,7 @@ from tests.localization.pipeline.wheel_log import (
     follow,
     lap,
     moments,
-    told_about,
+    summary,
 )
 from tests.support_grid import grid_of
 from tests.support_rooms import Drive
@@ -39,12 +39,12 @@ def test_scans_a_metre_apart_are_enough_to_track_the_robot(
     grid: PreparedMap, speed: float, every: int
 ) -> None:
     drive = DRIVES[speed]
-    told = moments(OFFICE, drive, Wheels(), scan_every=every)
-    followed = follow(grid, drive, told)
-    assert len(followed.off) > 0.7 * len(told) / every
+    log = moments(OFFICE, drive, Wheels(), scan_every=every)
+    followed = follow(grid, drive, log)
+    assert len(followed.off) > 0.7 * len(log) / every
     # The first sweep corrects the placement, which was as rough as the hint's search.
-    assert followed.off[1:].max() < 0.10, told_about(followed)
-    assert np.rad2deg(followed.turned.max()) < 4.0, told_about(followed)
-    assert np.sqrt(np.mean(followed.ratio**2)) < 1.5, told_about(followed)
-    assert followed.share(Health.TRACKING) > 0.8, told_about(followed)
-    assert followed.searched == 0, told_about(followed)
+    assert followed.off[1:].max() < 0.10, summary(followed)
+    assert np.rad2deg(followed.turned.max()) < 4.0, summary(followed)
+    assert np.sqrt(np.mean(followed.ratio**2)) < 1.5, summary(followed)
+    assert followed.share(Health.TRACKING) > 0.8, summary(followed)
+    assert followed.searched == 0, summary(followed)

@@ -1,6 +1,6 @@
 """Logs of a robot whose wheels are as bad as real ones, and how well the localiser follows them.
 
-Everything is told in moments, a tenth of a second apart: the odometry, and at some of them a scan. What time
+A log is a list of moments, a tenth of a second apart: the odometry, and at some of them a scan. What time
 is written beside a moment is another matter, and each test's own.
 """
 
@@ -138,15 +138,15 @@ def moments(
         seed: of all noise.
     """
     rng = np.random.default_rng(seed)
-    counted, before, told = Pose.planar(4.0, -7.0, 1.1), drive.pose(BEGIN), []
+    counted, before, log = Pose.planar(4.0, -7.0, 1.1), drive.pose(BEGIN), []
     for number, true in enumerate(range(BEGIN, drive.end, MOMENT)):
         now = drive.pose(true)
         step = before.inverse() @ now
         counted = counted @ _counted(step, (true - BEGIN) / SECOND, wheels, rng)
         scan = _scan(place, now, true, reach, rng) if number % scan_every == 0 else None
-        told.append(Moment(true, counted, scan))
+        log.append(Moment(true, counted, scan))
         before = now
-    return told
+    return log
 
 
 def _counted(step: Pose, since: float, wheels: Wheels, rng: np.random.Generator) -> Pose:
@@ -234,7 +234,7 @@ class Followed:
 def follow(
     world: PreparedMap,
     drive: Drive,
-    told: Sequence[Moment],
+    log: Sequence[Moment],
     stamps: Sequence[int] | None = None,
     *,
     twice: bool = False,
@@ -245,7 +245,7 @@ def follow(
     Args:
         world: map.
         drive: truth.
-        told: what is logged.
+        log: what is logged.
         stamps: written beside each moment [ns]; the true ones by default.
         twice: whether the odometry of a scan's instant is written before it and after it, as CARMEN does.
         hint: error of the hint.
@@ -259,10 +259,10 @@ def follow(
 
     suite = SensorConfiguration(Motion.ODOMETRY, flat=True)
     localizer = Localizer(world, {SCANNER: MOUNTS[SCANNER]}, LocalizerConfig.of(suite), stage=stage)
-    written = stamps if stamps is not None else [moment.true for moment in told]
+    written = stamps if stamps is not None else [moment.true for moment in log]
     true_at: dict[int, int] = {}
     rows, said, health, estimates, begun = [], [], [], [], 0
-    for number, (moment, stamp) in enumerate(zip(told, written, strict=True)):
+    for number, (moment, stamp) in enumerate(zip(log, written, strict=True)):
         true_at[stamp] = moment.true
         readings: list[Reading] = [Odometry(stamp, moment.odometry)]
         if moment.scan is not None:
@@ -299,7 +299,7 @@ def follow(
     )  # fmt: skip
 
 
-def told_about(followed: Followed) -> str:
+def summary(followed: Followed) -> str:
     """One line of figures, for a test that fails."""
     return (
         f"{len(followed.off)} sweeps, off {followed.off.mean():.3f} / {np.percentile(followed.off, 95):.3f} "
