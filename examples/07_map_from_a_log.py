@@ -9,6 +9,7 @@ from pathlib import Path
 from localization import save_cloud
 from localization.logs.open_log import open_log
 from localization.mapping.slam import map_drive
+from localization.mapping.slam_config import SlamConfig
 
 
 def main() -> None:
@@ -18,8 +19,8 @@ def main() -> None:
     arguments = parser.parse_args()
 
     log = open_log(arguments.log)
-    survey = map_drive(log, log.mounts)
-    print(f"{len(survey.trajectory)} sweeps, {len(survey.closures)} loop closures")
+    survey = map_drive(log, log.mounts, SlamConfig.of(log.sensors))
+    print(f"{len(survey.trajectory)} sweeps", *survey.accuracy.lines(), sep="\n")
     cloud = save_cloud(survey.cloud(arguments.out.stem), arguments.out)
     print(f"written: {arguments.out}, {len(cloud.points)} points")
 

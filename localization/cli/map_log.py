@@ -11,6 +11,8 @@ from localization.cli.run_folder import run_folder
 from localization.cli.terminal import Progress, say
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from localization.logs.log_interface import ReadingsLog
     from localization.mapping.cloud_builder import MappingConfig
     from localization.mapping.slam import Survey
@@ -50,16 +52,16 @@ class LogMapping:
         if self.start is not None:
             x, y, degrees = self.start
             start = Pose.planar(x, y, math.radians(degrees))
-        survey, cloud = self.survey(log, start, path.stem, bar)
+        warnings: list[str] = []
+        survey, cloud = self.survey(log, start, path.stem, bar, warn=warnings.append)
         bar.end()
         target = map_file(out)
         save_map(cloud, target)
         save_drive(survey, target)
         say(*log.warnings)
-        say(
-            f"{survey.distance:.0f} m driven, {len(survey.keys)} key frames, "
-            f"{len(survey.closures)} loops closed"
-        )
+        if survey.rejected_readings:
+            say(f"{survey.rejected_readings} readings were invalid and left out")
+        say(*survey.accuracy.lines(), *warnings)
         return 0
 
     def survey(
@@ -69,6 +71,7 @@ class LogMapping:
         name: str,
         bar: Progress,
         mapping: MappingConfig | None = None,
+        warn: Callable[[str], None] = lambda line: None,
     ) -> tuple[Survey, Cloud]:
         """Return the poses of a log's sweeps and the cloud that they make.
 
@@ -78,6 +81,7 @@ class LogMapping:
             name: Name of the cloud.
             bar: Shows the progress.
             mapping: How points become a cloud.
+            warn: Called with one line if the map lacks one face of a wall.
         """
         from localization.mapping.cloud_builder import MappingConfig
         from localization.mapping.slam import map_drive
@@ -88,7 +92,7 @@ class LogMapping:
         config = SlamConfig.of(SensorConfiguration(motion, log.sensors.flat), level=not self.uneven)
         survey = map_drive(log, log.mounts, config, start=start, progress=bar)
         bar(0.9, f"fusing {len(survey.steps)} sweeps")
-        return survey, survey.cloud(name, mapping or MappingConfig())
+        return survey, survey.cloud(name, mapping or MappingConfig(), warn)
 
 
 def map_file(out: Path | None) -> Path:

@@ -17,6 +17,7 @@ class Rejection(StrEnum):
     UNEXPLAINED = "unexplained"
     AMBIGUOUS = "ambiguous"
     IMPOSSIBLE = "impossible"
+    CONTRADICTED = "contradicted"
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,10 @@ class ClosureConfig:
     """Drift of the odometry, one sigma, as a fraction of the distance driven: twice KISS-ICP's best."""
     drift_yaw: float = np.deg2rad(0.1)
     """Drift of the heading, one sigma [rad/m]."""
+    walk: float = 0.0
+    """Drift that grows with the root of the distance driven, one sigma [m/sqrt(m)]."""
+    walk_yaw: float = 0.0
+    """The same of the heading, one sigma [rad/sqrt(m)]; it moves what lies far from where the drive has been since."""
     floor: tuple[float, float] = (0.02, np.deg2rad(0.5))
     """Difference of two submaps of the same place, added to drift, one sigma [m, rad]."""
     search_beyond: float = 0.10
@@ -44,6 +49,17 @@ class ClosureConfig:
     hundreds of alignments, and a closed loop spares its neighbours the search."""
     max_window: float = 4.0
     """Half width of a search window at most [m]; where drift may be larger, no loop is closed."""
+    wide: float = 0.7
+    """Drift beyond which all that was seen around the later visit is searched for, not one sweep [m]: over metres,
+    one corridor looks like the next."""
+    wide_distance: float = 3.0
+    """Length of the drive before and after the later key frame that is then searched for [m]."""
+    wide_submap: float = 5.0
+    """Length of the drive before and after the earlier one whose sweeps make its submap then [m]."""
+    min_wide_inlier_ratio: float = 0.5
+    """Least fraction of all that which must lie on that submap: the two visits never saw quite the same."""
+    max_contradicted: float = 0.08
+    """Share of either visit's points that may lie where the other one saw free space."""
     candidates_per_key: int = 4
     """Number of earlier visits that each key frame is compared with."""
     min_inlier_ratio: float = 0.65
@@ -84,5 +100,7 @@ class RejectedClosures:
     """Number of sweeps that several poses explain about equally well."""
     impossible: int = 0
     """Number of poses farther away than drift allows."""
+    contradicted: int = 0
+    """Number of poses at which one visit's walls stand in the other's free space."""
     unsupported: int = 0
     """Number of closures without enough consistent ones nearby."""

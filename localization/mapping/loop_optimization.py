@@ -12,7 +12,7 @@ from localization.mapping.flat_sweep import FlatSweep
 from localization.mapping.loop_closure import LoopCloser
 from localization.mapping.loop_closure_types import Closure, ClosureConfig, RejectedClosures
 from localization.mapping.planar_pose import between
-from localization.mapping.pose_graph import Edge, optimized_poses
+from localization.mapping.pose_graph import Edge, SolvedGraph, solved_graph, solved_heights
 from localization.types import Pose
 
 Progress = Callable[[float, str], None]
@@ -31,6 +31,8 @@ class OptimizedLoops:
     """The accepted closures."""
     rejected_closures: RejectedClosures
     """Numbers of rejected candidates in the last search."""
+    graph: SolvedGraph | None
+    """The solved pose graph, whose edges are the odometry's and then the closures; None without closures."""
 
 
 def close_loops(
@@ -56,23 +58,26 @@ def close_loops(
         patches: Points seen from each key frame until the next, in its axes; None for its sweep only.
         passes: Number of searches at most; closed loops make others easier to find.
         progress: Called with the fraction done and a line of text.
-
-    Raises:
-        ImportError: If Open3D is missing.
     """
-    known = best = (odometry, heights)
+    best = (odometry, heights)
+    graph: SolvedGraph | None = None
     closer = LoopCloser(sweeps, distances_driven(odometry), config, patches)
     closures, rejected_closures = list[Closure](), RejectedClosures()
     for i in range(passes):
         progress(i / passes, f"closing loops, {len(closures)} so far")
         before = len(closures)
-        closures, rejected_closures = closer.find(best[0], closures)
+
+        def searched(share: float, done: int = i, known: int = before) -> None:
+            progress((done + share) / passes, f"closing loops, {known} so far")
+
+        closures, rejected_closures = closer.find(best[0], closures, searched)
         if not closures:
             break
-        best = _closed(best, known, covariances, closures)
+        graph, raised_by = _closed(best[0], (odometry, heights), covariances, closures)
+        best = (graph.poses, raised_by)
         if i and len(closures) <= before:
             break
-    return OptimizedLoops(*best, tuple(closures), rejected_closures)
+    return OptimizedLoops(*best, tuple(closures), rejected_closures, graph)
 
 
 def distances_driven(poses: FloatArray) -> FloatArray:
@@ -80,9 +85,18 @@ def distances_driven(poses: FloatArray) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
 
 
-_TILT = 1e-3
-"""Sigma of roll and pitch [rad], which holds them: they are known from gravity, and the graph optimises x, y, z
-and yaw."""
+def odometry_graph(odometry: FloatArray, covariances: Sequence[FloatArray]) -> SolvedGraph:
+    """Return the graph of a drive without closures, for its posterior; arguments as for ``close_loops``."""
+    return solved_graph(odometry, _odometry_edges(odometry, covariances))
+
+
+def _odometry_edges(poses: FloatArray, covariances: Sequence[FloatArray]) -> list[Edge]:
+    return [
+        Edge(k + 1, k, between(poses[k], poses[k + 1]), covariance)
+        for k, covariance in enumerate(covariances)
+    ]
+
+
 _CLIMB = 0.01
 """Error of the odometry's height from one key frame to the next, one sigma [m]."""
 _SAME_GROUND = 0.03
@@ -92,55 +106,39 @@ _SLOPE = 0.03
 
 
 def _closed(
-    start: tuple[FloatArray, FloatArray],
+    start: FloatArray,
     odometry: tuple[FloatArray, FloatArray],
     covariances: Sequence[FloatArray],
     closures: Sequence[Closure],
-) -> tuple[FloatArray, FloatArray]:
-    """Return planar poses (K, 3) and heights (K,) that agree best with odometry and closures.
+) -> tuple[SolvedGraph, FloatArray]:
+    """Return the planar graph and the heights (K,) that agree best with odometry and closures.
 
     Args:
-        start: Initial planar poses (K, 3) and heights (K,).
+        start: Initial planar poses (K, 3).
         odometry: Planar poses (K, 3) and heights (K,) by odometry.
         covariances: Covariance (3, 3) of each key frame relative to the one before, in its own axes.
         closures: The accepted closures.
     """
     poses, heights = odometry
-    edges = [
-        Edge(
-            k + 1,
-            k,
-            raised(between(poses[k], poses[k + 1]), float(heights[k + 1] - heights[k])),
-            _spatial(covariance, _CLIMB),
-        )
-        for k, covariance in enumerate(covariances)
-    ]
-    for closure in closures:
-        apart = float(np.hypot(closure.motion[0], closure.motion[1]))
-        edges.append(
-            Edge(
-                closure.later,
-                closure.earlier,
-                raised(closure.motion, 0.0),
-                _spatial(closure.covariance, _SAME_GROUND + _SLOPE * apart),
-                uncertain=True,
-            )
-        )
-    nodes = [raised(pose, float(z)) for pose, z in zip(*start, strict=True)]
-    best = optimized_poses(nodes, edges)
-    closed = np.array([[*p.position[:2], p.yaw] for p in best])
-    return closed, np.array([float(p.position[2]) for p in best])
+    edges = _odometry_edges(poses, covariances)
+    edges += [Edge(k.later, k.earlier, k.motion, k.covariance, uncertain=True) for k in closures]
+    graph = solved_graph(start, edges)
+    apart = np.array([float(np.hypot(k.motion[0], k.motion[1])) for k in closures])
+    # A closure that the plane rejects says nothing about heights.
+    doubt = 1.0 / np.maximum(graph.weights[len(covariances) :], 1e-4)
+    heights = solved_heights(
+        heights,
+        np.array([e.source for e in edges]),
+        np.array([e.target for e in edges]),
+        np.concatenate([np.diff(heights), np.zeros(len(closures))]),
+        np.concatenate(
+            [np.full(len(covariances), _CLIMB), (_SAME_GROUND + _SLOPE * apart) * np.sqrt(doubt)]
+        ),
+    )
+    return graph, heights
 
 
 def raised(pose: FloatArray, height: float) -> Pose:
     """Return a planar pose (3,) at a height [m]."""
     x, y, yaw = pose.tolist()
     return Pose.from_euler([x, y, height], yaw=yaw)
-
-
-def _spatial(planar: FloatArray, climb: float) -> FloatArray:
-    """Return the covariance (6, 6) for a planar one (3, 3) and the sigma of the height [m]."""
-    covariance = np.diag(np.square([1.0, 1.0, climb, _TILT, _TILT, 1.0]))
-    chosen = [0, 1, 5]
-    covariance[np.ix_(chosen, chosen)] = planar
-    return covariance

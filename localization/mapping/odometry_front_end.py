@@ -2,15 +2,18 @@
 
 Wheels and gyro, or the robot's other motion sensors, predict the motion; KISS-ICP measures it with the
 horizontal scanner, starting from the prediction. Directions that KISS-ICP cannot observe, as along a
-featureless corridor, follow the prediction.
+featureless corridor, follow the prediction. Where there is a gyro, a sweep that KISS-ICP turns otherwise than both
+allow is refused.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import deque
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import initial_state, mark
 from localization.filter.prediction import predict
 from localization.filter.updates import (
@@ -20,12 +23,12 @@ from localization.filter.updates import (
     update_tilt,
     update_wheel_yaw,
 )
-from localization.geometry import FloatArray
+from localization.geometry import FloatArray, wrap_angle
 from localization.mapping.flat_sweep import levelled
 from localization.mapping.planar_pose import compose
 from localization.motion.deskew import deskew
 from localization.motion.kiss_icp import KissConfig
-from localization.motion.kiss_odometry import KissOdometry, KissState
+from localization.motion.kiss_odometry import KissOdometry, KissState, ObservedMotion
 from localization.motion.motion_model import Increment, MotionModel
 from localization.motion.odometry_track import OdometryTrack
 from localization.motion.sensor_configuration import SensorConfiguration
@@ -47,6 +50,11 @@ class OdometerConfig:
     """Age beyond which rim speeds are not used [ns]."""
     slip_memory: int = SECOND // 2
     """Time after the last sign of slip during which the wheels are distrusted [ns]."""
+    turn_gate: float = 4.0
+    """Normalised difference of the turns by gyro and by KISS-ICP, in a sweep or in the last ten, beyond which the latter
+    is refused."""
+    most_contradictions: int = 10
+    """After so many refusals in succession KISS-ICP begins another local map."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,6 +104,8 @@ class Odometer:
         self._turn = 0.0
         self._pose_then = self._odom_then = self._odom
         self._at = self._rolled = np.zeros(3)
+        self._contradicted = 0
+        self._turns: deque[tuple[float, float]] = deque(maxlen=10)
 
     @property
     def refused(self) -> int:
@@ -120,7 +130,10 @@ class Odometer:
         first = self._stamp == 0
         dt = (increment.stamp - self._stamp) / SECOND
         self._stamp = increment.stamp
-        if not first:
+        if not first and increment.step is not None:
+            self._filter, motion = predict_displacement(self._filter, self._ekf, increment.step, dt)
+            self._odom = self._odom @ motion
+        elif not first:
             left, right = increment.left, increment.right
             if increment.witnessed:
                 witness = increment.witness
@@ -172,7 +185,7 @@ class Odometer:
         predicted = _planar(self._filter.accrued, self._filter.pose)
         roll, pitch, _ = self._filter.pose.euler
         level = levelled(sweep, roll, pitch)
-        self._kiss_state, observed, _ = self._kiss.add(self._kiss_state, level, motion)
+        observed = self._observed(level, motion, predicted)
         seen = np.zeros((3, 3))
         if observed is not None:
             motion, covariance = observed
@@ -190,6 +203,38 @@ class Odometer:
         self._at = compose(self._at, np.array([*motion.position[:2], motion.yaw]))
         height = float(self._filter.pose.position[2])
         return OdometrySweep(sweep, self._at, self._rolled, height, (roll, pitch), predicted, seen)
+
+    def _observed(self, level: Sweep, motion: Pose, predicted: FloatArray) -> ObservedMotion | None:
+        """Return the motion that KISS-ICP observes, None if it observes none or turns otherwise than the gyro.
+
+        Args:
+            level: The levelled sweep.
+            motion: Predicted motion since the sweep before.
+            predicted: Its covariance (3, 3).
+        """
+        c, before = self.config, self._kiss_state
+        self._kiss_state, observed, _ = self._kiss.add(before, level, motion)
+        if observed is None or not c.sensors.gyro:
+            return observed
+        seen, covariance = observed
+        # Sweeps are aligned with one local map: over a second, KISS-ICP's errors do not add up as the gyro's may.
+        off, sigma = wrap_angle(seen.yaw - motion.yaw), float(np.sqrt(predicted[2, 2]))
+        own = float(np.sqrt(covariance[2, 2]))
+        self._turns.append((off, sigma))
+        lately = np.array(self._turns)
+        apart = abs(float(lately[:, 0].sum())) / (float(lately[:, 1].sum()) + np.sqrt(2.0) * own)
+        if max(abs(off) / float(np.hypot(sigma, own)), apart) <= c.turn_gate:
+            self._contradicted = 0
+            return observed
+        self._turns.pop()
+        # The sweep stays out of the local map, which it would twist.
+        self._contradicted += 1
+        guess = before.pose @ Pose.planar(motion.position[0], motion.position[1], motion.yaw)
+        self._kiss_state = replace(before, pose=guess)
+        if self._contradicted == c.most_contradictions:
+            self._kiss_state, self._contradicted = before.restarted(), 0
+            self._turns.clear()
+        return None
 
 
 def _planar(covariance: FloatArray, pose: Pose) -> FloatArray:

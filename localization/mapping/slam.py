@@ -7,7 +7,7 @@ sweeps agree with each other. Only the robot's mounts are known beforehand.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,13 +23,18 @@ from localization.mapping.loop_optimization import (
     Progress as Progress,
     close_loops,
     distances_driven,
+    odometry_graph,
 )
+from localization.mapping.map_accuracy import MapAccuracy, map_accuracy
 from localization.mapping.odometry_front_end import Odometer, OdometrySweep
 from localization.mapping.planar_pose import between
+from localization.mapping.pose_front_end import PoseOdometer
 from localization.mapping.slam_config import MappingError, SlamConfig
 from localization.mapping.sweep_placement import placed_sweeps
 from localization.mapping.trajectory_refinement import refined_trajectory
+from localization.mapping.wall_faces import lost_faces_warning
 from localization.maps.cloud import Cloud
+from localization.motion.sensor_configuration import Motion
 from localization.types import Mounts, Pose, Reading
 
 
@@ -55,9 +60,21 @@ class Survey:
     """Length of the drive [m]."""
     rejected_readings: int
     """Number of invalid readings that were rejected."""
+    accuracy: MapAccuracy
+    """Estimated accuracy of the map."""
 
-    def cloud(self, name: str, config: MappingConfig = MappingConfig()) -> Cloud:  # noqa: B008
-        """Return the cloud of all scanners' points.
+    def cloud(
+        self,
+        name: str,
+        config: MappingConfig = MappingConfig(),  # noqa: B008  (frozen)
+        warn: Callable[[str], None] = lambda line: None,
+    ) -> Cloud:
+        """Return the cloud of all scanners' points, with the map's own noise.
+
+        Args:
+            name: Name of the cloud.
+            config: How points become a cloud.
+            warn: Called with one line if the cloud lacks one face of a wall that was seen from both sides.
 
         Raises:
             CloudError: If there are too few points for a cloud.
@@ -66,7 +83,11 @@ class Survey:
         builder = CloudBuilder(replace(config, upright=_one_height(self.steps)))
         for i, step in enumerate(self.steps):
             builder.add(step.sweep, self.trajectory.pose(i))
-        return builder.build(name)
+        cloud = builder.build(name)
+        if (warning := lost_faces_warning(builder.lost_faces)) is not None:
+            warn(warning)
+        a = self.accuracy
+        return replace(cloud, position_noise=a.position_noise, heading_noise=a.heading_noise)
 
 
 def map_drive(
@@ -91,7 +112,9 @@ def map_drive(
         MappingError: If there are no sweeps of a horizontal scanner, or the robot hardly moved.
         ImportError: If Open3D is missing.
     """
-    odometer = Odometer(mounts, config.odometer)
+    odometer: Odometer | PoseOdometer = Odometer(mounts, config.odometer)
+    if config.odometer.sensors.motion is Motion.ODOMETRY:
+        odometer = PoseOdometer(mounts, config.pose_odometer)
     steps, keys, edges = _drive(readings, odometer, config, progress)
     odometry = np.array([steps[k].at for k in keys])
     driven = float(distances_driven(odometry)[-1])
@@ -110,8 +133,11 @@ def map_drive(
         config.closures,
         patches,
         passes=config.passes,
-        progress=lambda share, text: progress(0.6 + 0.1 * share, text),
+        progress=lambda share, text: progress(0.5 + 0.2 * share, text),
     )
+    way = distances_driven(odometry)
+    graph = closed.graph or odometry_graph(odometry, edges)
+    accuracy = map_accuracy(graph, way, closed.closures if closed.graph is not None else ())
     origin = Pose.identity()
     if start is not None:
         origin = Pose.from_euler(start.position, yaw=start.yaw)
@@ -132,11 +158,15 @@ def map_drive(
         rejected_closures=closed.rejected_closures,
         distance=driven,
         rejected_readings=odometer.refused,
+        accuracy=accuracy,
     )
 
 
 def _drive(
-    readings: Iterable[Reading], odometer: Odometer, config: SlamConfig, progress: Progress
+    readings: Iterable[Reading],
+    odometer: Odometer | PoseOdometer,
+    config: SlamConfig,
+    progress: Progress,
 ) -> tuple[list[OdometrySweep], list[int], list[FloatArray]]:
     """Run the odometry; return the kept sweeps, the key frames, and the covariance between these."""
     steps: list[OdometrySweep] = []
@@ -160,7 +190,8 @@ def _drive(
         steps.append(step)
         if step.sweep.stamp - stamp > 1_000_000_000:
             stamp = step.sweep.stamp
-            progress(0.3, f"odometry, {len(keys)} key frames")
+            share = float(getattr(readings, "share", 0.5))
+            progress(0.5 * share, f"odometry, {len(keys)} key frames")
     if not steps:
         raise MappingError(
             "there are no sweeps of a horizontal scanner with readings of motion around them; "

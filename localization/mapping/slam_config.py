@@ -10,7 +10,8 @@ from localization.errors import LocalizationError
 from localization.mapping.drive_knots import RefinementConfig
 from localization.mapping.loop_closure_types import ClosureConfig
 from localization.mapping.odometry_front_end import OdometerConfig
-from localization.motion.sensor_configuration import SensorConfiguration
+from localization.mapping.pose_front_end import PoseOdometerConfig
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import SECOND
 
 
@@ -24,6 +25,8 @@ class SlamConfig:
 
     odometer: OdometerConfig = field(default_factory=OdometerConfig)
     """Settings of the odometry."""
+    pose_odometer: PoseOdometerConfig = field(default_factory=PoseOdometerConfig)
+    """Settings of the odometry of a base that integrates poses by itself."""
     closures: ClosureConfig = field(default_factory=ClosureConfig)
     """Settings of the loop closure."""
     refinement: RefinementConfig = field(default_factory=RefinementConfig)
@@ -49,7 +52,22 @@ class SlamConfig:
     def of(cls, suite: SensorConfiguration, *, level: bool = True) -> SlamConfig:
         """Return the settings for a robot's sensors, on level ground or not."""
         flat = suite.flat or level
-        return cls(
-            odometer=OdometerConfig(sensors=SensorConfiguration(suite.motion, flat=flat)),
-            refinement=RefinementConfig(level=flat),
-        )
+        odometer = OdometerConfig(sensors=SensorConfiguration(suite.motion, flat=flat))
+        if suite.motion is Motion.ODOMETRY:
+            # Poses of a base that may drift by metres; the scans alone hold the map's heading.
+            return cls(
+                odometer=odometer,
+                closures=ClosureConfig(
+                    drift=0.002,
+                    drift_yaw=0.0,
+                    walk=0.04,
+                    walk_yaw=np.deg2rad(0.4),
+                    max_window=10.0,
+                    min_distance=12.0,
+                    candidates_per_key=2,
+                ),
+                refinement=RefinementConfig(rounds=0, level=True),
+                key_turn=np.deg2rad(25.0),
+                edge_floor=(0.01, np.deg2rad(0.2)),
+            )
+        return cls(odometer=odometer, refinement=RefinementConfig(level=flat))

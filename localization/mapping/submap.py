@@ -15,8 +15,8 @@ from scipy.spatial import cKDTree
 
 from localization.geometry import FloatArray, wrap_angle
 from localization.mapping.flat_sweep import FlatSweep
-from localization.mapping.planar_pose import moved
-from localization.mapping.wall_points import averaged_points, line_normals
+from localization.mapping.wall_lines import WallLines
+from localization.mapping.window_search import scored_window
 from localization.relocalization.refinement import best_places
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.verification import distinguishable
@@ -28,10 +28,10 @@ class SubmapConfig:
 
     spacing: float = 0.04
     """Edge of the cells in which points of one side of a wall are averaged [m]."""
-    normal_radius: float = 0.12
-    """Neighbourhood of a normal [m]: smaller than the thinnest wall, so that its faces stay separate."""
     beams: int = 240
     """Number of points of a sweep that are aligned."""
+    search_beams: int = 120
+    """Number of points of a sweep that are laid over the submap's floor plan in a search."""
     sigma: float = 0.02
     """Distance of an inlier from its line, one sigma [m]."""
     kernel: float = 0.04
@@ -78,12 +78,8 @@ class Submap:
     @classmethod
     def of(cls, sweeps: Sequence[FlatSweep], config: SubmapConfig = SubmapConfig()) -> Submap:
         """Return the submap of sweeps that are given in one frame."""
-        every = FlatSweep.joined(sweeps)
-        points, view = every.points, every.origins - every.points
-        view /= np.maximum(np.linalg.norm(view, axis=1, keepdims=True), 1e-9)
-        points, view = averaged_points(points, view, config.spacing)
-        normals, good = line_normals(points, view, config.normal_radius)
-        return cls(points[good], normals[good], config)
+        walls = WallLines.joined([sweep.walls for sweep in sweeps]).averaged(config.spacing)
+        return cls(walls.points, walls.normals, config)
 
     def align(self, sweep: FlatSweep, prior: FloatArray, covariance: FloatArray) -> Alignment:
         """Return the planar pose that agrees best with a sweep and a prediction.
@@ -164,19 +160,14 @@ class Submap:
             half_yaw: Half width of the window in yaw [rad].
         """
         c = SearchConfig()
-        beams = sweep.thinned(c.beams).points
-        steps = np.arange(-np.ceil(half / c.step), half / c.step + 1) * c.step
-        places = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
-        places = places + centre[:2]
+        beams = sweep.thinned(self.config.search_beams).points
         turns = int(np.ceil(half_yaw / c.step_yaw))
         yaws = centre[2] + c.step_yaw * np.arange(-turns, turns + 1, dtype=np.float64)
         origin, likelihood = self._plan(c)
-        scores = np.array(
-            [_scores(moved(np.array([0.0, 0.0, yaw]), beams), places, origin, likelihood, c.cell)
-             for yaw in yaws]
-        )  # fmt: skip
-        heading, place = np.divmod(np.arange(scores.size), len(places))
-        peaks = best_places(scores.ravel(), places[place], yaws[heading], c, most=c.refine)
+        scores, found_at = scored_window(
+            beams, centre[:2], half, yaws, c.step, (origin, likelihood, c.cell)
+        )
+        peaks = best_places(scores, found_at[:, :2], found_at[:, 2], c, most=c.refine)
         loose = np.diag(np.square([c.step, c.step, c.step_yaw]))
         found = [self.align(sweep, np.array(peak), loose) for peak in peaks]
         found.sort(key=lambda a: -a.inlier_ratio)
@@ -205,12 +196,3 @@ def unambiguous(places: Sequence[Alignment]) -> bool:
 def _same(a: FloatArray, b: FloatArray, c: SearchConfig) -> bool:
     near = float(np.hypot(*(a - b)[:2])) < c.same_place
     return near and abs(wrap_angle(float(a[2] - b[2]))) < c.same_yaw
-
-
-def _scores(
-    beams: FloatArray, places: FloatArray, origin: FloatArray, likelihood: FloatArray, cell: float
-) -> FloatArray:
-    at = ((places[:, None, :] + beams[None, :, :] - origin) / cell).astype(np.int64)
-    at = np.clip(at, 0, np.array(likelihood.shape) - 1)
-    score: FloatArray = likelihood[at[..., 0], at[..., 1]].mean(axis=1)
-    return score

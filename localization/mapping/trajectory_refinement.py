@@ -51,6 +51,8 @@ def refined_trajectory(
         CloudError: If there are too few points for planes.
         ImportError: If Open3D is missing.
     """
+    if not config.rounds:
+        return trajectory
     bending = DriveKnots.of(steps, config)
     places = bending.smoothed(trajectory)
     for i in range(config.rounds):

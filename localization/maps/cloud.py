@@ -29,6 +29,11 @@ class Cloud:
     """The coordinate frame of points and normals."""
     sha256: str = ""
     """Hex digest of the file's bytes; empty for a cloud that was never saved."""
+    position_noise: float = 0.0
+    """Error of the map's surfaces relative to those beside them, one sigma along each axis [m]; 0 if the map does
+    not say. Maps made without truth do: a pose in such a map is as uncertain as the map itself."""
+    heading_noise: float = 0.0
+    """The same of the direction of the surfaces, one sigma [rad]; 0 if the map does not say."""
 
     def __post_init__(self) -> None:
         for name, kind in (("points", np.float64), ("normals", np.float32)):
@@ -37,6 +42,9 @@ class Cloud:
                 raise CloudError(f"cloud {name} must have shape (N, 3), got {array.shape}")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
+        for name in ("position_noise", "heading_noise"):
+            if not (np.isfinite(value := getattr(self, name)) and value >= 0.0):
+                raise CloudError(f"cloud {name} must be finite and >= 0, got {value}")
         if len(self.points) != len(self.normals):
             raise CloudError(f"cloud has {len(self.points)} points but {len(self.normals)} normals")
 

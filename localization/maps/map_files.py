@@ -1,12 +1,14 @@
 """Files of maps: point clouds and occupancy grids read, clouds written.
 
 Our own file is a binary little-endian PLY with ``x y z nx ny nz`` as float32 and its name, frame and origin
-as comments; any point-cloud tool opens it. Its identity is the SHA-256 of its bytes.
+as comments, and the noise of a map made without truth (``position_noise`` [m], ``heading_noise`` [rad]); any
+point-cloud tool opens it. Its identity is the SHA-256 of its bytes.
 """
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -68,6 +70,8 @@ def load_cloud(
         name=table.comments.get("name", path.stem),
         frame=table.comments.get("frame", "map"),
         sha256=sha256,
+        position_noise=_noise(table.comments, "position_noise", path),
+        heading_noise=_noise(table.comments, "heading_noise", path),
     )
 
 
@@ -109,9 +113,28 @@ def save_cloud(cloud: Cloud, path: str | Path) -> Cloud:
     for i, c in enumerate(_COLUMNS):
         table[c] = (cloud.points if i < 3 else cloud.normals)[:, i % 3]
     comments = [f"name {cloud.name}", f"frame {cloud.frame}", "origin 0 0 0", "unit metre"]
+    # A map with known poses has no such lines, so that its bytes stay the same.
+    noises = {"position_noise": cloud.position_noise, "heading_noise": cloud.heading_noise}
+    comments += [f"{name} {noise:.6f}" for name, noise in noises.items() if noise > 0.0]
     element = PlyElement.describe(table, "vertex")
     PlyData([element], text=False, byte_order="<", comments=comments).write(str(path))
     return load_cloud(path)
+
+
+def _noise(comments: Mapping[str, str], name: str, path: Path) -> float:
+    """Return a noise from the comments of a file, 0 if it has none.
+
+    Raises:
+        CloudError: If it is no number >= 0.
+    """
+    text = comments.get(name, "0")
+    try:
+        noise = float(text)
+    except ValueError:
+        noise = -1.0
+    if not (np.isfinite(noise) and noise >= 0.0):
+        raise CloudError(f"cloud {path}: the comment {name} must be a number >= 0, got {text!r}")
+    return noise
 
 
 def _lengths(vectors: FloatArray) -> FloatArray:

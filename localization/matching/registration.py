@@ -50,9 +50,9 @@ class RegistrationConfig:
     normal_noise: float = 0.04
     """The least angular noise of the map's normals, one sigma [rad], for the debiasing; what is measured on
     the map counts if it is more (see ``map_noise``)."""
-    debias: float = 4.0
-    """A direction is observable if its information exceeds this many times the spurious information of noisy
-    normals: two sigma squared (after Hatleskog and Alexis, arXiv:2410.10784)."""
+    debias: float = 2.0
+    """The spurious information of noisy normals is subtracted this many times, two sigma squared (after
+    Hatleskog and Alexis, arXiv:2410.10784); a direction is observable if some information is left."""
     max_sigma: float = 0.3
     """A direction known no better than this, one sigma [m], is not observable."""
     backface_culling: bool = True
@@ -197,7 +197,8 @@ def _conclude(sweep: Sweep, world: PreparedMap, pose: Pose, config: Registration
         w = directions @ scale
         unscaled = directions @ np.linalg.inv(scale)
         small = unscaled @ hessian @ unscaled.T
-        information = w.T @ small @ w
+        true = unscaled @ (hessian - config.debias * fake) @ unscaled.T
+        information = w.T @ true @ w
         offset = -unscaled.T @ np.linalg.solve(small, unscaled @ gradient)
     explained = seen.valid & (np.abs(np.nan_to_num(seen.distance)) < config.inlier_distance)
     # The prior still pulls at the pose found; the sweep alone gives a slightly different one.
@@ -246,9 +247,9 @@ def observable_directions(
     """
     inverse_scale = np.array([1, 1, 1, 1 / LEVER, 1 / LEVER, 1 / LEVER])
     both = np.outer(inverse_scale, inverse_scale)
-    values, vectors = np.linalg.eigh(hessian * both)
-    faked = np.einsum("ji,jk,ki->i", vectors, fake * both, vectors)
-    keep = (values > config.debias * faked) & (values > 1.0 / config.max_sigma**2)
+    # Subtracted as a matrix: noise along a corridor would otherwise remain in directions oblique to it.
+    values, vectors = np.linalg.eigh((hessian - config.debias * fake) * both)
+    keep = values > 1.0 / config.max_sigma**2
     directions: FloatArray = np.ascontiguousarray(vectors[:, keep].T)
     directions.flags.writeable = False
     return directions

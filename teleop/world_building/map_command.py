@@ -74,11 +74,16 @@ class Map(LogMapping):
 
         world = _with_survey(load_world(scene))
         bar = Progress()
+        warnings: list[str] = []
         if self.quick:
-            cloud = survey_from_stations(world, seed=self.seed, progress=bar)
+            cloud = survey_from_stations(world, seed=self.seed, progress=bar, warn=warnings.append)
         else:
-            cloud = survey(world, seed=self.seed, sensors=self._sensors(), progress=bar)
+            sensors = self._sensors()
+            cloud = survey(
+                world, seed=self.seed, sensors=sensors, progress=bar, warn=warnings.append
+            )
         bar.end()
+        say(*warnings)
         save_map(cloud, self.out or scene_cloud_path(scene))
         say(*reach_lines(reach_of(world), world.robot))
         return 0
@@ -101,7 +106,7 @@ class Map(LogMapping):
             world, readings, seed=self.seed, sensors=self._sensors(), progress=bar
         )
         survey, cloud = self.survey(
-            read_log(readings), world.spawn, world.name, bar, mapping_config(world)
+            read_log(readings), world.spawn, world.name, bar, mapping_config(world), say
         )
         quality = map_quality(survey, cloud, truth, world)
         bar.end()
@@ -109,7 +114,7 @@ class Map(LogMapping):
         save_drive(survey, out)
         write_tum(out.with_suffix(".truth.tum"), truth)
         quality.write(out.with_suffix(".json"))
-        say(*quality.lines(), *reach_lines(reach_of(world), world.robot))
+        say(*quality.lines(), *survey.accuracy.lines(), *reach_lines(reach_of(world), world.robot))
         return 0
 
     def _sensors(self) -> SimulationConfig:

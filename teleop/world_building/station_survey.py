@@ -6,6 +6,7 @@ The cloud contains only points that a beam has hit, at ground-truth positions wi
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.mapping.cloud_builder import CloudBuilder, MappingConfig
+from localization.mapping.wall_faces import lost_faces_warning, quadrants
 from localization.maps.cloud import Cloud
 from localization.types import IntArray, Pose, Sweep
 from robot_sim import World
@@ -64,6 +66,7 @@ def survey_from_stations(
     station: StationConfig = StationConfig(),
     config: MappingConfig | None = None,
     progress: Progress = lambda share, text: None,
+    warn: Callable[[str], None] = lambda line: None,
 ) -> Cloud:
     """Scan from stops along the world's survey route and return the cloud.
 
@@ -75,6 +78,7 @@ def survey_from_stations(
         station: The scanner and its stops.
         config: Settings of the map; by default those of the world's plan.
         progress: Called with the completed share and a line of text.
+        warn: Called with one line if the map lacks one face of a wall that was seen from both sides.
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
     # The filter leaves few points in a neighbourhood, so a search for more only takes time.
@@ -91,7 +95,10 @@ def survey_from_stations(
         builder.add(Sweep(0, points, origins, level), Pose.identity())
         progress((i + 1) / len(stops), f"stop {i + 1}, {builder.count / 1e6:.1f} M points")
     progress(1.0, f"thinning {builder.count / 1e6:.1f} M points")
-    return builder.build(world.name)
+    cloud = builder.build(world.name)
+    if (warning := lost_faces_warning(builder.lost_faces)) is not None:
+        warn(warning)
+    return cloud
 
 
 def visible_surface(
@@ -201,10 +208,11 @@ class _CellFilter:
 
     def new(self, points: FloatArray, rays: FloatArray) -> IntArray:
         """Return the indices of points (N, 3), seen along rays (N, 3), that are the first of cell and side."""
-        axis = np.abs(rays).argmax(axis=1)
-        along = np.take_along_axis(rays, axis[:, None], axis=1)[:, 0] > 0.0
+        # By quadrants of azimuth: along a wall, rays that meet its two faces have the same main axis.
+        steep = np.abs(rays[:, 2]) > np.hypot(rays[:, 0], rays[:, 1])
+        side = np.where(steep, 4 + (rays[:, 2] > 0.0), quadrants(rays))
         x, y, z = (np.floor(points / self._cell).astype(np.int64) + _HALF_SPAN).T
-        key = ((x * _SPAN + y) * _SPAN + z) * 6 + axis + 3 * along
+        key = ((x * _SPAN + y) * _SPAN + z) * 6 + side
         fresh, first = np.unique(key, return_index=True)
         known = np.isin(fresh, self._seen, assume_unique=True)
         self._seen = np.concatenate([self._seen, fresh[~known]])

@@ -5,7 +5,10 @@ The cloud contains only points that a beam has hit. It is a survey with a perfec
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from localization.mapping.cloud_builder import CloudBuilder, MappingConfig
+from localization.mapping.wall_faces import lost_faces_warning
 from localization.maps.cloud import Cloud
 from localization.motion.deskew import deskew
 from localization.motion.odometry_track import OdometryTrack
@@ -22,6 +25,7 @@ def survey(
     config: MappingConfig | None = None,
     sensors: SimulationConfig | None = None,
     progress: Progress = lambda share, text: None,
+    warn: Callable[[str], None] = lambda line: None,
 ) -> Cloud:
     """Drive the world's survey route and return its cloud.
 
@@ -31,6 +35,7 @@ def survey(
         config: Settings of the map; by default those of the world's plan.
         sensors: Sensors and drive of the robot; the default ones if not given.
         progress: Called with the completed share and a line of text.
+        warn: Called with one line if the map lacks one face of a wall that was seen from both sides.
 
     Raises:
         SurveyError: If the drive takes four times as long as the route's length requires.
@@ -46,7 +51,10 @@ def survey(
             builder.add(deskew(waiting, track, simulation.mounts, simulation.stamp), pose)
             waiting = []
     progress(1.0, f"thinning {builder.count / 1e6:.1f} M points")
-    return builder.build(world.name)
+    cloud = builder.build(world.name)
+    if (warning := lost_faces_warning(builder.lost_faces)) is not None:
+        warn(warning)
+    return cloud
 
 
 def mapping_config(world: World) -> MappingConfig:

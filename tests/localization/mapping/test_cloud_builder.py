@@ -5,7 +5,9 @@ import builtins
 import numpy as np
 import pytest
 
+from localization.geometry import FloatArray
 from localization.mapping.cloud_builder import CloudBuilder, MappingConfig
+from localization.mapping.wall_faces import lost_faces_warning
 from localization.maps.cloud import Cloud, CloudError
 from localization.maps.prepared_map import prepare
 from localization.matching.registration import register
@@ -152,3 +154,55 @@ def test_missing_open3d_is_an_error_with_the_package_name(
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(ImportError, match=cure):
         CloudBuilder()
+
+
+def rooms_with_wall(thickness: float) -> Place:
+    """The room of ``WALL``, with a wall of another thickness [m]."""
+    half = 0.5 * thickness
+    return Place([*WALL.faces[:4], *box((3.0 - half, 0.0, 0.0), (3.0 + half, 2.5, 2.5))])
+
+
+def face_cells(
+    points: FloatArray, sides: np.typing.NDArray[np.floating], side: float, least: int
+) -> int:
+    """Number of cells of 10 cm of the wall's face towards ``side`` with at least so many points seen from there."""
+    on = (np.abs(points[:, 0] - 3.0) < 0.06) & (points[:, 1] > 0.1) & (points[:, 1] < 2.4)
+    cells = np.floor(points[on & (side * sides > 0.0)][:, 1:] / 0.1).astype(int)
+    _, count = np.unique(cells, axis=0, return_counts=True)
+    return int((count >= least).sum())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("thickness", [0.04, 0.05])
+@pytest.mark.parametrize("visits", [(60, 60), (60, 20)])
+def test_both_faces_of_a_board_are_mapped(thickness: float, visits: tuple[int, int]) -> None:
+    place = rooms_with_wall(thickness)
+    poses = around(1.3, 1.5, visits[0]) + around(4.7, 1.5, visits[1])
+    builder = tour(place, poses)
+    cloud = builder.build("board")
+    sweeps = [place.sweep(pose, noise=0.01, seed=i) for i, pose in enumerate(poses)]
+    seen = np.concatenate([p.apply(s.points) for p, s in zip(poses, sweeps, strict=True)])
+    from_ = np.repeat([p.position[0] for p in poses], [len(s.points) for s in sweeps]) - 3.0
+    for side in (-1.0, 1.0):
+        there = face_cells(seen, from_, side, 8)
+        assert there > 30
+        assert face_cells(cloud.points, cloud.normals[:, 0], side, 1) > 0.85 * there
+    wall = (np.abs(cloud.points[:, 0] - 3.0) < 0.06) & (np.abs(cloud.normals[:, 0]) > 0.8)
+    side = np.sign(cloud.normals[wall, 0])
+    beyond = np.median(side * (cloud.points[wall, 0] - 3.0))
+    assert beyond == pytest.approx(0.5 * thickness, abs=0.006)
+    assert len(builder.lost_faces) <= 2
+    assert lost_faces_warning(builder.lost_faces[:0]) is None
+
+
+def test_face_that_the_map_lacks_is_named_with_its_place() -> None:
+    """Seen from one side so rarely that no plane can be found there."""
+    builder = tour(rooms_with_wall(0.05), around(1.3, 1.5, 60) + around(4.7, 1.5, 6))
+    cloud = builder.build("board")
+    faces = [face_cells(cloud.points, cloud.normals[:, 0], side, 1) for side in (-1.0, 1.0)]
+    assert faces[1] < 0.3 * faces[0]
+    assert len(builder.lost_faces) > 0
+    warning = lost_faces_warning(builder.lost_faces)
+    assert warning is not None
+    assert "at (3." in warning
+    assert np.abs(builder.lost_faces[:, 0] - 3.0).max() < 0.1

@@ -8,7 +8,7 @@ import pytest
 
 from localization.evaluation.trajectory import Trajectory
 from localization.evaluation.trajectory_errors import ate
-from localization.geometry import FloatArray
+from localization.geometry import FloatArray, wrap_angle
 from localization.mapping.flat_sweep import FlatSweep
 from localization.mapping.loop_closure import LoopCloser
 from localization.mapping.loop_closure_types import Closure, ClosureConfig
@@ -19,9 +19,10 @@ from localization.mapping.slam import Survey, map_drive
 from localization.mapping.slam_config import MappingError, SlamConfig
 from localization.mapping.submap import Submap
 from localization.maps.prepared_map import prepare
+from localization.motion.kiss_odometry import KissOdometry, KissState, KissView, ObservedMotion
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
-from localization.types import Health, Hint, Inertial, Pose, Reading, Scan, WheelSpeeds
+from localization.types import Health, Hint, Inertial, Pose, Reading, Scan, Sweep, WheelSpeeds
 from tests.support_rooms import HALL, MOUNTS, SQUARE, TICK, Drive, Place, box
 
 pytest.importorskip("open3d", reason="pose graphs need Open3D")
@@ -295,6 +296,32 @@ def test_robot_that_hardly_moved_makes_no_map(readings: list[Reading]) -> None:
         MappingError, match=r"moved only 0\.\d m; a map needs a drive of at least 2 m"
     ):
         map_drive(readings[:250], MOUNTS, LEVEL)
+
+
+@pytest.mark.parametrize("twist", [0.3, 3.0])
+def test_scanner_that_turns_otherwise_than_the_gyro_does_not_bend_the_drive(
+    twist: float, drive: Drive, readings: list[Reading], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """For two seconds KISS-ICP turns by some tenths of a degree, or by degrees, too much with each sweep."""
+    honest = KissOdometry.add
+
+    def twisted(
+        self: KissOdometry, state: KissState, sweep: Sweep, motion: Pose
+    ) -> tuple[KissState, ObservedMotion | None, KissView | None]:
+        state, observed, view = honest(self, state, sweep, motion)
+        if observed is not None and 4_000_000_000 < sweep.stamp < 6_000_000_000:
+            seen, covariance = observed
+            observed = (seen @ Pose.planar(0.0, 0.0, np.deg2rad(twist)), covariance)
+        return state, observed, view
+
+    monkeypatch.setattr(KissOdometry, "add", twisted)
+    odometer = Odometer(MOUNTS, OdometerConfig(sensors=SensorConfiguration(flat=True)))
+    part = [r for r in readings if r.stamp < 8_000_000_000]
+    steps = [step for r in part if (step := odometer.add(r)) is not None]
+    first = drive.pose(steps[0].sweep.stamp)
+    true = first.inverse() @ drive.pose(steps[-1].sweep.stamp)
+    assert abs(wrap_angle(float(steps[-1].at[2]) - true.yaw)) < np.deg2rad(1.5)
+    assert np.hypot(*(steps[-1].at[:2] - true.position[:2])) < 0.08
 
 
 def test_slipping_wheels_do_not_mislead_the_odometer(drive: Drive, readings: list[Reading]) -> None:

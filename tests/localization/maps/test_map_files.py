@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 from pathlib import Path
 
@@ -45,6 +46,24 @@ def test_cloud_is_restored_from_its_file(n: int, tmp_path_factory: pytest.TempPa
     assert again.normals == pytest.approx(cloud.normals, abs=1e-6)
     assert np.linalg.norm(again.normals, axis=1) == pytest.approx(np.ones(n), abs=1e-7)
     assert (again.name, again.frame) == ("a place", "map")
+
+
+def test_noise_of_a_map_is_kept_in_its_file(tmp_path: Path) -> None:
+    noisy = dataclasses.replace(some(5), position_noise=0.031, heading_noise=0.0042)
+    again = save_cloud(noisy, tmp_path / "noisy.ply")
+    assert (again.position_noise, again.heading_noise) == (0.031, 0.0042)
+    sure = save_cloud(some(5), tmp_path / "sure.ply")
+    assert (sure.position_noise, sure.heading_noise) == (0.0, 0.0)
+    assert b"noise" not in (tmp_path / "sure.ply").read_bytes()
+
+
+@pytest.mark.parametrize("text", [b"-0.03100", b"much    ", b"nan     "])
+def test_noise_that_is_no_number_is_an_error_with_its_name(tmp_path: Path, text: bytes) -> None:
+    path = tmp_path / "noisy.ply"
+    save_cloud(dataclasses.replace(some(5), position_noise=0.031), path)
+    path.write_bytes(path.read_bytes().replace(b"0.031000", text))
+    with pytest.raises(CloudError, match="position_noise must be a number >= 0"):
+        load_cloud(path)
 
 
 def test_cloud_that_was_loaded_saves_to_the_same_bytes(tmp_path: Path) -> None:

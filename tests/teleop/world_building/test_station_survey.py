@@ -98,3 +98,48 @@ def test_impossible_station_is_refused_by_name() -> None:
         StationConfig(resolution=0.0)
     with pytest.raises(SettingError, match="sigma must be >= 0 m, got -1"):
         StationConfig(sigma=-1.0)
+
+
+def boarded(thickness: float) -> World:
+    """Two rooms of 3 by 4 m parted by a wall of a thickness [m], with a door."""
+    walls = (
+        Wall("south", (0.0, 0.0), (6.0, 0.0), height=2.5),
+        Wall("east", (6.0, 0.0), (6.0, 4.0), height=2.5),
+        Wall("north", (6.0, 4.0), (0.0, 4.0), height=2.5),
+        Wall("west", (0.0, 4.0), (0.0, 0.0), height=2.5),
+        Wall(
+            "middle",
+            (3.0, 0.0),
+            (3.0, 4.0),
+            height=2.5,
+            thickness=thickness,
+            doors=(Door(2.0, 1.0),),
+        ),
+    )
+    plan = Plan(
+        name="boarded",
+        bounds=(0.0, 0.0, 6.0, 4.0),
+        spawns={"spawn": Placement(1.5, 2.0)},
+        height=2.5,
+        walls=walls,
+        places={"east": Placement(4.5, 2.0)},
+        tour=((1.5, 2.0), (4.5, 2.0)),
+    )
+    return build_world(plan)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("thickness", [0.04, 0.05])
+def test_both_faces_of_a_board_are_in_the_map(thickness: float) -> None:
+    warnings: list[str] = []
+    thin = survey_from_stations(boarded(thickness), warn=warnings.append)
+    thick = survey_from_stations(boarded(0.3))
+
+    def count(cloud: Cloud, half: float, side: float) -> int:
+        on = np.abs(side * (cloud.points[:, 0] - 3.0) - half) < 0.02
+        on &= side * cloud.normals[:, 0] > 0.9
+        return len(np.unique(np.floor(cloud.points[on, 1:] / 0.1).astype(int), axis=0))
+
+    for side in (-1.0, 1.0):
+        assert count(thin, 0.5 * thickness, side) > 0.9 * count(thick, 0.15, side) > 300
+    assert warnings == []

@@ -1,0 +1,98 @@
+"""Odometry for mapping of robots whose base integrates poses by itself: displacements, corrected by scans."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from localization.mapping.flat_sweep import FlatSweep
+from localization.mapping.odometry_front_end import OdometrySweep
+from localization.mapping.pose_displacements import BasePoses, DisplacementNoise, displacement
+from localization.mapping.scan_tracker import ScanTracker, TrackerConfig
+from localization.motion.deskew import deskew
+from localization.types import SECOND, Mounts, Odometry, PointScan, Pose, Reading, Scan
+
+
+@dataclass(frozen=True, slots=True)
+class PoseOdometerConfig:
+    """Settings of this odometry."""
+
+    noise: DisplacementNoise = field(default_factory=DisplacementNoise)
+    """Noise of the base's odometry."""
+    tracker: TrackerConfig = field(default_factory=TrackerConfig)
+    """Settings of the alignment with the local map."""
+    scanner_patience: int = 60_000_000
+    """Time that a scan waits for those of the other scanners [ns]."""
+    idle: tuple[float, float, int] = (0.01, np.deg2rad(0.5), SECOND // 2)
+    """A scan is not aligned if the robot moved and turned less than this by its wheels since the last one [m, rad],
+    within this time [ns]."""
+    latest: int = 2 * SECOND
+    """Odometry older than the newest by more than this is refused [ns]."""
+    farthest: float = 1e6
+    """Largest coordinate of odometry [m]."""
+
+
+class PoseOdometer:
+    """Takes every reading in the order of arrival and returns sweeps with poses, as ``Odometer`` does."""
+
+    def __init__(self, mounts: Mounts, config: PoseOdometerConfig = PoseOdometerConfig()) -> None:
+        """Begin at the origin, for scanners with mounts ``base_from_scanner`` by frame name."""
+        self.config = config
+        self._mounts = dict(mounts)
+        self._poses = BasePoses()
+        self._tracker = ScanTracker(config.tracker)
+        self._pending: dict[str, Scan | PointScan] = {}
+        self._last: tuple[int, Pose] | None = None
+        self.refused = 0
+        """Number of invalid readings that were rejected."""
+
+    def add(self, reading: Reading) -> OdometrySweep | None:
+        """Process a reading; return a sweep with its pose if the reading completes one, otherwise None."""
+        if isinstance(reading, Scan | PointScan):
+            if reading.scanner not in self._mounts:
+                self.refused += 1
+            else:
+                self._pending[reading.scanner] = reading
+            return None
+        if not isinstance(reading, Odometry):
+            return None
+        newest = self._poses.newest
+        late = newest is not None and reading.stamp < newest - self.config.latest
+        far = np.abs(reading.odom_from_base.position).max() > self.config.farthest
+        if late or not np.isfinite(reading.odom_from_base.position).all() or far:
+            self.refused += 1
+            return None
+        self._poses.add(reading)
+        return self._step(reading)
+
+    def _step(self, reading: Odometry) -> OdometrySweep | None:
+        scans = [self._pending[name] for name in sorted(self._pending)]
+        newest = self._poses.newest
+        if not scans or newest is None:
+            return None
+        end = max(scan.end_stamp for scan in scans)
+        waited = newest - min(scan.end_stamp for scan in scans) > self.config.scanner_patience
+        if end > newest or not (len(scans) == len(self._mounts) or waited):
+            return None
+        instant = all(scan.stamp == scan.end_stamp == reading.stamp for scan in scans)
+        track = self._poses.track(reading if instant else None)
+        self._pending = {}
+        pose = track.pose_at(end)
+        if pose is None or (self._last is not None and end <= self._last[0]):
+            self.refused += pose is not None
+            return None
+        step = np.zeros(3) if self._last is None else displacement(self._last[1], pose)
+        if self._last is not None and self._idle(step, end - self._last[0]):
+            return None
+        self._last = (end, pose)
+        sweep = deskew(scans, track, self._mounts, end)
+        covariance = self.config.noise.covariance(step)
+        tracked = self._tracker.track(FlatSweep.of(sweep, 0.0, 0.0), step, covariance)
+        at = tracked.at
+        return OdometrySweep(sweep, at, at, 0.0, (0.0, 0.0), covariance, tracked.information)
+
+    def _idle(self, step: np.typing.NDArray[np.float64], elapsed: int) -> bool:
+        way, turn, pause = self.config.idle
+        still = float(np.hypot(step[0], step[1])) < way and abs(float(step[2])) < turn
+        return still and elapsed < pause
