@@ -59,9 +59,8 @@ def write_grid(
         far = place.cast(np.tile(start, (len(ways), 1)), ways)
         met = far < reach
         far = np.where(met, far + noise * rng.standard_normal(len(far)), reach)
-        drawn = upright @ Pose.planar(
-            *(noise * rng.standard_normal(2)), _TURN * rng.standard_normal()
-        )
+        x, y, turn = (rng.standard_normal(3) * [noise, noise, _TURN]).tolist()
+        drawn = upright @ Pose.planar(x, y, turn)
         at = drawn.apply((start + shares[:, None, None] * ways).reshape(-1, 3))[:, :2]
         before = (shares[:, None] < far - CELL).ravel()
         np.add.at(passed, _cells(at[before], low), 0.5)
@@ -80,9 +79,11 @@ def write_grid(
     return file
 
 
-def grid_of(place: Place, poses: Sequence[Pose], folder: Path, **kwargs: float) -> PreparedMap:
+def grid_of(
+    place: Place, poses: Sequence[Pose], folder: Path, *, reach: float = 12.0
+) -> PreparedMap:
     """Return the map of a grid that was written and read again; arguments as of ``write_grid``."""
-    return prepare(load_map(write_grid(place, poses, folder, **kwargs)))  # type: ignore[arg-type]
+    return prepare(load_map(write_grid(place, poses, folder, reach=reach)))
 
 
 def _cells(at: FloatArray, low: FloatArray) -> tuple[IntArray, IntArray]:

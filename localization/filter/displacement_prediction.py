@@ -16,7 +16,7 @@ from localization.geometry import FloatArray, hat
 from localization.motion.displacement import StepVariance, step_variance, with_turn
 from localization.types import InvalidReadingError, Pose, Twist
 
-_SCALE, _YAW_RATIO = KAPPA.start, KAPPA.start + 1
+_YAW_RATIO = KAPPA.start + 1
 _TWIST_MEMORY = 0.2
 """The speed that is reported is averaged over this time [s]: stamps are too rough for less."""
 
@@ -24,18 +24,17 @@ _TWIST_MEMORY = 0.2
 def predict_displacement(
     state: FilterState, config: EkfConfig, step: Pose, seconds: float
 ) -> tuple[FilterState, Pose]:
-    """Return the state after a displacement, and the motion, corrected by wheel scale and yaw ratio.
+    """Return the state after a displacement, and the motion, its turn corrected by the yaw ratio.
 
-    With R the rotation of ``map`` from base before, t the translation and d the turn measured, s the log of the
-    wheels' scale and psi that of the yaw ratio, the motion turns by e^psi d, and its translation is e^s t turned
-    by half of the difference:
+    With R the rotation of ``map`` from base before, t the translation and d the turn measured, and psi the log
+    of the yaw ratio, the motion turns by e^psi d, and its translation is t turned by half of the difference:
 
-        p' = p + e^s R Rz((e^psi - 1) d / 2) t,    R' = R Rz(e^psi d)
+        p' = p + R Rz((e^psi - 1) d / 2) t,    R' = R Rz(e^psi d)
 
-    so that, at the present s and psi, with m the corrected translation, dp' = dp - R [m]x dtheta + R m ds +
-    R (-m_y, m_x, 0) e^psi d / 2 dpsi and dtheta' = Rz' dtheta + (0, 0, e^psi d) dpsi. Where a displacement is
-    no more than its noise, it says nothing about s and psi: their derivatives are those of its true part, a
-    share 1 - variance / square of it.
+    so that, at the present psi, with m the turned translation, dp' = dp - R [m]x dtheta +
+    R (-m_y, m_x, 0) e^psi d / 2 dpsi and dtheta' = Rz' dtheta + (0, 0, e^psi d) dpsi. A turn that is no more
+    than its noise says nothing about psi: the derivatives are those of its true part, a share
+    1 - variance / square of it.
 
     Args:
         state: before.
@@ -48,20 +47,19 @@ def predict_displacement(
     """
     if not math.isfinite(float(step.position.sum()) + seconds):
         raise InvalidReadingError("displacement and duration must be finite")
-    turned = with_turn(step, state.yaw_ratio * step.yaw)
-    scale = math.exp(float(state.kappa[0]))
-    motion = Pose(scale * turned.position, turned.quaternion_wxyz)
+    motion = with_turn(step, state.yaw_ratio * step.yaw)
     turn, rotation = motion.yaw, state.pose.rotation
     added = step_variance(motion, seconds, config.odometry)
     f = np.eye(STATES)
     f[ROTATION, ROTATION] = motion.rotation.T
     f[POSITION, ROTATION] = -rotation @ hat(motion.position)
     x, y = motion.position[:2].tolist()
-    f[POSITION, _SCALE] = _true_share(added.along, math.hypot(x, y)) * (rotation @ motion.position)
     known = _true_share(added.heading, turn)
     f[POSITION, _YAW_RATIO] = 0.5 * known * turn * (x * rotation[:, 1] - y * rotation[:, 0])
     f[5, _YAW_RATIO] = known * turn
     noise = _noise(rotation, added)
+    # The rest of the turn is as uncertain as the ratio, though nothing is learned from it.
+    noise[5, 5] += (1.0 - known**2) * turn**2 * float(state.full_covariance[_YAW_RATIO, _YAW_RATIO])
     moved = f[:6, :6]
     predicted = replace(
         state,

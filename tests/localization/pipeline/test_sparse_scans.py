@@ -15,29 +15,36 @@ from tests.localization.pipeline.wheel_log import (
     follow,
     lap,
     moments,
-    told_about,
+    summary,
 )
 from tests.support_grid import grid_of
 from tests.support_rooms import Drive
 
 pytestmark = pytest.mark.slow
 
-DRIVE = Drive(OFFICE, LAP_START, *lap(), begin=BEGIN)
+DRIVES = {speed: Drive(OFFICE, LAP_START, *lap(speed), begin=BEGIN) for speed in (0.33, 0.6)}
 
 
 @pytest.fixture(scope="module")
 def grid(tmp_path_factory: pytest.TempPathFactory) -> PreparedMap:
-    seen_from = [DRIVE.pose(stamp) for stamp in range(BEGIN, DRIVE.end, SECOND)]
+    drive = DRIVES[0.6]
+    seen_from = [drive.pose(stamp) for stamp in range(BEGIN, drive.end, SECOND)]
     return grid_of(OFFICE, seen_from, tmp_path_factory.mktemp("grid"))
 
 
-@pytest.mark.parametrize("every", [10, 15, 20, 30], ids=lambda n: f"{n / 10:g} s")
-def test_scans_a_metre_apart_are_enough_to_track_the_robot(grid: PreparedMap, every: int) -> None:
-    told = moments(OFFICE, DRIVE, Wheels(), scan_every=every)
-    followed = follow(grid, DRIVE, told)
-    assert len(followed.off) > 0.7 * len(told) / every
-    assert followed.off.max() < 0.10, told_about(followed)
-    assert np.rad2deg(followed.turned.max()) < 4.0, told_about(followed)
-    assert np.sqrt(np.mean(followed.ratio**2)) < 1.5, told_about(followed)
-    assert followed.share(Health.TRACKING) > 0.8, told_about(followed)
-    assert followed.searched == 0, told_about(followed)
+@pytest.mark.parametrize(
+    ("speed", "every"), [(0.6, 10), (0.6, 15), (0.6, 20), (0.33, 15), (0.33, 30)]
+)
+def test_scans_a_metre_apart_are_enough_to_track_the_robot(
+    grid: PreparedMap, speed: float, every: int
+) -> None:
+    drive = DRIVES[speed]
+    log = moments(OFFICE, drive, Wheels(), scan_every=every)
+    followed = follow(grid, drive, log)
+    assert len(followed.off) > 0.7 * len(log) / every
+    # The first sweep corrects the placement, which was as rough as the hint's search.
+    assert followed.off[1:].max() < 0.10, summary(followed)
+    assert np.rad2deg(followed.turned.max()) < 4.0, summary(followed)
+    assert np.sqrt(np.mean(followed.ratio**2)) < 1.5, summary(followed)
+    assert followed.share(Health.TRACKING) > 0.8, summary(followed)
+    assert followed.searched == 0, summary(followed)

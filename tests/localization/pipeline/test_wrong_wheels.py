@@ -16,7 +16,7 @@ from tests.localization.pipeline.wheel_log import (
     follow,
     lap,
     moments,
-    told_about,
+    summary,
 )
 from tests.support_grid import grid_of
 from tests.support_rooms import Drive
@@ -37,28 +37,30 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> PreparedMap:
 def test_robot_whose_wheels_count_turns_wrongly_is_followed_and_the_ratio_learned(
     grid: PreparedMap, ratio: float
 ) -> None:
-    told = moments(OFFICE, TURNING, Wheels(turn=ratio))
-    followed = follow(grid, TURNING, told)
-    assert followed.off.max() < 0.15, told_about(followed)
-    assert np.rad2deg(followed.turned.max()) < 6.0, told_about(followed)
-    assert followed.searched == 0, told_about(followed)
-    assert np.sqrt(np.mean(followed.ratio**2)) < 1.5, told_about(followed)
+    log = moments(OFFICE, TURNING, Wheels(turn=ratio))
+    followed = follow(grid, TURNING, log)
+    assert followed.off.max() < 0.15, summary(followed)
+    of_heading = np.sqrt([e.covariance[5, 5] for e in followed.estimates])
+    assert (followed.turned / of_heading).max() < 3.5, summary(followed)
+    assert np.mean(followed.turned > np.deg2rad(6.0)) < 0.02, summary(followed)
+    assert followed.searched == 0, summary(followed)
+    assert np.sqrt(np.mean(followed.ratio**2)) < 1.5, summary(followed)
     assert followed.share(Health.LOST, Health.RELOCALISING) == 0.0
     # What the scans taught: the next turns on the spot are predicted, not only corrected.
     late = followed.true > 0.5 * followed.true[-1]
-    assert np.rad2deg(np.sqrt(np.mean(followed.turned[late] ** 2))) < 1.5, told_about(followed)
+    assert np.rad2deg(np.sqrt(np.mean(followed.turned[late] ** 2))) < 1.5, summary(followed)
 
 
 @pytest.mark.parametrize("seconds", [(6.0, 7.5), (20.0, 21.5)], ids=["corridor", "side"])
 def test_scanner_contradicts_wheels_of_the_wrong_sign(
     grid: PreparedMap, seconds: tuple[float, float]
 ) -> None:
-    told = moments(OFFICE, GOING, Wheels(backwards=seconds))
-    followed = follow(grid, GOING, told)
-    assert followed.off.max() < 0.3, told_about(followed)
+    log = moments(OFFICE, GOING, Wheels(backwards=seconds))
+    followed = follow(grid, GOING, log)
+    assert followed.off.max() < 0.3, summary(followed)
     assert followed.trusted_though_wrong == 0.0
-    assert followed.searched == 0, told_about(followed)
+    assert followed.searched == 0, summary(followed)
     after = followed.true > seconds[1] + 1.0
-    assert followed.off[after].max() < 0.08, told_about(followed)
+    assert followed.off[after].max() < 0.08, summary(followed)
     during = (followed.true > seconds[0]) & ~after
     assert 0.5 < during.sum() * 0.2 < 3.0

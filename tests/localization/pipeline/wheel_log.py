@@ -1,6 +1,6 @@
 """Logs of a robot whose wheels are as bad as real ones, and how well the localiser follows them.
 
-Everything is told in moments, a tenth of a second apart: the odometry, and at some of them a scan. What time
+A log is a list of moments, a tenth of a second apart: the odometry, and at some of them a scan. What time
 is written beside a moment is another matter, and each test's own.
 """
 
@@ -85,10 +85,11 @@ PASSING = ((1.0, 0.0, 0.0), (52.0, 0.6, 0.0), (1.0, 0.0, 0.0))
 """Orders of a drive through it."""
 
 
-def lap() -> tuple[tuple[float, float, float], ...]:
-    """Orders of a drive of 25 m through three sides of it, with arcs of a metre at the corners."""
-    corner = (0.5 * np.pi / 0.6, 0.6, 0.6)
-    return ((1.0, 0.0, 0.0), (15.0, 0.6, 0.0), corner, (6.0, 0.6, 0.0), corner, (12.0, 0.6, 0.0))
+def lap(speed: float = 0.6) -> tuple[tuple[float, float, float], ...]:
+    """Orders of a drive of 23 m through three sides of it, with arcs of a metre at the corners."""
+    corner = (0.5 * np.pi / speed, speed, speed)
+    long, short, last = ((way / speed, speed, 0.0) for way in (9.0, 3.6, 7.2))
+    return ((1.0, 0.0, 0.0), long, corner, short, corner, last)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,15 +138,15 @@ def moments(
         seed: of all noise.
     """
     rng = np.random.default_rng(seed)
-    counted, before, told = Pose.planar(4.0, -7.0, 1.1), drive.pose(BEGIN), []
+    counted, before, log = Pose.planar(4.0, -7.0, 1.1), drive.pose(BEGIN), []
     for number, true in enumerate(range(BEGIN, drive.end, MOMENT)):
         now = drive.pose(true)
         step = before.inverse() @ now
         counted = counted @ _counted(step, (true - BEGIN) / SECOND, wheels, rng)
         scan = _scan(place, now, true, reach, rng) if number % scan_every == 0 else None
-        told.append(Moment(true, counted, scan))
+        log.append(Moment(true, counted, scan))
         before = now
-    return told
+    return log
 
 
 def _counted(step: Pose, since: float, wheels: Wheels, rng: np.random.Generator) -> Pose:
@@ -187,7 +188,7 @@ def restamped(scan: Scan, stamp: int) -> Scan:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Followed:
     """How a drive was followed: one row for each sweep with a pose."""
 
@@ -210,6 +211,11 @@ class Followed:
     estimates: tuple[Estimate, ...]
 
     @property
+    def sigma(self) -> FloatArray:
+        """(N,) horizontal sigma that is claimed [m]."""
+        return np.array([np.sqrt(np.trace(e.covariance[:2, :2])) for e in self.estimates])
+
+    @property
     def wrong(self) -> float:
         """Share of the sweeps that are more than 0.5 m off."""
         return float(np.mean(self.off > 0.5))
@@ -228,7 +234,7 @@ class Followed:
 def follow(
     world: PreparedMap,
     drive: Drive,
-    told: Sequence[Moment],
+    log: Sequence[Moment],
     stamps: Sequence[int] | None = None,
     *,
     twice: bool = False,
@@ -239,7 +245,7 @@ def follow(
     Args:
         world: map.
         drive: truth.
-        told: what is logged.
+        log: what is logged.
         stamps: written beside each moment [ns]; the true ones by default.
         twice: whether the odometry of a scan's instant is written before it and after it, as CARMEN does.
         hint: error of the hint.
@@ -253,10 +259,10 @@ def follow(
 
     suite = SensorConfiguration(Motion.ODOMETRY, flat=True)
     localizer = Localizer(world, {SCANNER: MOUNTS[SCANNER]}, LocalizerConfig.of(suite), stage=stage)
-    written = stamps if stamps is not None else [moment.true for moment in told]
+    written = stamps if stamps is not None else [moment.true for moment in log]
     true_at: dict[int, int] = {}
     rows, said, health, estimates, begun = [], [], [], [], 0
-    for number, (moment, stamp) in enumerate(zip(told, written, strict=True)):
+    for number, (moment, stamp) in enumerate(zip(log, written, strict=True)):
         true_at[stamp] = moment.true
         readings: list[Reading] = [Odometry(stamp, moment.odometry)]
         if moment.scan is not None:
@@ -293,7 +299,7 @@ def follow(
     )  # fmt: skip
 
 
-def told_about(followed: Followed) -> str:
+def summary(followed: Followed) -> str:
     """One line of figures, for a test that fails."""
     return (
         f"{len(followed.off)} sweeps, off {followed.off.mean():.3f} / {np.percentile(followed.off, 95):.3f} "
