@@ -50,9 +50,9 @@ class RegistrationConfig:
     normal_noise: float = 0.04
     """The least angular noise of the map's normals, one sigma [rad], for the debiasing; what is measured on
     the map counts if it is more (see ``map_noise``)."""
-    debias: float = 2.0
-    """The spurious information of noisy normals is subtracted this many times, two sigma squared (after
-    Hatleskog and Alexis, arXiv:2410.10784); a direction is observable if some information is left."""
+    debias: float = 4.0
+    """A direction is observable if its information exceeds this many times the spurious information of noisy
+    normals: two sigma squared (after Hatleskog and Alexis, arXiv:2410.10784)."""
     weak_line: float = 3.0
     """The horizontal line that a sweep constrains least is observable if its information exceeds the spurious
     one this many times."""
@@ -200,9 +200,8 @@ def _conclude(sweep: Sweep, world: PreparedMap, pose: Pose, config: Registration
         scale = np.diag([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
         w = directions @ scale
         unscaled = directions @ np.linalg.inv(scale)
-        small = unscaled @ hessian @ unscaled.T
-        true = unscaled @ (held - config.debias * fake) @ unscaled.T
-        information = w.T @ true @ w
+        small = unscaled @ held @ unscaled.T
+        information = w.T @ small @ w
         offset = -unscaled.T @ np.linalg.solve(small, unscaled @ gradient)
     explained = seen.valid & (np.abs(np.nan_to_num(seen.distance)) < config.inlier_distance)
     # The prior still pulls at the pose found; the sweep alone gives a slightly different one.
@@ -281,9 +280,9 @@ def observable_directions(
     """
     inverse_scale = np.array([1, 1, 1, 1 / LEVER, 1 / LEVER, 1 / LEVER])
     both = np.outer(inverse_scale, inverse_scale)
-    # Subtracted as a matrix: noise along a corridor would otherwise remain in directions oblique to it.
-    values, vectors = np.linalg.eigh((hessian - config.debias * fake) * both)
-    keep = values > 1.0 / config.max_sigma**2
+    values, vectors = np.linalg.eigh(hessian * both)
+    faked = np.einsum("ji,jk,ki->i", vectors, fake * both, vectors)
+    keep = (values > config.debias * faked) & (values > 1.0 / config.max_sigma**2)
     directions: FloatArray = np.ascontiguousarray(vectors[:, keep].T)
     directions.flags.writeable = False
     return directions
