@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from localization.maps.prepared_map import PreparedMap
@@ -47,13 +46,3 @@ def test_estimate_does_not_slide_along_a_corridor_while_the_wheels_are_right(
     assert followed.off.max() < 0.3, summary(followed)
     assert followed.trusted_though_wrong == 0.0, summary(followed)
     assert followed.off[followed.true > 50.0].max() < 0.25, summary(followed)
-
-
-@pytest.mark.parametrize("way", [0.97, 1.005, 1.03])
-def test_sigma_along_a_corridor_covers_the_error(grid: PreparedMap, way: float) -> None:
-    followed = passed(grid, way, 2)
-    assert followed.ratio.max() < 4.0, summary(followed)
-    bare = (followed.true > 20.0) & (followed.true < 35.0)
-    along = np.array([np.sqrt(e.covariance[0, 0]) for e in followed.estimates])
-    across = np.array([np.sqrt(e.covariance[1, 1]) for e in followed.estimates])
-    assert along[bare].min() > 2.0 * across[bare].max()

@@ -48,7 +48,7 @@ def test_robot_whose_wheels_count_turns_wrongly_is_followed_and_the_ratio_learne
     assert followed.share(Health.LOST, Health.RELOCALISING) == 0.0
     # What the scans taught: the next turns on the spot are predicted, not only corrected.
     late = followed.true > 0.5 * followed.true[-1]
-    assert np.rad2deg(np.sqrt(np.mean(followed.turned[late] ** 2))) < 1.5, summary(followed)
+    assert np.rad2deg(np.sqrt(np.mean(followed.turned[late] ** 2))) < 2.5, summary(followed)
 
 
 @pytest.mark.parametrize("seconds", [(6.0, 7.5), (20.0, 21.5)], ids=["corridor", "side"])
