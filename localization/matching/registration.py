@@ -53,9 +53,6 @@ class RegistrationConfig:
     debias: float = 4.0
     """A direction is observable if its information exceeds this many times the spurious information of noisy
     normals: two sigma squared (after Hatleskog and Alexis, arXiv:2410.10784)."""
-    weak_line: float = 3.0
-    """The horizontal line that a sweep constrains least is observable if its information exceeds the spurious
-    one this many times."""
     max_sigma: float = 0.3
     """A direction known no better than this, one sigma [m], is not observable."""
     backface_culling: bool = True
@@ -192,15 +189,14 @@ def _conclude(sweep: Sweep, world: PreparedMap, pose: Pose, config: Registration
     weight = _weights(seen, config.kernel, config)
     hessian, gradient = _normal_equations(seen, weight)
     fake = _information_of_normal_noise(sweep, pose, weight, hessian, config.normal_noise)
-    held = without_weakest(hessian, fake, config)
-    directions = observable_directions(held, fake, config)
+    directions = observable_directions(hessian, fake, config)
     information, offset = np.zeros((6, 6)), np.zeros(6)
     if len(directions):
         # Project on the observable directions W (rows, orthonormal in the scaled space).
         scale = np.diag([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
         w = directions @ scale
         unscaled = directions @ np.linalg.inv(scale)
-        small = unscaled @ held @ unscaled.T
+        small = unscaled @ hessian @ unscaled.T
         information = w.T @ small @ w
         offset = -unscaled.T @ np.linalg.solve(small, unscaled @ gradient)
     explained = seen.valid & (np.abs(np.nan_to_num(seen.distance)) < config.inlier_distance)
@@ -236,36 +232,6 @@ def _information_of_normal_noise(
     total[3:, 3:] = np.trace(second) * np.eye(3) - second
     fake: FloatArray = noise**2 * (total - hessian)
     return fake
-
-
-def without_weakest(
-    hessian: FloatArray, fake: FloatArray, config: RegistrationConfig
-) -> FloatArray:
-    """Return the information (6, 6) without that along the weakest horizontal line, if noise may explain it.
-
-    The line is the horizontal shift that is known least when the heading is free to follow it. Along a corridor
-    with rough walls a shift couples with the heading: neither looks weak alone, and every sweep pulls the same
-    way, because the normals at fault are the same for many sweeps.
-
-    Args:
-        hessian: (6, 6) information of the sweep.
-        fake: (6, 6) spurious information in it.
-        config: ``weak_line``.
-    """
-    yaw = max(float(hessian[5, 5]), 1e-9)
-    cross = hessian[:2, 5]
-    values, vectors = np.linalg.eigh(hessian[:2, :2] - np.outer(cross, cross) / yaw)
-    shift = vectors[:, 0]
-    known, faked = max(0.0, float(values[0])), float(shift @ fake[:2, :2] @ shift)
-    if known > config.weak_line * faked:
-        return hessian
-    line = np.array([shift[0], shift[1], 0.0, 0.0, 0.0, -float(cross @ shift) / yaw])
-    along = hessian @ line
-    total = float(line @ along)
-    if total <= 0.0:
-        return hessian
-    left: FloatArray = hessian - np.outer(along, along) / total
-    return 0.5 * (left + left.T)
 
 
 def observable_directions(
