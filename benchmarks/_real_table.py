@@ -19,6 +19,9 @@ SOON = 2.0
 """A kidnap should be noticed within this time [s]."""
 _NO_SCORE = "-"
 
+NONE = "No figures are kept yet."
+"""What a page says in the place of a table without rows."""
+
 
 def of_score(case: str, method: str, s: RealScore, cpu_mean: float) -> Iterator[Figure]:
     """Yield the figures of a replay; ``cpu_mean`` is the mean CPU time per scan [ms]."""
@@ -117,7 +120,7 @@ def scores(sheet: Sheet) -> str:
             cpu if math.isfinite(f["CPU p50"].value) else f"{_ms(f['CPU mean'])}; -",
         ]
         lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+    return "\n".join(lines) if len(lines) > 2 else NONE
 
 
 def kidnaps(sheet: Sheet) -> str:
@@ -142,7 +145,7 @@ def kidnaps(sheet: Sheet) -> str:
             replace(f["false alarms"], unit="").text if "false alarms" in f else _NO_SCORE,
         ]
         lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+    return "\n".join(lines) if len(lines) > 2 else NONE
 
 
 def hints(sheet: Sheet) -> str:
@@ -159,13 +162,13 @@ def hints(sheet: Sheet) -> str:
         )
         way = f"{digits(f['way p50'].value)} / {digits(f['way max'].value)}"
         lines.append(f"| {' | '.join([case, kind, str(n), *counts, way])} |")
-    return "\n".join(lines)
+    return "\n".join(lines) if len(lines) > 2 else NONE
 
 
 def markdown(sheet: Sheet) -> str:
     """Return all tables that the sheet has figures for."""
     tables = (scores(sheet), kidnaps(sheet), hints(sheet))
-    return "\n\n".join(t for t in tables if t.count("\n") > 1) + "\n"
+    return "\n\n".join(t for t in tables if t != NONE) + "\n"
 
 
 def _rows(sheet: Sheet, kind: str) -> dict[tuple[str, str], dict[str, Figure]]:
