@@ -10,13 +10,9 @@ from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState
 from localization.filter.prediction import rolling_noise
 from localization.geometry import FloatArray
-from localization.motion.displacement import arc_step, step_variance
 from localization.motion.sensor_configuration import Motion
 from localization.types import Pose
 
-_SHORTEST = 0.3
-"""Least time for which a push is granted to a robot whose motion comes as displacements, as their stamps may
-be bursts [s]."""
 _SLIP_GATE = float(chi2.ppf(0.999, 1))
 """Beyond it KISS-ICP's forward motion contradicts the wheels' (99.9 %)."""
 
@@ -59,10 +55,6 @@ class SlipDetector(NamedTuple):
         """Whether anything measures how the wheels roll."""
         sensors = self.config.sensors
         return sensors.wheels or sensors.motion is Motion.ODOMETRY
-
-    @property
-    def _displaced(self) -> bool:
-        return self.config.sensors.displaced
 
     def slipping(self, now: int) -> bool:
         """Return whether the wheels are distrusted at a stamp [ns]."""
@@ -110,20 +102,16 @@ class SlipDetector(NamedTuple):
     @property
     def complete(self) -> bool:
         """Whether the window is long enough to compare wheels and KISS-ICP."""
-        return self._displaced or self.elapsed >= self.config.slip_window
+        return self.elapsed >= self.config.slip_window
 
     @property
     def plausible(self) -> bool:
         """Whether the robot can have moved as KISS-ICP observed.
 
-        Wheels that spin or lock move a robot at a speed between none and their own, but for a push. Where
-        no gyro watches them, they may even count the wrong direction, and only the distance is compared.
+        Wheels that spin or lock move a robot at a speed between none and their own, but for a push.
         Without wheels, only the grip of tyres bounds the change of speed.
         """
         c = self.config
-        if self._displaced and self.motion is not None:
-            farthest = abs(self.rolled) + c.overspeed_margin * max(self.elapsed, _SHORTEST)
-            return abs(float(self.motion.position[0])) <= farthest
         speed, _ = self._observed_velocity
         if self._measured:
             rolled = self.rolled / self.elapsed
@@ -152,10 +140,6 @@ class SlipDetector(NamedTuple):
             return False
         ekf = self.config.ekf
         off = float(self.motion.position[0]) - self.rolled
-        if self._displaced:
-            way = arc_step(self.rolled, self.motion.yaw)
-            loose = step_variance(way, self.elapsed, ekf.odometry).along
-            return off**2 > _SLIP_GATE * (float(covariance[0, 0]) + loose)
         _, turn = self._observed_velocity
         noise = rolling_noise(ekf, self.rolled / self.elapsed, turn)
         if self._outruns(off):
