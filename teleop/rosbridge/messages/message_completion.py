@@ -103,8 +103,11 @@ class _Completion:
         self._given = 0
         """Number of fields that were given so far."""
 
+        self._defaulted = 0
+        """Number of nested messages that were omitted so far, without those inside them."""
+
         self.omitted = 0
-        """Number of nested messages that were omitted so far."""
+        """Number of nested messages that were made from defaults so far."""
 
         self.size = 0
         """Memory of what was built so far, roughly [bytes]."""
@@ -124,7 +127,11 @@ class _Completion:
         for field in kind.fields:
             name = field.name
             if name not in given:
-                self.omitted += field.nested and not field.repeated
+                if field.nested and not field.repeated:
+                    self._defaulted += 1
+                    made = self._registry.nested_messages(field.kind)
+                    self.omitted += made
+                    self.size += made * _MESSAGE_BYTES
                 done[name] = default_value(self._registry, kind, field)
                 continue
             used += 1
@@ -142,10 +149,10 @@ class _Completion:
             )
         self._given += len(given)
         self.size += _MESSAGE_BYTES
-        if self.omitted > FREE_DEFAULTS + 2 * self._given:
+        if self._defaulted > FREE_DEFAULTS + 2 * self._given:
             raise MessageError(
                 f"{self._root} message has too many omitted fields for its size: "
-                f"{self.omitted} by {path[:-1]}"
+                f"{self._defaulted} by {path[:-1]}"
             )
         return done
 

@@ -45,7 +45,7 @@ class Connection:
     """Whether all its frames are sent, in their order."""
 
     excess_reported: int | None = None
-    """Time at which it was last told that it exceeds a rate [ns]."""
+    """Time of the last report that it exceeds a rate [ns]."""
 
     closing: bool = False
     """Whether it is being disconnected; its frames are ignored."""

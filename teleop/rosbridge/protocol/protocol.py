@@ -31,10 +31,12 @@ from teleop.rosbridge.protocol.delay_lines import LINE_BYTES, DelayLines
 from teleop.rosbridge.protocol.dispatcher import Dispatcher, large_payloads
 from teleop.rosbridge.protocol.frame_delay import FrameDelay
 from teleop.rosbridge.protocol.observers import Observers
+from teleop.rosbridge.protocol.places import Places
 from teleop.rosbridge.protocol.refusals import Refusal
 from teleop.rosbridge.protocol.round_trips import RoundTrips
 from teleop.rosbridge.protocol.service_operations import ServiceOperations
 from teleop.rosbridge.protocol.session_operations import SessionOperations
+from teleop.rosbridge.protocol.token_guesses import TokenGuesses
 from teleop.rosbridge.protocol.topic_operations import TopicOperations
 from teleop.rosbridge.timers import Timers
 
@@ -78,6 +80,8 @@ class Protocol:
         if frame_delay is not None:
             self._delays = DelayLines(frame_delay, self.timers, self.connections.transmit)
             self.connections.delays = self._delays
+        self.places = Places(self.limits, self.connections)
+        self.token_guesses = TokenGuesses()
         self.round_trips = RoundTrips(self.timers, self._delays)
         codec, limits = self.encoders.codec, self.limits
         completion = ClientCompletion(registry, self._charge_parts)
@@ -102,6 +106,8 @@ class Protocol:
                 self.authenticator,
                 self.observers,
                 dispatcher.reassembled,
+                places=self.places,
+                guesses=self.token_guesses,
             ),
         ):
             dispatcher.add(group.operations)

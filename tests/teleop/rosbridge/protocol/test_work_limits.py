@@ -95,7 +95,7 @@ def test_large_legal_messages_are_taken_as_often_as_their_parts_allow() -> None:
     assert wire.received() == []
 
 
-def test_client_in_debt_is_told_the_rate_and_then_disconnected() -> None:
+def test_client_in_debt_receives_an_error_and_is_then_disconnected() -> None:
     wire = Wire()
     wire.send({"op": "advertise", **POSES})
     for _ in range(8):
@@ -116,7 +116,7 @@ def test_latched_messages_of_a_client_occupy_bounded_memory() -> None:
         wire.send({"op": "publish", "topic": topic["topic"], "msg": {"poses": [{}] * 200}})
         refused += sum("is not latched" in said["msg"] for said in wire.received())
     kept = [topic for topic in wire.protocol.topics.all if topic.latched]
-    assert 10 <= len(kept) <= 20
+    assert 1 <= len(kept) <= 10
     assert refused == 64 - len(kept)
     # Each new message of a topic takes the place of its last.
     for _ in range(3):
@@ -145,14 +145,14 @@ def test_message_too_large_to_be_latched_is_delivered_and_replaces_the_latched_o
 def test_parameters_are_bounded_together() -> None:
     wire = Wire()
     serve_standard(wire.protocol)
-    told = []
+    answers = []
     for number in range(10):
         wire.wait(1000)
         value = json.dumps("x" * 60_000)
         args = {"name": f"/p{number}", "value": value}
-        told += wire.ask({"op": "call_service", "service": "/rosapi/set_param", "args": args})
-    assert [answer["result"] for answer in told] == [True] * 4 + [False] * 6
-    assert "together" in told[-1]["values"]
+        answers += wire.ask({"op": "call_service", "service": "/rosapi/set_param", "args": args})
+    assert [answer["result"] for answer in answers] == [True] * 4 + [False] * 6
+    assert "together" in answers[-1]["values"]
     args = {"name": "/p0", "value": "1"}
     wire.send({"op": "call_service", "service": "/rosapi/set_param", "args": args})
     args = {"name": "/p9", "value": value}
