@@ -24,7 +24,7 @@ from tests.teleop.support import (
 REGISTRY = registry()
 
 
-def expected_count(topic: Topic, seconds: float) -> range:
+def expected_count(topic: Topic[Any], seconds: float) -> range:
     """How many messages are due in so much robot time."""
     if topic.every:
         exact = round(seconds * 50) // topic.every
