@@ -46,7 +46,9 @@ def test_tick_ends_with_an_inertial_reading_20_ms_later(robot: Robot) -> None:
 def test_tick_hands_hints_to_the_localiser_before_its_readings(robot: Robot) -> None:
     hint = Hint(0, Pose.planar(1.0, 1.0, 0.0), np.zeros((6, 6)))
     tick = robot.tick(0, (PoseHint("a", hint),))
-    assert tick.readings[0].map_from_base is hint.map_from_base
+    first = tick.readings[0]
+    assert isinstance(first, Hint)
+    assert first.map_from_base is hint.map_from_base
 
 
 @pytest.mark.parametrize("end", ["silence", "disconnect", "e-stop", "released deadman"])

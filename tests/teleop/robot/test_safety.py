@@ -11,11 +11,13 @@ from hypothesis import given, strategies as st
 from localization.types import SECOND, Twist
 from robot_sim import DriveConfig
 from teleop.joystick import VelocityRequest
-from teleop.robot.control_state import ControlMode
+from teleop.robot.control_state import ControlMode, SafetyConfig
 from teleop.robot.estop import estop_after
 from teleop.robot.inbox import DriveCommand, EStop, EStopReset
 from teleop.robot.safety import Safety
 from teleop.robot.speed_limits import SpeedLimits
+
+TICK = SafetyConfig().tick
 
 NEUTRAL = VelocityRequest(Twist.planar(0.0, 0.0), enabled=True)
 FORWARD = VelocityRequest(Twist.planar(0.4, 0.1), enabled=True)
@@ -63,8 +65,8 @@ def test_released_deadman_stops_at_once_and_rearms() -> None:
 def test_silence_stops_the_robot_then_ends_the_lease() -> None:
     safety = armed()
     ask(safety, "a", FORWARD, 0)
-    assert moving(safety, SECOND // 2)
-    assert not moving(safety, SECOND // 2 + 1)
+    assert moving(safety, SECOND // 2 - TICK // 2)
+    assert not moving(safety, SECOND // 2 - TICK // 2 + 1), "the nearest tick brakes"
     assert safety.state(SECOND).control is ControlMode.DISARMED
     assert "no command for" in safety.state(SECOND).reason
     assert safety.state(3 * SECOND).control is ControlMode.IDLE
