@@ -47,8 +47,13 @@ def tf_static(mounts: Mounts) -> Message:
     return {"transforms": transforms}
 
 
-def map_info(cloud: Cloud) -> Message:
-    """Return name, bounds and hash of the map."""
+def map_info(cloud: Cloud, run_id: str = "") -> Message:
+    """Return name, bounds and hash of the map.
+
+    Args:
+        cloud: The robot's map.
+        run_id: Identity of this run of the robot; empty if it has none.
+    """
     low, high = cloud.bounds
     return {
         "name": cloud.name,
@@ -57,6 +62,7 @@ def map_info(cloud: Cloud) -> Message:
         "points": len(cloud.points),
         "min": vector_to_dict(low),
         "max": vector_to_dict(high),
+        "run_id": run_id,
     }
 
 
