@@ -154,10 +154,12 @@ class Connections:
                 connection.fragmented += 1
                 output = replace(output, fragment_id=f"fragment:{connection.fragmented}")
         self._observer.sent(connection, output)
-        if self.delays is not None:
-            self.delays.send(client, output)
-        else:
+        if self.delays is None or (
+            isinstance(output, OutgoingFrame) and self.delays.bypassed(output.payload)
+        ):
             self.transmit(client, output)
+        else:
+            self.delays.send(client, output)
 
     def transmit(self, client: int, output: Output) -> None:
         """Pass a frame to the transport, once it is through an emulated link if there is one."""
