@@ -6,20 +6,27 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from localization.mapping.base_poses import BasePoses
 from localization.mapping.flat_sweep import FlatSweep
 from localization.mapping.odometry_front_end import OdometrySweep
-from localization.mapping.pose_displacements import BasePoses, DisplacementNoise, displacement
 from localization.mapping.scan_tracker import ScanTracker, TrackerConfig
 from localization.motion.deskew import deskew
+from localization.motion.displacement import planar_step
+from localization.motion.odometry_noise import OdometryNoise, planar_covariance
 from localization.types import SECOND, Mounts, Odometry, PointScan, Pose, Reading, Scan
+
+_IDLE = 1.0
+"""Each displacement counts as one of this time [s], for stamps may be wrong."""
 
 
 @dataclass(frozen=True, slots=True)
 class PoseOdometerConfig:
     """Settings of this odometry."""
 
-    noise: DisplacementNoise = field(default_factory=DisplacementNoise)
+    noise: OdometryNoise = field(default_factory=OdometryNoise)
     """Noise of the base's odometry."""
+    turn_share: float = 0.2
+    """Error of the ratio of true to counted turns, one sigma: nothing learns it here."""
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
     """Settings of the alignment with the local map."""
     scanner_patience: int = 60_000_000
@@ -82,12 +89,15 @@ class PoseOdometer:
         if pose is None or (self._last is not None and end <= self._last[0]):
             self.refused += pose is not None
             return None
-        step = np.zeros(3) if self._last is None else displacement(self._last[1], pose)
-        if self._last is not None and self._idle(step, end - self._last[0]):
+        then, before = (end, pose) if self._last is None else self._last
+        motion = planar_step(before, pose)
+        step = np.array([*motion.position[:2], motion.yaw])
+        if self._last is not None and self._idle(step, end - then):
             return None
         self._last = (end, pose)
         sweep = deskew(scans, track, self._mounts, end)
-        covariance = self.config.noise.covariance(step)
+        c = self.config
+        covariance = planar_covariance(motion, _IDLE, c.noise, c.turn_share)
         tracked = self._tracker.track(FlatSweep.of(sweep, 0.0, 0.0), step, covariance)
         at = tracked.at
         return OdometrySweep(sweep, at, at, 0.0, (0.0, 0.0), covariance, tracked.information)
