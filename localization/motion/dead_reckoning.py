@@ -124,6 +124,11 @@ class DeadReckoner:
         return covariance
 
     @property
+    def bias_sigma(self) -> float:
+        """Error of the gyro's bias, one sigma [rad/s]."""
+        return math.sqrt(self._errors[_BIAS, _BIAS])
+
+    @property
     def _errors(self) -> FloatArray:
         return self._initial_errors() if self.errors is None else self.errors
 
