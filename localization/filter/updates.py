@@ -56,6 +56,10 @@ def update_wheel_yaw(
     of it: a skid-steer robot turns less than its wheels count however exact its speed is. If the rates
     disagree, one side slips and nothing is learned. Wheels at rest add nothing to ``update_standstill``.
 
+    Rims and gyro are not read at one instant, and tyres give way for some milliseconds: while the gyro's rate
+    changes, as at the end of a turn on the spot, they may differ by as much as it changed since the last
+    reading. That is no slip, and nothing is learned from it either.
+
     Args:
         state: before.
         config: noise and gate.
@@ -78,7 +82,9 @@ def update_wheel_yaw(
     (bb, _, bp), _, (_, _, pp) = state.full_covariance[8:11, 8:11].tolist()
     spread = bb + wheels * (2.0 * bp + wheels * pp)
     if innovation**2 / (spread + variance) > c.wheel_yaw_gate:
-        return state, False
+        changed = abs(turning - float(state.twist.angular[2]))
+        rest = max(0.0, abs(innovation) - changed)
+        return state, rest**2 / (spread + variance) <= c.wheel_yaw_gate
     if wheels_stand(left, right, c):
         return state, True
     return yaw_corrected(state, innovation, wheels, spread + variance), True

@@ -89,7 +89,7 @@ class Server:
             ServerError: If the address is not available; the message is one line.
         """
         await self._listener.start(
-            self._handle, self._handshake.process, self._keepalive, self.protocol.limits.frame
+            self._handle, self._handshake.process, self._keepalive, self.protocol.limits
         )
         self.protocol.connections.attach(self)
         self.protocol.round_trips.attach(None if self.lockstep else self._ping)

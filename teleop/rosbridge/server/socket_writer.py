@@ -136,6 +136,10 @@ class SocketWriter:
                 view = memoryview(piece)
                 fragments = (view[i : i + _FRAGMENT] for i in range(0, len(piece), _FRAGMENT))
                 await self.socket.send(fragments, text=text)
+            if frame.fragment_id:
+                await asyncio.sleep(
+                    0
+                )  # a socket that takes a thousand pieces must not hold up others
 
     async def _hang_up(self, close: CloseFrame) -> None:
         try:
