@@ -25,7 +25,7 @@ from benchmarks import _tables as tables
 from localization import Health, LocalizerConfig, Pose, Verdict
 from localization.display.rerun_sink import viewer_program
 from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
-from teleop.__main__ import Command
+from teleop.command_line import Command
 from teleop.joystick import JoystickLayout, layouts
 from teleop.operator import keyboard
 from teleop.robot.greeting import snippet
