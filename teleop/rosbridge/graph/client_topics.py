@@ -110,7 +110,7 @@ class ClientTopics:
         self._topics.update_expiry(topic)
         if new and latched:
             for publication in topic.latched.values():
-                self._topics.offer(client, subscription, publication, now)
+                self._topics.offer(client, subscription, publication)
 
     def unsubscribe(self, client: int, name: str, key: object) -> None:
         """Remove the ``subscribe`` operation with the id ``key``, or all without an id."""

@@ -22,6 +22,7 @@ from teleop.rosbridge.framing.png_compression import png_operation
 from teleop.rosbridge.limits import ClientLimits, TokenBucket
 from teleop.rosbridge.messages.json_cbor_codec import write_json
 from teleop.rosbridge.protocol.connection import STATUS_LEVELS, Connection
+from teleop.rosbridge.protocol.delay_lines import DelayLines
 from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.refusals import Refusal
 
@@ -46,6 +47,8 @@ class Connections:
         self._all: dict[int, Connection] = {}
         self._next = 1
         self._undelivered: list[tuple[int, Output]] = []
+        self.delays: DelayLines | None = None
+        """The emulated link that frames pass; None without emulation."""
 
     def __iter__(self) -> Iterator[Connection]:
         return iter(list(self._all.values()))
@@ -133,6 +136,13 @@ class Connections:
                 connection.fragmented += 1
                 output = replace(output, fragment_id=f"fragment:{connection.fragmented}")
         self._observer.sent(connection, output)
+        if self.delays is not None:
+            self.delays.send(client, output)
+        else:
+            self.transmit(client, output)
+
+    def transmit(self, client: int, output: Output) -> None:
+        """Pass a frame to the transport, once it is through an emulated link if there is one."""
         if self._transport is not None:
             self._transport.send(client, output)
         else:

@@ -10,6 +10,7 @@ from websockets.http11 import Request, Response
 
 from teleop.rosbridge.auth.authenticator import token_in
 from teleop.rosbridge.auth.origins import Origins
+from teleop.rosbridge.framing.outbox import BULK_BYTES
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.http_connection import (
     HttpConnection,
@@ -17,7 +18,6 @@ from teleop.rosbridge.server.http_connection import (
     wants_websocket,
 )
 from teleop.rosbridge.server.http_pages import OPEN_PAGES, HttpPages
-from teleop.rosbridge.server.outbox import BULK_BYTES
 
 _MAX_DOWNLOADS: Final = 4
 """Simultaneous downloads of large files; each is kept in memory until it has been received."""

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import fcntl
+import sys
+import termios
+from collections import deque
+from collections.abc import Callable
 from email.utils import formatdate
 from typing import Final
 
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
+from websockets.frames import DATA_OPCODES, PONG, Frame
 from websockets.http11 import Request, Response
+from websockets.protocol import Event, State
 
 from teleop.rosbridge.auth.permissions import Access
+from teleop.rosbridge.server.dated_loop import arrival_now
 from teleop.rosbridge.server.http_pages import Page
 
 HEADER_TIMEOUT: Final = 5.0
@@ -18,6 +27,10 @@ HEADER_TIMEOUT: Final = 5.0
 
 DOWNLOAD_TIMEOUT: Final = 120.0
 """Time for the download of a file [s]: 10 MB at 1 Mbit/s take 80 s."""
+
+
+_READ_BYTES: Final = 262_144
+"""What asyncio reads at most at once [bytes]; a shorter read has emptied the kernel's buffer."""
 
 
 class HttpConnection(ServerConnection):
@@ -30,15 +43,70 @@ class HttpConnection(ServerConnection):
     access: Access | None = None
     """Permissions of the token in the request; None without one."""
 
+    pong_received: Callable[[bytes, float], object] = staticmethod(lambda payload, arrived: None)
+    """Takes the payload of each pong and its arrival, in the loop's time [s]."""
+
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Start the deadline of the request."""
         super().connection_made(transport)
+        self._arrivals: deque[tuple[float, int]] = deque()
+        self._arrived = self.loop.time()
+        self._paused: float | None = None
+        self._partial = 0
+        self.recv_messages.pause = self._pause_reading
         self._deadline = self.loop.call_later(HEADER_TIMEOUT, self._abort_without_request)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Stop the deadline of the request."""
         self._deadline.cancel()
         super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        """Note when the data arrived, then process it."""
+        self._arrived = arrival_now()
+        if self._paused is not None:
+            # What waited in the kernel came at any time since reading was paused.
+            self._arrived = min(self._arrived, self._paused)
+            if len(data) < _READ_BYTES and not self.recv_messages.paused:
+                self._paused = None
+        super().data_received(data)
+
+    def process_event(self, event: Event) -> None:
+        """Note the arrival of each message."""
+        if isinstance(event, Frame):
+            if event.opcode in DATA_OPCODES:
+                self._partial += len(event.data)
+                if event.fin:
+                    self._arrivals.append((self._arrived, self._partial))
+                    self._partial = 0
+            elif event.opcode is PONG:
+                self.pong_received(bytes(event.data), self._arrived)
+        super().process_event(event)
+
+    async def receive(self) -> tuple[str | bytes, float]:
+        """Return the next message and its earliest possible arrival, in the loop's time [s].
+
+        Raises:
+            ConnectionClosed: If there will be none.
+        """
+        message = await self.recv()
+        return message, self._arrivals.popleft()[0]
+
+    @property
+    def unprocessed(self) -> int:
+        """Bytes that have arrived and have not been returned by ``receive``."""
+        waiting = sum(size for _, size in self._arrivals) + self._partial
+        return waiting + len(self.protocol.reader.buffer) + _readable(self.transport)
+
+    def send_ping(self, payload: bytes) -> None:
+        """Send a ping without waiting for anything, if the connection is open."""
+        if self.protocol.state is State.OPEN:
+            self.protocol.send_ping(payload)
+            self.send_data()
+
+    def _pause_reading(self) -> None:
+        self._paused = self.loop.time() if self._paused is None else self._paused
+        self.transport.pause_reading()
 
     async def download(self, response: Response) -> None:
         """Send a large response and wait until the client has received it.
@@ -56,6 +124,14 @@ class HttpConnection(ServerConnection):
     def _abort_without_request(self) -> None:
         if self.request is None:
             self.transport.abort()
+
+
+def _readable(transport: asyncio.Transport) -> int:
+    """Return how many bytes wait in the kernel; 0 where it cannot be asked."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        answer = fcntl.ioctl(transport.get_extra_info("socket").fileno(), termios.FIONREAD, b"1234")
+        return int.from_bytes(answer, sys.byteorder)
+    return 0
 
 
 def page_response(page: Page, headers: dict[str, str]) -> Response:

@@ -397,7 +397,7 @@ async def test_unknown_topics_and_types_are_rejected_by_name(robots: Robots) -> 
 async def test_estop_posted_to_the_inbox_latches_like_one_from_a_client(robots: Robots) -> None:
     async with robots() as rig, peer(rig.server.url) as client:
         await client.subscribe("/teleop/state")
-        rig.host.post(EStop("bumper", "safety-plc"))
+        rig.host.wishes.post(EStop("bumper", "safety-plc"))
         await client.step(5)
         assert client.last("/teleop/state")["reason"] == "e-stop by bumper"
         await arm(client)
