@@ -127,6 +127,7 @@ def test_base_install_localises_and_names_the_missing_extras(folder: Path, tmp_p
     assert "<img" not in page
 
 
+@pytest.mark.slow
 def test_settings_of_file_and_command_line_are_used_and_kept(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
