@@ -11,6 +11,9 @@ from dataclasses import dataclass, field, fields
 from typing import Final
 
 from teleop.errors import SettingError
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.frame_delay import FrameDelay
+from teleop.rosbridge.protocol.observers import Observer
 
 SECOND: Final = 1_000_000_000
 
@@ -23,6 +26,8 @@ class Direction:
     """Time that each message takes [s]."""
     jitter: float = 0.0
     """Largest additional delay, drawn evenly for each message [s]."""
+    growth: float = 0.0
+    """Time by which the delay grows in each second [s/s]."""
     rate: float = 0.0
     """Bytes that it carries in a second; 0 for any number."""
     stall: float = 0.0
@@ -106,18 +111,23 @@ class _Line:
         self._free = begin
         self._last = begin
 
+    def free(self, now: int) -> int:
+        """Return the time from which on another message can enter [ns]; ``now`` if it can at once."""
+        return self._begin + self._config.open_at(max(now, self._free) - self._begin)
+
     def out(self, size: int, now: int) -> int:
         """Return the time at which a message of a size [bytes] comes out that enters now [ns]."""
         config = self._config
-        start = self._begin + config.open_at(max(now, self._free) - self._begin)
+        start = self.free(now)
         if config.rate:
             self._free = start = start + round(size / config.rate * SECOND)
-        delay = config.delay + config.jitter * self._random.random()
+        delay = config.delay + config.growth * (now - self._begin) / SECOND
+        delay += config.jitter * self._random.random()
         self._last = max(self._last, start + round(delay * SECOND))
         return self._last
 
 
-class LinkEmulation:
+class LinkEmulation(FrameDelay, Observer):
     """The emulated links of all clients."""
 
     def __init__(self, config: LinkConfig) -> None:
@@ -132,9 +142,13 @@ class LinkEmulation:
         """Return the time [ns] at which a frame that the robot sends now reaches a client."""
         return self._of(client, now)[1].out(size, now)
 
-    def disconnected(self, client: int) -> None:
+    def free(self, client: int, now: int) -> int:
+        """Return from when on [ns] the link takes another frame for a client; ``now`` if it does at once."""
+        return self._of(client, now)[1].free(now)
+
+    def disconnected(self, connection: Connection, now: int) -> None:
         """Forget a client."""
-        self._lines.pop(client, None)
+        self._lines.pop(connection.id, None)
 
     def _of(self, client: int, now: int) -> tuple[_Line, _Line]:
         if client not in self._lines:

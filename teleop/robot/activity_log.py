@@ -56,7 +56,7 @@ class ActivityLog(Observer):
             _LOG.warning("e-stop by %s", state.estop.holder or state.estop.client)
         elif state.estop is None and last.estop is not None:
             _LOG.warning(state.reason)
-        elif state.controller != last.controller:
+        elif state.controller != last.controller and not state.controller:
             _LOG.info(state.reason)
         elif state.control is not last.control:
             armed = state.control is ControlMode.ARMED

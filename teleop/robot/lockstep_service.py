@@ -59,7 +59,10 @@ class LockstepService(Observer):
             deferred: Called after each step, while the client decides on the next one; for work that
                 no response waits for, such as recording.
         """
-        self._robot, self.adapter, self._observers = robot, adapter, observers
+        self._robot, self.adapter = robot, adapter
+        self.observers = observers
+        """Called with the record of each tick."""
+
         self._last_stamp, self._deferred = last_stamp, deferred
         self._owner: int | None = None
         self._busy = False
@@ -121,7 +124,7 @@ class LockstepService(Observer):
             tick = self._robot.tick(self._stamp, self.adapter.wishes.take())
             self.adapter.driven(tick.drive)
             self.adapter.estimated(tick.estimation)
-            for observe in self._observers:
+            for observe in self.observers:
                 observe(tick)
         except Exception as error:
             self.error = error

@@ -45,6 +45,7 @@ from teleop.robot.server_setup import (
     audit_log,
     build_server,
     offer_map,
+    round_trips_of,
     token_file,
     watch_tokens,
 )
@@ -52,8 +53,15 @@ from teleop.robot.speed_limits import SpeedLimits
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import latched_messages
 
-_TALK = "teleop.robot.real_time.talk_process"
-_ESTIMATE = "teleop.robot.real_time.estimate_process"
+
+def start_talk() -> ChildProcess:
+    """Start the process that talks with clients."""
+    return ChildProcess("teleop.robot.real_time.talk_process", TALK_BOUND)
+
+
+def start_estimate() -> ChildProcess:
+    """Start the process that localises the robot."""
+    return ChildProcess("teleop.robot.real_time.estimate_process", ESTIMATE_BOUND)
 
 
 async def serve(
@@ -86,11 +94,11 @@ async def serve(
     """
     stop = stop or asyncio.Event()
     _stop_on_signals(stop)
-    drive = _drive(world, config)
     if config.lockstep:
+        drive = _drive(world, config)
         await _serve_in_lockstep(drive, cloud, config, cache, map_file, ready, stop)
         return 0.0
-    return await _serve_in_real_time(drive, cloud, config, cache, map_file, ready, stop)
+    return await _serve_in_real_time(world, cloud, config, cache, map_file, ready, stop)
 
 
 async def _serve_in_lockstep(
@@ -118,6 +126,7 @@ async def _serve_in_lockstep(
             server,
             latched_messages(cloud, simulation.mounts, secrets.token_hex(8)),
             undo_memory=localizer.config.undo_memory,
+            round_trips=round_trips_of(server),
             audit=audit,
         )
         if not config.lost:
@@ -135,7 +144,7 @@ async def _serve_in_lockstep(
 
 
 async def _serve_in_real_time(
-    drive: Drive,
+    world: World,
     cloud: Cloud,
     config: ServeConfig,
     cache: Path | None,
@@ -144,27 +153,37 @@ async def _serve_in_real_time(
     stop: asyncio.Event,
 ) -> float:
     """Drive in this process; talk and estimate in processes of their own."""
-    simulation = drive.simulation
-    latched = latched_messages(cloud, simulation.mounts, secrets.token_hex(8))
-    talk = TalkSetup(config, simulation.world.name, latched, map_file)
-    estimate = EstimateSetup(
-        cloud,
-        simulation.mounts,
-        cache,
-        config.record,
-        _metadata(config, simulation, cloud),
-        simulation.world.robot.rolling_radius,
-    )
-    process = DriveProcess(
-        drive,
-        lambda: ChildProcess(_TALK, talk, TALK_BOUND),
-        lambda: ChildProcess(_ESTIMATE, estimate, ESTIMATE_BOUND),
-    )
+    # They load their libraries while the robot is built here.
+    talking, estimating = start_talk(), start_estimate()
+    try:
+        drive = _drive(world, config)
+        simulation = drive.simulation
+        latched = latched_messages(cloud, simulation.mounts, secrets.token_hex(8))
+        undo_memory = LocalizerConfig().undo_memory
+        talk = TalkSetup(config, simulation.world.name, latched, map_file, undo_memory)
+        estimate = EstimateSetup(
+            cloud,
+            simulation.mounts,
+            cache,
+            config.record,
+            _metadata(config, simulation, cloud),
+            simulation.world.robot.rolling_radius,
+        )
+        process = DriveProcess(
+            drive,
+            talking.begin(talk),
+            estimating.begin(estimate),
+            restart_talk=lambda: start_talk().begin(talk),
+            restart_estimate=lambda: start_estimate().begin(replace(estimate, record=None)),
+        )
+    except BaseException:
+        talking.kill()
+        estimating.kill()
+        raise
     try:
         address = await asyncio.to_thread(process.ready)
         # A server that is started again listens where clients know it.
         talk = replace(talk, config=replace(config, port=address.port))
-        estimate = replace(estimate, record=None)
         if not config.lost:
             process.post(_start_pose(simulation))
         _on_hangup(process.read_tokens)

@@ -54,7 +54,7 @@ class ServeConfig:
     max_age: float = 1.0
     """Age of commands above which they are refused, and the robot stops [s]; 0 switches it off."""
     link: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=NUMBER ...")] = ()
-    """Emulate a slow link: delay, jitter, rate, stall and period, blackout and at, seed; up.delay=0.3 is one way."""
+    """Emulate a slow link: delay, jitter, growth, rate, stall and period, blackout and at, seed; up.delay=0.3 is one way."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     """Least important messages that the terminal shows."""
     audit: Path | None = None

@@ -13,6 +13,8 @@ from typing import Final
 
 from teleop import clock
 from teleop.interfaces import registry
+from teleop.link.command_age import RoundTrips
+from teleop.link.emulation import LinkEmulation
 from teleop.robot.address import Address
 from teleop.robot.audit.audit_file import AuditFile
 from teleop.robot.audit.audit_log import AuditLog
@@ -59,12 +61,16 @@ def build_server(config: ServeConfig, tokens: TokenFile | None, now: Callable[[]
     authenticator = (
         None if tokens is None else Authenticator(tokens.credentials, clock.unix_seconds)
     )
+    link = None if config.link_config is None else LinkEmulation(config.link_config)
     protocol = Protocol(
         registry(config.messages),
         limits=ClientLimits.unhurried() if config.lockstep else ClientLimits(),
         ros_version="ros1" if config.ros1 else "ros2",
         authenticator=authenticator,
+        frame_delay=link,
     )
+    if link is not None:
+        protocol.observers.add(link)
     return Server(
         protocol,
         config.host,
@@ -74,6 +80,24 @@ def build_server(config: ServeConfig, tokens: TokenFile | None, now: Callable[[]
         origins=config.origins,
         tls=_tls(config),
     )
+
+
+def round_trips_of(server: Server) -> Callable[[int], RoundTrips | None]:
+    """Return what tells the round trips of a server's clients, which are measured once it is asked for.
+
+    In lockstep only those of an emulated link are known.
+    """
+
+    def round_trips(client: int) -> RoundTrips | None:
+        server.watch_round_trip(client)
+        trip = server.round_trip(client)
+        if trip is None:
+            return None if server.lockstep else RoundTrips()
+        return RoundTrips(
+            trip.last, trip.unanswered, trip.longest, trip.sent_at, server.backlog(client)
+        )
+
+    return round_trips
 
 
 def offer_map(server: Server, map_file: Path | None) -> None:

@@ -15,12 +15,11 @@ from teleop.robot.real_time.process_messages import OTHER, Ready, pack, unpack
 class ChildProcess:
     """A Python module that runs in a process of its own, joined by a channel."""
 
-    def __init__(self, module: str, setup: object, bound: int) -> None:
-        """Start the process.
+    def __init__(self, module: str, bound: int) -> None:
+        """Start the process, which loads its libraries and waits for ``begin``.
 
         Args:
             module: The module; it gets the descriptor of its channel as its argument.
-            setup: Its first message.
             bound: Bytes that may wait for it.
         """
         ours, theirs = socket.socketpair()
@@ -34,8 +33,14 @@ class ChildProcess:
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
             )
         self.channel = Channel(ours, bound)
-        # A payload that has begun to be sent is never dropped, so the setup arrives.
+
+    def begin(self, setup: object) -> ChildProcess:
+        """Send the first message, and return this.
+
+        What has begun to be sent is never dropped, so it arrives, however large it is.
+        """
         self.channel.send(pack(OTHER, setup))
+        return self
 
     @property
     def pid(self) -> int:

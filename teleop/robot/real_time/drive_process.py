@@ -51,19 +51,24 @@ class DriveProcess:
     def __init__(
         self,
         drive: Drive,
-        talk: Callable[[], ChildProcess],
-        estimate: Callable[[], ChildProcess],
+        talk: ChildProcess,
+        estimate: ChildProcess,
+        *,
+        restart_talk: Callable[[], ChildProcess],
+        restart_estimate: Callable[[], ChildProcess],
     ) -> None:
-        """Start both processes.
+        """Take over both processes, which have begun.
 
         Args:
             drive: What drives.
-            talk: Starts the talking process.
-            estimate: Starts the estimating process.
+            talk: The talking process.
+            estimate: The estimating process.
+            restart_talk: Starts another talking process.
+            restart_estimate: Starts another estimating process.
         """
         self._drive = drive
-        self._start_talk, self._start_estimate = talk, estimate
-        self.talk, self.estimate = talk(), estimate()
+        self._start_talk, self._start_estimate = restart_talk, restart_estimate
+        self.talk, self.estimate = talk, estimate
         self._inbox: list[InboxMessage] = []
         self._alive = self._now = clock.monotonic()
         self._patience = _STARTING

@@ -47,6 +47,8 @@ class TalkSetup:
     """Messages that are published once."""
     map_file: Path | None
     """File that is offered as ``/map.ply``."""
+    undo_memory: int
+    """Time for which a placement can be undone [ns]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,6 @@ import sys
 from contextlib import ExitStack, closing
 from typing import Final
 
-from localization.config import LocalizerConfig
 from teleop import clock
 from teleop.robot.activity_log import ActivityLog, configure_logging
 from teleop.robot.audit.audit_file import AuditError
@@ -33,6 +32,7 @@ from teleop.robot.server_setup import (
     audit_log,
     build_server,
     offer_map,
+    round_trips_of,
     token_file,
     watch_tokens,
 )
@@ -74,7 +74,8 @@ class TalkProcess:
             self._adapter = RosbridgeAdapter(
                 server,
                 self._setup.latched,
-                undo_memory=LocalizerConfig().undo_memory,
+                undo_memory=self._setup.undo_memory,
+                round_trips=round_trips_of(server),
                 audit=audit,
             )
             self._adapter.wishes.on_post = self._flush_soon

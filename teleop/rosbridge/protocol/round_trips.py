@@ -17,6 +17,9 @@ PERIOD: Final = SECOND // 4
 UNWATCHED_PERIOD: Final = 5 * SECOND
 """Time between two pings of any other client [ns]."""
 
+_RECENT: Final = 2 * SECOND
+"""Time for which the longest round trip is remembered [ns]."""
+
 _PING_BYTES: Final = 12
 """Size of a ping and of a pong on an emulated link [bytes]."""
 
@@ -46,6 +49,9 @@ class RoundTrip:
     sent_at: int | None
     """Time at which the newest answered ping was sent [ns]."""
 
+    longest: int
+    """Longest round trip that ended in the last two seconds [ns]: after a stall many end at once."""
+
 
 @dataclass(slots=True)
 class _Pings:
@@ -58,6 +64,9 @@ class _Pings:
     last: int | None = None
     answered_at: int | None = None
     sent_at: int | None = None
+    recent: deque[tuple[int, int]] = field(default_factory=deque)
+    """Time of the answer [ns] and round trip [ns] of each recent ping."""
+
     timer: Timer | None = None
     """Timer of the next ping; None if nothing is measured."""
 
@@ -108,7 +117,8 @@ class RoundTrips:
         if pings is None or not pings.number:
             return None
         unanswered = max(now - pings.unanswered[0][1], 0) if pings.unanswered else None
-        return RoundTrip(pings.last, unanswered, pings.answered_at, pings.sent_at)
+        longest = max((trip for when, trip in pings.recent if when >= now - _RECENT), default=0)
+        return RoundTrip(pings.last, unanswered, pings.answered_at, pings.sent_at, longest)
 
     def answered(self, client: int, payload: bytes, now: int) -> None:
         """Process a pong that came at ``now`` [ns]; those to other pings are ignored."""
@@ -154,5 +164,8 @@ class RoundTrips:
         # A pong answers all pings before it, too (RFC 6455, section 5.5.3).
         while pings.unanswered and pings.unanswered[0][0] <= number:
             reached, sent = pings.unanswered.popleft()
+            pings.recent.append((now, max(now - sent, 0)))
+            while pings.recent[0][0] < now - _RECENT:
+                pings.recent.popleft()
             if reached == number:
                 pings.last, pings.answered_at, pings.sent_at = max(now - sent, 0), now, sent

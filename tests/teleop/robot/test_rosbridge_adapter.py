@@ -204,7 +204,7 @@ async def test_take_over_moves_the_lease_and_requires_a_neutral_stick(robots: Ro
 
 
 @in_a_loop
-async def test_second_driver_gets_a_warning_at_level_warning(robots: Robots) -> None:
+async def test_second_driver_is_told_once_as_an_error_then_as_warnings(robots: Robots) -> None:
     async with (
         robots() as rig,
         peer(rig.server.url) as driver,
@@ -214,15 +214,17 @@ async def test_second_driver_gets_a_warning_at_level_warning(robots: Robots) -> 
         await second.joy(1.0)
         assert await second.settle() == []
         await driver.step()
+        told = f"{rig.server.protocol.connections.name(1)} drives; call /teleop/take_over"
+        assert texts(await second.settle()) == [f"error: {told}"]
+        await second.joy(1.0)
+        await second.settle()
+        await driver.step()
         assert await second.settle() == [], "by default only errors are sent"
         await second.send(op="set_level", level="warning")
         await second.joy(1.0)
         await second.settle()
         await driver.step()
-        expected = (
-            f"warning: {rig.server.protocol.connections.name(1)} drives; call /teleop/take_over"
-        )
-        assert texts(await second.settle()) == [expected]
+        assert texts(await second.settle()) == [f"warning: {told}"]
         assert await driver.settle() == []
 
 
