@@ -143,7 +143,7 @@ class Localize:
             _localise(run, history, bar, recording)
             ended = True
         except KeyboardInterrupt:
-            self._tell("interrupted: writing the estimates so far")
+            self._note("interrupted: writing the estimates so far")
         finally:
             if recording is not None:
                 recording.close()
@@ -151,7 +151,7 @@ class Localize:
         write_tum(folder / "estimate.tum", history.trajectory())
         write_covariances(folder / "covariance.csv", history)
         write_health(folder / "health.csv", history.sweeps)
-        comparison = _compare(history, truth, self._tell, flat=run.config.sensors.flat)
+        comparison = _compare(history, truth, self._note, flat=run.config.sensors.flat)
         report = self._report(run, history, comparison)
         if self.report:
             _write_report(folder / "report.html", report)
@@ -250,7 +250,7 @@ class Localize:
             run.why if isinstance(run, DeadReckoningRun) else "",
         )
 
-    def _tell(self, *lines: str) -> None:
+    def _note(self, *lines: str) -> None:
         """Print lines that are not of the result, apart from it if it is JSON."""
         (remark if self.json else say)(*lines)
 
@@ -267,9 +267,9 @@ class Localize:
             say(*fitted(*hints, *report.notes, *lines(report)), "")
             say(*fitted(f"in {folder}/:  {' '.join(files)}"))
         if self.recording and not has("rerun"):
-            self._tell(f"no recording.rrd: {missing('rerun')}")
+            self._note(f"no recording.rrd: {missing('rerun')}")
         if self.report and not has("matplotlib"):
-            self._tell(f"no figures in report.html: {missing('matplotlib')}")
+            self._note(f"no figures in report.html: {missing('matplotlib')}")
 
 
 FILES = (
@@ -314,9 +314,9 @@ def _open_recording(
 
 
 def _compare(
-    history: History, truth: Trajectory | None, tell: Callable[..., None], *, flat: bool
+    history: History, truth: Trajectory | None, note: Callable[..., None], *, flat: bool
 ) -> ReferenceComparison | None:
-    """Return the comparison with the truth; None, after telling the reason, if they cannot be compared."""
+    """Return the comparison with the truth; None, after printing the reason, if they cannot be compared."""
     from localization.evaluation.statistics import EvaluationError
     from localization.report.reference_comparison import ReferenceComparison
 
@@ -325,7 +325,7 @@ def _compare(
     try:
         return ReferenceComparison.of(history, truth, flat=flat)
     except EvaluationError as error:
-        tell(f"not compared with the reference: {error}")
+        note(f"not compared with the reference: {error}")
         return None
 
 

@@ -69,10 +69,10 @@ class Sim:
         mission = self.mission
         world = with_routes(mission.robot.world(mission.scene, mission.seed))
         cloud, path = load_scene_cloud(mission.scene), scene_cloud_path(mission.scene)
-        tell = remark if self.json else say
-        tell(*(f"note: {note}" for note in world.notes))
+        note = remark if self.json else say
+        note(*(f"note: {line}" for line in world.notes))
         if not has("rerun"):
-            tell(f"no operator.rrd: {missing('rerun')}")
+            note(f"no operator.rrd: {missing('rerun')}")
         bar = Progress()
         folder = run_folder(self.out)
         remove_earlier(folder, FILES)
