@@ -176,8 +176,8 @@ class Protocol:
         """Return the work on a large frame, which a thread may do, or None if there is none.
 
         What it returns is passed to ``receive``, or to ``receive_deferred``, in the place of the
-        frame. There is no work for a small frame, and for one that will be rejected without it,
-        which one that has been ``admitted`` will not.
+        frame. There is none for a small frame, and for one that will be rejected without it, which
+        one that has been ``admitted`` will not.
         """
         connection = self.connections.get(client)
         if (
@@ -228,8 +228,9 @@ class Protocol:
         """
         self.timers.advance(now)
         arrived = now if arrived is None else min(arrived, now)
-        plain = frame.frame if isinstance(frame, PreparedFrame) else frame
-        if self._delays is None or self._delays.bypassed(plain):
+        if self._delays is None or (
+            isinstance(frame, str | bytes) and self._delays.bypassed(frame)
+        ):
             self._process(client, frame, arrived)
         elif not self._delays.receive(
             client, len(frame), arrived, lambda when: self._process(client, frame, when)
