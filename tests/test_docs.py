@@ -32,6 +32,7 @@ from teleop.robot.control_state import ControlMode, SafetyConfig
 from teleop.robot.greeting import snippet
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.serve_config import ServeConfig
+from teleop.robot.stale_commands import StaleLimits
 from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
 
 ROOT = Path(__file__).parents[1]
@@ -437,7 +438,12 @@ def fields_and_rows(heading: str, *configs: object) -> list[tuple[object, str]]:
 
 
 @pytest.mark.parametrize(
-    ("value", "cell"), fields_and_rows("| safety |", SafetyConfig()), ids=lambda x: str(x)
+    ("value", "cell"),
+    [
+        *fields_and_rows("| safety |", SafetyConfig()),
+        *fields_and_rows("| old commands |", StaleLimits()),
+    ],
+    ids=lambda x: str(x),
 )
 def test_safety_has_the_value_that_the_documentation_gives(value: float, cell: str) -> None:
     assert value == pytest.approx(value_in(cell, seconds=1e9))
@@ -458,11 +464,16 @@ def test_wire_has_the_value_that_the_documentation_gives(value: float, cell: str
 
 @pytest.mark.parametrize(
     ("heading", "config"),
-    [("| safety |", SafetyConfig), ("| joystick |", JoystickLayout), ("| limit |", ClientLimits)],
+    [
+        ("| safety |", SafetyConfig),
+        ("| old commands |", StaleLimits),
+        ("| joystick |", JoystickLayout),
+        ("| limit |", ClientLimits),
+    ],
 )
 def test_no_setting_of_the_wire_is_left_out(heading: str, config: type) -> None:
     names = {row[0].strip("`") for row in rows("docs/teleoperation.md", heading)}
-    assert names == {field.name for field in fields(config)} - {"name"}
+    assert names == {field.name for field in fields(config)} - {"name", "stale"}
 
 
 def test_shipped_layout_is_the_one_of_the_documentation() -> None:

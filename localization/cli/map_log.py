@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from localization.maps.cloud import Cloud
     from localization.types import Pose
 
-Motion = Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "scanner"]
+Motion = Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "odometry-and-gyro", "scanner"]
 """Names of the sources of motion, as on the command line."""
 
 
@@ -99,8 +99,9 @@ class LogMapping:
             name: Name of the cloud.
             bar: Shows the progress.
             mapping: How points become a cloud.
-            warn: Called with one line if the map lacks one face of a wall.
+            warn: Called with one line for each remark about the log, and if the map lacks one face of a wall.
         """
+        from localization.logs.continuity import WatchedLog
         from localization.mapping.cloud_builder import MappingConfig
         from localization.mapping.slam import map_drive
         from localization.mapping.slam_config import SlamConfig
@@ -108,7 +109,10 @@ class LogMapping:
 
         motion = log.sensors.motion if self.motion is None else Motion(self.motion)
         config = SlamConfig.of(SensorConfiguration(motion, log.sensors.flat), level=not self.uneven)
-        survey = map_drive(log, log.mounts, config, start=start, progress=bar)
+        readings = WatchedLog(log)
+        survey = map_drive(readings, log.mounts, config, start=start, progress=bar)
+        for note in readings.notes:
+            warn(note)
         bar(0.9, f"fusing {len(survey.steps)} sweeps")
         return survey, survey.cloud(name, mapping or MappingConfig(), warn)
 

@@ -54,14 +54,42 @@ class Arrival:
     """Whether the client paused for a second before it while its link worked."""
 
 
+class _Smallest:
+    """The smallest of the values of the last minute."""
+
+    def __init__(self) -> None:
+        # Time and value of those that no later and smaller one has ruled out.
+        self._kept: deque[tuple[int, int]] = deque()
+
+    def add(self, time: int, value: int) -> int:
+        """Add a value at a time [ns]; return the smallest one."""
+        while self._kept and self._kept[-1][1] >= value:
+            self._kept.pop()
+        self._kept.append((time, value))
+        while self._kept[0][0] < time - _WINDOW:
+            self._kept.popleft()
+        return self.value
+
+    @property
+    def value(self) -> int:
+        """The smallest value."""
+        return self._kept[0][1]
+
+    def clear(self) -> None:
+        """Forget all values."""
+        self._kept.clear()
+
+    def __bool__(self) -> bool:
+        return bool(self._kept)
+
+
 class CommandAge:
     """Follows the commands of one client."""
 
     def __init__(self) -> None:
-        self._last: tuple[int, int] | None = None
         self._arrived: int | None = None
-        # Offsets (arrival, arrival - stamp, round trip), with those that a later smaller one rules out removed.
-        self._smallest: deque[tuple[int, int, int]] = deque()
+        self._stamp = 0
+        self._offsets, self._round_trips = _Smallest(), _Smallest()
 
     def observe(self, arrival: int, stamp: int, trips: RoundTrips | None) -> Arrival:
         """Return the age of a command, and whether the client had paused.
@@ -82,34 +110,30 @@ class CommandAge:
             and max(trips.delay, trips.worst) <= _ANSWERED_WITHIN
             and not trips.waiting
         )
-        age = max(trips.delay, self._age_by_stamp(arrival, stamp, trips.delay))
-        return Arrival(age, paused and worked)
+        return Arrival(self._age(arrival, stamp, trips), paused and worked)
 
-    def _age_by_stamp(self, arrival: int, stamp: int, round_trip: int) -> int:
-        """Return the age of a command by its stamp [ns]; 0 if the stamp tells nothing."""
-        last, self._last = self._last, (arrival, stamp)
+    def _age(self, arrival: int, stamp: int, trips: RoundTrips) -> int:
+        """Return the age of a command [ns]: the least delay by the round trips, and its growth by the stamps.
+
+        Without stamps that can be trusted it is the newest round trip.
+        """
+        last, self._stamp = self._stamp, stamp
         if stamp <= 0:
-            self._last = None
-            self._smallest.clear()
-            return 0
+            self._offsets.clear()
+            return trips.delay
         offset = arrival - stamp
-        if last is not None and self._smallest and self._jumped(last, arrival, stamp):
-            self._smallest.clear()
-        while self._smallest and self._smallest[-1][1] >= offset:
-            self._smallest.pop()
-        self._smallest.append((arrival, offset, round_trip))
-        while self._smallest[0][0] < arrival - _WINDOW:
-            self._smallest.popleft()
-        _, smallest, delay_then = self._smallest[0]
-        return offset - smallest + delay_then
+        if self._offsets and self._jumped(last, stamp, offset):
+            self._offsets.clear()
+            self._round_trips.clear()
+        if trips.last is None:
+            return trips.delay
+        least = self._round_trips.add(arrival, trips.last)
+        return least + offset - self._offsets.add(arrival, offset)
 
-    def _jumped(self, last: tuple[int, int], arrival: int, stamp: int) -> bool:
+    def _jumped(self, last: int, stamp: int, offset: int) -> bool:
         """Return whether the client's clock has jumped since its last command.
 
         Messages arrive in the order in which they were written. So a later one with an earlier stamp shows a
         clock that was set back; and one whose delay would be negative shows a clock that was set forward.
         """
-        if stamp < last[1]:
-            return True
-        _, smallest, delay_then = self._smallest[0]
-        return smallest - (arrival - stamp) > delay_then + SECOND
+        return stamp < last or self._offsets.value - offset > self._round_trips.value + SECOND

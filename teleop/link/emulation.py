@@ -17,6 +17,9 @@ from teleop.rosbridge.protocol.observers import Observer
 
 SECOND: Final = 1_000_000_000
 
+_LARGEST_STEP: Final = 1000
+"""Largest frame that is searched for the name of the clock's service [bytes]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Direction:
@@ -130,9 +133,28 @@ class _Line:
 class LinkEmulation(FrameDelay, Observer):
     """The emulated links of all clients."""
 
-    def __init__(self, config: LinkConfig) -> None:
+    def __init__(self, config: LinkConfig, *, clock_service: str = "") -> None:
+        """Create links without clients.
+
+        Args:
+            config: Their settings.
+            clock_service: Service that advances simulated time: its calls and responses are of no link, since
+                no time passes on it before they arrive.
+        """
         self._config = config
+        self._clock_text, self._clock_bytes = f'"{clock_service}"', f'"{clock_service}"'.encode()
+        self._stepped = bool(clock_service)
         self._lines: dict[int, tuple[_Line, _Line]] = {}
+
+    def bypasses(self, payload: str | bytes) -> bool:
+        """Return whether a frame is of the service that advances time."""
+        if not self._stepped or len(payload) > _LARGEST_STEP:
+            return False
+        return (
+            self._clock_text in payload
+            if isinstance(payload, str)
+            else self._clock_bytes in payload
+        )
 
     def arrival(self, client: int, size: int, now: int) -> int:
         """Return the time [ns] at which a frame that a client sends now reaches the robot."""

@@ -6,7 +6,9 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 
+from localization.types import Inertial, Reading
 from robot_sim.simulation import Simulation
+from teleop.robot.attitude_filter import AttitudeFilter
 from teleop.robot.inbox import (
     Disconnected,
     DriveCommand,
@@ -43,6 +45,7 @@ class Drive:
         """
         self.simulation, self._stage = simulation, stage
         self.safety = safety or Safety(SpeedLimits.of(simulation.config.drive))
+        self._attitude = AttitudeFilter()
 
     def tick(
         self, now: int, inbox: Sequence[InboxMessage], pacing: Pacing = NO_PACING
@@ -70,8 +73,17 @@ class Drive:
             truth=self.simulation.truth(),
             condition=self.simulation.condition,
             packet=self.simulation.packet,
+            attitude=self._follow_attitude(sensed),
             pacing=pacing,
         )
+
+    def _follow_attitude(self, sensed: Sequence[Reading]) -> Inertial | None:
+        """Return the newest inertial reading with the attitude, as an inertial unit of its own would."""
+        newest = None
+        for reading in sensed:
+            if isinstance(reading, Inertial):
+                self._attitude, newest = self._attitude.after(reading), reading
+        return None if newest is None else self._attitude.applied(newest)
 
     def _dated(self, message: InboxMessage) -> InboxMessage:
         """Return a hint with the robot's time, at which it applies; any other message as it is."""

@@ -61,7 +61,10 @@ def build_server(config: ServeConfig, tokens: TokenFile | None, now: Callable[[]
     authenticator = (
         None if tokens is None else Authenticator(tokens.credentials, clock.unix_seconds)
     )
-    link = None if config.link_config is None else LinkEmulation(config.link_config)
+    link = None
+    if config.link_config is not None:
+        stepping = "/sim/step" if config.lockstep else ""
+        link = LinkEmulation(config.link_config, clock_service=stepping)
     protocol = Protocol(
         registry(config.messages),
         limits=ClientLimits.unhurried() if config.lockstep else ClientLimits(),

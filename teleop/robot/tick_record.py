@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from localization.types import Estimate, Reading
+from localization.types import Estimate, Inertial, Reading
 from robot_sim import SkidSteer
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.robot_condition import Condition
@@ -69,6 +69,8 @@ class DriveRecord:
     """Bumpers, tilt and stalls; the names of touched objects are ground truth."""
     packet: StandardPacket | None
     """The packet of a controller with firmware, if one was due in this tick."""
+    attitude: Inertial | None
+    """The newest inertial reading, with the attitude that its filter makes of it and of those before."""
     pacing: Pacing = NO_PACING
     """How well the ticks keep time; all zeros in lockstep."""
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from localization.logs.laser_scan_message import scan_message
 from localization.logs.motion_messages import inertial_message, wheels_message
-from localization.types import Inertial, Scan, WheelSpeeds
+from localization.types import Scan, WheelSpeeds
 from teleop.robot.tick_record import DriveRecord
 from teleop.robot.topics.message_parts import Message, Messages, header
 
@@ -29,9 +29,8 @@ def scans_of(scanner: str) -> Callable[[DriveRecord], Messages]:
 
 
 def imu(tick: DriveRecord) -> Messages:
-    """Return the newest inertial reading."""
-    found = [r for r in tick.sensed if isinstance(r, Inertial)]
-    return (_to_dict(inertial_message(found[-1])),) if found else ()
+    """Return the newest inertial reading, with the attitude."""
+    return () if tick.attitude is None else (_to_dict(inertial_message(tick.attitude)),)
 
 
 def joint_states(tick: DriveRecord) -> Messages:

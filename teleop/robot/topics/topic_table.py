@@ -72,7 +72,13 @@ DRIVE_OUTPUTS: tuple[Topic[DriveRecord], ...] = (
         sensors.scans_of("laser_vertical"),
         "transverse scanner",
     ),
-    Topic("/imu/data", "sensor_msgs/msg/Imu", 1, sensors.imu, "gyro and accelerometer"),
+    Topic(
+        "/imu/data",
+        "sensor_msgs/msg/Imu",
+        1,
+        sensors.imu,
+        "gyro and accelerometer, and the attitude by both; its heading begins at 0 and drifts",
+    ),
     Topic(
         "/joint_states",
         "sensor_msgs/msg/JointState",

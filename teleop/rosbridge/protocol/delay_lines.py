@@ -117,6 +117,10 @@ class DelayLines:
         self._transmit = transmit
         self._lines: dict[int, _Lines] = {}
 
+    def bypassed(self, payload: str | bytes) -> bool:
+        """Return whether a frame does not take the link."""
+        return self._delay.bypasses(payload)
+
     def add(self, client: int) -> None:
         """Add a client's link."""
         self._lines[client] = _Lines(DelayLine(self._timers), DelayLine(self._timers))

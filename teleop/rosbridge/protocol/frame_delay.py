@@ -10,6 +10,10 @@ class FrameDelay:
     order; of one client and direction, no frame gets through before an earlier one.
     """
 
+    def bypasses(self, payload: str | bytes) -> bool:
+        """Return whether a frame does not take the link, as the calls that advance simulated time."""
+        return False
+
     def arrival(self, client: int, size: int, now: int) -> int:
         """Return when the server receives a frame of ``size`` bytes that a client sent at ``now``."""
         return now

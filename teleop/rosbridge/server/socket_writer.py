@@ -112,7 +112,7 @@ class SocketWriter:
                     async with asyncio.timeout(timeout):
                         await self._send(frame)
                 except TimeoutError:
-                    _LOG.info("%s does not read from its socket: disconnected", self.address)
+                    _LOG.warning("%s does not read from its socket: disconnected", self.address)
                     self.socket.transport.abort()
                     return
                 except ConnectionClosed:
@@ -136,6 +136,10 @@ class SocketWriter:
                 view = memoryview(piece)
                 fragments = (view[i : i + _FRAGMENT] for i in range(0, len(piece), _FRAGMENT))
                 await self.socket.send(fragments, text=text)
+            if frame.fragment_id:
+                await asyncio.sleep(
+                    0
+                )  # a socket that takes a thousand pieces must not hold up others
 
     async def _hang_up(self, close: CloseFrame) -> None:
         try:

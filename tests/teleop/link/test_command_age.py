@@ -44,7 +44,7 @@ def test_growing_delay_is_known_by_the_stamps_whatever_the_clients_clock_says(
 
 
 def test_late_messages_among_fast_ones_are_older_by_their_delay() -> None:
-    found = ages([0.1, 0.1, 0.3, 0.2, 0.1], round_trip=0.2)
+    found = ages([0.1, 0.1, 0.3, 0.2, 0.1], round_trip=0.2)  # 0.1 s each way
     assert found == pytest.approx([0.2, 0.2, 0.4, 0.3, 0.2], abs=1e-6)
 
 
@@ -56,6 +56,15 @@ def test_clock_that_jumps_counts_as_no_stamp(jump: float) -> None:
         stamp = now + (jump if number >= 10 else 0.0) + 1e6
         arrived = age.observe(round(now * SECOND), round(stamp * SECOND), FAST)
         assert arrived.age == pytest.approx(FAST.last, abs=1000)
+
+
+def test_jitter_of_the_way_back_makes_no_command_older() -> None:
+    age = CommandAge()
+    for number in range(40):
+        now = 10.0 + 0.1 * number
+        trip = trips(0.2 if number % 2 else 0.9)
+        found = age.observe(round(now * SECOND), round(now * SECOND), trip).age
+    assert found == pytest.approx(0.2 * SECOND)
 
 
 def test_without_stamp_the_round_trip_alone_counts() -> None:
