@@ -349,6 +349,18 @@ def test_earlier_run_is_not_replaced(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert [path.name for path in tmp_path.iterdir()] == ["truth.tum"]
 
 
+def test_recording_of_a_served_robot_is_not_replaced(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    record = tmp_path / "served.mcap"
+    record.write_text("an afternoon of driving")
+    line = error_line(["serve", "--record", str(record)], capsys)
+    assert line == f"farsteer: --record {record} already exists: give another file"
+    assert "--record /proc/x.mcap cannot be" in error_line(
+        ["serve", "--record", "/proc/x.mcap"], capsys
+    )
+
+
 @pytest.mark.process
 def test_bad_settings_are_answered_before_the_simulator_is_loaded(tmp_path: Path) -> None:
     code = (
