@@ -228,7 +228,9 @@ class Protocol:
         """
         self.timers.advance(now)
         arrived = now if arrived is None else min(arrived, now)
-        if self._delays is None or self._delays.bypassed(frame):
+        if self._delays is None or (
+            isinstance(frame, str | bytes) and self._delays.bypassed(frame)
+        ):
             self._process(client, frame, arrived)
         elif not self._delays.receive(
             client, len(frame), arrived, lambda when: self._process(client, frame, when)
