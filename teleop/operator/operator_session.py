@@ -108,7 +108,7 @@ class OperatorSession:
         self._asked: SentHint | None = None
         self._judged = -1
         self._begun: int | None = None
-        self._map_wanted = ""
+        self._map_wanted, self._map_failed = "", False
         self._stop, self._heard = asyncio.Event(), asyncio.Event()
         # References to running tasks; asyncio itself keeps only weak ones.
         self._tasks: set[asyncio.Task[None]] = set()
@@ -170,11 +170,11 @@ class OperatorSession:
 
         def changed(state: ConnectionState) -> None:
             up = state is ConnectionState.CONNECTED
-            if not self.ended:
+            if state is not ConnectionState.CLOSED and not self.ended:
                 reason = client.url if up else client.closed_reason
                 self.view.connection(up, reason, self._clock())
-                if not up:
-                    self._map_wanted = ""  # what could not be fetched is tried again
+                if self._map_failed:
+                    self._map_wanted = ""
             connection_changed(state)
 
         client.on_status(status)
@@ -289,9 +289,11 @@ class OperatorSession:
 
         name = self._operator.map_name
         self.view.map = f"map {name} ({sha256[:12]}) is being fetched"
+        self._map_failed = False
         try:
             cloud, where = await maps.load(sha256)
         except (LocalizationError, TeleopError, OSError) as error:
+            self._map_failed = True  # the next connection tries again
             self.view.map = f"no map is shown: {error}"
             self.events.add(self.view.map)
             return

@@ -65,6 +65,9 @@ class RestartingDisplay:
     def link(self, *, connected: bool, text: str, stamp: int) -> None:
         """Draw that the connection was established or lost."""
         self._link = connected, text
+        if not connected:
+            # The robot sends these again on the next connection, or another robot sends its own.
+            self._latched.clear()
         self._display.link(connected=connected, text=text, stamp=stamp)
 
     def map(self, cloud: Cloud) -> None:

@@ -16,24 +16,27 @@ the last of a lost connection may come late."""
 
 @dataclass(frozen=True, slots=True)
 class RobotRun:
-    """What identifies a run: the identity in ``/map_info``, and a clock that does not go back; a value."""
+    """What identifies a run: its identity and its map in ``/map_info``, and a clock that does not go back; a value."""
 
     identity: str = ""
     """Identity that the robot gave to the run; empty while it is unknown."""
     newest: int = 0
     """Newest time of the run [ns]."""
+    map_sha256: str = ""
+    """Hash of the robot's map; empty while it is unknown."""
 
     def after(self, topic: str, message: Mapping[str, Any]) -> tuple[RobotRun, bool]:
         """Return the run after a message, and whether the robot began anew with it."""
         if topic == "/map_info":
-            identity = str(message.get("run_id", ""))
-            if identity and self.identity and identity != self.identity:
-                return RobotRun(identity), True
-            return RobotRun(identity or self.identity, self.newest), False
+            identity, map_sha256 = str(message.get("run_id", "")), str(message["sha256"])
+            other_run = bool(identity and self.identity) and identity != self.identity
+            if other_run or self.map_sha256 not in ("", map_sha256):
+                return RobotRun(identity, 0, map_sha256), True
+            return RobotRun(identity or self.identity, self.newest, map_sha256), False
         if topic == "/clock":
             now = stamp_from_message(message["clock"])
             if now < self.newest - _BACK:
-                # The identity that was known is the former run's.
+                # What else was known may be the former run's.
                 return RobotRun("", now), True
-            return RobotRun(self.identity, max(now, self.newest)), False
+            return RobotRun(self.identity, max(now, self.newest), self.map_sha256), False
         return self, False
