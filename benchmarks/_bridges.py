@@ -119,9 +119,9 @@ def _judging_time(protocol: Protocol) -> list[float]:
     longest = [0.0]
     receive = protocol.receive
 
-    def timed(client: int, frame: str | bytes, now: int) -> None:
+    def timed(client: int, frame: str | bytes, now: int, *, arrived: int | None = None) -> None:
         begun = time.thread_time()
-        receive(client, frame, now)
+        receive(client, frame, now, arrived=arrived)
         longest[0] = max(longest[0], time.thread_time() - begun)
 
     protocol.receive = timed  # type: ignore[method-assign]

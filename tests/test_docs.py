@@ -28,9 +28,9 @@ from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.__main__ import Command
 from teleop.joystick import JoystickLayout, layouts
 from teleop.operator import keyboard
+from teleop.robot.control_state import ControlMode, SafetyConfig
 from teleop.robot.greeting import snippet
 from teleop.robot.lockstep_service import LockstepService
-from teleop.robot.safety import ControlMode, SafetyConfig
 from teleop.robot.serve_config import ServeConfig
 from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
 

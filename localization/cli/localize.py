@@ -83,7 +83,10 @@ class Localize:
     """Reference trajectory (TUM) to compare the estimate with: ATE, RPE, heading, NEES."""
     inside: tuple[float, float, float] | None = None
     """A place in the open [m], for a cloud that has neither normals nor a floor."""
-    motion: Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "scanner"] | None = None
+    motion: (
+        Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "odometry-and-gyro", "scanner"]
+        | None
+    ) = None
     """Source of the motion; by default the best that the log has."""
     flat: bool | None = None
     """Whether the ground is level; by default it is if all scanners are level."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from localization.maps.cloud import Cloud
     from localization.types import Pose
 
-Motion = Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "scanner"]
+Motion = Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "odometry-and-gyro", "scanner"]
 """Names of the sources of motion, as on the command line."""
 
 

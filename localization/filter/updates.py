@@ -31,6 +31,7 @@ from localization.geometry import (
     quaternion_exp,
     quaternion_product,
 )
+from localization.motion.gyro_turn import ReportedTilt
 from localization.types import Match, Pose
 
 _TILT_CORRELATION = 0.1
@@ -157,6 +158,22 @@ def update_tilt(state: FilterState, config: EkfConfig, elapsed: float) -> Filter
     sd = config.tilt * (1.0 + abs(float(np.linalg.norm(force)) - GRAVITY))
     r = np.eye(2) * (sd**2 * max(1.0, _TILT_CORRELATION / elapsed))
     innovation = measured - np.array([roll, pitch])
+    if nis_of(state, innovation, h, r) <= config.tilt_gate:
+        return corrected(state, innovation, h, r)
+    return state
+
+
+def update_reported_tilt(
+    state: FilterState, config: EkfConfig, tilt: ReportedTilt, elapsed: float
+) -> FilterState:
+    """Correct roll and pitch by those that an inertial unit's own filter reported, ``elapsed`` seconds after the last."""
+    if elapsed <= 0.0:
+        return state
+    roll, pitch, _ = euler_from_rotation(state.pose.rotation)
+    innovation = np.array([tilt.roll - roll, tilt.pitch - pitch])
+    sigma = max(config.tilt, tilt.sigma)
+    r = np.eye(2) * (sigma**2 * max(1.0, _TILT_CORRELATION / elapsed))
+    h = _tilt_jacobian(roll, pitch)
     if nis_of(state, innovation, h, r) <= config.tilt_gate:
         return corrected(state, innovation, h, r)
     return state

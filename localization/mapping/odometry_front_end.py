@@ -131,7 +131,9 @@ class Odometer:
         dt = (increment.stamp - self._stamp) / SECOND
         self._stamp = increment.stamp
         if not first and increment.step is not None:
-            self._filter, motion = predict_displacement(self._filter, self._ekf, increment.step, dt)
+            self._filter, motion = predict_displacement(
+                self._filter, self._ekf, increment.step, dt, increment.gyro
+            )
             self._odom = self._odom @ motion
         elif not first:
             left, right = increment.left, increment.right

@@ -94,6 +94,12 @@ def arc_length(step: Pose) -> float:
     return float(chord * (half / math.sin(half) if abs(half) > 1e-6 else 1.0))
 
 
+def share_of_turn(variance: float, measured: float) -> float:
+    """Return the share of a measured turn [rad] that noise of a variance [rad^2] does not explain."""
+    square = measured * measured
+    return max(0.0, 1.0 - variance / square) if square > 0.0 else 0.0
+
+
 def step_variance(step: Pose, seconds: float, noise: OdometryNoise) -> StepVariance:
     """Return the variances that a displacement adds.
 

@@ -47,7 +47,7 @@ class Serve:
                 config,
                 cache=default_cache(),
                 map_file=path,
-                ready=lambda server: say(greeting(server, world, cloud, path)),
+                ready=lambda address: say(greeting(address, world, cloud, path, config)),
             )
         )
         say("\nended" if config.lockstep else f"\nended; kept {factor:.2f} of real time")

@@ -18,6 +18,7 @@ from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.robot import Robot
 from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.tick_record import TickRecord
+from teleop.robot.topics.topic_table import latched_messages
 from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame, Output
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.connection import Connection
@@ -86,8 +87,18 @@ async def _serve_and_operate(
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
     meter = Meter()
     protocol.observers.add(meter)
-    adapter = RosbridgeAdapter(robot, server, cloud, observers=(unrecorded.append,))
-    service = LockstepService(adapter, last_stamp=mission.time_limit, deferred=record)
+    adapter = RosbridgeAdapter(
+        server,
+        latched_messages(cloud, simulation.mounts),
+        undo_memory=robot.localizer.config.undo_memory,
+    )
+    service = LockstepService(
+        robot,
+        adapter,
+        observers=(unrecorded.append,),
+        last_stamp=mission.time_limit,
+        deferred=record,
+    )
     await server.start()
     script_path = _write_script(mission, robot, server.url, map_path, recorder.folder)
     interrupted = asyncio.Event()

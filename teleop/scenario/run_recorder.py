@@ -113,7 +113,7 @@ class RunRecorder:
         self._measure_latency(tick)
         self._driven += float(np.hypot(*tick.truth.twist.linear[:2])) * TICK_NS / SECOND
         # Readings are in the log and need not be kept; sweeps stay for the picture.
-        self._ticks.append(replace(tick, readings=(), inbox=()))
+        self._ticks.append(replace(tick, drive=replace(tick.drive, sensed=(), inbox=())))
 
     @property
     def progress(self) -> float:

@@ -26,6 +26,9 @@ class Publication:
         self, kind: MessageType, message: Message, encoders: MessageEncoders, now: int
     ) -> None:
         self.message = message
+        self.size = 0
+        """Memory of a latched message of a client [bytes]."""
+
         self._kind = kind
         self._encoders = encoders
         self._now = now

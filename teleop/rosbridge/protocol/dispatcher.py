@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeAlias
 
 from teleop.rosbridge.errors import FrameError, OperationError, RosbridgeError
-from teleop.rosbridge.framing.json_frames import operations
+from teleop.rosbridge.framing.json_frames import count_objects, operations
 from teleop.rosbridge.framing.large_frames import LARGE_FRAME, LargeFrameReader, PayloadField
 from teleop.rosbridge.framing.operation_fields import Operation, identity
 from teleop.rosbridge.graph.actions import Actions
@@ -19,7 +19,6 @@ from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.connections import Connections
 from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.refusals import Refusal
-from teleop.rosbridge.topic_names import canonical
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -48,8 +47,11 @@ class Dispatcher:
 
     def dispatch(self, client: Connection, frame: str | bytes, now: int) -> None:
         """Process the operations in a frame; each counts for the client's rate."""
+        parts = count_objects(frame)
         try:
             for operation in self._read(frame):
+                self._connections.charge(client.id, parts=parts)
+                parts = 0  # all of them are charged with the first
                 if client.closing or not self._connections.admit(client, now):
                     return
                 self._handle(client, operation, now)
@@ -118,8 +120,8 @@ def large_payloads(topics: Topics, services: Services, actions: Actions) -> dict
         return found.kind if found else None
 
     def action(name: str) -> ActionType | None:
-        wanted = canonical(name)
-        return next((one.kind for one in actions.all if canonical(one.name) == wanted), None)
+        found = actions.find(name)
+        return found.kind if found else None
 
     def part(
         find: Callable[[str], ServiceType | ActionType | None], which: str

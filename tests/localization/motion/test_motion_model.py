@@ -53,11 +53,11 @@ def seen_by(suite: SensorConfiguration, drive: Drive) -> Iterator[Reading]:
             case WheelSpeeds():
                 if suite.wheels:
                     yield reading
-                if suite.motion is Motion.ODOMETRY:
-                    yield added_up(drive, reading.stamp)
             case Inertial():
                 if suite.gyro:
                     yield reading
+                if Odometry in suite.leader:
+                    yield added_up(drive, reading.stamp)
 
 
 def localize(
@@ -108,7 +108,7 @@ def test_any_suite_of_sensors_keeps_track_of_the_robot_and_of_its_own_error(
 
 def suite_is_rich(motion: Motion) -> bool:
     """Whether speed is measured between sweeps."""
-    return motion in (Motion.WHEELS_AND_GYRO, Motion.WHEELS, Motion.ODOMETRY)
+    return motion not in (Motion.GYRO, Motion.SCANNER)
 
 
 def test_what_a_suite_lacks_is_not_missed(hall: PreparedMap) -> None:
