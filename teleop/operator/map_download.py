@@ -137,7 +137,7 @@ class MapLibrary:
     def _tidy(self, spare: Path) -> None:
         """Delete the maps used least recently until the rest is within a bound."""
         files = []
-        for file in self._folder.glob("*.ply"):
+        for file in self._folder.glob(f"{'[0-9a-f]' * 64}.ply"):
             with suppress(OSError):
                 known = file.stat()
                 files.append((known.st_mtime_ns, known.st_size, file))
