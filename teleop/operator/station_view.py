@@ -55,6 +55,7 @@ class StationView:
         self.placed = False
         """Whether the robot has a pose."""
         self.control, self.controller, self.control_reason = "", "", ""
+        self._old_commands = ""
         self.map = ""
         """What is known of the robot's map, in words."""
         self.speed: float | None = None
@@ -89,6 +90,7 @@ class StationView:
             case "/teleop/state":
                 self.control, self.controller = str(message["state"]), str(message["controller"])
                 self.control_reason = str(message["reason"])
+                self._old_commands = _old_commands(message)
                 if self.controller:
                     self._changed("driver", self.controller, f"{self.controller} drives")
         return anew
@@ -146,6 +148,8 @@ class StationView:
     def notices(self, now: int) -> tuple[Notice, ...]:
         """Return what to tell of the robot at a time [ns], the worst first."""
         found = list(self.alarms.notices(now))
+        if self._old_commands and not self.ages.stale("/teleop/state", now):
+            found.append(Notice(Severity.WARNING, self._old_commands))
         if self.ages.stale("/localization/status", now) or not self.health:
             age = self.ages.age("/localization/status", now)
             old = f"{age_words(age)} ago: {self.health}" if age is not None else "never heard"
@@ -197,3 +201,16 @@ class StationView:
         if self._said.get(what) != state:
             self._said[what] = state
             self.events.add(text)
+
+
+def _old_commands(state: Mapping[str, Any]) -> str:
+    """Return in words what the robot does since the driver's commands reach it late; empty if they do not."""
+    age = float(state.get("link_age", 0.0))
+    slow, refuse = float(state.get("slow_above", 0.0)), float(state.get("refuse_above", 0.0))
+    if not str(state["controller"]):
+        return ""
+    if 0.0 < refuse < age:
+        return f"COMMANDS ARRIVE {age:.1f} s OLD: refused"
+    if 0.0 < slow < age:
+        return f"COMMANDS ARRIVE {age:.1f} s OLD: the robot drives slower"
+    return ""

@@ -302,6 +302,25 @@ def test_slow_link_is_no_lost_one_while_messages_come() -> None:
 
 
 @pytest.mark.parametrize(
+    ("age", "slow", "refuse", "words"),
+    [
+        (0.4, 0.5, 1.0, None),
+        (0.7, 0.5, 1.0, "COMMANDS ARRIVE 0.7 s OLD: the robot drives slower"),
+        (1.2, 0.5, 1.0, "COMMANDS ARRIVE 1.2 s OLD: refused"),
+        (1.2, 0.0, 0.0, None),  # both switched off
+    ],
+)
+def test_old_commands_are_told_with_what_the_robot_does(
+    age: float, slow: float, refuse: float, words: str | None
+) -> None:
+    view = _view()
+    ages = {"link_age": age, "slow_above": slow, "refuse_above": refuse}
+    view.received("/teleop/state", {**control("armed", "driving", "ann"), **ages}, 0)
+    told = [notice.text for notice in view.notices(1) if notice.text.startswith("COMMANDS")]
+    assert told == ([] if words is None else [words])
+
+
+@pytest.mark.parametrize(
     ("reason", "words"),
     [
         ("the server closed the connection: code None", "the connection broke off"),
