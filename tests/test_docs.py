@@ -28,6 +28,11 @@ from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.command_line import Command
 from teleop.joystick import JoystickLayout, layouts
 from teleop.operator import keyboard
+from teleop.operator.gamepad import ACTIONS, DEADMAN, TURBO
+from teleop.operator.operator_session import KEYS
+from teleop.operator.repeat_timing import LONGEST_HOLD, SHORTEST_HOLD, RepeatTiming
+from teleop.operator.source_ages import STALE
+from teleop.operator.station_view import LOST_AFTER
 from teleop.robot.control_state import ControlMode, SafetyConfig
 from teleop.robot.greeting import snippet
 from teleop.robot.lockstep_service import LockstepService
@@ -488,15 +493,29 @@ def test_steps_are_as_many_as_the_documentation_says() -> None:
 
 def test_keys_do_what_the_quick_start_says() -> None:
     keys = {row[0]: row[1] for row in rows("docs/quickstart.md", "| key |")}
-    page = " ".join(text_of("docs/quickstart.md").split())
-    board = keyboard.Keyboard()
-    assert keys["`w` `s`, arrows up and down"] == f"drive at {board.speed} m/s"
-    assert keys["`a` `d`, arrows left and right"] == f"turn at {board.turn} rad/s"
-    assert keys["shift with a letter"] == f"drive at {board.fast} m/s"
-    assert f"until {keyboard.HOLD / 1e9} s after its last repeat" in page
-    assert (board.press("e", 0), board.press("r", 0), board.press("q", 0)) == (
-        "estop", "reset", "quit",
-    )  # fmt: skip
+    speed, turn = keyboard.SPEED_STEPS[keyboard.FIRST_STEP]
+    assert keys["`w` `s`, arrows up and down"].endswith(f"at first {speed} m/s")
+    assert f"at first {turn} rad/s" in keys["`a` `d`, arrows left and right"]
+    named = {key: action for key, action in KEYS.items() if f"`{key}`" in keys}
+    assert named == {
+        "e": "estop", "p": "reset", "t": "take_over", "h": "place", "n": "numbers",
+        "u": "undo", "f": "find", "?": "help",
+    }  # fmt: skip
+
+
+def test_operating_page_gives_the_steps_times_and_buttons_of_the_code() -> None:
+    page = " ".join(text_of("docs/operating.md").split())
+    steps = [(float(row[1]), float(row[2])) for row in rows("docs/operating.md", "| step |")]
+    assert steps == list(keyboard.SPEED_STEPS)
+    timing = RepeatTiming()
+    assert f"A tap then drives for {timing.first_hold / 1e9:.2f} s" in page
+    hold = SHORTEST_HOLD / 1e9, LONGEST_HOLD / 1e9
+    assert "{:g} to {:g} s".format(*hold) in page
+    assert f"not answered for {keyboard.TERMINAL_SILENCE / 1e9:g} s" in page
+    assert f"turns grey {STALE / 1e9:g} s after the last one" in " ".join(page.split())
+    assert f"red after {LOST_AFTER / 1e9:g} s" in page
+    buttons = {row[0].lower(): row[1] for row in rows("docs/operating.md", "| control |")}
+    assert {DEADMAN, TURBO, *ACTIONS} <= buttons.keys()
 
 
 def test_beam_without_return_is_as_far_as_the_documentation_says() -> None:

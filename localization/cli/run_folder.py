@@ -49,17 +49,23 @@ def check_folder(out: Path | None, files: Iterable[str], *, overwrite: bool = Fa
     _check_writable(out, f"no file can be written to --out {out}", "give another folder")
 
 
-def check_file(out: Path, *, overwrite: bool = False) -> None:
+def check_file(out: Path, *, overwrite: bool | None = False, option: str = "--out") -> None:
     """Check before any work that a file can be written and replaces nothing; leaves no trace.
+
+    Args:
+        out: The file.
+        overwrite: Whether the user allows it to be replaced; None if the command has no option for that.
+        option: Option that named it.
 
     Raises:
         OutputError: If the file exists, or its folder cannot be written.
     """
     if out.is_dir():
-        raise OutputError(f"--out {out} is a folder: give a file")
+        raise OutputError(f"{option} {out} is a folder: give a file")
     if out.exists() and not overwrite:
-        raise OutputError(f"--out {out} already exists: give another file, or add --overwrite")
-    _check_writable(out.parent, f"--out {out} cannot be written", "give another file")
+        remedy = "" if overwrite is None else ", or add --overwrite"
+        raise OutputError(f"{option} {out} already exists: give another file{remedy}")
+    _check_writable(out.parent, f"{option} {out} cannot be written", "give another file")
 
 
 def run_folder(out: Path | None) -> Path:

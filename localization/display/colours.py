@@ -52,6 +52,9 @@ CONTROL: Final[dict[str, Colour]] = {
 }
 """Colours of the field ``state`` of ``TeleopState``."""
 
+STALE: Final[Colour] = (95, 95, 100)
+"""Colour of the state "stale" of any lane."""
+
 VERDICT: Final[dict[str, Colour]] = {
     "accepted": GREEN,
     "kept": SKY,
@@ -60,8 +63,13 @@ VERDICT: Final[dict[str, Colour]] = {
 }
 """Colours of the field ``verdict`` of ``HintVerdict``."""
 
-LINK: Final[dict[str, Colour]] = {"connected": GREEN, "lost": RED}
-MAP: Final[dict[str, Colour]] = {"verified": GREEN, "unverified": ORANGE, "other map": RED}
+LINK: Final[dict[str, Colour]] = {"connected": GREEN, "silent": STALE, "lost": RED}
+MAP: Final[dict[str, Colour]] = {
+    "awaited": GREY,
+    "verified": GREEN,
+    "unverified": ORANGE,
+    "other map": RED,
+}
 DEADMAN: Final[dict[str, Colour]] = {"held": GREEN, "released": GREY}
 
 _VIRIDIS_UPPER: Final = np.array(

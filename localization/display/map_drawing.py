@@ -17,6 +17,7 @@ from localization.display.colours import (
     VERDICT,
     WHITE,
     Colour,
+    Colours,
     distance_colours,
     height_greys,
 )
@@ -43,6 +44,9 @@ _LIVE_RADIUS: Final = rr.Radius.ui_points(2.0)
 """Radius of a live point in pixels: visible from afar, and precise from near."""
 _LIFT: Final = 0.02
 """Height at which lines on the floor are drawn [m]; lower, the floor's points would cover them."""
+_PARKED: Final = (0.0, -2000.0, 0.0)
+"""Place of a robot without a pose [m]: behind the view of the whole map, so that only the view around the robot
+shows it, and nobody takes it for an estimate. float32 resolves 0.1 mm there."""
 _CIRCLE: Final = np.stack(
     [np.cos(np.linspace(0, 2 * np.pi, 49)), np.sin(np.linspace(0, 2 * np.pi, 49))], axis=1
 )
@@ -58,17 +62,22 @@ class MapDrawing:
         self._hint_shapes: set[str] = set()
         self._undecided = False
         self._placed, self._health = False, GREY
+        self._live: Floats | None = None
+        self._scans: set[str] = set()
+        self._pale, self._mapped = False, False
         # A percentile instead of the minimum: a few stray points lie below any floor.
         self._ceiling = HEADROOM
         self._canvas.draw(at.MAP, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         if cloud is not None:
-            self._ceiling += float(np.percentile(cloud.points[:, 2], 1.0))
-            self._draw_map(cloud)
+            self.map(cloud)
         # The estimate is drawn over the truth, which shows as a pale rim where the two agree.
         self.estimate = PathDrawing(canvas, at.ESTIMATE_PATH, SKY, width=1.2, lift=0.06)
         self.truth = PathDrawing(canvas, at.TRUTH_PATH, WHITE, width=2.0, lift=_LIFT)
 
-    def _draw_map(self, cloud: Cloud) -> None:
+    def map(self, cloud: Cloud) -> None:
+        """Draw the map, in the place of another one."""
+        self.clear_map()
+        self._ceiling = HEADROOM + float(np.percentile(cloud.points[:, 2], 1.0))
         stride = -(-len(cloud.points) // MAP_POINTS)
         # Every n-th point in a fixed random order gives an even map for any order of the file.
         order = np.random.default_rng(0).permutation(len(cloud.points))[::stride]
@@ -80,15 +89,70 @@ class MapDrawing:
                 self._canvas.draw(
                     entity, rr.Points3D(part, colors=colours, radii=_MAP_RADIUS), static=True
                 )
+        self._mapped = True
+
+    def clear_map(self) -> None:
+        """Remove the map."""
+        if self._mapped:
+            for entity in (at.CLOUD, at.OVERHEAD):
+                self._canvas.draw(entity, rr.Points3D([]), static=True)
+        self._mapped = False
 
     def live(self, points: Floats, distances: Floats) -> None:
         """Draw a sweep (N, 3) in ``map`` [m], coloured by its distances (N,) to the map [m]."""
-        colours = distance_colours(distances)
+        self._live = points
+        self._draw_live(points, distance_colours(distances))
+
+    def fade_live(self) -> None:
+        """Draw the last sweep in grey, since it is old."""
+        if self._live is not None:
+            self._draw_live(self._live, np.full((len(self._live), 3), GREY, dtype=np.uint8))
+            self._live = None
+
+    def clear_live(self) -> None:
+        """Remove the last sweep."""
+        self._live = None
+        for entity in (at.LIVE, at.LIVE_OVERHEAD):
+            self._canvas.draw(entity, rr.Clear(recursive=False))
+
+    def _draw_live(self, points: Floats, colours: Colours) -> None:
         high = points[:, 2] > self._ceiling
         for entity, part in ((at.LIVE, ~high), (at.LIVE_OVERHEAD, high)):
             self._canvas.draw(
                 entity, rr.Points3D(points[part], colors=colours[part], radii=_LIVE_RADIUS)
             )
+
+    def scan(self, scanner: str, points: FloatArray, colour: Colour) -> None:
+        """Draw a scan (N, 3) around the robot, in ``base_link`` [m], for want of a sweep in the map."""
+        low = points[points[:, 2] < HEADROOM]
+        entity = f"{at.SCANS}/{scanner}"
+        self._scans.add(entity)
+        self._canvas.draw(entity, rr.Points3D(low, colors=[colour], radii=_LIVE_RADIUS))
+
+    def fade_scans(self) -> None:
+        """Draw the scans around the robot in grey, since they are old."""
+        for entity in sorted(self._scans):
+            self._canvas.draw(entity, rr.Points3D.from_fields(colors=[GREY]))
+
+    def clear_scans(self) -> None:
+        """Remove the scans around the robot."""
+        for entity in sorted(self._scans):
+            self._canvas.draw(entity, rr.Clear(recursive=False))
+        self._scans.clear()
+
+    def park(self) -> None:
+        """Draw the robot outside of the map, since its pose is not known."""
+        self._canvas.draw("map/odom", rr.Transform3D(translation=_PARKED))
+        self._canvas.draw(at.UNCERTAINTY, rr.Clear(recursive=False))
+        self._show_body()
+
+    def fade_body(self, faded: bool) -> None:
+        """Draw the robot in grey, since its pose is old, or in its colours."""
+        if self._placed and faded != self._pale:
+            self._pale = faded
+            for name, part in body.parts(GREY if faded else None).items():
+                self._canvas.draw(f"{at.BODY}/{name}", part)
+            self._canvas.draw(f"{at.BASE}/swing", body.swing(GREY if faded else self._health))
 
     def transform(self, parent: str, child: str, pose: Pose, *, static: bool = False) -> None:
         """Set the pose of a frame, ``parent_from_child``; frames not connected with ``map`` are ignored."""
@@ -98,16 +162,24 @@ class MapDrawing:
         self._canvas.draw(entity, _transform(pose), static=static)
         if static and child.startswith("laser"):
             self._scanners.append(entity)
-        if parent == "map" and not self._placed:
+        if parent == "map":
             # Before the pose is known, a body would be drawn at the origin and be mistaken for the estimate.
+            self._show_body()
+        if self._placed:
+            self._show_scanners()
+
+    def _show_body(self) -> None:
+        if not self._placed:
             self._placed = True
             for name, part in body.parts().items():
                 self._canvas.draw(f"{at.BODY}/{name}", part)
             self.health(self._health)
-        if self._placed:
-            for scanner in self._scanners:
-                self._canvas.draw(f"{scanner}/housing", body.scanner())
-            self._scanners.clear()
+        self._show_scanners()
+
+    def _show_scanners(self) -> None:
+        for scanner in self._scanners:
+            self._canvas.draw(f"{scanner}/housing", body.scanner())
+        self._scanners.clear()
 
     def health(self, colour: Colour) -> None:
         """Set the colour of the robot's turning circle and of its uncertainty."""

@@ -120,6 +120,11 @@ class Canvas:
         for stream in self._streams:
             stream.log(entity, what, static=static)
 
+    def layout(self, blueprint: rrb.Blueprint) -> None:
+        """Replace the layout of the views."""
+        for stream in self._streams:
+            stream.send_blueprint(blueprint)
+
     def flush(self, timeout: float) -> None:
         """Send and write buffered data.
 

@@ -29,8 +29,9 @@ _CLEARANCE: Final = 0.08
 """Ground clearance of the chassis [m]."""
 
 
-def parts() -> dict[str, rr.AsComponents]:
-    """Return the parts of the body, in ``base_link``, by name."""
+def parts(paint: Colour | None = None) -> dict[str, rr.AsComponents]:
+    """Return the parts of the body, in ``base_link``, by name; ``paint`` replaces the red."""
+    red = _RED if paint is None else paint
     inner = TRACK - WHEEL_WIDTH - 0.01
     deck = 0.02
     tall = HEIGHT - deck - _CLEARANCE
@@ -39,7 +40,7 @@ def parts() -> dict[str, rr.AsComponents]:
         "chassis": rr.Boxes3D(
             half_sizes=[(0.5 * LENGTH, 0.5 * inner, 0.5 * tall)],
             centers=[(0.0, 0.0, _CLEARANCE + 0.5 * tall)],
-            colors=[_RED],
+            colors=[red],
             fill_mode="solid",
         ),
         # The bright bar marks the front, visible from any distance.
@@ -49,7 +50,7 @@ def parts() -> dict[str, rr.AsComponents]:
                 (-0.10 * LENGTH, 0.0, HEIGHT - 0.5 * deck),
                 (0.5 * LENGTH - 0.05, 0.0, HEIGHT - 0.5 * deck),
             ],
-            colors=[_RED, WHITE],
+            colors=[red, WHITE],
             fill_mode="solid",
         ),
         "wheels": rr.Cylinders3D(

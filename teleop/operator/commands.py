@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import tyro
 
@@ -12,7 +12,7 @@ from teleop.operator.operate_config import OperateConfig
 
 @dataclass(frozen=True)
 class Operate:
-    """Operate a robot: rerun shows the live cloud over the map, the keyboard drives.
+    """Operate a robot: rerun shows the live cloud over the map; keyboard or gamepad drive.
 
     It reconnects by itself. Without a screen, --record writes the display to a file.
     """
@@ -21,14 +21,9 @@ class Operate:
     """Robot, map and display."""
 
     def __call__(self) -> int:
-        """Operate until q, Ctrl-C or the end of the duration."""
+        """Operate until the user, Ctrl-C or the end of the duration; 1 if a hint was not taken."""
         import asyncio
 
         from teleop.operator.operate import run_operator
-        from teleop.scene_clouds import scene_cloud_path
 
-        config = self.operator
-        if config.map is None:
-            config = replace(config, map=scene_cloud_path("office"))
-        asyncio.run(run_operator(config, say=lambda line: say(f"\r{line}\r")))
-        return 0
+        return asyncio.run(run_operator(self.operator, say=say))

@@ -41,6 +41,19 @@ def covariance_of(value: npt.ArrayLike) -> FloatArray:
     return flat.reshape(6, 6)
 
 
+def scan_points(message: Message) -> FloatArray:
+    """Return the points (N, 3) of a ``LaserScan`` in the scanner's frame [m]; beams without return give none."""
+    ranges = np.asarray(message["ranges"], dtype=float)
+    angles = float(message["angle_min"]) + float(message["angle_increment"]) * np.arange(
+        len(ranges)
+    )
+    low, high = float(message["range_min"]), float(message["range_max"])
+    with np.errstate(invalid="ignore"):
+        good = np.isfinite(ranges) & (ranges >= low) & (ranges <= high)
+    x, y = ranges[good] * np.cos(angles[good]), ranges[good] * np.sin(angles[good])
+    return np.column_stack([x, y, np.zeros(len(x))])
+
+
 def cloud_of(message: Message) -> tuple[Floats, Floats]:
     """Return points (N, 3) and signed distances to the map (N,) [m] of a ``PointCloud2``.
 

@@ -8,19 +8,20 @@ import ssl
 import sys
 from collections.abc import Callable
 
-import numpy as np
-
 from localization.display.rerun_sink import Sink
-from localization.maps.map_files import load_cloud
-from localization.types import Pose
 from teleop.errors import SettingError
 from teleop.interfaces import registry
 from teleop.operator.display import Display
+from teleop.operator.event_list import EventList
+from teleop.operator.link_words import plain_reason
+from teleop.operator.map_download import MapLibrary
+from teleop.operator.named_places import pose_of, read_places
 from teleop.operator.operate_config import OperateConfig
-from teleop.operator.operator_client import OperatorClient
+from teleop.operator.operator_client import TOPICS, WATCHED, OperatorClient
 from teleop.operator.operator_session import OperatorSession
-from teleop.operator.status_printer import StatusPrinter
-from teleop.operator.threaded_display import ThreadedDisplay
+from teleop.operator.pygame_pads import open_pads
+from teleop.operator.restarting_display import RestartingDisplay, recording_of
+from teleop.operator.threaded_display import LiveThreadedDisplay
 from teleop.rosbridge.client.client import Client
 from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 
@@ -31,68 +32,112 @@ def client_for(config: OperateConfig) -> Client:
     Raises:
         SettingError: If token or certificate cannot be used.
     """
-    token = None
-    if config.token is not None:
-        token = config.token.read_text(encoding="utf-8").strip()
-        if not token.isascii() or not token.isprintable() or not token:
-            raise SettingError(f"{config.token} must hold a token, in one line of ASCII")
-    tls = None
-    if config.ca is not None:
-        if not config.ca.is_file():
-            raise SettingError(f"there is no certificate {config.ca}")
-        try:
-            tls = ssl.create_default_context(cafile=str(config.ca))
-        except ssl.SSLError:
-            raise SettingError(f"{config.ca} holds no certificate (PEM)") from None
-    return Client(config.url, registry=registry(), token=token, tls=tls)
+    return Client(config.url, registry=registry(), token=_token(config), tls=_trust(config))
 
 
-async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> None:
+async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> int:
     """Connect to a robot and operate it until the user or the duration ends it.
 
     Args:
         config: Robot, map and display.
         say: Prints a line for the user.
 
+    Returns:
+        0, or 1 if a hint was to be given and was not taken.
+
     Raises:
-        CloudError: If the map cannot be read.
         ClientError: If there is no rosbridge server at the address.
-        SettingError: If there is no map, or the viewer is wanted where there is no screen.
+        SettingError: If a file cannot be used, or the viewer is wanted where there is no screen.
     """
     screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     if config.viewer and sys.platform == "linux" and not screen:
         raise SettingError(
             "there is no screen for rerun's viewer: use --no-viewer --record FILE.rrd"
         )
-    if config.map is None:
-        raise SettingError("the operator needs a copy of the robot's map")
-    cloud = load_cloud(config.map)
-    display = None
-    if config.record is not None or config.viewer:
-        sink = Sink(file=config.record, spawn=config.viewer)
-        display = ThreadedDisplay(Display(cloud, sink=sink), blocking=False)
+    if config.map is not None and not config.map.is_file():
+        raise SettingError(f"there is no map {config.map}; without --map the robot's is fetched")
+    places = None if config.places is None else read_places(config.places)
     client = client_for(config)
-    operator = OperatorClient(client, cloud, display, on_message=StatusPrinter(say).receive)
+    display = _display(config)
     loop = asyncio.get_running_loop()
-    session = OperatorSession(operator, clock=lambda: int(loop.time() * 1e9), say=say)
+    on_terminal = sys.stdin.isatty() and sys.stdout.isatty()
+    events = EventList(None if on_terminal else say)
+    operator = OperatorClient(
+        client,
+        None,
+        display,
+        topics={**TOPICS, **WATCHED},
+        on_message=lambda topic, message: session.receive(topic, message),
+    )
+    session = OperatorSession(
+        operator,
+        clock=lambda: int(loop.time() * 1e9),
+        events=events,
+        display=display,
+        maps=None if display is None else _maps(config),
+        places=places,
+        pads=open_pads() if on_terminal else None,
+    )
 
     def connection_changed(state: ConnectionState) -> None:
         connected = state is ConnectionState.CONNECTED
-        text = config.url if connected else client.closed_reason
-        if not session.ended:
-            say(f"{state.value}: {text}")
+        text = config.url if connected else plain_reason(client.closed_reason)
         if display is not None:
             display.link(connected=connected, text=text, stamp=operator.now)
 
     if config.duration is not None:
         loop.call_later(config.duration, session.end)
-    hint = None
-    if config.hint is not None:
-        x, y, heading = config.hint
-        hint = Pose.planar(x, y, float(np.deg2rad(heading)))
+    hint = None if config.hint is None else pose_of(list(config.hint))
     try:
         await session.run(connection_changed=connection_changed, hint=hint, find=config.find)
     finally:
         await client.close()
         if display is not None:
             display.close()
+        # What was counted, or shown on a screen that is gone, stays on the terminal.
+        for event in events.last(20) if on_terminal else events.repeated:
+            say(str(event))
+    if hint is None or session.hint_taken:
+        return 0
+    if session.verdict is None:
+        say("the hint was not answered")
+    return 1
+
+
+def _display(config: OperateConfig) -> LiveThreadedDisplay | None:
+    """Return the display that the settings ask for."""
+    if config.record is None and not config.viewer:
+        return None
+
+    def make(run: int) -> Display:
+        file = None if config.record is None else recording_of(config.record, run)
+        return Display(None, sink=Sink(file=file, spawn=config.viewer), live=True)
+
+    return LiveThreadedDisplay(RestartingDisplay(make))
+
+
+def _maps(config: OperateConfig) -> MapLibrary:
+    """Return where the robot's map comes from."""
+    return MapLibrary(config.url, own=config.map, token=_token(config), tls=_trust(config))
+
+
+def _token(config: OperateConfig) -> str | None:
+    """Return the token to send; None if there is none."""
+    if config.token is None:
+        return None
+    token = config.token.read_text(encoding="utf-8").strip()
+    if not token.isascii() or not token.isprintable() or not token:
+        raise SettingError(f"{config.token} must hold a token, in one line of ASCII")
+    return token
+
+
+def _trust(config: OperateConfig) -> ssl.SSLContext | None:
+    """Return the certificates to trust; None for those of the system."""
+    if config.ca is None:
+        return None
+    if not config.ca.is_file():
+        raise SettingError(f"there is no certificate {config.ca}")
+    try:
+        return ssl.create_default_context(cafile=str(config.ca))
+    except ssl.SSLError:
+        raise SettingError(f"{config.ca} holds no certificate (PEM)") from None

@@ -18,7 +18,9 @@ class OperateConfig:
     url: Annotated[str, tyro.conf.Positional] = "ws://127.0.0.1:9090"
     """Address of the robot."""
     map: Path | None = None
-    """This side's copy of the robot's map (PLY); the office's unless given."""
+    """A copy of the robot's map, used if its hash is right; otherwise the robot's own is fetched and kept."""
+    places: Path | None = None
+    """Named places for hints (TOML, as in a scene's world.toml); those of the scene named like the map by default."""
     record: Path | None = None
     """Record the display to this file (.rrd)."""
     viewer: bool = True

@@ -33,7 +33,23 @@ TOPICS: Final[Mapping[str, str]] = {
 }
 """Topics that an operator subscribes to, with their types; the ground truth is for the display alone."""
 
-_THROTTLE: Final[Mapping[str, int]] = {"/clock": 100, "/odom": 100, "/ground_truth/odom": 100}
+WATCHED: Final[Mapping[str, str]] = {
+    "/scan": "sensor_msgs/msg/LaserScan",
+    "/scan_vertical": "sensor_msgs/msg/LaserScan",
+    "/imu/data": "sensor_msgs/msg/Imu",
+    "/bumper_state": "farsteer_msgs/msg/BumperState",
+    "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+}
+"""Topics that a person at a station watches as well."""
+
+_THROTTLE: Final[Mapping[str, int]] = {
+    "/clock": 100,
+    "/odom": 100,
+    "/ground_truth/odom": 100,
+    "/scan": 100,
+    "/scan_vertical": 100,
+    "/imu/data": 100,
+}
 """Least periods of topics that come faster than an eye follows [ms]."""
 
 JOY: Final = "/joy"
@@ -46,9 +62,10 @@ class OperatorClient:
     def __init__(
         self,
         client: Client,
-        cloud: Cloud,
+        cloud: Cloud | None = None,
         display: DisplayProtocol | None = None,
         *,
+        topics: Mapping[str, str] = TOPICS,
         layout: JoystickLayout | None = None,
         on_message: Callable[[str, Mapping[str, Any]], None] = lambda topic, message: None,
     ) -> None:
@@ -56,12 +73,14 @@ class OperatorClient:
 
         Args:
             client: The connection, which need not be established yet.
-            cloud: This side's copy of the robot's map.
+            cloud: This side's copy of the robot's map; None if it is fetched.
             display: Draws what is received and sent.
+            topics: Topics to subscribe to, with their types.
             layout: Assignment of the joystick that is sent; the default one if not given.
             on_message: Called with the topic and each message received.
         """
         self.client, self._cloud, self._display = client, cloud, display
+        self._topics = topics
         self._layout, self._on_message = layout or JoystickLayout(), on_message
         self.now = 0
         """The robot's time [ns]."""
@@ -71,12 +90,14 @@ class OperatorClient:
         """Health of the robot's localisation."""
         self.map_sha256 = ""
         """Hash of the robot's map; empty until it is received."""
+        self.map_name = ""
+        """Name of the robot's map; empty until it is received."""
 
     async def start(self) -> None:
         """Subscribe to the topics and advertise what will be published."""
         # A rejected velocity request is reported at this level.
         await self.client.set_level("warning")
-        for topic, kind in TOPICS.items():
+        for topic, kind in self._topics.items():
             receive = partial(self.receive, topic)
             throttle = _THROTTLE.get(topic, 0)
             await self.client.subscribe(
@@ -91,7 +112,7 @@ class OperatorClient:
             case "/clock":
                 self.now = stamp_from_message(message["clock"])
             case "/map_info":
-                self.map_sha256 = str(message["sha256"])
+                self.map_sha256, self.map_name = str(message["sha256"]), str(message["name"])
             case "/localization/status":
                 self.health = Health(message["health"])
             case "/tf":
@@ -118,7 +139,7 @@ class OperatorClient:
     @property
     def map_mismatch(self) -> str | None:
         """How the two sides' maps differ; None if they are the same file, or not yet known."""
-        if self.map_sha256 in ("", self._cloud.sha256):
+        if self._cloud is None or self.map_sha256 in ("", self._cloud.sha256):
             return None
         return (
             f"the robot's map has hash {self.map_sha256[:12]}, ours {self._cloud.sha256[:12]}: "

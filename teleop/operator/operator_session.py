@@ -1,57 +1,117 @@
-"""A session of the operator: connects, drives from the keyboard, and sends the services' requests."""
+"""A session of the operator: connects, drives from keys and gamepads, and watches the link."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import signal
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Coroutine, Mapping
 from typing import Any, Final
 
 import numpy as np
 
-from localization.types import Pose, Twist
-from teleop.operator.keyboard import HELP, Keyboard, raw_terminal, read_keys
+from localization.types import Pose
+from teleop.operator.event_list import EventList
+from teleop.operator.gamepad import Gamepad, PadChanged, PadSource
+from teleop.operator.hint_prompt import HintPrompt
+from teleop.operator.hint_verdicts import TAKEN, SentHint
+from teleop.operator.joy_stream import JoyStream
+from teleop.operator.key_events import Key, KeyEvent, Report
+from teleop.operator.keyboard import Keyboard
+from teleop.operator.map_download import MapLibrary
+from teleop.operator.message_decoding import stamp_of
+from teleop.operator.named_places import scene_places
 from teleop.operator.operator_client import OperatorClient
+from teleop.operator.station_view import StationView
+from teleop.operator.terminal import Terminal, key_terminal
+from teleop.operator.terminal_panel import Panel, panel_lines
+from teleop.operator.threaded_display import LiveDisplayProtocol
 from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 from teleop.rosbridge.errors import ServiceCallError
 
-_PERIOD: Final = 0.05
+PERIOD: Final = 0.05
 """Period of Joy messages while a key is held [s]: twice the rate of ROS#."""
-
-_STANDSTILL: Final = Twist.planar(0.0, 0.0)
+_PULSE: Final = 2
+"""Number of periods between two looks at the age of what is shown: 0.1 s."""
+_ASK: Final = 10
+"""Number of periods between two measurements of the round trip: 0.5 s."""
+_FIRST: Final = 2.0
+"""Time to wait for the robot's clock before a hint is sent [s]; one in lockstep may stand still."""
+_QUESTION: Final = "/rosapi/get_time"
+"""Service that measures the round trip; every rosbridge server answers, if only that it has none."""
 
 _SERVICES: Final[Mapping[str, str]] = {
     "estop": "/teleop/estop",
     "reset": "/teleop/estop_reset",
     "take_over": "/teleop/take_over",
     "find": "/localization/relocalize",
+    "undo": "/localization/undo",
 }
-"""Services by the action of a key."""
+"""Services by action."""
+KEYS: Final[Mapping[str, str]] = {
+    "e": "estop",
+    "p": "reset",
+    "t": "take_over",
+    "f": "find",
+    "u": "undo",
+    "h": "place",
+    "n": "numbers",
+    "+": "faster",
+    "=": "faster",
+    "-": "slower",
+    "_": "slower",
+    " ": "stop",
+    "?": "help",
+    "q": "quit",
+    "ctrl-c": "end",
+}
+"""Actions by key."""
 
 
 class OperatorSession:
-    """Owns the keyboard; runs until ``q``, Ctrl-C or ``end``."""
+    """Owns keys, gamepads and the view of the robot; runs until the user or ``end`` ends it."""
 
     def __init__(
         self,
         operator: OperatorClient,
         *,
         clock: Callable[[], int],
-        say: Callable[[str], None],
+        events: EventList,
+        display: LiveDisplayProtocol | None = None,
+        maps: MapLibrary | None = None,
+        places: Mapping[str, Pose] | None = None,
+        pads: PadSource | None = None,
     ) -> None:
         """Prepare a session.
 
         Args:
             operator: The operator's client, not yet connected.
             clock: Returns the reading of a clock that never goes back [ns].
-            say: Prints a line for the user.
+            events: Events for the user.
+            display: Display that is told what is stale.
+            maps: Where the robot's map comes from; None to show none.
+            places: Places for hints; those of the scene that the map is named after by default.
+            pads: Gamepads.
         """
-        self._operator, self._clock, self._say = operator, clock, say
-        self._keyboard = Keyboard()
-        self._stop = asyncio.Event()
-        # References to running calls; asyncio itself keeps only weak ones.
-        self._calls: set[asyncio.Task[None]] = set()
+        self._operator, self._clock = operator, clock
+        self._display, self._maps, self._places = display, maps, places
+        self.events = events
+        self.view = StationView(events)
+        self.verdict: str | None = None
+        """Verdict on the hint that ``run`` was given; None before it is answered."""
+        self._keyboard, self._joy = Keyboard(), JoyStream()
+        self._pads, self._gamepad = pads, Gamepad()
+        self._prompt: HintPrompt | None = None
+        self._quitting, self._help = False, True
+        self._sent: list[SentHint] = []
+        self._asked: SentHint | None = None
+        self._judged = -1
+        self._begun: int | None = None
+        self._map_wanted, self._map_failed = "", False
+        self._stop, self._heard = asyncio.Event(), asyncio.Event()
+        # References to running tasks; asyncio itself keeps only weak ones.
+        self._tasks: set[asyncio.Task[None]] = set()
 
     @property
     def ended(self) -> bool:
@@ -61,6 +121,23 @@ class OperatorSession:
     def end(self) -> None:
         """End the session soon."""
         self._stop.set()
+
+    def receive(self, topic: str, message: Mapping[str, Any]) -> None:
+        """Take a message of the robot."""
+        estop = self.view.alarms.estop
+        anew = self.view.received(topic, message, self._clock())
+        if self.view.alarms.estop is not None and estop is None:
+            # Whoever holds a key down must not drive off when the e-stop is released.
+            self._keyboard.block(self._clock())
+            self._gamepad.block()
+        if anew:
+            self._sent.clear()
+            self._judged, self._begun = -1, None
+        if topic == "/clock":
+            self._heard.set()
+            self._begun = self._operator.now if self._begun is None else self._begun
+        if topic == "/localization/hint_verdict":
+            self._judge(message)
 
     async def run(
         self,
@@ -80,66 +157,261 @@ class OperatorSession:
             ClientError: If the first connection fails.
         """
         loop, client = asyncio.get_running_loop(), self._operator.client
-        with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
-            loop.add_signal_handler(signal.SIGINT, self._stop.set)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
+                loop.add_signal_handler(number, self._stop.set)
         connected = asyncio.Event()
 
         def status(level: str, text: str) -> None:
             # Before the server is known to be a rosbridge server, its statuses mean nothing.
             if connected.is_set():
-                self._say(f"{level}: {text}")
+                self._joy.refused(text)
+                self.events.add(f"{level}: {text}")
+
+        def changed(state: ConnectionState) -> None:
+            up = state is ConnectionState.CONNECTED
+            if state is not ConnectionState.CLOSED and not self.ended:
+                reason = client.url if up else client.closed_reason
+                self.view.connection(up, reason, self._clock())
+                if self._map_failed:
+                    self._map_wanted = ""
+            connection_changed(state)
 
         client.on_status(status)
         await client.connect()
         connected.set()
-        client.on_connection(connection_changed)
-        connection_changed(ConnectionState.CONNECTED)
+        client.on_connection(changed)
+        changed(ConnectionState.CONNECTED)
         await self._operator.start()
-        if hint is not None:
-            await self._operator.hint(hint, np.zeros((6, 6)))
-        if find:
-            await self._call(_SERVICES["find"])
-        with raw_terminal() as terminal:
+        with key_terminal() as terminal:
             if terminal is not None:
-                self._say(HELP)
-                loop.add_reader(terminal, self._take_keys, terminal)
+                self._keyboard.reports_releases = terminal.reports_releases
+                loop.add_reader(terminal.keys, self._take_input, terminal)
             try:
-                await self._drive()
+                self._spawn(self._begin(hint, find))
+                await self._drive(terminal)
             finally:
                 if terminal is not None:
-                    loop.remove_reader(terminal)
+                    loop.remove_reader(terminal.keys)
+                for task in list(self._tasks):
+                    task.cancel()
+                await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    async def _drive(self) -> None:
-        """Send Joy messages while keys are held."""
-        operator = self._operator
-        was_held, warned = False, False
-        while not self._stop.is_set():
-            twist, held = self._keyboard.twist(self._clock())
-            # The robot requires a neutral stick first, so each stroke begins with one. One more message
-            # releases the deadman; after that none is needed.
-            if (held or was_held) and operator.client.connected:
-                await operator.drive(twist if was_held else _STANDSTILL, enabled=held)
-            was_held = held
-            if operator.map_mismatch and not warned:
-                warned = True
-                self._say(operator.map_mismatch)
+    async def _begin(self, hint: Pose | None, find: bool) -> None:
+        """Send what was asked for on the command line."""
+        if hint is not None:
+            # The robot repeats its last verdict; only one that is newer than the hint can be the answer.
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._stop.wait(), _PERIOD)
+                await asyncio.wait_for(self._heard.wait(), _FIRST)
+            await self._send_hint(hint, asked=True)
+        if find:
+            await self._call(_SERVICES["find"])
 
-    def _take_keys(self, terminal: int) -> None:
-        for key in read_keys(terminal):
-            action = self._keyboard.press(key, self._clock())
-            if action == "quit":
+    async def _drive(self, terminal: Terminal | None) -> None:
+        """Send Joy messages while something is held, and look after link and screen."""
+        panel = None if terminal is None else Panel(terminal, encoding=sys.stdout.encoding)
+        period = 0
+        try:
+            while not self._stop.is_set():
+                await self._send_joy()
+                if period % _PULSE == 0:
+                    self._pulse(terminal, panel)
+                if period % _ASK == 0 and self.view.unanswered(self._clock()) == 0:
+                    self._spawn(self._measure())
+                period += 1
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._stop.wait(), PERIOD)
+            self._keyboard.release_all()
+            self._gamepad.block()
+            await self._send_joy()
+        finally:
+            if panel is not None:
+                panel.close()
+
+    async def _send_joy(self) -> None:
+        """Send the Joy message that is due, if any."""
+        now = self._clock()
+        if self._pads is not None:
+            for event in self._pads.poll():
+                if isinstance(event, PadChanged):
+                    what = f"gamepad {event.name}" if event.present else "gamepad unplugged"
+                    self.events.add(f"{what}: neutral")
+                if (action := self._gamepad.take(event)) is not None:
+                    self._act(action)
+        twist, held = self._gamepad.twist(self._keyboard.step)
+        if not held:
+            twist, held = self._keyboard.twist(now)
+        due = self._joy.next(twist, held, disarmed=self.view.control == "disarmed")
+        if due is not None and self._operator.client.connected:
+            await self._operator.drive(due[0], enabled=due[1])
+
+    def _pulse(self, terminal: Terminal | None, panel: Panel | None) -> None:
+        """Look at the age of everything, and show it."""
+        now, operator = self._clock(), self._operator
+        if self._display is not None:
+            self._display.pulse(self.view.pulse(now))
+        if self._maps is not None and operator.map_sha256 not in ("", self._map_wanted):
+            self._map_wanted = operator.map_sha256
+            self._spawn(self._fetch_map(self._maps, operator.map_sha256))
+        if terminal is None or panel is None:
+            return
+        if self._keyboard.reports_releases:
+            terminal.ask_alive()
+        for alone in terminal.decoder.idle():
+            if isinstance(alone, Key):
+                self._take_key(alone)
+        lines = panel_lines(
+            self.view,
+            self._keyboard,
+            now,
+            title=f"farsteer operate {operator.client.url}",
+            pads=self._gamepad.names,
+            prompt=self._prompt,
+            help_shown=self._help,
+            size=panel.size,
+        )
+        panel.show(lines)
+
+    async def _measure(self) -> None:
+        """Measure the round trip; a server that does not answer keeps the question open."""
+        self.view.asked(self._clock())
+        try:
+            await self._operator.client.call(_QUESTION, timeout=float("inf"))
+        except ServiceCallError:
+            if not self._operator.client.connected:
+                return
+        self.view.answered(self._clock())
+
+    async def _fetch_map(self, maps: MapLibrary, sha256: str) -> None:
+        """Get the robot's map and show it."""
+        from localization.errors import LocalizationError
+        from teleop.errors import TeleopError
+
+        name = self._operator.map_name
+        self.view.map = f"map {name} ({sha256[:12]}) is being fetched"
+        self._map_failed = False
+        try:
+            cloud, where = await maps.load(sha256)
+        except (LocalizationError, TeleopError, OSError) as error:
+            self._map_failed = True  # the next connection tries again
+            self.view.map = f"no map is shown: {error}"
+            self.events.add(self.view.map)
+            return
+        self.view.map = f"map {name} ({sha256[:12]}), {where}"
+        self.events.add(f"{self.view.map}: {len(cloud.points)} points")
+        if self._display is not None and self._operator.map_sha256 == cloud.sha256:
+            self._display.map(cloud)
+
+    def _take_input(self, terminal: Terminal) -> None:
+        now = self._clock()
+        try:
+            inputs = terminal.read()
+        except EOFError:
+            asyncio.get_running_loop().remove_reader(terminal.keys)
+            self._keyboard.release_all()
+            self.end()
+            return
+        for event in inputs:
+            if isinstance(event, Key):
+                self._take_key(event)
+            elif event is Report.ALIVE:
+                self._keyboard.answered(now)
+            elif event is Report.FOCUS_LOST:
+                # The release of a key goes to the window that has the keyboard then.
+                self._keyboard.release_all()
+
+    def _take_key(self, key: Key) -> None:
+        """Take a key: an answer to an open question, a drive key, or an action."""
+        action = KEYS.get(key.name)
+        if self._prompt is not None and action not in ("estop", "end"):
+            if key.event is not KeyEvent.RELEASE:
+                self._answer(self._prompt.after(key.name))
+            return
+        if self._keyboard.take(key, self._clock()):
+            self._quitting = False
+            return
+        if action is not None and key.event is KeyEvent.PRESS:
+            self._act(action)
+
+    def _act(self, action: str) -> None:
+        """Do what a key or a button is for."""
+        quitting, self._quitting = self._quitting, action == "quit"
+        match action:
+            case "end":
                 self.end()
-            elif action is not None:
-                loop = asyncio.get_running_loop()
-                call = loop.create_task(self._call(_SERVICES[action]))
-                self._calls.add(call)
-                call.add_done_callback(self._calls.discard)
+            case "quit" if quitting:
+                self.end()
+            case "quit":
+                self.events.add("press q again to end")
+            case "stop":
+                self._keyboard.release_all()
+            case "faster" | "slower":
+                self._keyboard.change_speed(1 if action == "faster" else -1)
+            case "help":
+                self._help = not self._help
+            case "place" | "numbers":
+                self._keyboard.release_all()
+                places = self._menu() if action == "place" else {}
+                self._prompt = HintPrompt(places)
+            case _:
+                if action == "estop":
+                    self._keyboard.block(self._clock())
+                    self._gamepad.block()
+                self._spawn(self._call(_SERVICES[action]))
+
+    def _menu(self) -> Mapping[str, Pose]:
+        """Return the places for hints."""
+        places = self._places
+        if places is None:
+            places = scene_places(self._operator.map_name)
+        if not places:
+            self.events.add("no places are known: start with --places FILE, or type the numbers")
+        return places
+
+    def _answer(self, prompt: HintPrompt) -> None:
+        self._prompt = None if prompt.done else prompt
+        if prompt.answer is not None:
+            self._spawn(self._send_hint(prompt.answer))
+
+    async def _send_hint(self, pose: Pose, *, asked: bool = False) -> None:
+        """Send a hint, and remember it for its verdict."""
+        sent = SentHint(pose, self._operator.now)
+        self._sent.append(sent)
+        if asked:
+            self._asked = sent
+        x, y, _ = pose.position
+        heading = np.rad2deg(pose.yaw)
+        self.events.add(f"hint sent: x {x:.2f} m, y {y:.2f} m, heading {heading:.0f} deg")
+        await self._operator.hint(pose, np.zeros((6, 6)))
+
+    def _judge(self, message: Mapping[str, Any]) -> None:
+        """Tell of a verdict, unless it was told before or given before this station came."""
+        stamp = stamp_of(message) or 0
+        verdict = str(message["verdict"])
+        mine = next((sent for sent in self._sent if sent.answered_by(message)), None)
+        if mine is not None:
+            self._sent.remove(mine)
+            self._judged = stamp
+            if mine is self._asked:
+                self.verdict = verdict
+            self.events.add(f"hint {verdict}: {message['reason']}")
+        elif self._begun is not None and stamp > max(self._judged, self._begun):
+            self._judged = stamp
+            self.events.add(f"hint of another client {verdict}: {message['reason']}")
+
+    @property
+    def hint_taken(self) -> bool:
+        """Whether the hint that ``run`` was given was taken."""
+        return self.verdict in TAKEN
+
+    def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
 
     async def _call(self, service: str) -> None:
         try:
             answer: Mapping[str, Any] = await self._operator.client.call(service, {}, timeout=2.0)
-            self._say(f"{service}: {answer['message']}")
+            self.events.add(f"{service}: {answer['message']}")
         except ServiceCallError as error:
-            self._say(f"{service}: {error}")
+            self.events.add(f"{error}")

@@ -9,7 +9,9 @@ from threading import Semaphore
 from typing import Any, Final, Protocol
 
 from localization.geometry import FloatArray
+from localization.maps.cloud import Cloud
 from localization.types import Pose
+from teleop.operator.station_view import Pulse
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -31,6 +33,16 @@ class DisplayProtocol(Protocol):
 
     def close(self) -> None:
         """End the display."""
+
+
+class LiveDisplayProtocol(DisplayProtocol, Protocol):
+    """The methods of a display that a person watches."""
+
+    def map(self, cloud: Cloud) -> None:
+        """Draw a map."""
+
+    def pulse(self, pulse: Pulse) -> None:
+        """Draw what is stale, and the banner."""
 
 
 class ThreadedDisplay:
@@ -87,3 +99,20 @@ class ThreadedDisplay:
         self._free.release()
         if (error := call.exception()) is not None:
             _LOG.error("the display failed: %r", error)
+
+
+class LiveThreadedDisplay(ThreadedDisplay):
+    """The same for a display that a person watches: drops calls rather than hold up driving."""
+
+    def __init__(self, display: LiveDisplayProtocol, *, max_pending: int = 2000) -> None:
+        """Start the thread; see ``ThreadedDisplay``."""
+        super().__init__(display, blocking=False, max_pending=max_pending)
+        self._live = display
+
+    def map(self, cloud: Cloud) -> None:
+        """Draw a map, soon."""
+        self._submit(lambda: self._live.map(cloud))
+
+    def pulse(self, pulse: Pulse) -> None:
+        """Draw what is stale, and the banner, soon."""
+        self._submit(lambda: self._live.pulse(pulse))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import tyro
 
+from localization.cli.run_folder import check_file
 from localization.cli.terminal import Progress, fitted, say, say_json
 from teleop.robot.serve_config import ServeConfig
 
@@ -25,6 +26,10 @@ class Serve:
 
     def __call__(self) -> int:
         """Serve until Ctrl-C."""
+        config = self.server
+        if config.record is not None:
+            check_file(config.record, overwrite=None, option="--record")
+
         import asyncio
 
         from localization.maps.prepared_map import default_cache
@@ -33,7 +38,6 @@ class Serve:
         from teleop.robot.serve import serve
         from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
-        config = self.server
         world = config.robot.world(self.scene, config.seed)
         if config.map is None:
             cloud, path = load_scene_cloud(self.scene), scene_cloud_path(self.scene)

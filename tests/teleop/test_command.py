@@ -178,7 +178,10 @@ def test_localize_reports_rejected_readings(
 @pytest.mark.process
 def test_help_needs_neither_numpy_nor_the_simulation(tmp_path: Path) -> None:
     """What ``--help`` imports decides how long it takes."""
-    code = "import sys, teleop.__main__; print(*sorted({'numpy', 'robot_sim'} & set(sys.modules)))"
+    code = (
+        "import sys, teleop.command_line;"
+        "print(*sorted({'numpy', 'robot_sim', 'websockets', 'msgspec'} & set(sys.modules)))"
+    )
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tmp_path,
@@ -347,6 +350,18 @@ def test_earlier_run_is_not_replaced(tmp_path: Path, capsys: pytest.CaptureFixtu
     line = error_line(["sim", "--out", str(tmp_path)], capsys)
     assert line.endswith("already holds truth.tum: give another folder, or add --overwrite")
     assert [path.name for path in tmp_path.iterdir()] == ["truth.tum"]
+
+
+def test_recording_of_a_served_robot_is_not_replaced(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    record = tmp_path / "served.mcap"
+    record.write_text("an afternoon of driving")
+    line = error_line(["serve", "--record", str(record)], capsys)
+    assert line == f"farsteer: --record {record} already exists: give another file"
+    assert "--record /proc/x.mcap cannot be" in error_line(
+        ["serve", "--record", "/proc/x.mcap"], capsys
+    )
 
 
 @pytest.mark.process
