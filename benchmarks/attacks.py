@@ -32,7 +32,7 @@ TAKES_WORDS = True
 _TOKEN: Final = "a token of the benchmark's operator"
 _HEADER: Final = (
     f"{'attack':12s} {'tick ms':>8s} {'clock ms':>9s} {'rt':>5s} {'start ms':>13s} {'stop ms':>8s} "
-    f"{'p99 ms':>7s} {'CPU %':>6s} {'lost':>4s}"
+    f"{'p99 ms':>7s} {'CPU %':>6s} {'lost':>4s} {'log kB':>6s}"
 )
 
 
@@ -71,7 +71,9 @@ async def _run(names: list[str], seconds: float | None) -> None:
     print(
         "  stick to turning wheels, median and worst; stop: from a driver's last frame to slowing wheels, worst;"
     )
-    print("  p99: of the second client's calls; lost: connections of either")
+    print(
+        "  p99: of the second client's calls; lost: connections of either; log: written to the terminal"
+    )
     print(_HEADER, flush=True)
     attacks = [name for name in names if name in ATTACKS]
     if attacks:
@@ -89,7 +91,9 @@ async def _one(label: str, attack: str | None, seconds: float) -> None:
     async with serving() as robot, attacking(robot.url, attack):
         if attack is not None:
             await asyncio.sleep(2.0)
-        print(await _line(label, robot, seconds), flush=True)
+        written = robot.log.stat().st_size
+        line = await _line(label, robot, seconds)
+        print(f"{line} {(robot.log.stat().st_size - written) / 1e3:6.1f}", flush=True)
 
 
 async def _soak(seconds: float) -> None:
