@@ -42,7 +42,10 @@ async def attack(name: str, url: str) -> None:
 
 async def _for_ever(attacker: Callable[[str], Awaitable[None]], url: str) -> None:
     while True:
-        with contextlib.suppress(OSError, WebSocketException, TimeoutError):
+        # An attacker that does not understand an answer comes back as well.
+        with contextlib.suppress(
+            OSError, WebSocketException, TimeoutError, LookupError, AttributeError
+        ):
             await attacker(url)
         await asyncio.sleep(_AGAIN)
 

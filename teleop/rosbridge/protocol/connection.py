@@ -62,12 +62,19 @@ class Connection:
         return self.address.rpartition(":")[0]
 
     @property
+    def origin(self) -> str:
+        """For whom its rates are remembered: its address, with the name of its token if it has one."""
+        named = self.host and self.access is not None and self.access.holder
+        return f"{self.host} {self.access.holder}" if named and self.access else self.host
+
+    @property
     def rates(self) -> dict[str, TokenBucket]:
         """The buckets that are remembered for its address, by name."""
         return {
             "operations": self.operation_rate,
             "bytes": self.byte_rate,
             "parts": self.part_rate,
+            "tolerance": self.tolerance,
         }
 
     def refusal(self, act: Act, name: str) -> str | None:

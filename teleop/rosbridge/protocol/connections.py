@@ -101,18 +101,15 @@ class Connections:
             reassembly=Reassembly(limits.assembly),
             access=access,
         )
-        host, tolerance = connection.host, {"tolerance": connection.tolerance}
-        self.addresses.restore(host, connection.rates, now)
-        # Another client of the same address is not disconnected for a slip.
-        self.addresses.restore(host, tolerance, now, most=0.9)
+        # An honest client of the same address can subscribe to all it needs, and may slip.
+        self.addresses.restore(connection.origin, connection.rates, now, most=0.9)
         return connection
 
     def remove(self, client: int, now: int) -> Connection | None:
         """Remove a client and its incomplete messages; return it if it was connected."""
         removed = self._all.pop(client, None)
         if removed is not None:
-            rates = {**removed.rates, "tolerance": removed.tolerance}
-            self.addresses.store(removed.host, rates, now)
+            self.addresses.store(removed.origin, removed.rates, now)
             removed.reassembly.clear()
         return removed
 

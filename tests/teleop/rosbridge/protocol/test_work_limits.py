@@ -7,7 +7,17 @@ from typing import Any
 
 import pytest
 
-from teleop.rosbridge import ClientLimits, TokenBucket, serve_standard
+from teleop.rosbridge import (
+    DEFAULT_RULES,
+    Access,
+    Authenticator,
+    ClientLimits,
+    Credentials,
+    Role,
+    TokenBucket,
+    serve_standard,
+)
+from teleop.rosbridge.auth.permissions import UNGUARDED
 from teleop.rosbridge.framing.outgoing_frames import CloseFrame
 from teleop.rosbridge.protocol.address_memory import AddressMemory
 from teleop.rosbridge.protocol.protocol import Protocol
@@ -216,7 +226,25 @@ def test_reconnecting_does_not_refill_the_rates() -> None:
         admitted += sum(b"Unknown operation" in getattr(o, "payload", b"") for o in said)
         protocol.disconnect(client, now)
         now += 50 * MILLISECOND
-    assert admitted <= 400 + 200 + 20
+    assert admitted <= 400 + 200 + 19 * 40
+
+
+def test_floods_of_an_address_cost_others_there_the_burst_only() -> None:
+    known = Access("driver", Role.OPERATE, DEFAULT_RULES[Role.OPERATE], b"key")
+    gate = Authenticator(Credentials(anonymous=UNGUARDED), lambda: 0.0)
+    protocol = Protocol(REGISTRY, authenticator=gate)
+    for number in range(20):
+        flooder = connected(protocol, f"10.0.0.6:{number}", SECOND)
+        for _ in range(2000):
+            protocol.receive(flooder, '{"op":"status"}', SECOND)
+        protocol.disconnect(flooder, SECOND)
+    protocol.connections.drain()
+    honest = connected(protocol, "10.0.0.6:99", SECOND)
+    driver = protocol.connect(SECOND, "10.0.0.6:100", known)
+    for client, count in ((honest, 35), (driver, 400)):
+        for _ in range(count):
+            protocol.receive(client, '{"op":"status"}', SECOND)
+    assert protocol.connections.drain() == []
 
 
 def test_other_addresses_and_time_are_not_charged() -> None:
