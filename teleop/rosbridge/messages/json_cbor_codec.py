@@ -28,6 +28,7 @@ from teleop.rosbridge.messages.message_types import (
     MessageType,
     short_name,
 )
+from teleop.rosbridge.messages.polite_threads import after_message
 from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 StampFields: TypeAlias = Literal["both", "ros1", "ros2"]
@@ -90,6 +91,7 @@ class Codec:
             separator = ","
             self._json_value(field, value, out)
         out.append("{}" if separator == "{" else "}")
+        after_message()
 
     def _json_value(self, field: Field, value: Any, out: list[str | bytes]) -> None:
         if not field.repeated:
@@ -119,6 +121,7 @@ class Codec:
     def _cbor(self, kind: MessageType, message: Message) -> Message:
         if kind.name in (TIME, DURATION):
             return self._stamp(message)
+        after_message()
         return {
             field.name: self._cbor_value(field, value)
             for field, value in self._values(kind, message)

@@ -26,6 +26,7 @@ from teleop.rosbridge.messages.message_types import (
     MessageType,
     short_name,
 )
+from teleop.rosbridge.messages.polite_threads import after_message
 from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.ros_time import stamp
 
@@ -149,6 +150,7 @@ class _Completion:
             )
         self._given += len(given)
         self.size += _MESSAGE_BYTES
+        after_message()
         if self._defaulted > FREE_DEFAULTS + 2 * self._given:
             raise MessageError(
                 f"{self._root} message has too many omitted fields for its size: "
