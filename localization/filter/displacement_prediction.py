@@ -30,13 +30,9 @@ from localization.filter.standstill_detection import (
     wheels_stand,
 )
 from localization.geometry import FloatArray, hat, quaternion_exp, so3_exp
-from localization.motion.displacement import (
-    StepVariance,
-    share_of_turn,
-    step_variance,
-    with_turn,
-)
+from localization.motion.displacement import with_turn
 from localization.motion.gyro_turn import GyroStep
+from localization.motion.odometry_noise import StepVariance, share_of_turn, step_variance
 from localization.types import InvalidReadingError, Pose, Twist
 
 _YAW_RATIO = KAPPA.start + 1

@@ -11,8 +11,8 @@ from localization.filter.ekf_config import EkfConfig
 from localization.filter.standstill_detection import quiet
 from localization.filter.updates import update_reported_tilt, yaw_corrected
 from localization.geometry import FloatArray
-from localization.motion.displacement import share_of_turn
 from localization.motion.gyro_turn import GyroStep, TurnWitness
+from localization.motion.odometry_noise import share_of_turn
 
 _REPORTED_BIAS = math.radians(0.3)
 """Error of the gyro's bias by comparison with a second of reported orientations [rad/s]: a compass beside motors and

@@ -159,7 +159,7 @@ class GyroTurn(NamedTuple):
         begun = self._replace(taken=stamp, turn=_NOTHING, force=(_NOTHING, 0), broken=False)
         known = heard is not None and until is not None and stamp - heard <= _LONGEST_CARRY
         if not known or self.broken or before is None or until is None:
-            # A unit that is heard again continues from here.
+            # A unit that speaks again continues from here.
             later = stamp if until is None else max(stamp, until)
             return begun._replace(
                 until=later, broken=heard is None, witness=TurnWitness(0.0, 0.0, 0.0, 0.0)

@@ -14,7 +14,7 @@ import numpy as np
 
 from localization.filter.ekf_config import GRAVITY
 from localization.geometry import FloatArray
-from localization.motion.displacement import arc_length, arc_step, planar_step
+from localization.motion.displacement import arc_length, arc_step, odometry_step, rolled_arc
 from localization.motion.gyro_turn import GyroStep, GyroTurn
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import (
@@ -28,8 +28,6 @@ from localization.types import (
     WheelSpeeds,
 )
 
-_LONGEST_STEP = 20.0
-"""Odometry that moves on by more than this at once began to count anew [m]: the difference is no motion."""
 _NO_RATE = np.zeros(3)
 _LEVEL_FORCE = np.array([0.0, 0.0, GRAVITY])
 for _constant in (_NO_RATE, _LEVEL_FORCE):
@@ -155,15 +153,12 @@ class MotionModel(NamedTuple):
         before = self.odometry
         if before is None:
             return _stepped(reading.stamp, Pose.identity())
-        step = planar_step(before.odom_from_base, reading.odom_from_base)
-        reset = float(np.hypot(*step.position[:2])) > _LONGEST_STEP
-        return _stepped(reading.stamp, Pose.identity() if reset else step)
+        step = odometry_step(before, reading)
+        return _stepped(reading.stamp, Pose.identity() if step is None else step)
 
     def _counted(self, reading: WheelSpeeds) -> Increment:
         seconds = (reading.stamp - self.wheels.stamp) / SECOND if self.wheels is not None else 0.0
-        distance = 0.5 * (reading.left + reading.right) * seconds
-        turn = (reading.right - reading.left) / self.track * seconds
-        return _stepped(reading.stamp, arc_step(distance, turn))
+        return _stepped(reading.stamp, arc_step(*rolled_arc(reading, seconds, self.track)))
 
     def _rolled(self, stamp: int, left: float, right: float, *, rolling: bool = True) -> Increment:
         rate = np.array([0.0, 0.0, (right - left) / self.track])

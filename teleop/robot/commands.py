@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import tyro
 
-from localization.cli.terminal import Progress, say
+from localization.cli.run_folder import check_file
+from localization.cli.terminal import Progress, fitted, say, say_json
 from teleop.robot.serve_config import ServeConfig
 
 
@@ -25,6 +26,10 @@ class Serve:
 
     def __call__(self) -> int:
         """Serve until Ctrl-C."""
+        config = self.server
+        if config.record is not None:
+            check_file(config.record, overwrite=None, option="--record")
+
         import asyncio
 
         from localization.maps.prepared_map import default_cache
@@ -33,7 +38,6 @@ class Serve:
         from teleop.robot.serve import serve
         from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
-        config = self.server
         world = config.robot.world(self.scene, config.seed)
         if config.map is None:
             cloud, path = load_scene_cloud(self.scene), scene_cloud_path(self.scene)
@@ -64,6 +68,8 @@ class Validate:
 
     write: Path | None = None
     """Update the tables of this page, which is docs/robot.md."""
+    json: bool = False
+    """Print the rows as JSON."""
 
     def __call__(self) -> int:
         """Measure, and print the table."""
@@ -73,7 +79,11 @@ class Validate:
         bar = Progress()
         rows = validate(bar)
         bar.end()
-        say(plain(rows), "", verdict(rows))
+        if self.json:
+            judgement = [{**asdict(r), "passed": r.passed, "result": r.result} for r in rows]
+            say_json({"rows": judgement, "passed": all(row.passed for row in rows)})
+        else:
+            say(plain(rows), "", *fitted(verdict(rows)))
         if self.write is not None:
             write_report(self.write, rows)
             say(f"tables written to {self.write}")

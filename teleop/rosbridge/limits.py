@@ -111,7 +111,7 @@ class TokenBucket:
     def missing(self, now: int) -> float:
         """Return how many tokens the bucket lacks at ``now`` [ns] to be full."""
         if math.isinf(self._rate):
-            return 0.0
+            return 0.0  # of an infinite capacity
         self._refill(now)
         return self._capacity - self._level
 

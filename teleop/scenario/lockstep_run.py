@@ -10,6 +10,7 @@ import sys
 from collections import deque
 from pathlib import Path
 
+from localization.extras import has
 from localization.maps.cloud import Cloud
 from localization.types import SECOND
 from robot_sim import PhysicsError, World
@@ -49,7 +50,7 @@ def run_over_wire(
         world: Its scene.
         cloud: The scene's prebuilt cloud, for the robot.
         map_path: File of the cloud, which the operator loads itself.
-        folder: Folder of the run, for the operator's recording as well.
+        folder: Folder of the run, for the operator's recording as well, if rerun is installed.
         cache: Folder for derived files.
         progress: Called with the progress.
     """
@@ -58,6 +59,8 @@ def run_over_wire(
         ending, traffic = asyncio.run(
             _serve_and_operate(mission, robot, recorder, cloud, map_path, progress)
         )
+        if ending == "interrupted" and not recorder.begun:
+            raise KeyboardInterrupt
         return recorder.finish(ending, traffic)
 
 
@@ -181,7 +184,7 @@ def _write_script(mission: Mission, robot: Robot, url: str, map_path: Path, fold
         hint_quaternion_wxyz=tuple(hint.map_from_base.quaternion_wxyz.tolist()),
         hint_covariance=tuple(hint.covariance.ravel().tolist()),
         duration=mission.duration,
-        recording=str(folder / "operator.rrd"),
+        recording=str(folder / "operator.rrd") if has("rerun") else None,
     )
     path = folder / "operator.json"
     script.save(path)

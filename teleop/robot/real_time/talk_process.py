@@ -39,6 +39,7 @@ from teleop.robot.server_setup import (
 from teleop.robot.tick_record import DriveRecord
 from teleop.rosbridge.auth.token_file import TokenWatch
 from teleop.rosbridge.errors import RosbridgeError, ServiceError
+from teleop.rosbridge.server.dated_loop import DatedEventLoop
 
 _NICENESS: Final = 1
 """How far this process stands back behind the one that drives where processors are few."""
@@ -159,7 +160,8 @@ def main() -> None:
     os.nice(_NICENESS)
     configure_logging(setup.config.log_level)
     try:
-        asyncio.run(TalkProcess(channel, setup).run())
+        with asyncio.Runner(loop_factory=DatedEventLoop) as runner:
+            runner.run(TalkProcess(channel, setup).run())
     except (RosbridgeError, AuditError) as error:
         channel.send(pack(OTHER, error))
 

@@ -11,7 +11,7 @@ from typing import TypeAlias
 from teleop.rosbridge.errors import OperationError, RosbridgeError, ServiceError
 from teleop.rosbridge.framing.operation_fields import Operation, check_name
 from teleop.rosbridge.framing.outgoing_frames import PLAIN, ReplyFormat
-from teleop.rosbridge.graph.client_completion import ClientCompletion
+from teleop.rosbridge.graph.client_completion import ClientCompletion, CompletedAhead
 from teleop.rosbridge.graph.goals import Goal, GoalHandler, GoalStatus
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
@@ -187,7 +187,7 @@ class Actions:
         status = operation.get("status", GoalStatus.SUCCEEDED if good else GoalStatus.ABORTED)
         if values is None and good:
             values = {}
-        if not isinstance(values, dict):
+        if not isinstance(values, dict | CompletedAhead):
             goal.abort(str(values)[:1000] if values else "the goal was aborted")
             return True
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 
 from teleop.rosbridge.errors import OperationError
-from teleop.rosbridge.graph.client_completion import ClientCompletion
+from teleop.rosbridge.graph.client_completion import ClientCompletion, CompletedAhead
 from teleop.rosbridge.graph.publication import Publication
 from teleop.rosbridge.graph.subscription import SubscribeOptions, Subscription
 from teleop.rosbridge.graph.topic import Topic
@@ -63,7 +63,10 @@ class ClientTopics:
         message, work = self._completion(client, topic.kind, partial, now)
         if topic.handler is not None:
             topic.handler(client, message, now)
-        publication = self._topics.publication(topic, message, now)
+        ahead = partial.publication if isinstance(partial, CompletedAhead) else None
+        if ahead is None or ahead.message is not message:
+            ahead = None
+        publication = ahead or self._topics.publication(topic, message, now)
         refusal = None
         # Only advertisers may latch, since the message is removed with the advertisement.
         keys = topic.advertisers.get(client)

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from teleop.rosbridge.errors import OperationError, RosbridgeError, ServiceError
 from teleop.rosbridge.framing.operation_fields import Operation, check_name
-from teleop.rosbridge.graph.client_completion import ClientCompletion
+from teleop.rosbridge.graph.client_completion import ClientCompletion, CompletedAhead
 from teleop.rosbridge.graph.deferred_response import DeferredResponse
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
@@ -216,7 +216,7 @@ class Services:
         call = provider.calls[identity]
         if values is None and operation.get("result") is True:
             values = {}
-        if not isinstance(values, dict):
+        if not isinstance(values, dict | CompletedAhead):
             reason = values if isinstance(values, str) and values else "its provider gave no reason"
             call.fail(f"Service {provider.name} failed: {reason}"[:1000])
             return True

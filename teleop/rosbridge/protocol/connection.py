@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from teleop.rosbridge.auth.permissions import Access, Act
@@ -37,6 +37,9 @@ class Connection:
 
     access: Access | None
     """Its permissions; None until it has authenticated."""
+
+    deferred: list[str] = field(default_factory=list)
+    """Its large reassembled messages that are still to be processed."""
 
     level: int = STATUS_LEVELS["error"]
     """Highest status level it receives."""

@@ -221,6 +221,11 @@ class Connections:
         self._reject_excess(connection, f"{limit:g} nested messages/s", parts / limit, now)
         return False
 
+    def could_admit(self, connection: Connection, now: int) -> bool:
+        """Return whether a client has not used up its bytes and nested messages."""
+        buckets = (connection.byte_rate, connection.part_rate, connection.operation_rate)
+        return all(bucket.missing(now) < bucket.capacity for bucket in buckets)
+
     def charge(self, client: int, *, parts: int = 0, size: int = 0) -> None:
         """Count the work that a client has caused: nested messages built, or bytes of responses."""
         if connection := self._all.get(client):

@@ -14,9 +14,9 @@ from teleop.rosbridge.graph.actions import Actions
 from teleop.rosbridge.graph.services import Services
 from teleop.rosbridge.graph.topics import Topics
 from teleop.rosbridge.messages.message_types import ActionType, MessageType, ServiceType
-from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.connections import Connections
+from teleop.rosbridge.protocol.large_frame_work import PreparedFrame
 from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.refusals import Refusal
 
@@ -33,21 +33,23 @@ class Dispatcher:
         self,
         connections: Connections,
         observer: Observer,
-        registry: TypeRegistry,
-        payloads: Mapping[str, PayloadField],
+        large_frames: LargeFrameReader,
     ) -> None:
         self._connections = connections
         self._observer = observer
-        self._large_frames = LargeFrameReader(registry, payloads)
+        self._large_frames = large_frames
+        self.defer_large = False
+        """Whether large reassembled messages are left in ``Connection.deferred``."""
+
         self._handlers: dict[str, OperationHandler] = {}
 
     def add(self, handlers: Mapping[str, OperationHandler]) -> None:
         """Add handlers of operations."""
         self._handlers.update(handlers)
 
-    def dispatch(self, client: Connection, frame: str | bytes, now: int) -> None:
+    def dispatch(self, client: Connection, frame: str | bytes | PreparedFrame, now: int) -> None:
         """Process the operations in a frame; each counts for the client's rate."""
-        parts = count_objects(frame)
+        parts = count_objects(frame.frame if isinstance(frame, PreparedFrame) else frame)
         try:
             for operation in self._read(frame):
                 self._connections.charge(client.id, parts=parts)
@@ -59,8 +61,11 @@ class Dispatcher:
             if self._connections.admit(client, now):
                 self._reject_frame(client, error)
 
-    def reassembled(self, client: Connection, message: str, now: int) -> None:
+    def reassembled(self, client: Connection, message: str | PreparedFrame, now: int) -> None:
         """Process a reassembled message, whose fragments count for the first operation."""
+        if self.defer_large and isinstance(message, str) and len(message) >= LARGE_FRAME:
+            client.deferred.append(message)
+            return
         try:
             for number, operation in enumerate(self._read(message)):
                 if client.closing:
@@ -73,7 +78,11 @@ class Dispatcher:
         except FrameError as error:
             self._reject_frame(client, error)
 
-    def _read(self, frame: str | bytes) -> Any:
+    def _read(self, frame: str | bytes | PreparedFrame) -> Any:
+        if isinstance(frame, PreparedFrame):
+            if frame.error is not None:
+                raise frame.error
+            return (frame.operation,)
         if len(frame) < LARGE_FRAME:
             return operations(frame)
         return (self._large_frames.read(frame),)

@@ -6,10 +6,14 @@ operation is answered by a response or a ``status``, and never by an exception.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.rosbridge.auth.credentials import Credentials
 from teleop.rosbridge.auth.permissions import UNGUARDED, Access
 from teleop.rosbridge.framing.json_frames import count_objects
+from teleop.rosbridge.framing.large_frames import LARGE_FRAME, LargeFrameReader
 from teleop.rosbridge.framing.outgoing_frames import (
     MESSAGE_TOO_BIG,
     POLICY_VIOLATION,
@@ -30,6 +34,7 @@ from teleop.rosbridge.protocol.connections import Connections
 from teleop.rosbridge.protocol.delay_lines import LINE_BYTES, DelayLines
 from teleop.rosbridge.protocol.dispatcher import Dispatcher, large_payloads
 from teleop.rosbridge.protocol.frame_delay import FrameDelay
+from teleop.rosbridge.protocol.large_frame_work import LargeFrameWork, PreparedFrame
 from teleop.rosbridge.protocol.observers import Observers
 from teleop.rosbridge.protocol.places import Places
 from teleop.rosbridge.protocol.refusals import Refusal
@@ -94,7 +99,9 @@ class Protocol:
 
     def _build_dispatcher(self) -> Dispatcher:
         payloads = large_payloads(self.topics, self.services, self.actions)
-        dispatcher = Dispatcher(self.connections, self.observers, self.registry, payloads)
+        reader = LargeFrameReader(self.registry, payloads)
+        self._large_frame_work = LargeFrameWork(reader, payloads, self.topics, self.registry)
+        dispatcher = Dispatcher(self.connections, self.observers, reader)
         codec = self.encoders.codec
         for group in (
             TopicOperations(self._client_topics, self.ros_version),
@@ -154,14 +161,66 @@ class Protocol:
         self.actions.remove_client(client)
         self.observers.disconnected(connection, now)
 
+    def defer_large(self) -> bool:
+        """Leave the work on large frames to ``prepare``; return whether it can be.
+
+        From now on ``receive`` leaves large messages that came in fragments to ``deferred``. It
+        cannot be on an emulated link, on which frames are prepared before their time.
+        """
+        self._dispatcher.defer_large = self._delays is None
+        return self._dispatcher.defer_large
+
+    def prepare(
+        self, client: int, frame: str | bytes, now: int, *, admitted: bool = False
+    ) -> Callable[[], PreparedFrame] | None:
+        """Return the work on a large frame, which a thread may do, or None if there is none.
+
+        What it returns is passed to ``receive``, or to ``receive_deferred``, in the place of the
+        frame. There is none for a small frame, and for one that will be rejected without it, which
+        one that has been ``admitted`` will not.
+        """
+        connection = self.connections.get(client)
+        if (
+            len(frame) < LARGE_FRAME
+            or len(frame) > self.limits.assembly
+            or connection is None
+            or connection.closing
+            or connection.access is None
+            or not (admitted or self.connections.could_admit(connection, now))
+        ):
+            return None
+        return partial(self._large_frame_work.prepare, frame, now)
+
+    def deferred(self, client: int) -> list[str]:
+        """Remove and return a client's large messages that were reassembled from fragments."""
+        connection = self.connections.get(client)
+        if connection is None or not connection.deferred:
+            return []
+        messages, connection.deferred = connection.deferred, []
+        return messages
+
+    def receive_deferred(
+        self, client: int, message: PreparedFrame, now: int, *, arrived: int
+    ) -> None:
+        """Process a deferred message after its preparation; times are as in ``receive``."""
+        self.timers.advance(now)
+        connection = self.connections.get(client)
+        if connection is not None and not connection.closing:
+            self._dispatcher.reassembled(connection, message, min(arrived, now))
+
     def receive(
-        self, client: int, frame: str | bytes, now: int, *, arrived: int | None = None
+        self,
+        client: int,
+        frame: str | bytes | PreparedFrame,
+        now: int,
+        *,
+        arrived: int | None = None,
     ) -> None:
         """Process a frame of a client; binary frames contain JSON, too.
 
         Args:
             client: The client.
-            frame: The frame.
+            frame: The frame, or a large one after its preparation.
             now: Current time [ns], by which timers and throttled topics go.
             arrived: Time at which the frame arrived [ns], which handlers of topics, services and
                 actions are given as ``now``; the current time if not given. On an emulated link it
@@ -169,7 +228,9 @@ class Protocol:
         """
         self.timers.advance(now)
         arrived = now if arrived is None else min(arrived, now)
-        if self._delays is None or self._delays.bypassed(frame):
+        if self._delays is None or (
+            isinstance(frame, str | bytes) and self._delays.bypassed(frame)
+        ):
             self._process(client, frame, arrived)
         elif not self._delays.receive(
             client, len(frame), arrived, lambda when: self._process(client, frame, when)
@@ -180,12 +241,13 @@ class Protocol:
     def _charge_parts(self, client: int, parts: int) -> None:
         self.connections.charge(client, parts=parts)
 
-    def _process(self, client: int, frame: str | bytes, now: int) -> None:
+    def _process(self, client: int, frame: str | bytes | PreparedFrame, now: int) -> None:
         """Process a frame that arrived at ``now`` [ns]."""
         connection = self.connections.get(client)
         if connection is None:
             return
-        self.observers.received(connection, frame)
+        plain = frame.frame if isinstance(frame, PreparedFrame) else frame
+        self.observers.received(connection, plain)
         if connection.closing:
             return
         largest = self.limits.frame
@@ -198,7 +260,7 @@ class Protocol:
             return
         if not self.connections.admit_bytes(connection, len(frame), now):
             return
-        if self.connections.admit_parts(connection, count_objects(frame), now):
+        if self.connections.admit_parts(connection, count_objects(plain), now):
             self._dispatcher.dispatch(connection, frame, now)
 
     def update_credentials(self, credentials: Credentials) -> list[int]:

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import ssl
 from collections.abc import Callable, Collection
+from concurrent.futures import ThreadPoolExecutor
 from typing import Self
 
 from websockets.asyncio.server import ServerConnection
@@ -14,6 +15,7 @@ from websockets.exceptions import ConnectionClosed
 from teleop.rosbridge.auth.origins import Origins
 from teleop.rosbridge.framing.outbox import QueueLimits
 from teleop.rosbridge.framing.outgoing_frames import POLICY_VIOLATION, Output
+from teleop.rosbridge.protocol.large_frame_work import PreparedFrame
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.protocol.round_trips import RoundTrip
 from teleop.rosbridge.ros_time import SECOND
@@ -79,6 +81,8 @@ class Server:
         self._writers: dict[int, SocketWriter] = {}
         self._handshake = Handshake(protocol, Origins.of(host, origins), self.pages)
         self._timer: asyncio.TimerHandle | None = None
+        self._worker: ThreadPoolExecutor | None = None
+        """The thread that works on large frames, one at a time."""
 
     # Life cycle
 
@@ -91,6 +95,8 @@ class Server:
         await self._listener.start(
             self._handle, self._handshake.process, self._keepalive, self.protocol.limits
         )
+        if not self.lockstep and self.protocol.defer_large():
+            self._worker = ThreadPoolExecutor(1, "rosbridge")
         self.protocol.connections.attach(self)
         self.protocol.round_trips.attach(None if self.lockstep else self._ping)
         self.wake()
@@ -102,6 +108,9 @@ class Server:
             self._timer = None
         await self._listener.close(self._abort_clients)
         self.protocol.connections.detach()
+        if self._worker is not None:
+            self._worker.shutdown(wait=False, cancel_futures=True)
+            self._worker = None
         self.async_handlers.cancel()
 
     async def __aenter__(self) -> Self:
@@ -222,8 +231,7 @@ class Server:
         try:
             while True:
                 frame, arrived = await socket.receive()
-                now = self.now
-                self.protocol.receive(client, frame, now, arrived=self._date(arrived, now))
+                await self._receive(client, frame, self._date(arrived, self.now))
                 await asyncio.sleep(0)  # lets other clients run while one floods
         except ConnectionClosed:
             pass
@@ -234,6 +242,20 @@ class Server:
             writing.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await writing
+
+    async def _receive(self, client: int, frame: str | bytes, arrived: int) -> None:
+        """Process a frame; the work on a large one is done by a thread, and only its sender waits."""
+        work = None if self._worker is None else self.protocol.prepare(client, frame, arrived)
+        prepared = frame if work is None else await self._run(work)
+        self.protocol.receive(client, prepared, self.now, arrived=arrived)
+        for message in self.protocol.deferred(client):
+            work = self.protocol.prepare(client, message, arrived, admitted=True)
+            if work is not None:
+                whole = await self._run(work)
+                self.protocol.receive_deferred(client, whole, self.now, arrived=arrived)
+
+    async def _run(self, work: Callable[[], PreparedFrame]) -> PreparedFrame:
+        return await asyncio.get_running_loop().run_in_executor(self._worker, work)
 
     def _require_auth(self, client: int) -> None:
         """Disconnect a client that has not authenticated."""

@@ -112,7 +112,7 @@ class SocketWriter:
                     async with asyncio.timeout(timeout):
                         await self._send(frame)
                 except TimeoutError:
-                    _LOG.info("%s does not read from its socket: disconnected", self.address)
+                    _LOG.warning("%s does not read from its socket: disconnected", self.address)
                     self.socket.transport.abort()
                     return
                 except ConnectionClosed:

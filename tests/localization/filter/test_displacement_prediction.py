@@ -21,8 +21,9 @@ from localization.filter.ekf import (
 from localization.filter.ekf_config import EkfConfig
 from localization.filter.pose_error import difference
 from localization.geometry import FloatArray, so3_exp
-from localization.motion.displacement import OdometryNoise, arc_step, step_variance, with_turn
+from localization.motion.displacement import arc_step, with_turn
 from localization.motion.gyro_turn import GyroStep, ReportedTilt, TurnWitness
+from localization.motion.odometry_noise import OdometryNoise, step_variance
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Pose
 from tests.support import floats, vectors

@@ -425,3 +425,22 @@ def test_scripted_operator_with_another_map_does_not_drive(
     assert "\n" not in record.ending
     assert summary.facts.robot_seconds < 2.0
     assert not summary.passed
+
+
+@pytest.mark.process
+@pytest.mark.slow
+@in_a_loop
+async def test_time_of_a_robot_in_real_time_can_be_stepped_by_nobody(
+    office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        real_time(office, office_cloud, cache) as server,
+        peer(server.url) as thief,
+        peer(server.url) as client,
+    ):
+        await thief.send(op="advertise_service", service="/sim/step", type="std_srvs/srv/Trigger")
+        (refused,) = await thief.settle()
+        assert refused["level"] == "error"
+        good, values = await client.ask("/sim/step", ticks=1)
+        assert not good
+        assert values == "time passes by itself here; farsteer serve --lockstep has this service"

@@ -409,3 +409,28 @@ async def test_estop_posted_to_the_inbox_latches_like_one_from_a_client(robots: 
         assert (await client.ask("/teleop/estop_reset"))[0]
         await client.step(5)
         assert client.last("/teleop/state")["state"] == "idle"
+
+
+@in_a_loop
+async def test_second_hint_within_a_second_is_answered_as_too_soon(robots: Robots) -> None:
+    async with robots() as rig, peer(rig.server.url) as client, peer(rig.server.url) as other:
+        await client.subscribe("/localization/hint_verdict")
+        await client.step()
+        for _ in range(3):
+            await client.hint(hint_message(*SPAWN))
+        assert (
+            texts(await client.settle())
+            == ["error: publish: too soon: one hint a second; wait for 1.00 s"] * 2
+        )
+        await other.hint(hint_message(*SPAWN))
+        assert await other.settle() == [], "each client has its own second"
+        await client.step(49)
+        await client.hint(hint_message(*SPAWN))
+        assert texts(await client.settle()) == [
+            "error: publish: too soon: one hint a second; wait for 0.02 s"
+        ]
+        await client.step(1)
+        await client.hint(hint_message(*SPAWN))
+        assert await client.settle() == []
+        await client.step(50)
+        assert len(client.messages("/localization/hint_verdict")) == 3
