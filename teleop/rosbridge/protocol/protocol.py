@@ -176,7 +176,7 @@ class Protocol:
         """Return the work on a large frame, which a thread may do, or None if there is none.
 
         What it returns is passed to ``receive``, or to ``receive_deferred``, in the place of the
-        frame. There is none for a small frame, and for one that will be rejected without it, which
+        frame. A small frame needs none, and for one that will be rejected without it, which
         one that has been ``admitted`` will not.
         """
         connection = self.connections.get(client)
