@@ -89,7 +89,7 @@ class OperatorSession:
             operator: The operator's client, not yet connected.
             clock: Returns the reading of a clock that never goes back [ns].
             events: Events for the user.
-            display: Display that is told what is stale.
+            display: Display that shows what is stale.
             maps: Where the robot's map comes from; None to show none.
             places: Places for hints; those of the scene that the map is named after by default.
             pads: Gamepads.
@@ -127,7 +127,7 @@ class OperatorSession:
         estop = self.view.alarms.estop
         anew = self.view.received(topic, message, self._clock())
         if self.view.alarms.estop is not None and estop is None:
-            # Whoever holds a key down must not drive off when the e-stop is released.
+            # A key that is held down must not drive off when the e-stop is released.
             self._keyboard.block(self._clock())
             self._gamepad.block()
         if anew:
@@ -385,7 +385,7 @@ class OperatorSession:
         await self._operator.hint(pose, np.zeros((6, 6)))
 
     def _judge(self, message: Mapping[str, Any]) -> None:
-        """Tell of a verdict, unless it was told before or given before this station came."""
+        """Report a verdict, unless it was reported before or given before this station came."""
         stamp = stamp_of(message) or 0
         verdict = str(message["verdict"])
         mine = next((sent for sent in self._sent if sent.answered_by(message)), None)

@@ -53,7 +53,7 @@ def panel_lines(
 
     Args:
         view: What is known of robot and link.
-        keyboard: Speed step and what the terminal cannot tell.
+        keyboard: Speed step and what the terminal does not report.
         now: Time of the station [ns].
         title: First line.
         pads: Names of gamepads.

@@ -137,7 +137,7 @@ async def test_held_key_drives_again_after_a_take_over_without_being_released(
         await operated.until(lambda: operated.robot.speed > 0.3, "driving")
         assert (await operated.robot.ask("/teleop/take_over"))[0]
         await operated.until(lambda: abs(operated.robot.speed) < 0.01, "at rest")
-        # Whoever takes over must show a neutral stick: the station does, while the key stays down.
+        # A driver who takes over must show a neutral stick: the station does, while the key stays down.
         operated.terminal.type(b"t")
         await operated.until(lambda: operated.robot.speed > 0.3, "driving again")
 
