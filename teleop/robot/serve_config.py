@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
 from teleop.errors import SettingError
-from teleop.link.emulation import LinkConfig
 from teleop.robot.robot_options import RobotOptions, check_slip_times
 from teleop.robot.stale_commands import StaleLimits
+
+if TYPE_CHECKING:
+    from teleop.link.emulation import LinkConfig
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,4 +84,9 @@ class ServeConfig:
     @property
     def link_config(self) -> LinkConfig | None:
         """The emulated link; None if there is none."""
-        return LinkConfig.parse(self.link) if self.link else None
+        if not self.link:
+            return None
+        # Imported here, since it brings the socket's libraries, which no other command needs.
+        from teleop.link.emulation import LinkConfig
+
+        return LinkConfig.parse(self.link)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from localization.types import SECOND
 from teleop.errors import SettingError
+
+_SECOND = 1_000_000_000
+"""A second [ns]; not imported, for the command line offers these limits without numpy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,9 +17,9 @@ class StaleLimits:
     People steer by what they see: on a link that takes long, the picture and the command are both old.
     """
 
-    slow: int = SECOND // 2
+    slow: int = _SECOND // 2
     """Age above which the robot drives slower [ns]: the slower, the closer the age is to ``refuse``."""
-    refuse: int = SECOND
+    refuse: int = _SECOND
     """Age above which commands are refused, and the robot stops [ns]."""
 
     def __post_init__(self) -> None:
@@ -25,8 +27,8 @@ class StaleLimits:
             raise SettingError("the ages of commands must be >= 0 s; 0 switches a limit off")
         if self.refuse and self.slow > self.refuse:
             raise SettingError(
-                f"commands are refused at an age of {self.refuse / SECOND:g} s, so they cannot slow the robot"
-                f" from {self.slow / SECOND:g} s on"
+                f"commands are refused at an age of {self.refuse / _SECOND:g} s, so they cannot slow the robot"
+                f" from {self.slow / _SECOND:g} s on"
             )
 
     def refusal(self, age: int) -> str | None:
@@ -34,7 +36,7 @@ class StaleLimits:
         if not self.refuse or age <= self.refuse:
             return None
         return (
-            f"commands arrive {age / SECOND:.1f} s late, and {self.refuse / SECOND:g} s is the limit:"
+            f"commands arrive {age / _SECOND:.1f} s late, and {self.refuse / _SECOND:g} s is the limit:"
             " release the stick, and wait for a faster link"
         )
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from teleop.rosbridge.errors import FrameError, RosbridgeError
+from teleop.rosbridge.framing.json_frames import gc_paused
 from teleop.rosbridge.framing.large_frames import LargeFrameReader, PayloadField
 from teleop.rosbridge.framing.operation_fields import Operation
 from teleop.rosbridge.graph.client_completion import CompletedAhead
@@ -51,6 +52,10 @@ class LargeFrameWork:
 
     def prepare(self, frame: str | bytes, now: int) -> PreparedFrame:
         """Return a frame with its operation; ``now`` [ns] is the time at which it arrived."""
+        with gc_paused(len(frame)):
+            return self._prepare(frame, now)
+
+    def _prepare(self, frame: str | bytes, now: int) -> PreparedFrame:
         try:
             operation = self._reader.read(frame)
         except FrameError as error:

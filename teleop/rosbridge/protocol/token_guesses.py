@@ -38,9 +38,14 @@ class TokenGuesses:
     def locked(self, host: str, token: str, now: int) -> bool:
         """Return whether a token of an address is to be refused without a look at it."""
         address = self._addresses.get(host)
-        if address is None or _digest(token) in address.accepted:
+        if address is None or self.known(host, token):
             return False
         return address.wrong.missing(now) > _BURST - 1
+
+    def known(self, host: str, token: str) -> bool:
+        """Return whether an address has used a token before that was right."""
+        address = self._addresses.get(host)
+        return address is not None and _digest(token) in address.accepted
 
     def accepted(self, host: str, token: str, now: int) -> None:
         """Remember a right token of an address."""

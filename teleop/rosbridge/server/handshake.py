@@ -51,7 +51,9 @@ class Handshake:
         """
         assert isinstance(socket, HttpConnection)
         socket.gate.leave(socket.transport)
-        if not socket.gate.admit_request(socket.host, self._now):
+        if not self._known(socket, request) and not socket.gate.admit_request(
+            socket.host, self._now
+        ):
             return socket.respond(HTTPStatus.TOO_MANY_REQUESTS, "too many requests\n")
         for name in _SINGLE:
             if len(request.headers.get_all(name)) > 1:
@@ -80,13 +82,17 @@ class Handshake:
         for socket in self._downloads:
             socket.transport.abort()
 
+    def _known(self, socket: HttpConnection, request: Request) -> bool:
+        """Return whether a request has a token of its address, which no flood may keep out."""
+        token = None if self._protocol.authenticator is None else _token(request)
+        return token is not None and self._protocol.token_guesses.known(socket.host, token)
+
     def _authenticate(self, socket: HttpConnection, request: Request) -> Response | None:
         """Verify the token of a request; without one, the ``auth`` operation may follow."""
         authenticator = self._protocol.authenticator
         if authenticator is None:
             return None
-        given = request.headers.get_all("Authorization")
-        token = token_in(request.path, given[0] if given else None)
+        token = _token(request)
         if token is None:
             socket.access = authenticator.anonymous
         else:
@@ -146,3 +152,9 @@ class Handshake:
         oldest.transport.abort()
         self._downloads.discard(oldest)
         return True
+
+
+def _token(request: Request) -> str | None:
+    """Return the token in a request, if there is one."""
+    given = request.headers.get_all("Authorization")
+    return token_in(request.path, given[0] if given else None)

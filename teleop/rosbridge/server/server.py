@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import ssl
+import sys
 from collections.abc import Callable, Collection
 from concurrent.futures import ThreadPoolExecutor
-from typing import Self
+from typing import Final, Self
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
@@ -26,6 +27,9 @@ from teleop.rosbridge.server.http_pages import HttpPages
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.listener import Listener
 from teleop.rosbridge.server.socket_writer import SocketWriter, Traffic
+
+_SWITCH_INTERVAL: Final = 0.0005
+"""Time after which the thread that works on large frames lets the event loop run [s]."""
 
 
 class Server:
@@ -97,6 +101,8 @@ class Server:
         )
         if not self.lockstep and self.protocol.defer_large():
             self._worker = ThreadPoolExecutor(1, "rosbridge")
+            # Each call of a socket gives up the interpreter, and would wait 5 ms to have it back.
+            sys.setswitchinterval(min(sys.getswitchinterval(), _SWITCH_INTERVAL))
         self.protocol.connections.attach(self)
         self.protocol.round_trips.attach(None if self.lockstep else self._ping)
         self.wake()

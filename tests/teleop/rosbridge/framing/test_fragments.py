@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from typing import Any
 
@@ -10,6 +11,7 @@ from hypothesis import given, settings, strategies as st
 
 from teleop.rosbridge.framing.fragments import split_message
 from teleop.rosbridge.limits import ClientLimits
+from tests.teleop.rosbridge.server.test_server import IMAGE, client, say, serving
 from tests.teleop.rosbridge.support import SECOND, Wire, error
 
 TEXT = {"topic": "/text", "type": "std_msgs/String"}
@@ -80,6 +82,28 @@ def test_fragments_join_to_the_message_and_are_limited_in_number(text: str, size
     parts = [json.loads(part) for part in split_message(text.encode(), size, "i")]
     assert "".join(part["data"] for part in parts) == text
     assert len(parts) == parts[0]["total"] <= 1024
+
+
+def test_writer_lets_others_run_between_fragments() -> None:
+    async def run() -> None:
+        async with serving() as server, client(server) as a:
+            await say(a, {**IMAGE, "fragment_size": 512})
+            sent = turns = 0
+
+            async def take(piece: object, text: bool) -> None:
+                nonlocal sent
+                sent += 1
+
+            server._writers[1].socket.send = take  # type: ignore[method-assign, assignment]
+            server.protocol.topics.publish("/cloud", {"data": bytes(60_000)}, server.now)
+            flushing = asyncio.create_task(server.flush(1))
+            while not flushing.done():
+                await asyncio.sleep(0)
+                turns += 1
+            assert sent > 100
+            assert turns >= sent
+
+    asyncio.run(run())
 
 
 def fragments(operation: object, count: int, identity: object = "f") -> list[dict[str, Any]]:

@@ -378,6 +378,18 @@ async def test_wrong_tokens_are_soon_not_looked_at() -> None:
             await say(again)
 
 
+@in_a_loop
+async def test_floods_of_requests_do_not_keep_out_who_has_been_let_in_before() -> None:
+    credentials = Credentials(keys=(credential("driver", Role.OPERATE),), anonymous=VIEWER)
+    async with guarded(credentials, requests=1) as server:
+        good = {"Authorization": "Bearer driver's token"}
+        async with connect(server.url, additional_headers=good):
+            pass
+        assert [(await fetch(server, "/version"))[0] for _ in range(6)][-1] == 429
+        async with connect(server.url, additional_headers=good) as again:
+            await say(again)
+
+
 # Files
 
 
