@@ -30,8 +30,8 @@ PERIOD: Final = 0.05
 """Period of Joy messages while a key is held [s]: twice the rate of ROS#."""
 _PULSE: Final = 2
 """Number of periods between two looks at the age of what is shown: 0.1 s."""
-_ASK: Final = 10
-"""Number of periods between two measurements of the round trip: 0.5 s."""
+_ASK: Final = 5
+"""Number of periods between two measurements of the round trip: 0.25 s."""
 _FIRST: Final = 2.0
 """Time to wait for the robot's clock before a hint is sent [s]; one in lockstep may stand still."""
 _QUESTION: Final = "/rosapi/get_time"

@@ -16,7 +16,9 @@ from teleop.operator.robot_run import RobotRun
 from teleop.operator.source_ages import STALE, SourceAges
 
 LOST_AFTER: Final = 800_000_000
-"""Silence of the robot, and of the answer to a question, after which the link is called lost [ns]."""
+"""Silence of the robot after which the link is called lost, if a question is not answered either [ns]."""
+_ANSWER: Final = 300_000_000
+"""Time within which a question is answered, or within twice the last round trip if that is longer [ns]."""
 SLOW: Final = 0.5
 """Round trip from which the operator is warned [s]: beyond it people stop driving continuously and begin to move and
 wait (Ferrell 1965; Sheridan 1993)."""
@@ -135,7 +137,8 @@ class StationView:
             return Notice(Severity.ALARM, f"LINK LOST for {age_words(quiet)}: {self._why}")
         if silence is None:
             return Notice(Severity.STALE, "CONNECTED, nothing received yet")
-        if silence > LOST_AFTER and self.unanswered(now) > LOST_AFTER:
+        overdue = self.unanswered(now) > max(_ANSWER, 2 * (self._round_trip or 0))
+        if silence > LOST_AFTER and overdue:
             words = f"LINK LOST for {age_words(silence)}: the robot does not answer"
             return Notice(Severity.ALARM, words)
         if silence > _TIME_RUNS:

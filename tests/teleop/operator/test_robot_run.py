@@ -265,6 +265,10 @@ def test_link_loss_is_reported_within_a_second_in_plain_words() -> None:
     assert LOST_AFTER < SECOND
     assert told.severity is Severity.ALARM
     assert told.text == "LINK LOST for 0.8 s: the robot does not answer"
+    # Questions are asked every quarter of a second, the last one perhaps just before the link broke.
+    view.answered(240 * _MS)
+    view.asked(250 * _MS)
+    assert view.link(LOST_AFTER + 1).text.startswith("LINK LOST")
     view.connection(
         False,
         "sent 1011 (internal error) keepalive ping timeout; no close frame received",
