@@ -38,6 +38,8 @@ class Pulse:
     """Time since the robot's last message; 0 before the first."""
     stale: frozenset[str]
     """Topics whose last message is old."""
+    link: str
+    """State of the link: connected, silent or lost."""
     banner: Banner
     """What an operator must see at once."""
 
@@ -182,8 +184,13 @@ class StationView:
         """Return what the display gets at a time [ns]."""
         topics = ("/tf", "/local_cloud", "/scan", "/localization/status", "/teleop/state", "/odom")
         stale = frozenset(topic for topic in topics if self.ages.stale(topic, now))
-        banner = Banner(self.link(now), self.notices(now), self.figures(now))
-        return Pulse(self.ages.silence(now) or 0, stale, banner)
+        link, silence = self.link(now), self.ages.silence(now)
+        banner = Banner(link, self.notices(now), self.figures(now))
+        fresh = silence is not None and silence <= STALE
+        state = "connected" if fresh else "silent"
+        if link.severity is Severity.ALARM:
+            state = "lost"
+        return Pulse(silence or 0, stale, state, banner)
 
     def _noticed(self, topic: str, message: Mapping[str, Any], now: int) -> None:
         """Take an alarm, and report a new one."""
