@@ -77,7 +77,7 @@ async def robot() -> AsyncIterator[str]:
 
 
 class Driver:
-    """Drives to and fro, and hears what the robot says of it."""
+    """Drives to and fro, and reads what the robot reports of it."""
 
     def __init__(self, client: ClientConnection) -> None:
         self._client = client
