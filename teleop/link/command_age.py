@@ -1,8 +1,8 @@
 """How old a client's commands are when they arrive, by its round trips and by the stamps that it writes.
 
-Clocks of two machines are not compared. What a stamp tells is how the delay *changes*: in messages that arrive
+Clocks of two machines are not compared. What a stamp shows is how the delay *changes*: in messages that arrive
 in order, ``arrival - stamp`` is the delay plus a constant. The round trip bounds the delay itself. All of it is
-counted as age, since nobody can tell how it is divided between the directions, and since the operator steers by
+counted as age, since it is unknown how it is divided between the directions, and since the operator steers by
 a picture that took the other part.
 """
 
@@ -25,7 +25,7 @@ _ANSWERED_WITHIN = SECOND // 2
 
 @dataclass(frozen=True, slots=True)
 class RoundTrips:
-    """What the pings of a client tell, on the robot's clock."""
+    """What the pings of a client show, on the robot's clock."""
 
     last: int | None = None
     """Time between the newest answered ping and its answer [ns]; None before the first answer."""

@@ -30,7 +30,7 @@ from teleop.operator import message_decoding as decode
 from teleop.operator.banner_picture import Banner, draw_banner
 from teleop.operator.display_layout import LANE_COLOURS, LEGEND_TEXT, SERIES, blueprint
 from teleop.operator.message_decoding import Message
-from teleop.operator.robot_alarms import Severity
+from teleop.operator.source_ages import STALE
 from teleop.operator.station_view import Pulse
 
 HINT_SHOWN: Final = 10 * SECOND
@@ -85,7 +85,10 @@ class Display:
         self._swept: int | None = None
         self._floor, self._stale = 0, frozenset[str]()
         self._banner: Banner | None = None
-        self._parked = False
+        self._parked = live
+        if live:
+            self._at(0)
+            self._scene.park()
         self._handlers: dict[str, Callable[[Message, int], None]] = {
             "/clock": self._clock,
             "/map_info": self._map_info,
@@ -158,7 +161,7 @@ class Display:
     def pulse(self, pulse: Pulse) -> None:
         """Grey out what is stale, and draw the banner; called some ten times a second by a station."""
         with self._guarded("pulse"):
-            if pulse.stale:
+            if pulse.silence > STALE:
                 # Time goes on for a little, so that the silence is seen, and never beyond the robot's own by more:
                 # the viewer stays at the latest time it knows.
                 self._floor = max(self._floor, self._now + min(pulse.silence, _SILENCE_SHOWN))
@@ -171,12 +174,7 @@ class Display:
                     BANNER,
                     rr.EncodedImage(contents=draw_banner(pulse.banner), media_type="image/png"),
                 )
-            link = pulse.banner.link.severity
-            if pulse.stale and link is not Severity.CALM:
-                lost = link is Severity.ALARM
-                self._instruments.state("link", "lost" if lost else "silent")
-            elif link is not Severity.ALARM and link is not Severity.STALE:
-                self._instruments.state("link", "connected")
+            self._instruments.state("link", pulse.link)
 
     def _fade(self, stale: frozenset[str]) -> None:
         """Draw what became stale in grey; what is fresh again is drawn when it comes."""
@@ -285,11 +283,11 @@ class Display:
             self._scene.transform(parent, child, pose)
             moved.add(child)
         if self._live and "base_link" in moved and "odom" not in moved:
-            if self._frames.pop("odom", None) is not None or not self._parked:
-                self._parked = True
+            if not self._parked:
+                del self._frames["odom"]
+                self._parked, self._swept = True, None
                 self._scene.park()
                 self._scene.clear_live()
-                self._swept = None
             return
         self._parked = False
         if moved & {"odom", "base_link"} and {"odom", "base_link"} <= self._frames.keys():

@@ -26,7 +26,7 @@ class JoyStream:
 
         The robot follows nobody who has not shown a neutral stick. Each stroke begins with one, and while the
         robot still waits for one (after a take-over, or after a gap of the link) it gets it without the keys
-        being released: whoever holds them sees the robot wait.
+        being released: the person who holds them sees the robot wait.
 
         Args:
             twist: Velocity that keys or stick request.

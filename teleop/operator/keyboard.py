@@ -28,8 +28,8 @@ class Keyboard:
     """Remembers which drive keys are held; time is an argument.
 
     Of two keys for one axis the last counts. Without reports of releases the terminal repeats only the key that
-    was pressed last: an earlier one that was alive then counts as held until the last one ends, since nothing tells
-    when it is released.
+    was pressed last: an earlier one that was alive then counts as held until the last one ends, since its
+    release is not reported.
     """
 
     reports_releases: bool = False
@@ -88,7 +88,7 @@ class Keyboard:
 
     @property
     def unknown(self) -> str:
-        """What this terminal cannot tell, for the operator; empty if it reports releases."""
+        """What this terminal does not report, for the operator; empty if it reports releases."""
         if self.reports_releases:
             return ""
         t = self.timing
@@ -106,9 +106,9 @@ class Keyboard:
         self._held[name] = now
 
     def _strike(self, name: str, now: int) -> None:
-        """Take a character: a press or a repeat, which only its time tells."""
+        """Take a character: a press or a repeat, which differ by their times only."""
         self._expire(now)
-        if now < self._blocked_until:  # a repeat, or a press that cannot be told from one
+        if now < self._blocked_until:  # a repeat, or a press that looks like one
             self._blocked_until = now + self.timing.first_hold
             return
         if name != self._last or name not in self._held:

@@ -97,9 +97,9 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
         # What was counted, or shown on a screen that is gone, stays on the terminal.
         for event in events.last(20) if on_terminal else events.repeated:
             say(str(event))
-    if hint is None or session.hint_taken:
+    if hint is None or session.hints.taken:
         return 0
-    if session.verdict is None:
+    if session.hints.verdict is None:
         say("the hint was not answered")
     return 1
 

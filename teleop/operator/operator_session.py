@@ -9,19 +9,15 @@ import sys
 from collections.abc import Callable, Coroutine, Mapping
 from typing import Any, Final
 
-import numpy as np
-
 from localization.types import Pose
 from teleop.operator.event_list import EventList
 from teleop.operator.gamepad import Gamepad, PadChanged, PadSource
+from teleop.operator.hint_desk import HintDesk
 from teleop.operator.hint_prompt import HintPrompt
-from teleop.operator.hint_verdicts import TAKEN, SentHint
 from teleop.operator.joy_stream import JoyStream
 from teleop.operator.key_events import Key, KeyEvent, Report
 from teleop.operator.keyboard import Keyboard
 from teleop.operator.map_download import MapLibrary
-from teleop.operator.message_decoding import stamp_of
-from teleop.operator.named_places import scene_places
 from teleop.operator.operator_client import OperatorClient
 from teleop.operator.station_view import StationView
 from teleop.operator.terminal import Terminal, key_terminal
@@ -34,8 +30,8 @@ PERIOD: Final = 0.05
 """Period of Joy messages while a key is held [s]: twice the rate of ROS#."""
 _PULSE: Final = 2
 """Number of periods between two looks at the age of what is shown: 0.1 s."""
-_ASK: Final = 10
-"""Number of periods between two measurements of the round trip: 0.5 s."""
+_ASK: Final = 5
+"""Number of periods between two measurements of the round trip: 0.25 s."""
 _FIRST: Final = 2.0
 """Time to wait for the robot's clock before a hint is sent [s]; one in lockstep may stand still."""
 _QUESTION: Final = "/rosapi/get_time"
@@ -89,27 +85,23 @@ class OperatorSession:
             operator: The operator's client, not yet connected.
             clock: Returns the reading of a clock that never goes back [ns].
             events: Events for the user.
-            display: Display that is told what is stale.
+            display: Display that shows what is stale.
             maps: Where the robot's map comes from; None to show none.
             places: Places for hints; those of the scene that the map is named after by default.
             pads: Gamepads.
         """
         self._operator, self._clock = operator, clock
-        self._display, self._maps, self._places = display, maps, places
+        self._display, self._maps = display, maps
         self.events = events
         self.view = StationView(events)
-        self.verdict: str | None = None
-        """Verdict on the hint that ``run`` was given; None before it is answered."""
+        self.hints = HintDesk(operator, events, places)
+        """Sends hints, and reports the verdicts on them."""
         self._keyboard, self._joy = Keyboard(), JoyStream()
         self._pads, self._gamepad = pads, Gamepad()
         self._prompt: HintPrompt | None = None
         self._quitting, self._help = False, True
-        self._sent: list[SentHint] = []
-        self._asked: SentHint | None = None
-        self._judged = -1
-        self._begun: int | None = None
         self._map_wanted, self._map_failed = "", False
-        self._stop, self._heard = asyncio.Event(), asyncio.Event()
+        self._stop, self._clock_received = asyncio.Event(), asyncio.Event()
         # References to running tasks; asyncio itself keeps only weak ones.
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -127,17 +119,16 @@ class OperatorSession:
         estop = self.view.alarms.estop
         anew = self.view.received(topic, message, self._clock())
         if self.view.alarms.estop is not None and estop is None:
-            # Whoever holds a key down must not drive off when the e-stop is released.
+            # A key that is held down must not drive off when the e-stop is released.
             self._keyboard.block(self._clock())
             self._gamepad.block()
         if anew:
-            self._sent.clear()
-            self._judged, self._begun = -1, None
+            self.hints.restart()
         if topic == "/clock":
-            self._heard.set()
-            self._begun = self._operator.now if self._begun is None else self._begun
+            self._clock_received.set()
+            self.hints.clock_received()
         if topic == "/localization/hint_verdict":
-            self._judge(message)
+            self.hints.judge(message)
 
     async def run(
         self,
@@ -202,8 +193,8 @@ class OperatorSession:
         if hint is not None:
             # The robot repeats its last verdict; only one that is newer than the hint can be the answer.
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._heard.wait(), _FIRST)
-            await self._send_hint(hint, asked=True)
+                await asyncio.wait_for(self._clock_received.wait(), _FIRST)
+            await self.hints.send(hint, asked=True)
         if find:
             await self._call(_SERVICES["find"])
 
@@ -351,58 +342,17 @@ class OperatorSession:
                 self._help = not self._help
             case "place" | "numbers":
                 self._keyboard.release_all()
-                places = self._menu() if action == "place" else {}
-                self._prompt = HintPrompt(places)
+                self._prompt = HintPrompt(self.hints.menu() if action == "place" else {})
             case _:
                 if action == "estop":
                     self._keyboard.block(self._clock())
                     self._gamepad.block()
                 self._spawn(self._call(_SERVICES[action]))
 
-    def _menu(self) -> Mapping[str, Pose]:
-        """Return the places for hints."""
-        places = self._places
-        if places is None:
-            places = scene_places(self._operator.map_name)
-        if not places:
-            self.events.add("no places are known: start with --places FILE, or type the numbers")
-        return places
-
     def _answer(self, prompt: HintPrompt) -> None:
         self._prompt = None if prompt.done else prompt
         if prompt.answer is not None:
-            self._spawn(self._send_hint(prompt.answer))
-
-    async def _send_hint(self, pose: Pose, *, asked: bool = False) -> None:
-        """Send a hint, and remember it for its verdict."""
-        sent = SentHint(pose, self._operator.now)
-        self._sent.append(sent)
-        if asked:
-            self._asked = sent
-        x, y, _ = pose.position
-        heading = np.rad2deg(pose.yaw)
-        self.events.add(f"hint sent: x {x:.2f} m, y {y:.2f} m, heading {heading:.0f} deg")
-        await self._operator.hint(pose, np.zeros((6, 6)))
-
-    def _judge(self, message: Mapping[str, Any]) -> None:
-        """Tell of a verdict, unless it was told before or given before this station came."""
-        stamp = stamp_of(message) or 0
-        verdict = str(message["verdict"])
-        mine = next((sent for sent in self._sent if sent.answered_by(message)), None)
-        if mine is not None:
-            self._sent.remove(mine)
-            self._judged = stamp
-            if mine is self._asked:
-                self.verdict = verdict
-            self.events.add(f"hint {verdict}: {message['reason']}")
-        elif self._begun is not None and stamp > max(self._judged, self._begun):
-            self._judged = stamp
-            self.events.add(f"hint of another client {verdict}: {message['reason']}")
-
-    @property
-    def hint_taken(self) -> bool:
-        """Whether the hint that ``run`` was given was taken."""
-        return self.verdict in TAKEN
+            self._spawn(self.hints.send(prompt.answer))
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.get_running_loop().create_task(work)

@@ -22,7 +22,7 @@ class SourceAges:
         self.newest: int | None = None
         """Time of the last message of any topic [ns]; None before the first."""
 
-    def heard(self, topic: str, now: int) -> None:
+    def received(self, topic: str, now: int) -> None:
         """Note a message of a topic at a time [ns]."""
         arrivals = self._arrivals.setdefault(topic, deque())
         arrivals.append(now)
@@ -40,7 +40,7 @@ class SourceAges:
         return None if self.newest is None else now - self.newest
 
     def stale(self, topic: str, now: int) -> bool:
-        """Return whether a topic was heard and is stale."""
+        """Return whether a topic was received and is stale."""
         age = self.age(topic, now)
         return age is not None and age > STALE
 

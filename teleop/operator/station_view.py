@@ -1,4 +1,4 @@
-"""What the station knows of the robot and of the link, and what it tells the operator of them."""
+"""What the station knows of the robot and of the link, and what it reports to the operator."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from teleop.operator.robot_run import RobotRun
 from teleop.operator.source_ages import STALE, SourceAges
 
 LOST_AFTER: Final = 800_000_000
-"""Silence of the robot, and of the answer to a question, after which the link is called lost [ns]."""
+"""Silence of the robot after which the link is called lost, if a question is not answered either [ns]."""
+_ANSWER: Final = 300_000_000
+"""Time within which a question is answered, or within twice the last round trip if that is longer [ns]."""
 SLOW: Final = 0.5
 """Round trip from which the operator is warned [s]: beyond it people stop driving continuously and begin to move and
 wait (Ferrell 1965; Sheridan 1993)."""
@@ -32,18 +34,20 @@ _HEALTH: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Pulse:
-    """What the display is told ten times a second, whether or not the robot says anything; times in ns."""
+    """What the display gets ten times a second, whether or not the robot publishes anything; times in ns."""
 
     silence: int
     """Time since the robot's last message; 0 before the first."""
     stale: frozenset[str]
     """Topics whose last message is old."""
+    link: str
+    """State of the link: connected, silent or lost."""
     banner: Banner
     """What an operator must see at once."""
 
 
 class StationView:
-    """Owns what was received, as far as an operator is told of it; time is an argument."""
+    """Owns what was received, as far as it is reported to an operator; time is an argument."""
 
     def __init__(self, events: EventList) -> None:
         """Start without a connection; changes become events."""
@@ -73,7 +77,7 @@ class StationView:
             self.ages.forget()
             self.alarms, self.placed, self.health, self.speed = RobotAlarms(), False, "", None
             self._said.clear()
-        self.ages.heard(topic, now)
+        self.ages.received(topic, now)
         self._noticed(topic, message, now)
         match topic:
             case "/localization/status":
@@ -133,7 +137,8 @@ class StationView:
             return Notice(Severity.ALARM, f"LINK LOST for {age_words(quiet)}: {self._why}")
         if silence is None:
             return Notice(Severity.STALE, "CONNECTED, nothing received yet")
-        if silence > LOST_AFTER and self.unanswered(now) > LOST_AFTER:
+        overdue = self.unanswered(now) > max(_ANSWER, 2 * (self._round_trip or 0))
+        if silence > LOST_AFTER and overdue:
             words = f"LINK LOST for {age_words(silence)}: the robot does not answer"
             return Notice(Severity.ALARM, words)
         if silence > _TIME_RUNS:
@@ -146,13 +151,13 @@ class StationView:
         return Notice(Severity.CALM, "LINK OK")
 
     def notices(self, now: int) -> tuple[Notice, ...]:
-        """Return what to tell of the robot at a time [ns], the worst first."""
+        """Return what to report of the robot at a time [ns], the worst first."""
         found = list(self.alarms.notices(now))
         if self._old_commands and not self.ages.stale("/teleop/state", now):
             found.append(Notice(Severity.WARNING, self._old_commands))
         if self.ages.stale("/localization/status", now) or not self.health:
             age = self.ages.age("/localization/status", now)
-            old = f"{age_words(age)} ago: {self.health}" if age is not None else "never heard"
+            old = f"{age_words(age)} ago: {self.health}" if age is not None else "never received"
             found.append(Notice(Severity.STALE, f"POSE {old}"))
         elif not self.placed:
             found.append(Notice(Severity.WARNING, f"NO POSE, {self.health}: give a hint (h, n)"))
@@ -179,14 +184,19 @@ class StationView:
         return (first, "  ".join(rates) + (" Hz" if rates else "no data"), f"{speed}   {angle}")
 
     def pulse(self, now: int) -> Pulse:
-        """Return what the display is told at a time [ns]."""
+        """Return what the display gets at a time [ns]."""
         topics = ("/tf", "/local_cloud", "/scan", "/localization/status", "/teleop/state", "/odom")
         stale = frozenset(topic for topic in topics if self.ages.stale(topic, now))
-        banner = Banner(self.link(now), self.notices(now), self.figures(now))
-        return Pulse(self.ages.silence(now) or 0, stale, banner)
+        link, silence = self.link(now), self.ages.silence(now)
+        banner = Banner(link, self.notices(now), self.figures(now))
+        fresh = silence is not None and silence <= STALE
+        state = "connected" if fresh else "silent"
+        if link.severity is Severity.ALARM:
+            state = "lost"
+        return Pulse(silence or 0, stale, state, banner)
 
     def _noticed(self, topic: str, message: Mapping[str, Any], now: int) -> None:
-        """Take an alarm, and tell of a new one."""
+        """Take an alarm, and report a new one."""
         before = {notice.text for notice in self.alarms.notices(now)}
         self.alarms = self.alarms.after(topic, message, now)
         for notice in self.alarms.notices(now):

@@ -53,7 +53,7 @@ def panel_lines(
 
     Args:
         view: What is known of robot and link.
-        keyboard: Speed step and what the terminal cannot tell.
+        keyboard: Speed step and what the terminal does not report.
         now: Time of the station [ns].
         title: First line.
         pads: Names of gamepads.
@@ -64,28 +64,34 @@ def panel_lines(
     width, height = size
     lines: list[tuple[Severity | None, str]] = [(None, title)]
     for notice in (view.link(now), *view.notices(now)):
-        lines.append((notice.severity, f"{_MARKS[notice.severity]} {notice.text}"))
+        marked = f"{_MARKS[notice.severity]} {notice.text}"
+        lines += [(notice.severity, line) for line in _wrapped(marked, width)]
     lines.append((None, "    " + "   ".join(view.figures(now))))
     speed, turn = SPEED_STEPS[keyboard.step]
     step = f"speed step {keyboard.step + 1} of {len(SPEED_STEPS)}: {speed} m/s, {turn} rad/s"
-    lines.append((None, f"    {step}   drive: {_drive(view, now)}"))
-    if view.map:
-        lines.append((None, f"    {view.map}"))
+    for text in (f"{step}   drive: {_drive(view, now)}", view.map):
+        lines += [(None, line) for line in _wrapped(f"    {text}", width) if text]
     if pads:
         lines.append(
             (None, f"    gamepad {', '.join(pads)}: left shoulder held, left stick; B E-STOP")
         )
     if keyboard.unknown:
-        for part in textwrap.wrap(keyboard.unknown, max(20, width - 4)):
-            lines.append((Severity.STALE, f"    {part}"))
+        lines += [(Severity.STALE, line) for line in _wrapped(f"    {keyboard.unknown}", width)]
     if prompt is not None:
         lines += [(Severity.WARNING, f"    {line}") for line in prompt.lines]
     elif help_shown:
         lines += [(None, "")] + [(None, f"    {line}") for line in HELP]
     lines.append((None, ""))
-    events = view.events.last(max(0, height - len(lines)))
-    lines += [(None, str(event)) for event in events]
+    room = max(0, height - len(lines))
+    events = [line for event in view.events.last(room) for line in _wrapped(str(event), width)]
+    lines += [(None, line) for line in events[len(events) - min(room, len(events)) :]]
     return [(severity, line[:width]) for severity, line in lines[:height]]
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """Return a text in lines that fit, the following ones indented."""
+    indent = " " * (len(text) - len(text.lstrip()) + 4)
+    return textwrap.wrap(text, max(20, width), subsequent_indent=indent)
 
 
 def _drive(view: StationView, now: int) -> str:

@@ -55,8 +55,8 @@ class AttitudeConfig:
     bias_walk: float = math.radians(0.003)
     """Random walk of that bias [rad/s/sqrt(s)]."""
     force_bias: float = 0.06
-    """Bias of the accelerometer, one sigma [m/s^2]: between Xsens MTi-630 (0.03) and Bosch BMI088 (0.2). Nothing
-    here can tell it from a tilt, so it stays in the covariance."""
+    """Bias of the accelerometer, one sigma [m/s^2]: between Xsens MTi-630 (0.03) and Bosch BMI088 (0.2). It
+    cannot be distinguished from a tilt here, so it stays in the covariance."""
     driving: float = 0.5
     """Acceleration of ordinary driving that is not seen otherwise, one sigma [m/s^2]."""
     correlation: float = 1.0

@@ -32,7 +32,7 @@ class SafetyConfig:
     lease: int = 2 * SECOND
     """Silence after which a driver loses the lease [ns]."""
     tick: int = SECOND // 50
-    """Period of the ticks [ns]; the watchdog acts at the tick that is nearest to its time."""
+    """Period of the ticks [ns]; the watchdog acts at the last tick that is in time."""
     stale: StaleLimits = field(default_factory=StaleLimits)
     """Limits on commands that are old when they arrive."""
 

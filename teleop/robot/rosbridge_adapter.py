@@ -57,7 +57,7 @@ class RosbridgeAdapter(Observer):
         self.server, self.wishes, self._audit = server, Wishes(), audit
         protocol = server.protocol
         self._clients: dict[str, int] = {}
-        self._told: dict[int, str] = {}
+        self._reported: dict[int, str] = {}
         for output in OUTPUTS:
             protocol.topics.advertise(output.name, output.type, latch=output.latch)
         for topic, message in latched.items():
@@ -76,10 +76,10 @@ class RosbridgeAdapter(Observer):
         protocol.observers.add(self)
 
     def driven(self, tick: DriveRecord) -> None:
-        """Publish what the driving side did in a tick, and tell clients what it rejected."""
+        """Publish what the driving side did in a tick, and report to clients what it rejected."""
         self._services.driven(tick)
         for rejection in tick.rejections:
-            self._tell(rejection)
+            self._report(rejection)
         for topic in DRIVE_OUTPUTS:
             self._publish(topic, tick)
         if self._audit is not None:
@@ -99,15 +99,15 @@ class RosbridgeAdapter(Observer):
             for message in topic.build(tick):
                 topics.publish(topic.name, message, self.server.now)
 
-    def _tell(self, rejection: Rejection) -> None:
+    def _report(self, rejection: Rejection) -> None:
         """Say why a message was rejected: once as an error, and then as a warning."""
         client = self._clients.get(rejection.client)
         if client is None:
             return
         # Figures in it may change; what the client must do does not.
         sentence = "".join(c for c in rejection.reason if not c.isdigit())
-        level = "warning" if self._told.get(client) == sentence else "error"
-        self._told[client] = sentence
+        level = "warning" if self._reported.get(client) == sentence else "error"
+        self._reported[client] = sentence
         self.server.protocol.connections.send_status(client, level, rejection.reason)
 
     def connected(self, connection: Connection, now: int) -> None:
@@ -117,7 +117,7 @@ class RosbridgeAdapter(Observer):
     def disconnected(self, connection: Connection, now: int) -> None:
         """Have the robot release what the client controls."""
         self._clients.pop(connection.name, None)
-        self._told.pop(connection.id, None)
+        self._reported.pop(connection.id, None)
         self._inputs.forget(connection.id)
         self._services.forget(connection.id)
         self.wishes.post(Disconnected(connection.name))

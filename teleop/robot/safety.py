@@ -114,12 +114,12 @@ class Safety:
     def expire(self, now: int) -> None:
         """Apply the timeouts: silence first stops the robot, then ends the lease."""
         silence = now - self._arrival
-        margin = self.config.tick // 2
         if self._controller and silence > self.config.lease:
             if self._armed:
                 self._arming.silenced(self._controller)
             self._end(f"{self._controller} was silent for {silence / SECOND:.1f} s")
-        elif self._controller and silence + margin > self.config.watchdog and self._armed:
+        # What is in force now stays so until the next tick.
+        elif self._armed and silence + self.config.tick > self.config.watchdog:
             self._arming.silenced(self._controller)
             self._disarm(f"no command for {silence / SECOND:.3f} s")
 

@@ -86,7 +86,7 @@ def build_server(config: ServeConfig, tokens: TokenFile | None, now: Callable[[]
 
 
 def round_trips_of(server: Server) -> Callable[[int], RoundTrips | None]:
-    """Return what tells the round trips of a server's clients, which are measured once it is asked for.
+    """Return a function for the round trips of a server's clients, which are measured from its first call on.
 
     In lockstep only those of an emulated link are known.
     """

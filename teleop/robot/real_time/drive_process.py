@@ -73,7 +73,7 @@ class DriveProcess:
         self._alive = self._now = clock.monotonic()
         self._patience = _STARTING
         self._longest_gap = 0
-        self._lost_told = 0
+        self._lost_reported = 0
 
     def ready(self) -> Address:
         """Wait until both processes have begun; return where clients connect.
@@ -104,7 +104,7 @@ class DriveProcess:
         try:
             for beat in clock.beats(stop):
                 self._longest_gap = max(self._longest_gap, beat.gap)
-                self._tell_lag(beat.lost)
+                self._report_lag(beat.lost)
                 lost, elapsed = beat.lost, beat.elapsed
                 self.tick(beat.now, Pacing(beat.gap, self._longest_gap, lost, elapsed))
         finally:
@@ -114,12 +114,12 @@ class DriveProcess:
     def tick(self, now: int, pacing: Pacing = NO_PACING) -> DriveRecord:
         """Make one tick; ``now`` is the reading of the monotonic clock [ns]."""
         self._now = now
-        self._hear()
+        self._receive()
         self._pass_on_estimates()
         inbox, self._inbox = self._inbox, []
         record = self._drive.tick(now, inbox, pacing)
         payload = pack(DRIVEN, record)
-        self._tell(payload)
+        self._publish(payload)
         try:
             self.estimate.channel.send(payload)
         except ChannelClosedError:
@@ -131,7 +131,7 @@ class DriveProcess:
         self.talk.end(_END)
         self.estimate.end(_END)
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         """Take what clients want; start what talks again if it is gone."""
         try:
             for payload in self.talk.channel.receive():
@@ -147,7 +147,7 @@ class DriveProcess:
         if self._now - self._alive > self._patience:
             self._restart_talk("the server does not answer")
 
-    def _tell(self, payload: bytes) -> None:
+    def _publish(self, payload: bytes) -> None:
         try:
             self.talk.channel.send(payload)
         except ChannelClosedError:
@@ -157,7 +157,7 @@ class DriveProcess:
         try:
             for payload in self.estimate.channel.receive():
                 if payload[:1] == ESTIMATED:
-                    self._tell(payload)
+                    self._publish(payload)
                 elif isinstance(value := unpack(payload), Exception):
                     _LOG.error("the localiser failed: %s", value)
         except ChannelClosedError:
@@ -176,10 +176,10 @@ class DriveProcess:
         self.estimate.kill()
         self.estimate = self._start_estimate()
 
-    def _tell_lag(self, lost: int) -> None:
-        if lost - self._lost_told > _BEHIND:
+    def _report_lag(self, lost: int) -> None:
+        if lost - self._lost_reported > _BEHIND:
             _LOG.warning(
                 "falling behind real time: %.1f s lost so far; this machine is too slow or too busy",
                 lost / SECOND,
             )
-            self._lost_told = lost
+            self._lost_reported = lost

@@ -176,8 +176,8 @@ class Protocol:
         """Return the work on a large frame, which a thread may do, or None if there is none.
 
         What it returns is passed to ``receive``, or to ``receive_deferred``, in the place of the
-        frame. A small frame needs none, nor does one that will be rejected without it; one that has
-        been ``admitted`` will not be.
+        frame. A small frame needs no such work, nor does one that will be rejected anyway; a frame
+        that was ``admitted`` is not rejected.
         """
         connection = self.connections.get(client)
         if (

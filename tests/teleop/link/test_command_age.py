@@ -83,7 +83,7 @@ def test_slow_drift_of_a_clock_is_no_delay() -> None:
     assert arrived.age < 10_000_000
 
 
-def test_pause_over_a_working_link_is_a_rest_and_over_a_stalled_one_is_none() -> None:
+def test_pause_over_a_working_link_is_a_rest_but_not_over_a_stalled_one() -> None:
     age = CommandAge()
     age.observe(10 * SECOND, 0, FAST)
     assert not age.observe(round(10.8 * SECOND), 0, trips(0.002, sent_at=10.5)).rested

@@ -82,7 +82,7 @@ def test_places_of_a_scene_are_found_by_the_name_of_the_map() -> None:
         ("[places]\nhall = 'here'", "place hall must be"),
     ],
 )
-def test_file_of_places_that_is_none_is_refused_with_an_example(
+def test_other_file_given_for_places_is_refused_with_an_example(
     content: str, problem: str, tmp_path: Path
 ) -> None:
     file = tmp_path / "places.toml"

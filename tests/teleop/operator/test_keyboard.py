@@ -88,7 +88,7 @@ def test_second_key_makes_a_curve_for_as_long_as_it_is_held() -> None:
         assert _wants(board, now * _MS) == (_SPEED, _TURN)
         board.take(Key("a"), now * _MS)
     last = board._newest // _MS
-    # Whether the first is still held, nothing tells: the robot stops.
+    # Whether the first is still held is not reported: the robot stops.
     assert _wants(board, (last + 150) * _MS) is None
 
 

@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -15,8 +15,18 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from teleop.operator.terminal import RESTORE_KEYS
+from teleop.interfaces import registry
+from teleop.operator.event_list import EventList
+from teleop.operator.gamepad import DEADMAN, ButtonChanged, PadChanged, PadEvent, StickMoved
+from teleop.operator.key_events import KeyDecoder
+from teleop.operator.keyboard import Keyboard
+from teleop.operator.operator_client import OperatorClient
+from teleop.operator.operator_session import OperatorSession
+from teleop.operator.station_view import StationView
+from teleop.operator.terminal import RESTORE_KEYS, Terminal
+from teleop.operator.terminal_panel import Panel, panel_lines
 from teleop.robot.control_state import ControlMode
+from teleop.rosbridge import Client
 from tests.teleop.operator.emulator import KITTY, XTERM, Emulator, emulator
 from tests.teleop.support import (
     ROOT,
@@ -29,6 +39,7 @@ from tests.teleop.support import (
     lockstep,
     peer,
     real_time,
+    soon,
 )
 
 pytestmark = pytest.mark.process
@@ -137,7 +148,7 @@ async def test_held_key_drives_again_after_a_take_over_without_being_released(
         await operated.until(lambda: operated.robot.speed > 0.3, "driving")
         assert (await operated.robot.ask("/teleop/take_over"))[0]
         await operated.until(lambda: abs(operated.robot.speed) < 0.01, "at rest")
-        # Whoever takes over must show a neutral stick: the station does, while the key stays down.
+        # A driver who takes over must show a neutral stick: the station does, while the key stays down.
         operated.terminal.type(b"t")
         await operated.until(lambda: operated.robot.speed > 0.3, "driving again")
 
@@ -216,6 +227,84 @@ async def test_refused_hint_is_status_1_and_an_old_verdict_is_not_its_answer(
         status, out, err = await command(*options, "--hint", "24.2", "3", "180")
         assert status == 0, err
         assert "hint rejected" not in out
+
+
+class Pads:
+    """Devices whose events a test gives; the session reads them as it reads those of pygame."""
+
+    def __init__(self) -> None:
+        self.events: list[PadEvent] = []
+
+    def poll(self) -> list[PadEvent]:
+        taken, self.events = self.events, []
+        return taken
+
+    def close(self) -> None:
+        self.events.clear()
+
+
+@in_a_loop
+async def test_gamepad_drives_until_it_is_unplugged_and_link_loss_is_reported_in_words(
+    robots: Robots,
+) -> None:
+    loop, pads, lost = asyncio.get_running_loop(), Pads(), asyncio.Event()
+    events = EventList(lambda text: lost.set() if text.startswith("link lost") else None)
+    async with AsyncExitStack() as stack:
+        rig = await stack.enter_async_context(robots())
+        stepper = await stack.enter_async_context(peer(rig.server.url))
+        await stepper.subscribe("/teleop/state", "/ground_truth/odom")
+        client = Client(rig.server.url, registry=registry())
+        operator = OperatorClient(
+            client, None, on_message=lambda topic, message: session.receive(topic, message)
+        )
+        session = OperatorSession(
+            operator, clock=lambda: int(loop.time() * 1e9), events=events, pads=pads
+        )
+        running = asyncio.create_task(session.run())
+
+        async def until(true: Callable[[], object]) -> None:
+            for _ in range(1500):
+                await stepper.step(1)
+                if true():
+                    return
+                await asyncio.sleep(0.01)
+            raise AssertionError([str(event) for event in events.last(20)])
+
+        pads.events = [PadChanged(1, "Pad", present=True), StickMoved(1, "left y", -1.0)]
+        pads.events += [ButtonChanged(1, DEADMAN, pressed=True)]
+        await until(lambda: stepper.messages("/ground_truth/odom") and stepper.speed > 0.3)
+        pads.events = [PadChanged(1, "", present=False)]
+        await until(lambda: abs(stepper.speed) < 0.01)
+        assert stepper.last("/teleop/state")["reason"] == "neutral"
+        pads.events = [PadChanged(1, "Pad", present=True), ButtonChanged(1, "b", pressed=True)]
+        await until(lambda: stepper.last("/teleop/state")["estop"])
+        await stack.aclose()
+        await soon(lost.wait())
+        session.end()
+        await soon(running)
+        await client.close()
+    told = [str(event) for event in events.last(20)]
+    assert "link lost: the robot's server was shut down; the robot brakes by itself" in told
+    assert "gamepad unplugged: neutral" in told
+
+
+@pytest.mark.parametrize("size", [(80, 24), (40, 8), (10, 3), (200, 60)])
+def test_panel_fits_any_terminal_and_draws_only_what_changed(size: tuple[int, int]) -> None:
+    view = StationView(EventList())
+    for k in range(50):
+        view.events.add(f"event {k}")
+    lines = panel_lines(view, Keyboard(), 0, title="t\u00e9st", size=size)
+    assert len(lines) <= size[1]
+    assert max(len(text) for _, text in lines) <= size[0]
+    read_end, write_end = os.pipe()
+    panel = Panel(Terminal(read_end, write_end, False, KeyDecoder()), encoding="ascii")
+    panel.show(lines)
+    assert b"t?st" in os.read(read_end, 1 << 16)
+    panel.show(lines)
+    panel.show([(None, "other"), *lines[1:]])
+    assert os.read(read_end, 1 << 16).count(b"\x1b[K") == 1
+    os.close(read_end)
+    os.close(write_end)
 
 
 def test_station_needs_neither_simulator_nor_robot() -> None:

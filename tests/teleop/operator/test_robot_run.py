@@ -177,15 +177,15 @@ def test_silence_greys_the_robot_and_the_lanes_and_comes_back(cloud: Cloud, tmp_
     view = StationView(EventList())
     display = Display(None, sink=Sink(file=tmp_path / "x.rrd"), strict=True, live=True)
 
-    def hear(topic: str, message: dict[str, Any], now: int) -> None:
+    def receive(topic: str, message: dict[str, Any], now: int) -> None:
         view.received(topic, message, now)
         display.show(topic, message)
 
     view.connection(True, "ws://robot", 0)
     for now in (0, 100 * _MS, 5000 * _MS):
-        hear("/clock", clock(now), now)
-        hear("/tf", tf(now), now)
-        hear("/localization/status", status(now), now)
+        receive("/clock", clock(now), now)
+        receive("/tf", tf(now), now)
+        receive("/localization/status", status(now), now)
         _pulsed(view, display, now)
         if now == 100 * _MS:
             for later in range(200, 5000, 100):
@@ -221,7 +221,7 @@ def test_rates_and_ages_are_those_of_the_arrivals() -> None:
     assert ages.age("/tf", 5) is None
     assert not ages.stale("/tf", 5)
     for k in range(101):
-        ages.heard("/tf", 40 * _MS * k)
+        ages.received("/tf", 40 * _MS * k)
     last = 4000 * _MS
     assert ages.rate("/tf", last + 10 * _MS) == pytest.approx(25.0, abs=0.6)
     assert not ages.stale("/tf", last + STALE)
@@ -255,7 +255,7 @@ def test_green_is_never_shown_over_silence() -> None:
         assert calm is (now <= STALE), now
 
 
-def test_link_loss_is_told_within_a_second_in_plain_words() -> None:
+def test_link_loss_is_reported_within_a_second_in_plain_words() -> None:
     view = _view()
     view.received("/clock", clock(0), 0)
     view.asked(0)
@@ -265,6 +265,10 @@ def test_link_loss_is_told_within_a_second_in_plain_words() -> None:
     assert LOST_AFTER < SECOND
     assert told.severity is Severity.ALARM
     assert told.text == "LINK LOST for 0.8 s: the robot does not answer"
+    # Questions are asked every quarter of a second, the last one perhaps just before the link broke.
+    view.answered(240 * _MS)
+    view.asked(250 * _MS)
+    assert view.link(LOST_AFTER + 1).text.startswith("LINK LOST")
     view.connection(
         False,
         "sent 1011 (internal error) keepalive ping timeout; no close frame received",
@@ -310,7 +314,7 @@ def test_slow_link_is_no_lost_one_while_messages_come() -> None:
         (1.2, 0.0, 0.0, None),  # both switched off
     ],
 )
-def test_old_commands_are_told_with_what_the_robot_does(
+def test_old_commands_are_reported_with_what_the_robot_does(
     age: float, slow: float, refuse: float, words: str | None
 ) -> None:
     view = _view()
@@ -499,7 +503,7 @@ def test_scan_is_drawn_around_a_robot_without_a_pose_and_goes_with_the_first_swe
     assert len(drawn) == 11
     ahead = [point for point in drawn[0] if abs(point[1]) < 1e-6]
     assert ahead == [pytest.approx([3.1, 0.0, 0.2], abs=1e-6)]
-    assert len(drawn[0]) == 2  # the beam without return is none
+    assert len(drawn[0]) == 2  # the beam without return has no point
     assert column(tmp_path / "x.rrd", entity, "Clear:is_recursive") == [[False]]
     # The robot itself is drawn, far from where a map could be.
     place = column(tmp_path / "x.rrd", "map/odom", "Transform3D:translation")

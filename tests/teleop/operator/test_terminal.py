@@ -41,7 +41,7 @@ def test_terminal_with_the_kitty_protocol_reports_releases_and_is_restored() -> 
         assert termios.tcgetattr(emulated.slave) == before
 
 
-def test_terminal_without_it_is_not_told_to_report_releases() -> None:
+def test_terminal_without_it_does_not_get_the_request_to_report_releases() -> None:
     with emulator(XTERM) as emulated:
         with terminal_on(emulated.slave, emulated.slave) as terminal:
             assert not terminal.reports_releases

@@ -204,7 +204,7 @@ async def test_take_over_moves_the_lease_and_requires_a_neutral_stick(robots: Ro
 
 
 @in_a_loop
-async def test_second_driver_is_told_once_as_an_error_then_as_warnings(robots: Robots) -> None:
+async def test_second_driver_gets_one_error_then_warnings(robots: Robots) -> None:
     async with (
         robots() as rig,
         peer(rig.server.url) as driver,

@@ -65,8 +65,8 @@ def test_released_deadman_stops_at_once_and_rearms() -> None:
 def test_silence_stops_the_robot_then_ends_the_lease() -> None:
     safety = armed()
     ask(safety, "a", FORWARD, 0)
-    assert moving(safety, SECOND // 2 - TICK // 2)
-    assert not moving(safety, SECOND // 2 - TICK // 2 + 1), "the nearest tick brakes"
+    assert moving(safety, SECOND // 2 - TICK)
+    assert not moving(safety, SECOND // 2 - TICK + 1), "the next tick would be too late"
     assert safety.state(SECOND).control is ControlMode.DISARMED
     assert "no command for" in safety.state(SECOND).reason
     assert safety.state(3 * SECOND).control is ControlMode.IDLE

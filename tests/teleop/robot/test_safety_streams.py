@@ -42,7 +42,7 @@ def test_stream_that_begins_with_motion_on_a_free_lease_drives() -> None:
     assert moving(robot, 0)
 
 
-def test_stream_owes_a_zero_after_an_estop_whoever_sends_it() -> None:
+def test_stream_owes_a_zero_after_an_estop_from_any_client() -> None:
     robot = safety()
     say(robot, twist(at=0))
     robot.stop(EStop("b"))
@@ -116,7 +116,7 @@ def test_all_clients_are_forgotten_when_the_server_is_lost() -> None:
     assert say(robot, twist("a", at=2)) is None, "another client may have this name now"
 
 
-def test_estop_by_nobody_with_a_name_is_released_by_whoever_may_drive() -> None:
+def test_estop_by_nobody_with_a_name_is_released_by_those_who_may_drive() -> None:
     robot = safety()
     robot.stop(EStop("visitor"))
     viewer = EStopReset("v", "viewer")

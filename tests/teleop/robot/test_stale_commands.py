@@ -1,4 +1,4 @@
-"""Commands that are old when they arrive: the robot slows down, then stops listening, unless it is told not to."""
+"""Commands that are old when they arrive: the robot slows down, then stops listening, unless these limits are off."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_robot_drives_slower_the_older_the_commands(age: float, share: float) ->
     assert speed(robot) == pytest.approx(0.4 * share)
 
 
-def test_old_commands_do_not_arm_and_the_driver_is_told_why() -> None:
+def test_old_commands_do_not_arm_and_the_driver_learns_why() -> None:
     robot = safety()
     why = robot.request(stick(3.0, 0.0), 0)
     assert why == (
