@@ -45,6 +45,9 @@ class Drive:
         """
         self.simulation, self._stage = simulation, stage
         self.safety = safety or Safety(SpeedLimits.of(simulation.config.drive))
+        self.taken = 0
+        """Number of messages of clients that have been taken so far."""
+
         self._attitude = AttitudeFilter()
 
     def tick(
@@ -58,6 +61,7 @@ class Drive:
             pacing: How well the ticks keep time, for the record.
         """
         rejections = self._obey(now, inbox)
+        self.taken += sum(bool(message.client) for message in inbox)
         dated = tuple(self._dated(message) for message in inbox)
         command = self.safety.command(now)
         with self._stage("simulation"):
@@ -74,6 +78,7 @@ class Drive:
             condition=self.simulation.condition,
             packet=self.simulation.packet,
             attitude=self._follow_attitude(sensed),
+            taken=self.taken,
             pacing=pacing,
         )
 

@@ -71,6 +71,8 @@ class DriveRecord:
     """The packet of a controller with firmware, if one was due in this tick."""
     attitude: Inertial | None
     """The newest inertial reading, with the attitude that its filter makes of it and of those before."""
+    taken: int = 0
+    """Number of messages of clients that have been taken so far, with this tick; it survives lost records."""
     pacing: Pacing = NO_PACING
     """How well the ticks keep time; all zeros in lockstep."""
 

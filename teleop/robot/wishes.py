@@ -22,6 +22,7 @@ class Wishes:
         """Called when a message has been added."""
         self._waiting: list[InboxMessage] = []
         self._sent: deque[InboxMessage] = deque()
+        self._taken = 0
 
     def post(self, message: InboxMessage) -> bool:
         """Add a message; return whether there was room for it."""
@@ -49,10 +50,11 @@ class Wishes:
         self._sent += (sent := self.take())
         return sent
 
-    def taken(self, count: int) -> None:
-        """Note that the robot has taken the oldest sent messages."""
-        for _ in range(min(count, len(self._sent))):
+    def taken(self, total: int) -> None:
+        """Note how many of the sent messages the robot has taken since the first one."""
+        while self._taken < total and self._sent:
             self._sent.popleft()
+            self._taken += 1
 
     def outstanding(self) -> Iterator[InboxMessage]:
         """Return the messages that have had no effect yet, oldest first."""

@@ -168,6 +168,7 @@ class DriveProcess:
         self.talk.kill()
         self._inbox = [message for message in self._inbox if not message.client]
         self._drive.safety.server_lost(why)
+        self._drive.taken = 0  # the new server has sent nothing yet
         self.talk = self._start_talk()
         self._alive, self._patience = self._now, _STARTING
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import os
 import sys
 from contextlib import ExitStack, closing
@@ -86,6 +87,9 @@ class TalkProcess:
                 self._watch = cleanup.enter_context(closing(watch_tokens(tokens, server, audit)))
             try:
                 await server.start()
+                # What is there now stays: searching it for garbage holds everybody up.
+                gc.collect()
+                gc.freeze()
                 self._send(Ready(address_of(server)))
                 loop.add_reader(self._channel.fileno(), self._receive)
                 await self._until_ended()
@@ -121,7 +125,7 @@ class TalkProcess:
 
     def _driven(self, tick: DriveRecord) -> None:
         self._stamp = tick.stamp
-        self._adapter.wishes.taken(sum(bool(message.client) for message in tick.inbox))
+        self._adapter.wishes.taken(tick.taken)
         self._activity.driven(tick)
         self._adapter.driven(tick)
 

@@ -38,6 +38,9 @@ def test_what_was_sent_is_outstanding_until_the_robot_has_taken_it() -> None:
     assert list(wishes.outstanding()) == messages
     wishes.taken(1)
     assert list(wishes.outstanding()) == messages[1:]
+    wishes.send()
+    wishes.taken(3)
+    assert list(wishes.outstanding()) == [], "what the robot said of the second one was lost"
 
 
 def test_number_of_waiting_messages_is_bounded() -> None:
