@@ -22,7 +22,7 @@ _ANSWER: Final = 300_000_000
 SLOW: Final = 0.5
 """Round trip from which the operator is warned [s]: beyond it people stop driving continuously and begin to move and
 wait (Ferrell 1965; Sheridan 1993)."""
-_TIME_RUNS: Final = 2 * SECOND
+_TIME_RUNS: Final = SECOND
 """Silence after which a robot whose server answers is said to stand still in time [ns]."""
 _RATES: Final = (("/tf", "pose"), ("/scan", "scan"), ("/local_cloud", "cloud"))
 _HEALTH: Final = {

@@ -11,9 +11,16 @@ import pytest
 from PIL import Image
 from rerun.experimental import ViewerClient
 
-from localization.display.colours import ORANGE, SKY, Colour
+from localization.display.colours import GREEN, ORANGE, RED, SKY, STALE, Colour
+from localization.display.rerun_sink import Sink
+from localization.maps.cloud import Cloud
 from localization.types import SECOND
+from teleop.operator.display import Display
+from teleop.operator.event_list import EventList
+from teleop.operator.restarting_display import RestartingDisplay
+from teleop.operator.station_view import StationView
 from tests.teleop.operator.support import headless_viewer
+from tests.teleop.operator.test_robot_run import clock, control, map_info, status, tf
 
 _RED: Colour = (222, 62, 38)
 _TEAL: Colour = (33, 145, 140)
@@ -70,3 +77,52 @@ def test_the_operator_sees_map_live_cloud_robot_path_and_hint(
         assert _pixels(waiting, _RED) == 0, f"{which}: no robot before it is placed"
     assert _pixels(shots["hint", "World"], ORANGE) > 50
     assert _pixels(shots["waiting", "World"], ORANGE) == 0
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_viewer_shows_the_newest_run_with_its_banner(cloud: Cloud) -> None:
+    with headless_viewer() as process:
+        viewer = process.client
+        display = RestartingDisplay(
+            lambda run: Display(None, sink=Sink(viewer=process.url), strict=True, live=True)
+        )
+        for run_id, state, colour, ends in (
+            ("a1", "estop", RED, (20, 22)),
+            ("b2", "idle", STALE, (0, 2)),
+        ):
+            view = StationView(EventList())
+            view.connection(True, "ws://robot", 0)
+            display.show("/map_info", map_info(run_id))
+            display.map(cloud)
+            for seconds in range(*ends):
+                now = seconds * SECOND
+                for topic, message in (
+                    ("/clock", clock(now)),
+                    ("/tf", tf(now)),
+                    ("/localization/status", status(now)),
+                    ("/teleop/state", control(state, "by ann")),
+                ):
+                    view.received(topic, message, now)
+                    display.show(topic, message)
+            # An e-stop at once, and a robot that has been silent for half a second.
+            late = now + (0 if state == "estop" else SECOND // 2)
+            display.pulse(view.pulse(late))
+            picture = _banner(viewer, colour)
+            assert _pixels(picture, colour) > 0.3 * picture.shape[0] * picture.shape[1]
+        assert _pixels(picture, RED) == 0
+        assert _pixels(picture, GREEN) == 0
+        display.close()
+
+
+def _banner(viewer: ViewerClient, colour: Colour) -> np.ndarray:
+    """Return the picture of the banner once it has a colour; what it is at last, if it never has."""
+    picture = np.zeros((1, 1, 3))
+    for _ in range(100):
+        views = {view.name: view for view in viewer.get_state().views}
+        if "Now" in views:
+            picture = _shot(viewer, views["Now"].view_id)
+            if _pixels(picture, colour) > 1000:
+                break
+        time.sleep(0.1)
+    return picture
