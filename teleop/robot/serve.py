@@ -169,10 +169,12 @@ async def _serve_in_real_time(
             _metadata(config, simulation, cloud),
             simulation.world.robot.rolling_radius,
         )
+        # Preparing a map may take long; clients connect when all is there.
+        await asyncio.to_thread(estimating.begin(estimate).ready)
         process = DriveProcess(
             drive,
             talking.begin(talk),
-            estimating.begin(estimate),
+            estimating,
             restart_talk=lambda: start_talk().begin(talk),
             restart_estimate=lambda: start_estimate().begin(replace(estimate, record=None)),
         )

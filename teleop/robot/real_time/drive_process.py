@@ -57,7 +57,7 @@ class DriveProcess:
         restart_talk: Callable[[], ChildProcess],
         restart_estimate: Callable[[], ChildProcess],
     ) -> None:
-        """Take over both processes, which have begun.
+        """Take over both processes: one that is ready to estimate, and one that has begun to talk.
 
         Args:
             drive: What drives.
@@ -76,14 +76,13 @@ class DriveProcess:
         self._lost_reported = 0
 
     def ready(self) -> Address:
-        """Wait until both processes have begun; return where clients connect.
+        """Wait until clients can connect; return where.
 
         Raises:
-            Exception: What one of them could not begin for.
-            ChannelClosedError: If one of them died.
+            Exception: What the server could not begin for.
+            ChannelClosedError: If it died.
         """
         address = self.talk.ready().address
-        self.estimate.ready()
         assert address is not None
         return address
 

@@ -78,10 +78,12 @@ async def robot(world: World, cloud: Cloud, cache: Path) -> AsyncIterator[Robot]
         fixed = ServeConfig(port=address.port, log_level="error")
         return TalkSetup(fixed, world.name, latched, None, SECOND)
 
+    estimating = start_estimate().begin(estimate)
+    await asyncio.to_thread(estimating.ready)
     process = DriveProcess(
         Drive(simulation),
         start_talk().begin(talk),
-        start_estimate().begin(estimate),
+        estimating,
         restart_talk=lambda: start_talk().begin(again()),
         restart_estimate=lambda: start_estimate().begin(estimate),
     )
