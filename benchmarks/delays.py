@@ -15,14 +15,14 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from localization import Localizer, prepare
 from robot_sim import Simulation, load_world
-from teleop.robot.control_state import SafetyConfig
+from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.robot import Robot
-from teleop.robot.rosbridge_adapter import RosbridgeAdapter
-from teleop.robot.safety import Safety
-from teleop.robot.serve_config import ServeConfig
-from teleop.robot.server_setup import build_server, round_trips_of
-from teleop.robot.speed_limits import SpeedLimits
+from teleop.robot.safety.control_state import SafetyConfig
+from teleop.robot.safety.safety import Safety
+from teleop.robot.safety.speed_limits import SpeedLimits
+from teleop.robot.serving.serve_config import ServeConfig
+from teleop.robot.serving.server_setup import build_server, round_trips_of
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import latched_messages
 from teleop.scene_clouds import load_scene_cloud

@@ -21,7 +21,7 @@ class JoystickLayout:
     """Assignment and scales of a joystick's axes and buttons, in ROS's convention: up and left are +1.
 
     The speeds are scales, like ``scale_linear`` of ``teleop_twist_joy``. What the robot can do limits
-    them further: see ``teleop.robot.speed_limits``.
+    them further: see ``teleop.robot.safety.speed_limits``.
     """
 
     name: str = "default"

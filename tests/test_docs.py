@@ -27,17 +27,17 @@ from localization.display.rerun_sink import viewer_program
 from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.command_line import Command
 from teleop.joystick import JoystickLayout, layouts
-from teleop.operator import keyboard
-from teleop.operator.gamepad import ACTIONS, DEADMAN, TURBO
+from teleop.operator.controls import keyboard
+from teleop.operator.controls.gamepad import ACTIONS, DEADMAN, TURBO
+from teleop.operator.controls.repeat_timing import LONGEST_HOLD, SHORTEST_HOLD, RepeatTiming
 from teleop.operator.operator_session import KEYS
-from teleop.operator.repeat_timing import LONGEST_HOLD, SHORTEST_HOLD, RepeatTiming
-from teleop.operator.source_ages import STALE
-from teleop.operator.station_view import LOST_AFTER
-from teleop.robot.control_state import ControlMode, SafetyConfig
-from teleop.robot.greeting import snippet
+from teleop.operator.robot_state.source_ages import STALE
+from teleop.operator.robot_state.station_view import LOST_AFTER
 from teleop.robot.lockstep_service import LockstepService
-from teleop.robot.serve_config import ServeConfig
-from teleop.robot.stale_commands import StaleLimits
+from teleop.robot.safety.control_state import ControlMode, SafetyConfig
+from teleop.robot.safety.stale_commands import StaleLimits
+from teleop.robot.serving.greeting import snippet
+from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
 
 ROOT = Path(__file__).parents[1]

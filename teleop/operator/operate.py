@@ -11,17 +11,17 @@ from collections.abc import Callable
 from localization.display.rerun_sink import Sink
 from teleop.errors import SettingError
 from teleop.interfaces import registry
-from teleop.operator.display import Display
-from teleop.operator.event_list import EventList
-from teleop.operator.link_words import plain_reason
+from teleop.operator.controls.pygame_pads import open_pads
+from teleop.operator.display.display import Display
+from teleop.operator.display.restarting_display import RestartingDisplay, recording_of
+from teleop.operator.display.threaded_display import LiveThreadedDisplay
 from teleop.operator.map_download import MapLibrary
 from teleop.operator.named_places import pose_of, read_places
 from teleop.operator.operate_config import OperateConfig
 from teleop.operator.operator_client import TOPICS, WATCHED, OperatorClient
 from teleop.operator.operator_session import OperatorSession
-from teleop.operator.pygame_pads import open_pads
-from teleop.operator.restarting_display import RestartingDisplay, recording_of
-from teleop.operator.threaded_display import LiveThreadedDisplay
+from teleop.operator.robot_state.link_words import plain_reason
+from teleop.operator.terminal.event_list import EventList
 from teleop.rosbridge.client.client import Client
 from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 

@@ -14,7 +14,7 @@ from localization.logs.ros_stamps import stamp_from_message, stamp_to_dict
 from localization.maps.cloud import Cloud
 from localization.types import Health, Pose, Twist
 from teleop.joystick import JoystickLayout, write_joy
-from teleop.operator.threaded_display import DisplayProtocol
+from teleop.operator.display.threaded_display import DisplayProtocol
 from teleop.rosbridge.client.client import Client
 
 TOPICS: Final[Mapping[str, str]] = {

@@ -10,19 +10,19 @@ from collections.abc import Callable, Coroutine, Mapping
 from typing import Any, Final
 
 from localization.types import Pose
-from teleop.operator.event_list import EventList
-from teleop.operator.gamepad import Gamepad, PadChanged, PadSource
+from teleop.operator.controls.gamepad import Gamepad, PadChanged, PadSource
+from teleop.operator.controls.joy_stream import JoyStream
+from teleop.operator.controls.key_events import Key, KeyEvent, Report
+from teleop.operator.controls.keyboard import Keyboard
+from teleop.operator.display.threaded_display import LiveDisplayProtocol
 from teleop.operator.hint_desk import HintDesk
-from teleop.operator.hint_prompt import HintPrompt
-from teleop.operator.joy_stream import JoyStream
-from teleop.operator.key_events import Key, KeyEvent, Report
-from teleop.operator.keyboard import Keyboard
 from teleop.operator.map_download import MapLibrary
 from teleop.operator.operator_client import OperatorClient
-from teleop.operator.station_view import StationView
-from teleop.operator.terminal import Terminal, key_terminal
-from teleop.operator.terminal_panel import Panel, panel_lines
-from teleop.operator.threaded_display import LiveDisplayProtocol
+from teleop.operator.robot_state.station_view import StationView
+from teleop.operator.terminal.event_list import EventList
+from teleop.operator.terminal.hint_prompt import HintPrompt
+from teleop.operator.terminal.terminal import Terminal, key_terminal
+from teleop.operator.terminal.terminal_panel import Panel, panel_lines
 from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 from teleop.rosbridge.errors import ServiceCallError
 

@@ -9,7 +9,7 @@ import tyro
 
 from localization.cli.run_folder import check_file
 from localization.cli.terminal import Progress, fitted, say, say_json
-from teleop.robot.serve_config import ServeConfig
+from teleop.robot.serving.serve_config import ServeConfig
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class Serve:
         import asyncio
 
         from localization.maps.prepared_map import default_cache
-        from teleop.robot.greeting import greeting
-        from teleop.robot.other_map import load_other_map
-        from teleop.robot.serve import serve
+        from teleop.robot.serving.greeting import greeting
+        from teleop.robot.serving.other_map import load_other_map
+        from teleop.robot.serving.serve import serve
         from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
         world = config.robot.world(self.scene, config.seed)

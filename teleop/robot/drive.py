@@ -18,8 +18,8 @@ from teleop.robot.inbox import (
     PoseHint,
     TakeOver,
 )
-from teleop.robot.safety import Safety
-from teleop.robot.speed_limits import SpeedLimits
+from teleop.robot.safety.safety import Safety
+from teleop.robot.safety.speed_limits import SpeedLimits
 from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing, Rejection
 
 Stages = Callable[[str], AbstractContextManager[object]]

@@ -10,8 +10,8 @@ import numpy as np
 
 from localization.logs.ros_stamps import stamp_to_dict
 from localization.maps.cloud import Cloud
+from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.robot import Robot
-from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import latched_messages
 from teleop.rosbridge.errors import ServiceError

@@ -10,7 +10,7 @@ from robot_sim.simulation import Simulation
 from teleop.robot.drive import Drive, Stages
 from teleop.robot.estimation import Estimation
 from teleop.robot.inbox import InboxMessage
-from teleop.robot.safety import Safety
+from teleop.robot.safety.safety import Safety
 from teleop.robot.tick_record import TickRecord
 
 

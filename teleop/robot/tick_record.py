@@ -10,8 +10,8 @@ from robot_sim import SkidSteer
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import Truth
-from teleop.robot.control_state import ControlState
 from teleop.robot.inbox import InboxMessage, PoseHint
+from teleop.robot.safety.control_state import ControlState
 
 
 @dataclass(frozen=True, slots=True)

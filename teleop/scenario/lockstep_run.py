@@ -15,9 +15,9 @@ from localization.maps.cloud import Cloud
 from localization.types import SECOND
 from robot_sim import PhysicsError, World
 from teleop.interfaces import registry
+from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.robot import Robot
-from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import latched_messages
 from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame, Output

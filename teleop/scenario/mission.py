@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from teleop.errors import SettingError
-from teleop.robot.robot_options import RobotOptions, check_slip_times, slip_bursts
+from teleop.robot.serving.robot_options import RobotOptions, check_slip_times, slip_bursts
 
 if TYPE_CHECKING:
     from localization.types import Hint, Pose

@@ -120,7 +120,7 @@ class Map(LogMapping):
         return 0
 
     def _sensors(self) -> SimulationConfig:
-        from teleop.robot.robot_options import RobotOptions
+        from teleop.robot.serving.robot_options import RobotOptions
 
         return RobotOptions(effects=self.effects).simulation()
 

@@ -25,13 +25,13 @@ from localization.pipeline.localizer import Localizer
 from localization.types import Hint
 from robot_sim import Simulation, World
 from teleop.interfaces import registry
-from teleop.robot.address import Address
+from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.inbox import PoseHint
 from teleop.robot.lockstep_service import LockstepService, offer_in_lockstep
 from teleop.robot.robot import Robot
-from teleop.robot.rosbridge_adapter import RosbridgeAdapter
-from teleop.robot.serve import serve
-from teleop.robot.serve_config import ServeConfig
+from teleop.robot.serving.address import Address
+from teleop.robot.serving.serve import serve
+from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.topics.topic_table import OUTPUTS
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.cbor import read_cbor

@@ -14,7 +14,6 @@ from typing import Final
 
 from localization.types import SECOND
 from teleop import clock
-from teleop.robot.address import Address
 from teleop.robot.drive import Drive
 from teleop.robot.inbox import InboxMessage
 from teleop.robot.real_time.channel import ChannelClosedError
@@ -29,6 +28,7 @@ from teleop.robot.real_time.process_messages import (
     pack,
     unpack,
 )
+from teleop.robot.serving.address import Address
 from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing
 
 _LOG: Final = logging.getLogger(__name__)

@@ -14,9 +14,9 @@ from typing import Any, Final
 
 from localization.maps.cloud import Cloud
 from localization.types import Mounts
-from teleop.robot.address import Address
 from teleop.robot.inbox import InboxMessage
-from teleop.robot.serve_config import ServeConfig
+from teleop.robot.serving.address import Address
+from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.topics.message_parts import Message
 from teleop.robot.topics.topic_table import Interface
 

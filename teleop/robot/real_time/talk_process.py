@@ -11,8 +11,9 @@ from contextlib import ExitStack, closing
 from typing import Final
 
 from teleop import clock
-from teleop.robot.activity_log import ActivityLog, configure_logging
 from teleop.robot.audit.audit_file import AuditError
+from teleop.robot.clients.activity_log import ActivityLog, configure_logging
+from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
 from teleop.robot.real_time.process_messages import (
     DRIVEN,
@@ -27,8 +28,7 @@ from teleop.robot.real_time.process_messages import (
     pack,
     unpack,
 )
-from teleop.robot.rosbridge_adapter import RosbridgeAdapter
-from teleop.robot.server_setup import (
+from teleop.robot.serving.server_setup import (
     address_of,
     audit_log,
     build_server,

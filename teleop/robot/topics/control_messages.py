@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from localization.logs.ros_stamps import stamp_to_dict
-from teleop.robot.control_state import ControlMode
+from teleop.robot.safety.control_state import ControlMode
 from teleop.robot.tick_record import DriveRecord
 from teleop.robot.topics.message_parts import Messages, header
 

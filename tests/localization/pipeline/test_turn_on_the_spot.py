@@ -12,7 +12,7 @@ from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Estimate, Health, Hint, Twist, WheelSpeeds
 from robot_sim import Simulation, SlipFault, World
-from teleop.robot.robot_options import RobotOptions, slip_bursts
+from teleop.robot.serving.robot_options import RobotOptions, slip_bursts
 
 
 def _drive(

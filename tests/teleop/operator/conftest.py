@@ -10,7 +10,7 @@ import pytest
 from localization.display.rerun_sink import Sink
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from teleop.operator.display import Display
+from teleop.operator.display.display import Display
 from tests.teleop.operator.support import Moment, drive, play
 
 

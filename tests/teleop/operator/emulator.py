@@ -9,7 +9,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from teleop.operator.terminal import ASK_ALIVE, ASK_KITTY
+from teleop.operator.terminal.terminal import ASK_ALIVE, ASK_KITTY
 
 KITTY = {ASK_KITTY: b"\x1b[?0u\x1b[?62c", ASK_ALIVE: b"\x1b[0n"}
 """Answers of a terminal with the kitty keyboard protocol."""

@@ -23,7 +23,7 @@ from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Hint, Twist
 from robot_sim import Simulation, World
 from teleop.joystick import VelocityRequest
-from teleop.operator.display import Display
+from teleop.operator.display.display import Display
 from teleop.robot.inbox import DriveCommand, EStop, EStopReset, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
 from teleop.robot.topics.topic_table import latched_messages, messages_of

@@ -16,16 +16,22 @@ import pytest
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.interfaces import registry
-from teleop.operator.event_list import EventList
-from teleop.operator.gamepad import DEADMAN, ButtonChanged, PadChanged, PadEvent, StickMoved
-from teleop.operator.key_events import KeyDecoder
-from teleop.operator.keyboard import Keyboard
+from teleop.operator.controls.gamepad import (
+    DEADMAN,
+    ButtonChanged,
+    PadChanged,
+    PadEvent,
+    StickMoved,
+)
+from teleop.operator.controls.key_events import KeyDecoder
+from teleop.operator.controls.keyboard import Keyboard
 from teleop.operator.operator_client import OperatorClient
 from teleop.operator.operator_session import OperatorSession
-from teleop.operator.station_view import StationView
-from teleop.operator.terminal import RESTORE_KEYS, Terminal
-from teleop.operator.terminal_panel import Panel, panel_lines
-from teleop.robot.control_state import ControlMode
+from teleop.operator.robot_state.station_view import StationView
+from teleop.operator.terminal.event_list import EventList
+from teleop.operator.terminal.terminal import RESTORE_KEYS, Terminal
+from teleop.operator.terminal.terminal_panel import Panel, panel_lines
+from teleop.robot.safety.control_state import ControlMode
 from teleop.rosbridge import Client
 from tests.teleop.operator.emulator import KITTY, XTERM, Emulator, emulator
 from tests.teleop.support import (

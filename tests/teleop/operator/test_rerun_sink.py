@@ -14,14 +14,14 @@ import pytest
 from localization.display.rerun_sink import Sink, SinkError, viewer_program
 from localization.maps.cloud import Cloud
 from localization.types import SECOND
-from teleop.operator.display import Display
+from teleop.operator.display.display import Display
 from tests.teleop.operator.support import Moment, column, headless_viewer, play, rows
 
 _LEAVE = """
 import sys
 import numpy as np
 from localization.maps.cloud import Cloud
-from teleop.operator.display import Display
+from teleop.operator.display.display import Display
 from localization.display.rerun_sink import Sink, SinkError
 points = np.random.default_rng(0).uniform(0.0, 3.0, (100_000, 3))
 cloud = Cloud(points, np.tile([0.0, 0.0, 1.0], (100_000, 1)), name="x")
@@ -38,7 +38,7 @@ import sys, time
 from pathlib import Path
 import numpy as np
 from localization.maps.cloud import Cloud
-from teleop.operator.display import Display
+from teleop.operator.display.display import Display
 from localization.display.rerun_sink import Sink
 points = np.random.default_rng(0).uniform(0.0, 3.0, (1000, 3))
 cloud = Cloud(points, np.tile([0.0, 0.0, 1.0], (1000, 1)), name="x")

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 from PIL import Image
 from rerun.experimental import ViewerClient
+from tests.teleop.operator.robot_state.test_robot_run import clock, control, map_info, status, tf
 
 from localization.display.colours import GREEN, ORANGE, RED, SKY, STALE, Colour
 from localization.display.rerun_sink import Sink
 from localization.maps.cloud import Cloud
 from localization.types import SECOND
-from teleop.operator.display import Display
-from teleop.operator.event_list import EventList
-from teleop.operator.restarting_display import RestartingDisplay
-from teleop.operator.station_view import StationView
+from teleop.operator.display.display import Display
+from teleop.operator.display.restarting_display import RestartingDisplay
+from teleop.operator.robot_state.station_view import StationView
+from teleop.operator.terminal.event_list import EventList
 from tests.teleop.operator.support import headless_viewer
-from tests.teleop.operator.test_robot_run import clock, control, map_info, status, tf
 
 _RED: Colour = (222, 62, 38)
 _TEAL: Colour = (33, 145, 140)

@@ -11,7 +11,7 @@ from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.errors import SettingError
 from teleop.operator.operate_config import OperateConfig
-from teleop.robot.serve_config import ServeConfig
+from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ServiceCallError
 from tests.teleop.robot.test_security import DRIVER, VIEWER, served, tokens

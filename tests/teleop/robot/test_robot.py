@@ -13,9 +13,9 @@ from localization.pipeline.localizer import Localizer
 from localization.types import Hint, Inertial, Pose, Twist
 from robot_sim import TICK_NS, Simulation, World
 from teleop.joystick import VelocityRequest
-from teleop.robot.control_state import ControlMode, SafetyConfig
 from teleop.robot.inbox import Disconnected, DriveCommand, EStop, EStopReset, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
+from teleop.robot.safety.control_state import ControlMode, SafetyConfig
 from teleop.robot.tick_record import Rejection, TickRecord
 
 NEUTRAL = DriveCommand("operator", VelocityRequest(Twist.planar(0.0, 0.0), enabled=True))

@@ -22,12 +22,12 @@ from robot_sim import World
 from teleop.errors import SettingError
 from teleop.operator.operate import client_for
 from teleop.operator.operate_config import OperateConfig
-from teleop.robot.address import Address
 from teleop.robot.audit.audit_file import AuditError
-from teleop.robot.greeting import greeting
-from teleop.robot.serve import serve
-from teleop.robot.serve_config import ServeConfig
-from teleop.robot.server_setup import ROLES, address_of
+from teleop.robot.serving.address import Address
+from teleop.robot.serving.greeting import greeting
+from teleop.robot.serving.serve import serve
+from teleop.robot.serving.serve_config import ServeConfig
+from teleop.robot.serving.server_setup import ROLES, address_of
 from teleop.rosbridge import Client, Role, Server
 from teleop.rosbridge.errors import ServerError, ServiceCallError
 from teleop.scene_clouds import scene_cloud_path

@@ -1,0 +1,1 @@
+"""What a person drives with: keyboard and gamepad."""

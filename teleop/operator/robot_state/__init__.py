@@ -1,0 +1,1 @@
+"""What the operator station knows of the robot and of the link."""

@@ -1,0 +1,123 @@
+"""The robot behind a rosbridge server: clients' messages become wishes, its records go out on topics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from teleop.joystick import JoystickLayout
+from teleop.link.command_age import RoundTrips
+from teleop.robot.audit.audit_log import AuditLog
+from teleop.robot.clients.client_inputs import ClientInputs
+from teleop.robot.clients.robot_services import RobotServices
+from teleop.robot.clients.wishes import Wishes
+from teleop.robot.inbox import Disconnected
+from teleop.robot.tick_record import DriveRecord, EstimateRecord, Rejection
+from teleop.robot.topics.message_parts import Message
+from teleop.robot.topics.topic_table import (
+    DRIVE_OUTPUTS,
+    ESTIMATE_OUTPUTS,
+    OUTPUTS,
+    Interface,
+    Record,
+    Topic,
+)
+from teleop.rosbridge.compat.client_traffic import publish_client_traffic
+from teleop.rosbridge.compat.standard_services import serve_standard
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
+from teleop.rosbridge.server.server import Server
+
+
+class RosbridgeAdapter(Observer):
+    """Joins a server and a robot that may be in another process.
+
+    What clients want waits in ``wishes``; what the robot does is handed to ``driven`` and ``estimated``.
+    """
+
+    def __init__(
+        self,
+        server: Server,
+        latched: Mapping[Interface, Message],
+        *,
+        undo_memory: int,
+        layout: JoystickLayout | None = None,
+        round_trips: Callable[[int], RoundTrips | None] = lambda client: None,
+        audit: AuditLog | None = None,
+    ) -> None:
+        """Advertise the robot's topics and services on the server.
+
+        Args:
+            server: The server, not yet started.
+            latched: Messages that are published once, see ``latched_messages``.
+            undo_memory: Time for which a placement can be undone [ns].
+            layout: Assignment of joysticks; the default one if not given.
+            round_trips: Returns the round trips of a client; None where no time passes on the way.
+            audit: Log of what clients do to the robot.
+        """
+        self.server, self.wishes, self._audit = server, Wishes(), audit
+        protocol = server.protocol
+        self._clients: dict[str, int] = {}
+        self._reported: dict[int, str] = {}
+        for output in OUTPUTS:
+            protocol.topics.advertise(output.name, output.type, latch=output.latch)
+        for topic, message in latched.items():
+            protocol.topics.advertise(topic.name, topic.type, latch=True)
+            protocol.topics.publish(topic.name, message, 0)
+        self._inputs = ClientInputs(
+            protocol,
+            self.wishes,
+            layout=layout or JoystickLayout(),
+            round_trips=round_trips,
+            audit=audit,
+        )
+        self._services = RobotServices(protocol, self.wishes, undo_memory, audit)
+        serve_standard(protocol)
+        publish_client_traffic(server)
+        protocol.observers.add(self)
+
+    def driven(self, tick: DriveRecord) -> None:
+        """Publish what the driving side did in a tick, and report to clients what it rejected."""
+        self._services.driven(tick)
+        for rejection in tick.rejections:
+            self._report(rejection)
+        for topic in DRIVE_OUTPUTS:
+            self._publish(topic, tick)
+        if self._audit is not None:
+            self._audit.driven(tick)
+
+    def estimated(self, tick: EstimateRecord) -> None:
+        """Publish what the localiser made of a tick."""
+        self._services.estimated(tick)
+        for topic in ESTIMATE_OUTPUTS:
+            self._publish(topic, tick)
+        if self._audit is not None:
+            self._audit.estimated(tick)
+
+    def _publish(self, topic: Topic[Record], tick: Record) -> None:
+        topics = self.server.protocol.topics
+        if topic.due(tick) and (topic.latch or topics.wanted(topic.name)):
+            for message in topic.build(tick):
+                topics.publish(topic.name, message, self.server.now)
+
+    def _report(self, rejection: Rejection) -> None:
+        """Say why a message was rejected: once as an error, and then as a warning."""
+        client = self._clients.get(rejection.client)
+        if client is None:
+            return
+        # Figures in it may change; what the client must do does not.
+        sentence = "".join(c for c in rejection.reason if not c.isdigit())
+        level = "warning" if self._reported.get(client) == sentence else "error"
+        self._reported[client] = sentence
+        self.server.protocol.connections.send_status(client, level, rejection.reason)
+
+    def connected(self, connection: Connection, now: int) -> None:
+        """Note a client's name, by which the robot knows it."""
+        self._clients[connection.name] = connection.id
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """Have the robot release what the client controls."""
+        self._clients.pop(connection.name, None)
+        self._reported.pop(connection.id, None)
+        self._inputs.forget(connection.id)
+        self._services.forget(connection.id)
+        self.wishes.post(Disconnected(connection.name))

@@ -1,0 +1,1 @@
+"""Safety of the robot: who drives, how fast, and what stops it."""

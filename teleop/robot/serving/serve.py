@@ -1,0 +1,259 @@
+"""Serving a robot, in real time or in lockstep, to any rosbridge client."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import secrets
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from localization.logs.mcap_writer import ReadingsWriter
+from localization.maps.cloud import Cloud
+from localization.maps.prepared_map import prepare
+from localization.pipeline.localizer import Localizer, LocalizerConfig
+from localization.pipeline.log_replay import config_metadata
+from localization.types import Hint
+from robot_sim import Simulation, World
+from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.drive import Drive
+from teleop.robot.inbox import PoseHint
+from teleop.robot.lockstep_service import LockstepService, TickObserver
+from teleop.robot.real_time.child_process import ChildProcess
+from teleop.robot.real_time.drive_process import DriveProcess
+from teleop.robot.real_time.process_messages import (
+    ESTIMATE_BOUND,
+    TALK_BOUND,
+    EstimateSetup,
+    TalkSetup,
+)
+from teleop.robot.robot import Robot
+from teleop.robot.safety.control_state import SafetyConfig
+from teleop.robot.safety.safety import Safety
+from teleop.robot.safety.speed_limits import SpeedLimits
+from teleop.robot.serving.address import Address
+from teleop.robot.serving.robot_options import slip_bursts
+from teleop.robot.serving.serve_config import ServeConfig
+from teleop.robot.serving.server_setup import (
+    address_of,
+    audit_log,
+    build_server,
+    offer_map,
+    round_trips_of,
+    token_file,
+    watch_tokens,
+)
+from teleop.robot.tick_record import TickRecord
+from teleop.robot.topics.topic_table import latched_messages
+
+
+def start_talk() -> ChildProcess:
+    """Start the process that talks with clients."""
+    return ChildProcess("teleop.robot.real_time.talk_process", TALK_BOUND)
+
+
+def start_estimate() -> ChildProcess:
+    """Start the process that localises the robot."""
+    return ChildProcess("teleop.robot.real_time.estimate_process", ESTIMATE_BOUND)
+
+
+async def serve(
+    world: World,
+    cloud: Cloud,
+    config: ServeConfig,
+    *,
+    cache: Path | None = None,
+    map_file: Path | None = None,
+    ready: Callable[[Address], None] = lambda address: None,
+    stop: asyncio.Event | None = None,
+) -> float:
+    """Serve in real time or in lockstep, until Ctrl-C or until ``stop`` is set.
+
+    Args:
+        world: The scene.
+        cloud: Its prebuilt cloud.
+        config: All other settings.
+        cache: Folder for derived files.
+        map_file: File that is offered as ``/map.ply`` over HTTP, on the same port.
+        ready: Called once clients can connect.
+        stop: Ends serving.
+
+    Returns:
+        The real-time factor that was achieved; 0 in lockstep, which has none.
+
+    Raises:
+        ServerError: If the port is in use, or tokens, certificate or origins are invalid.
+        AuditError: If the audit log cannot be written.
+    """
+    stop = stop or asyncio.Event()
+    _stop_on_signals(stop)
+    if config.lockstep:
+        drive = _drive(world, config)
+        await _serve_in_lockstep(drive, cloud, config, cache, map_file, ready, stop)
+        return 0.0
+    return await _serve_in_real_time(world, cloud, config, cache, map_file, ready, stop)
+
+
+async def _serve_in_lockstep(
+    drive: Drive,
+    cloud: Cloud,
+    config: ServeConfig,
+    cache: Path | None,
+    map_file: Path | None,
+    ready: Callable[[Address], None],
+    stop: asyncio.Event,
+) -> None:
+    """Serve in this process, with the robot's own time."""
+    simulation = drive.simulation
+    localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
+    robot = Robot(simulation, localizer, drive.safety)
+    tokens = token_file(config)
+    server = build_server(config, tokens, lambda: simulation.stamp)
+    with ExitStack() as cleanup:
+        audit = cleanup.enter_context(
+            audit_log(config, server, simulation.world.name, lambda: simulation.stamp)
+        )
+        observers = cleanup.enter_context(_log(config, simulation, cloud))
+        offer_map(server, map_file)
+        adapter = RosbridgeAdapter(
+            server,
+            latched_messages(cloud, simulation.mounts, secrets.token_hex(8)),
+            undo_memory=localizer.config.undo_memory,
+            round_trips=round_trips_of(server),
+            audit=audit,
+        )
+        if not config.lost:
+            adapter.wishes.post(_start_pose(simulation))
+        LockstepService(robot, adapter, observers=observers)
+        if tokens is not None:
+            watch = cleanup.enter_context(closing(watch_tokens(tokens, server, audit)))
+            _on_hangup(watch.check_now)
+        try:
+            await server.start()
+            ready(address_of(server))
+            await stop.wait()
+        finally:
+            await server.close()
+
+
+async def _serve_in_real_time(
+    world: World,
+    cloud: Cloud,
+    config: ServeConfig,
+    cache: Path | None,
+    map_file: Path | None,
+    ready: Callable[[Address], None],
+    stop: asyncio.Event,
+) -> float:
+    """Drive in this process; talk and estimate in processes of their own."""
+    # They load their libraries while the robot is built here.
+    talking, estimating = start_talk(), start_estimate()
+    try:
+        drive = _drive(world, config)
+        simulation = drive.simulation
+        latched = latched_messages(cloud, simulation.mounts, secrets.token_hex(8))
+        undo_memory = LocalizerConfig().undo_memory
+        talk = TalkSetup(config, simulation.world.name, latched, map_file, undo_memory)
+        estimate = EstimateSetup(
+            cloud,
+            simulation.mounts,
+            cache,
+            config.record,
+            _metadata(config, simulation, cloud),
+            simulation.world.robot.rolling_radius,
+        )
+        # Preparing a map may take long; clients connect when all is there.
+        await asyncio.to_thread(estimating.begin(estimate).ready)
+        process = DriveProcess(
+            drive,
+            talking.begin(talk),
+            estimating,
+            restart_talk=lambda: start_talk().begin(talk),
+            restart_estimate=lambda: start_estimate().begin(replace(estimate, record=None)),
+        )
+    except BaseException:
+        talking.kill()
+        estimating.kill()
+        raise
+    try:
+        address = await asyncio.to_thread(process.ready)
+        # A server that is started again listens where clients know it.
+        talk = replace(talk, config=replace(config, port=address.port))
+        if not config.lost:
+            process.post(_start_pose(simulation))
+        _on_hangup(process.read_tokens)
+        ready(address)
+        ended = threading.Event()
+        driving = asyncio.create_task(asyncio.to_thread(process.run, ended))
+        waiting = asyncio.create_task(stop.wait())
+        await asyncio.wait({driving, waiting}, return_when=asyncio.FIRST_COMPLETED)
+        waiting.cancel()
+        ended.set()
+        return await driving
+    finally:
+        process.end()
+
+
+def _drive(world: World, config: ServeConfig) -> Drive:
+    settings = config.robot.simulation(slip_bursts(config.slip))
+    simulation = Simulation(world, seed=config.seed, config=settings)
+    limits = SpeedLimits.of(simulation.config.drive)
+    return Drive(simulation, Safety(limits, SafetyConfig(stale=config.stale_limits)))
+
+
+def _start_pose(simulation: Simulation) -> PoseHint:
+    """Return the pose at which the robot is always switched on, which it knows."""
+    return PoseHint("", Hint(0, simulation.truth().map_from_base, np.zeros((6, 6))))
+
+
+def _stop_on_signals(stop: asyncio.Event) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        _on_signal(number, stop.set)
+
+
+def _on_hangup(act: Callable[[], object]) -> None:
+    if hasattr(signal, "SIGHUP"):
+        _on_signal(signal.SIGHUP, act)
+
+
+def _on_signal(number: int, act: Callable[[], object]) -> None:
+    # Windows, and loops in other threads than the main one, have no signal handlers.
+    with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
+        asyncio.get_running_loop().add_signal_handler(number, partial(act))
+
+
+def _metadata(config: ServeConfig, simulation: Simulation, cloud: Cloud) -> Mapping[str, str]:
+    """Return the metadata of a log of the readings."""
+    return {
+        "scene": simulation.world.name,
+        "seed": str(config.seed),
+        "map_sha256": cloud.sha256,
+        **config_metadata(LocalizerConfig()),
+    }
+
+
+@contextmanager
+def _log(
+    config: ServeConfig, simulation: Simulation, cloud: Cloud
+) -> Iterator[tuple[TickObserver, ...]]:
+    """Record the readings, if that is wanted."""
+    if config.record is None:
+        yield ()
+        return
+    metadata, radius = _metadata(config, simulation, cloud), simulation.world.robot.rolling_radius
+    with ReadingsWriter(
+        config.record, simulation.mounts, dict(metadata), wheel_radius=radius
+    ) as log:
+
+        def write(tick: TickRecord) -> None:
+            for reading in tick.readings:
+                log.write(reading, tick.stamp)
+
+        yield (write,)

@@ -1,0 +1,92 @@
+"""Settings of ``farsteer serve``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+from teleop.errors import SettingError
+from teleop.robot.safety.stale_commands import StaleLimits
+from teleop.robot.serving.robot_options import RobotOptions, check_slip_times
+
+if TYPE_CHECKING:
+    from teleop.link.emulation import LinkConfig
+
+
+@dataclass(frozen=True, slots=True)
+class ServeConfig:
+    """How a robot is served; each setting is an option of the command."""
+
+    host: str = "127.0.0.1"
+    """Address to listen on; any but loopback is open to the network."""
+    port: int = 9090
+    """Port to listen on; 0 takes a free one."""
+    seed: int = 0
+    """Seed of the sensor noise."""
+    map: Path | None = None
+    """Cloud (.ply) in which the robot localises itself; that of the scene unless given."""
+    slip: Annotated[tuple[float, ...], tyro.conf.arg(metavar="S ...")] = ()
+    """Times at which the wheels spin at twice their speed for a second [s]."""
+    lost: bool = False
+    """Start without a pose: the robot takes a hint on /initialpose, or searches the map after 5 s."""
+    record: Path | None = None
+    """Write all sensor readings to this file (MCAP)."""
+    lockstep: bool = False
+    """Advance time only when a client calls the service /sim/step."""
+    robot: tyro.conf.OmitArgPrefixes[RobotOptions] = field(default_factory=RobotOptions)
+    """Sensors and drive of the robot, and the state of its world."""
+    messages: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FOLDER ...")] = ()
+    """Folders with your own .msg, .srv and .action files, each named like its package."""
+    ros1: bool = False
+    """Use the type names of ROS 1, and its form of cbor-raw, for clients that know no other."""
+    tokens: Path | None = None
+    """File with the tokens of those who may connect, see docs/security.md; unless given, anybody may."""
+    origins: Annotated[tuple[str, ...], tyro.conf.arg(metavar="ORIGIN ...")] = ()
+    """Web pages that may connect, besides those of this machine, such as https://lab.example."""
+    tls_cert: Path | None = None
+    """Encrypt with this certificate and those of its issuers (PEM); needs --tls-key."""
+    tls_key: Path | None = None
+    """Private key of the certificate (PEM)."""
+    slow_age: float = 0.5
+    """Age of commands above which the robot drives slower [s]; 0 switches it off, to study delay."""
+    max_age: float = 1.0
+    """Age of commands above which they are refused, and the robot stops [s]; 0 switches it off."""
+    link: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=NUMBER ...")] = ()
+    """Emulate a slow link: delay, jitter, growth, rate, stall and period, blackout and at, seed; up.delay=0.3 is one way."""
+    log_level: Literal["debug", "info", "warning", "error"] = "info"
+    """Least important messages that the terminal shows."""
+    audit: Path | None = None
+    """Append a line to this file for everything that clients do to the robot."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.port <= 65535:
+            raise SettingError(f"port must be 0 to 65535, got {self.port}")
+        if self.seed < 0:
+            raise SettingError(f"seed must be >= 0, got {self.seed}")
+        check_slip_times(self.slip)
+        if not all(math.isfinite(age) and age >= 0.0 for age in (self.slow_age, self.max_age)):
+            raise SettingError(
+                f"slow-age and max-age must be >= 0 s, got {self.slow_age:g} and {self.max_age:g}"
+            )
+        _ = self.stale_limits, self.link_config
+        if (self.tls_cert is None) != (self.tls_key is None):
+            raise SettingError("TLS needs both, a certificate and its key")
+
+    @property
+    def stale_limits(self) -> StaleLimits:
+        """Limits on commands that are old when they arrive."""
+        return StaleLimits(round(self.slow_age * 1e9), round(self.max_age * 1e9))
+
+    @property
+    def link_config(self) -> LinkConfig | None:
+        """The emulated link; None if there is none."""
+        if not self.link:
+            return None
+        # Imported here, since it brings the socket's libraries, which no other command needs.
+        from teleop.link.emulation import LinkConfig
+
+        return LinkConfig.parse(self.link)
