@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from PIL import Image
 from rerun.experimental import ViewerClient
-from tests.teleop.operator.robot_state.test_robot_run import clock, control, map_info, status, tf
 
 from localization.display.colours import GREEN, ORANGE, RED, SKY, STALE, Colour
 from localization.display.rerun_sink import Sink
@@ -20,6 +19,7 @@ from teleop.operator.display.display import Display
 from teleop.operator.display.restarting_display import RestartingDisplay
 from teleop.operator.robot_state.station_view import StationView
 from teleop.operator.terminal.event_list import EventList
+from tests.teleop.operator.robot_state.test_robot_run import clock, control, map_info, status, tf
 from tests.teleop.operator.support import headless_viewer
 
 _RED: Colour = (222, 62, 38)
