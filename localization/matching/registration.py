@@ -72,7 +72,9 @@ class RegistrationConfig:
     """As ``debias`` in rough maps, where the spurious information is taken off what is kept: a corridor's doors
     are seen there only a little better than the noise of its normals."""
     rough_kernel: float = 0.1
-    """The scale of the kernel in rough maps [m], from the first iteration: two cells of an occupancy grid."""
+    """The scale of the kernel in rough maps [m]: two cells of an occupancy grid."""
+    rough_kernel_wide: float = 0.1
+    """As ``kernel_wide`` in rough maps: wider ones begin with the walls of other rooms."""
     rough_iterations: int = 20
     """The largest number of iterations in rough maps, where each step along a wall is a part of the way."""
 
@@ -184,6 +186,7 @@ def register(
     rough = world.noise.normal > config.rough
     config = adapted(config, world.noise)
     kernel = _first_kernel(covariance, config)
+    least = _STEP_SHARE * config.sigma
     for _ in range(config.iterations):
         seen = _seen(sweep, world, pose, config, rough=rough)
         weight = _weights(seen, kernel, config)
@@ -194,11 +197,15 @@ def register(
         pull = gradient + prior_information @ departure
         step = -np.asarray(np.linalg.solve(prior_information + hessian, pull), dtype=float)
         pose = Pose.from_rotation(pose.position + step[:3], pose.rotation @ so3_exp(step[3:]))
-        settled = kernel <= config.kernel and _size(step) < 5e-4
+        settled = kernel <= config.kernel and _size(step) < least
         if settled:
             break
         kernel = max(config.kernel, 0.6 * kernel)
     return _conclude(sweep, world, pose, config, rough=rough)
+
+
+_STEP_SHARE = 0.025
+"""A step shorter than this share of a point's error ends the iterations: 0.5 mm in a smooth map, 1 mm in a grid."""
 
 
 def _seen(
@@ -231,7 +238,7 @@ def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:
         config,
         debias=config.rough_debias,
         kernel=config.rough_kernel,
-        kernel_wide=config.rough_kernel,
+        kernel_wide=config.rough_kernel_wide,
         iterations=config.rough_iterations,
     )
 
