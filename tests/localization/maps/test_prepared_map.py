@@ -239,7 +239,9 @@ def test_nearest_point_is_the_nearest_where_points_lie_as_far_apart_as_cells() -
     normals = np.tile([-0.35, 0.94, 0.0], (len(points), 1))
     world = prepare(Cloud(points, normals, name="slanted wall"))
     rng = np.random.default_rng(1)
-    at = points[rng.integers(len(points), size=2000)] + rng.normal(0.0, [0.03, 0.03, 0.0], (2000, 3))
+    at = points[rng.integers(len(points), size=2000)] + rng.normal(
+        0.0, [0.03, 0.03, 0.0], (2000, 3)
+    )
     least = cKDTree(points).query(at)[0]
 
     def excess(index: np.ndarray[tuple[int, ...], np.dtype[np.int32]]) -> float:

@@ -82,7 +82,8 @@ def test_sweeps_that_begin_where_the_last_one_ended_do_not_walk_along_the_corrid
         for again in range(25):
             match = register(seen_from(true, 100 * seed + again), rough_corridor, pose, spread(0.2))
             # Where the corridor holds nothing the match is where the sweep was put.
-            pose = Pose.planar(*match.map_from_base.position[:2], match.map_from_base.yaw)
+            x, y = match.map_from_base.position[:2].tolist()
+            pose = Pose.planar(x, y, match.map_from_base.yaw)
         assert abs(difference(true, pose)[0]) < 0.10, pose
 
 
