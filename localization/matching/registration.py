@@ -68,9 +68,6 @@ class RegistrationConfig:
     tangential: float = 0.3
     """Weight, in rough maps, of a point's distance from its nearest cloud point along the wall, as a share of
     the weight of its distance across."""
-    rough_debias: float = 1.5
-    """As ``debias`` in rough maps, where the spurious information is taken off what is kept: a corridor's doors
-    are seen there only a little better than the noise of its normals."""
     rough_kernel: float = 0.1
     """The scale of the kernel in rough maps [m]: two cells of an occupancy grid."""
     rough_kernel_wide: float = 0.1
@@ -236,7 +233,6 @@ def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:
         return config
     return replace(
         config,
-        debias=config.rough_debias,
         kernel=config.rough_kernel,
         kernel_wide=config.rough_kernel_wide,
         iterations=config.rough_iterations,
@@ -298,8 +294,7 @@ def _conclude(
         scale = np.diag([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
         w = directions @ scale
         unscaled = directions @ np.linalg.inv(scale)
-        true = hessian - fake if rough else hessian
-        information = w.T @ (unscaled @ true @ unscaled.T) @ w
+        information = w.T @ (unscaled @ hessian @ unscaled.T) @ w
         whole, gradient = _normal_equations(seen, weight, config)
         held = unscaled @ whole @ unscaled.T
         offset = -unscaled.T @ np.linalg.solve(held, unscaled @ gradient)
