@@ -4,12 +4,12 @@
 PYTHON ?=
 BIN := .venv/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
-# pip before 25.3 reads the first for isolated builds as well, later ones the second.
-export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
-export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
+# pip before 25.3 reads the first for isolated builds as well, later ones the second. Both hold a list that is split
+# at blanks, which a relative path has none of. Two times quiet: only errors; a warning of an extra is no user's concern.
+INSTALL := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/pip install -qq --editable
 
 .DEFAULT_GOAL := help
-.PHONY: help env sim serve operate map quick test test-all-pythons check format docs release bench clean
+.PHONY: help env sim serve operate map world quick test test-all-pythons check format docs release bench clean
 
 # `make quick AREA=localization` runs the tests of one package, or of one folder of it.
 AREA ?=
@@ -19,7 +19,8 @@ AREAS := $(if $(AREA),$(firstword $(wildcard tests/$(AREA) tests/teleop/$(AREA))
 PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --numprocesses auto --dist worksteal
 
 help: ## List these targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
+	@echo "All commands, also those without a target: .venv/bin/farsteer --help"
 
 env: .venv/.env ## Make .venv with what running needs, in pinned versions
 
@@ -34,6 +35,9 @@ operate: .venv/.env ## Operate it: display and keyboard (ARGS="ws://host:port --
 
 map: .venv/.map ## Build the office's map from a simulated drive (ARGS="...")
 	@$(BIN)/farsteer map office $(ARGS)
+
+world: .venv/.map ## Generate, import and list worlds (ARGS="generate --seed 7 --area 400")
+	@$(BIN)/farsteer world $(ARGS)
 
 quick: .venv/.dev ## Run the tests to run after each change (AREA=localization for one package)
 	@$(PYTEST) -q -m "not slow and not process and not sweep" $(AREAS) $(ARGS)
@@ -73,14 +77,17 @@ clean: ## Remove .venv and everything that was generated
 
 # The stamps are renewed only when what they depend on has changed.
 .venv/.env: pyproject.toml constraints.txt
-	@test -x $(BIN)/pip || { python=$$(tools/find-python $(PYTHON)) && $$python -m venv .venv; }
-	$(BIN)/pip install --quiet --editable '.[sim,operator]'
+	@test -x $(BIN)/pip || { python=$$(tools/find-python $(PYTHON)) && "$$python" -m venv .venv; }
+	@echo "Installing what running needs into .venv: downloads 330 MB, takes 1.2 GB and a minute or more"
+	@$(INSTALL) '.[sim,operator]'
 	@touch $@
 
 .venv/.map: .venv/.env
-	$(BIN)/pip install --quiet --editable '.[sim,operator,map]'
+	@echo "Installing what building maps needs: downloads another 130 MB"
+	@$(INSTALL) '.[sim,operator,map]'
 	@touch $@
 
 .venv/.dev: .venv/.env
-	$(BIN)/pip install --quiet --editable '.[sim,operator,map,dev]'
+	@echo "Installing what tests and checks need: downloads another 200 MB, with those for maps"
+	@$(INSTALL) '.[sim,operator,map,dev]'
 	@touch $@

@@ -25,6 +25,7 @@ from teleop.rosbridge import ClientLimits, Protocol, Server, TypeRegistry, serve
 from teleop.rosbridge.graph.publication import Publication
 from teleop.rosbridge.messages.cbor import write_cbor
 from teleop.rosbridge.messages.json_cbor_codec import Codec
+from teleop.rosbridge.protocol.large_frame_work import PreparedFrame
 
 RNG = np.random.default_rng(0)
 POINTS = RNG.integers(0, 256, 1_000_000, np.uint8)
@@ -119,9 +120,15 @@ def _judging_time(protocol: Protocol) -> list[float]:
     longest = [0.0]
     receive = protocol.receive
 
-    def timed(client: int, frame: str | bytes, now: int) -> None:
+    def timed(
+        client: int,
+        frame: str | bytes | PreparedFrame,
+        now: int,
+        *,
+        arrived: int | None = None,
+    ) -> None:
         begun = time.thread_time()
-        receive(client, frame, now)
+        receive(client, frame, now, arrived=arrived)
         longest[0] = max(longest[0], time.thread_time() - begun)
 
     protocol.receive = timed  # type: ignore[method-assign]

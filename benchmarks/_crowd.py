@@ -181,7 +181,7 @@ async def _half_open(server: Server, name: str) -> None:
 
 async def _half_a_page(server: Server, name: str) -> None:
     reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-    writer.write(b"GET /map.ply HTTP/1.1\r\nHost: x\r\n\r\n")
+    writer.write(b"GET /map.ply HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
     await reader.read(100_000)
     await _end(writer)
 
@@ -191,7 +191,7 @@ async def _half_a_frame(server: Server, name: str) -> None:
     reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
     key = base64.b64encode(os.urandom(16)).decode()
     writer.write(
-        f"GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        f"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
     )
     writer.write(struct.pack("!BBQ", 0x81, 0xFF, 900_000) + bytes(1000))

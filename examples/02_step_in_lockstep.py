@@ -10,9 +10,8 @@ from typing import Any
 from localization import Localizer, prepare
 from robot_sim import Simulation, load_world
 from teleop.interfaces import registry
-from teleop.robot.lockstep_service import LockstepService
+from teleop.robot.lockstep_service import offer_in_lockstep
 from teleop.robot.robot import Robot
-from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.rosbridge import Client, ClientLimits, Protocol, Server
 from teleop.scene_clouds import load_scene_cloud
 
@@ -23,7 +22,7 @@ async def run(scene: str, seconds: float) -> None:
     robot = Robot(simulation, Localizer(prepare(cloud), simulation.mounts))
     protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
-    LockstepService(RosbridgeAdapter(robot, server, cloud))
+    offer_in_lockstep(robot, server, cloud)
     async with server, Client(server.url, registry=registry(), keepalive=None) as client:
         truth: list[dict[str, Any]] = []
         await client.subscribe("/ground_truth/odom", "nav_msgs/Odometry", truth.append)

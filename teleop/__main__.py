@@ -1,4 +1,7 @@
-"""The ``farsteer`` command."""
+"""The ``farsteer`` command: its process, streams, errors and exit status.
+
+At its top it imports nothing that takes time, so that Ctrl-C and closed streams find it ready.
+"""
 
 from __future__ import annotations
 
@@ -9,107 +12,21 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # rerun warns of each file that it writes on request; it reads this when imported.
 os.environ.setdefault("RUST_LOG", "error")
 
-import errno
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Annotated, Final, TypeAlias
-
-import tyro
-
-from localization.cli.calibrate import Calibrate
-from localization.cli.localize import Localize
-from localization.errors import LocalizationError
-from teleop.errors import TeleopError
-from teleop.operator.commands import Operate
-from teleop.robot.commands import Serve, Validate
-from teleop.scenario.commands import Evaluate, Sim
-from teleop.world_building.map_command import Map
-from teleop.world_building.world_command import Worlds
-
-_EXAMPLES = """\
-A skid-steer robot that knows where it is: simulation, localisation, teleoperation.
-
-examples:
-  farsteer sim                              drive the office tour, report to runs/<time>/
-  farsteer sim --seed 3 --slip 60 90        other noise; the wheels spin at 60 and at 90 s
-  farsteer sim --alive --effects            among people, with the errors that real scanners make
-  farsteer sim --duration 20 --out runs/x   only the first 20 s, into a folder of your choice
-  farsteer evaluate runs/x                  print the report again, from the files
-  farsteer localize runs/x/readings.mcap --map scenes/office/cloud.ply --out replayed
-                                            the same estimates from the log alone
-  farsteer localize office.bag --map office.ply --start 3 2 90
-                                            a ROS bag that begins near x 3 m, y 2 m, heading 90 degrees
-  farsteer localize intel.log.gz --map map.yaml --truth reference.tum
-                                            a CARMEN text in an occupancy grid, compared to a reference
-  farsteer calibrate drive.mcap --map map.ply
-                                            the mounting of the scanners, from a drive through a map
-  farsteer map office                       drive the survey and rebuild the scene's cloud
-  farsteer map drive.mcap --out map.ply     a cloud from the readings of any drive
-  farsteer world generate --seed 7          a generated furnished building to drive and localise in
-  farsteer validate                         the robot's physics against published figures
-  farsteer serve --port 9090                a robot for any rosbridge client, in real time
-  farsteer operate ws://127.0.0.1:9090      watch it in rerun, drive it from the keyboard
-  farsteer --version                        print the version
-
-exit status: 0 all limits met (localize: a pose was found), 1 not so, 2 bad input, 130 interrupted
-"""
-
-Command: TypeAlias = (
-    Annotated[Sim, tyro.conf.subcommand("sim")]
-    | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
-    | Annotated[Localize, tyro.conf.subcommand("localize")]
-    | Annotated[Calibrate, tyro.conf.subcommand("calibrate")]
-    | Annotated[Map, tyro.conf.subcommand("map")]
-    | Annotated[Worlds, tyro.conf.subcommand("world")]
-    | Annotated[Serve, tyro.conf.subcommand("serve")]
-    | Annotated[Operate, tyro.conf.subcommand("operate")]
-    | Annotated[Validate, tyro.conf.subcommand("validate")]
-)
-
-
-@dataclass(frozen=True)
-class CommandLine:
-    """The whole command line.
-
-    A class of its own, for a bare union tyro wraps in a generic one, and then parses the source of
-    ``typing`` to find the field's description: a quarter of the time of ``farsteer --help``.
-    """
-
-    command: tyro.conf.OmitSubcommandPrefixes[tyro.conf.OmitArgPrefixes[Command]]
-    """Command to run."""
-
-
-_EXTRAS: Final = {
-    "cbor2": "wire",
-    "embreex": "sim",
-    "matplotlib": "report",
-    "mujoco": "sim",
-    "msgspec": "wire",
-    "open3d": "map",
-    "pybase64": "wire",
-    "rerun": "operator",
-    "rerun_bindings": "operator",
-    "websockets": "wire",
-}
-"""Optional libraries by import name, with the extra of ``farsteer`` that installs each."""
-
-_FULL_DISK: Final = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Parse the command line, run the command and return the exit status."""
-    if (sys.argv[1:] if arguments is None else arguments) == ["--version"]:
-        from importlib.metadata import version
-
-        sys.stdout.write(f"farsteer {version('farsteer')}\n")
-        return 0
     try:
-        line = tyro.cli(CommandLine, prog="farsteer", description=_EXAMPLES, args=arguments)
-        run: Callable[[], int] = line.command
-        return run()
+        _open_streams()
+        words = sys.argv[1:] if arguments is None else arguments
+        return _version() if words == ["--version"] else _run(words)
     except KeyboardInterrupt:
         sys.stderr.write("\nfarsteer: interrupted\n")
+        if arguments is None:
+            # Python kills itself by the signal, at exit, if it interrupted the text of a dataclass or a named tuple.
+            _flush()
+            os._exit(130)
         return 130
     except BrokenPipeError:
         return 0
@@ -119,26 +36,103 @@ def main(arguments: list[str] | None = None) -> int:
             raise
         sys.stderr.write(f"\nfarsteer: {message}\n")
         return 2
+    finally:
+        _flush()
+
+
+def _version() -> int:
+    from importlib.metadata import version
+
+    sys.stdout.write(f"farsteer {version('farsteer')}\n")
+    return 0
+
+
+def _run(words: list[str]) -> int:
+    from collections.abc import Callable
+
+    import tyro
+
+    from teleop.command_line import CommandLine, help_text
+
+    if words[:1] in (["--help"], ["-h"]):
+        sys.stdout.write(f"{help_text()}\n")
+        return 0
+    line = tyro.cli(CommandLine, prog="farsteer", args=words)
+    run: Callable[[], int] = line.command
+    return run()
+
+
+def _open_streams() -> None:
+    """Open what was closed on nothing, and write to a terminal of few characters what it can show."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            # The lowest free number is taken: no file of a run shall be opened as standard output.
+            os.open(os.devnull, os.O_RDWR)
+    sys.stdout = sys.stdout or os.fdopen(1, "w", encoding="utf-8", closefd=False)
+    sys.stderr = sys.stderr or os.fdopen(2, "w", encoding="utf-8", closefd=False)
+    import codecs
+
+    codecs.register_error("farsteer", _in_ascii)
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="farsteer")
+
+
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
+    """Return a replacement for characters that a stream cannot encode, and where to go on."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    known = {"°": " deg", "²": "2", "±": "+-", "\u00d7": "x", "µ": "u", "…": "...", "•": "*"}
+    text = "".join(known.get(c, "?") for c in error.object[error.start : error.end])
+    return text, error.end
+
+
+def _flush() -> None:
+    """Write what the streams still hold; what nobody reads is dropped, without a word at exit."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            null = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(null, stream.fileno())
+            os.close(null)
 
 
 def _user_error(error: Exception) -> str | None:
     """Return the message of an error that the user can correct; None for a defect of the program."""
-    if isinstance(error, (LocalizationError, TeleopError, *_loaded_errors())):
+    if isinstance(error, tuple(_loaded_errors())):
         return str(error)
-    if isinstance(error, OSError) and (error.filename or error.errno in _FULL_DISK):
-        return str(error)
+    if isinstance(error, OSError):
+        return _system_error(error)
     if isinstance(error, ImportError) and error.name is None:
         return str(error)  # raised by a package that explains what to install
     if isinstance(error, ModuleNotFoundError):
-        extra = _EXTRAS.get((error.name or "").partition(".")[0])
-        return extra and f"{error.name} is missing: pip install 'farsteer[{extra}]'"
+        from localization.extras import EXTRAS, missing
+
+        library = (error.name or "").partition(".")[0]
+        return missing(library) if library in EXTRAS else None
     return None
+
+
+def _system_error(error: OSError) -> str | None:
+    """Return what the system refused, and of which file; None if it names no file and no full disk."""
+    import errno
+
+    if error.filename:
+        return f"{error.filename}: {error.strerror or error}"
+    full = error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
+    return f"{error.strerror}" if full else None
 
 
 def _loaded_errors() -> list[type[Exception]]:
     """Return the base errors of packages that are imported only when a command needs them."""
     families = (
+        ("localization.errors", "LocalizationError"),
         ("robot_sim.errors", "SimulationError"),
+        ("teleop.errors", "TeleopError"),
         ("teleop.rosbridge.errors", "RosbridgeError"),
     )
     # An error whose module was never imported cannot have been raised.

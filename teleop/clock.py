@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
+import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from datetime import UTC, datetime
 
 
@@ -52,28 +53,35 @@ def monotonic() -> int:
     return time.monotonic_ns()
 
 
-async def real_time(tick: Callable[[int], object], stop: asyncio.Event) -> float:
-    """Call ``tick(now)`` every 20 ms, ``now`` being the monotonic clock [ns].
+@dataclass(frozen=True, slots=True)
+class Beat:
+    """The moment of a tick in real time; all times are in [ns]."""
 
-    A late tick is followed by the next at once, until the lag is caught up; a lag beyond 0.1 s is dropped.
+    now: int
+    """Reading of the monotonic clock."""
+    gap: int
+    """Time since the tick before it; 0 for the first."""
+    lost: int
+    """Lag that has been dropped since the first tick."""
+    elapsed: int
+    """Time since the first tick."""
 
-    Args:
-        tick: Called once a period.
-        stop: Ends the pacing.
 
-    Returns:
-        The real-time factor: simulated over elapsed time; below 1 if lag was dropped.
+def beats(stop: threading.Event) -> Iterator[Beat]:
+    """Yield every 20 ms until ``stop`` is set.
+
+    A late beat is followed by the next at once, until the lag is caught up; a lag beyond 0.1 s is dropped.
     """
-    begun = due = monotonic()
-    ticks = 0
+    begun = due = last = monotonic()
+    lost = 0
     while not stop.is_set():
         now = monotonic()
         if now - due > LARGEST_LAG:
+            lost += now - due
             due = now
         if now >= due:
-            tick(now)
-            ticks += 1
+            yield Beat(now, now - last, lost, now - begun)
+            last = now
             due += PERIOD
-        # Yield to the sockets, also when late.
-        await asyncio.sleep(max(0, due - monotonic()) / 1e9)
-    return ticks * PERIOD / max(1, monotonic() - begun)
+        if (wait := due - monotonic()) > 0:
+            time.sleep(wait / 1e9)

@@ -25,13 +25,14 @@ from benchmarks import _tables as tables
 from localization import Health, LocalizerConfig, Pose, Verdict
 from localization.display.rerun_sink import viewer_program
 from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
-from teleop.__main__ import Command
+from teleop.command_line import Command
 from teleop.joystick import JoystickLayout, layouts
 from teleop.operator import keyboard
+from teleop.robot.control_state import ControlMode, SafetyConfig
 from teleop.robot.greeting import snippet
 from teleop.robot.lockstep_service import LockstepService
-from teleop.robot.safety import ControlMode, SafetyConfig
 from teleop.robot.serve_config import ServeConfig
+from teleop.robot.stale_commands import StaleLimits
 from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
 
 ROOT = Path(__file__).parents[1]
@@ -287,7 +288,7 @@ def commands() -> list[tuple[str, str]]:
         for line in (*(row for text in shell for row in text.splitlines()), *spans(page)):
             if words := re.match(r"(?:\.venv/bin/)?farsteer (.+)", line):
                 found.append((page, words[1]))
-            elif through := re.match(r'make (sim|map|serve|operate) ARGS="(.*)"', line):
+            elif through := re.match(r'make (sim|map|serve|operate|world) ARGS="(.*?)"', line):
                 scene = "office " if through[1] == "map" else ""
                 found.append((page, f"{through[1]} {scene}{through[2]}"))
     return [(page, words) for page, words in found if not words.endswith("...")]
@@ -309,6 +310,25 @@ def test_command_in_the_documentation_parses(page: str, words: str) -> None:
         assert end.value.code == 0, page
     else:
         tyro.cli(Command, prog="farsteer", args=arguments)
+
+
+def test_commands_in_the_documentation_run_as_they_are_typed() -> None:
+    """A command of the environment is found in it, or through make."""
+    bare = [
+        f"{block}: {line}"
+        for block in blocks("sh")
+        for line in block.text.splitlines()
+        if re.match(r"(farsteer|python|pip|rerun|pytest) ", line)
+    ]
+    assert not bare
+
+
+def test_readme_says_what_the_first_make_says() -> None:
+    said = re.search(r"downloads (\d+ MB), takes (\d\.\d GB)", text_of("Makefile"))
+    assert said is not None
+    for page in ("README.md", "docs/quickstart.md"):
+        text = " ".join(text_of(page).split())
+        assert f"{said[1]} to download, {said[2]} on the disk" in text
 
 
 def test_commands_are_found_in_the_documentation() -> None:
@@ -418,7 +438,12 @@ def fields_and_rows(heading: str, *configs: object) -> list[tuple[object, str]]:
 
 
 @pytest.mark.parametrize(
-    ("value", "cell"), fields_and_rows("| safety |", SafetyConfig()), ids=lambda x: str(x)
+    ("value", "cell"),
+    [
+        *fields_and_rows("| safety |", SafetyConfig()),
+        *fields_and_rows("| old commands |", StaleLimits()),
+    ],
+    ids=lambda x: str(x),
 )
 def test_safety_has_the_value_that_the_documentation_gives(value: float, cell: str) -> None:
     assert value == pytest.approx(value_in(cell, seconds=1e9))
@@ -439,11 +464,16 @@ def test_wire_has_the_value_that_the_documentation_gives(value: float, cell: str
 
 @pytest.mark.parametrize(
     ("heading", "config"),
-    [("| safety |", SafetyConfig), ("| joystick |", JoystickLayout), ("| limit |", ClientLimits)],
+    [
+        ("| safety |", SafetyConfig),
+        ("| old commands |", StaleLimits),
+        ("| joystick |", JoystickLayout),
+        ("| limit |", ClientLimits),
+    ],
 )
 def test_no_setting_of_the_wire_is_left_out(heading: str, config: type) -> None:
     names = {row[0].strip("`") for row in rows("docs/teleoperation.md", heading)}
-    assert names == {field.name for field in fields(config)} - {"name"}
+    assert names == {field.name for field in fields(config)} - {"name", "stale"}
 
 
 def test_shipped_layout_is_the_one_of_the_documentation() -> None:

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import tyro
 
+from localization.cli.run_folder import check_file
 from localization.cli.terminal import Progress, say
 
 
@@ -33,9 +34,16 @@ class Calibrate:
     """Initial mounts (a file like the one written), which take precedence over those in the log."""
     start: tuple[float, float, float] | None = None
     """Approximate pose at the beginning of the log: x, y [m], heading [degrees]."""
+    overwrite: bool = False
+    """Replace the file of an earlier calibration."""
 
     def __call__(self) -> int:
         """Run it."""
+        beside = self.log if self.log.is_dir() else self.log.parent
+        out = self.out if self.out is not None else beside / "mounts.toml"
+        if self.log.exists():
+            check_file(out, overwrite=self.overwrite)
+
         from localization.calibration.calibration_summary import summary
         from localization.calibration.extrinsic_calibration import calibrate
         from localization.calibration.mount_file import read_mounts, write_mounts
@@ -53,8 +61,6 @@ class Calibrate:
         bar.end()
         lines = summary(found)
         say(*lines)
-        beside = self.log if self.log.is_dir() else self.log.parent
-        out = self.out if self.out is not None else beside / "mounts.toml"
         write_mounts(out, found.base_from_scanner, comment="\n".join(lines))
         say("", f"{out}: for `farsteer localize {self.log} --map {self.map} --mounts {out}`")
         return 0

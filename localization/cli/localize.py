@@ -5,16 +5,18 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from localization.cli.run_folder import run_folder
-from localization.cli.terminal import Progress, say
+from localization.cli.run_folder import check_folder, remove_earlier, run_folder, writing_to
+from localization.cli.terminal import Progress, fitted, remark, say, say_json
+from localization.extras import has, missing
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from localization.evaluation.localization_history import History
     from localization.evaluation.trajectory import Trajectory
     from localization.logs.frame_tree import SensorLayout
@@ -52,8 +54,8 @@ class Localize:
       report.html      figures and statistics on one page
       recording.rrd    map, sweeps, path, health and hypotheses, for `rerun recording.rrd`
 
-    The figures need `pip install 'farsteer[report]'`, the recording 'farsteer[operator]'; without these the
-    other files are still written.
+    The figures need the extra `report`, the recording the extra `operator`; without these the other files are
+    still written.
 
     For example:
       farsteer localize runs/first/readings.mcap --map scenes/office/cloud.ply --truth runs/first/truth.tum
@@ -83,7 +85,10 @@ class Localize:
     """Reference trajectory (TUM) to compare the estimate with: ATE, RPE, heading, NEES."""
     inside: tuple[float, float, float] | None = None
     """A place in the open [m], for a cloud that has neither normals nor a floor."""
-    motion: Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "scanner"] | None = None
+    motion: (
+        Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "odometry-and-gyro", "scanner"]
+        | None
+    ) = None
     """Source of the motion; by default the best that the log has."""
     flat: bool | None = None
     """Whether the ground is level; by default it is if all scanners are level."""
@@ -104,20 +109,34 @@ class Localize:
     """Whether to write recording.rrd: some 100 MB per kilometre."""
     report: bool = True
     """Whether to write report.html."""
+    overwrite: bool = False
+    """Replace the files of an earlier run in --out."""
+    json: bool = False
+    """Print the results as JSON."""
 
     def __call__(self) -> int:
         """Run it."""
+        check_folder(self.out, FILES, overwrite=self.overwrite)
+
+        from localization.evaluation.tum_file import read_tum
+
+        truth = None if self.truth is None else read_tum(self.truth)
+        run = self._run()
+        folder = run_folder(self.out)
+        remove_earlier(folder, FILES)
+        with writing_to(folder):
+            return self._localize(run, truth, folder)
+
+    def _localize(
+        self, run: LogRun | DeadReckoningRun, truth: Trajectory | None, folder: Path
+    ) -> int:
         from localization.evaluation.localization_history import (
             History,
             write_covariances,
             write_health,
         )
-        from localization.evaluation.tum_file import read_tum, write_tum
+        from localization.evaluation.tum_file import write_tum
 
-        truth = None if self.truth is None else read_tum(self.truth)
-        run = self._run()
-        folder = run_folder(self.out)
-        folder.mkdir(parents=True, exist_ok=True)
         self._write_config(folder / "config.json", run)
         recording = (
             _open_recording(folder / "recording.rrd", run, truth) if self.recording else None
@@ -127,7 +146,7 @@ class Localize:
             _localise(run, history, bar, recording)
             ended = True
         except KeyboardInterrupt:
-            say("interrupted: writing the estimates so far")
+            self._note("interrupted: writing the estimates so far")
         finally:
             if recording is not None:
                 recording.close()
@@ -135,7 +154,7 @@ class Localize:
         write_tum(folder / "estimate.tum", history.trajectory())
         write_covariances(folder / "covariance.csv", history)
         write_health(folder / "health.csv", history.sweeps)
-        comparison = _compare(history, truth, flat=run.config.sensors.flat)
+        comparison = _compare(history, truth, self._note, flat=run.config.sensors.flat)
         report = self._report(run, history, comparison)
         if self.report:
             _write_report(folder / "report.html", report)
@@ -234,19 +253,26 @@ class Localize:
             run.why if isinstance(run, DeadReckoningRun) else "",
         )
 
+    def _note(self, *lines: str) -> None:
+        """Print lines that are not of the result, apart from it if it is JSON."""
+        (remark if self.json else say)(*lines)
+
     def _print(self, report: Report, folder: Path) -> None:
         from localization.report.report_summary import lines
 
-        say(*(f"hint {v.verdict.value}: {v.reason}" for v in report.verdicts), *report.notes)
-        say(*lines(report), "")
         files = sorted(path.name for path in folder.iterdir() if path.name in FILES)
-        say(f"in {folder}/: {' '.join(files)}")
-        if self.recording and not _has("rerun"):
-            say(f"no recording.rrd, because rerun is missing: {_INSTALL.format('operator')}")
-        if self.report and not _has("matplotlib"):
-            say(
-                f"no figures in report.html, because matplotlib is missing: {_INSTALL.format('report')}"
-            )
+        if self.json:
+            from localization.cli.localize_json import results
+
+            say_json({**results(report), "folder": folder, "files": files})
+        else:
+            hints = (f"hint {v.verdict.value}: {v.reason}" for v in report.verdicts)
+            say(*fitted(*hints, *report.notes, *lines(report)), "")
+            say(*fitted(f"in {folder}/:  {' '.join(files)}"))
+        if self.recording and not has("rerun"):
+            self._note(f"no recording.rrd: {missing('rerun')}")
+        if self.report and not has("matplotlib"):
+            self._note(f"no figures in report.html: {missing('matplotlib')}")
 
 
 FILES = (
@@ -258,7 +284,6 @@ FILES = (
     "report.html",
 )
 """Names of the files that the command may write."""
-_INSTALL = "pip install 'farsteer[{}]'"
 
 
 def _localise(
@@ -284,7 +309,7 @@ def _open_recording(
     path: Path, run: LogRun | DeadReckoningRun, truth: Trajectory | None
 ) -> LogRecording | None:
     """Return a recording, or None if rerun is not installed."""
-    if not _has("rerun"):
+    if not has("rerun"):
         return None
     from localization.report.rerun_recording import LogRecording
 
@@ -292,7 +317,7 @@ def _open_recording(
 
 
 def _compare(
-    history: History, truth: Trajectory | None, *, flat: bool
+    history: History, truth: Trajectory | None, note: Callable[..., None], *, flat: bool
 ) -> ReferenceComparison | None:
     """Return the comparison with the truth; None, after printing the reason, if they cannot be compared."""
     from localization.evaluation.statistics import EvaluationError
@@ -303,14 +328,14 @@ def _compare(
     try:
         return ReferenceComparison.of(history, truth, flat=flat)
     except EvaluationError as error:
-        say(f"not compared with the reference: {error}")
+        note(f"not compared with the reference: {error}")
         return None
 
 
 def _write_report(path: Path, report: Report) -> None:
     from localization.report.html_page import page
 
-    if _has("matplotlib"):
+    if has("matplotlib"):
         from localization.report.path_figure import path_figure
         from localization.report.timeline_figure import timeline_figure
 
@@ -320,14 +345,8 @@ def _write_report(path: Path, report: Report) -> None:
         }
         path.write_text(page(report, pictures), encoding="utf-8")
     else:
-        missing = (
-            f"There are no figures, because matplotlib is missing: {_INSTALL.format('report')}"
-        )
-        path.write_text(page(report, {}, missing), encoding="utf-8")
-
-
-def _has(library: str) -> bool:
-    return find_spec(library) is not None
+        why = f"There are no figures: {missing('matplotlib')}"
+        path.write_text(page(report, {}, why), encoding="utf-8")
 
 
 def _where(mount: Pose) -> str:

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from localization.cli.run_folder import run_folder
+from localization.cli.run_folder import check_file, check_folder, run_folder, writing_to
 from localization.cli.terminal import Progress, say
+from localization.extras import require
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from localization.maps.cloud import Cloud
     from localization.types import Pose
 
-Motion = Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "scanner"]
+Motion = Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "odometry-and-gyro", "scanner"]
 """Names of the sources of motion, as on the command line."""
 
 
@@ -37,9 +38,12 @@ class LogMapping:
     """Pose of a log's frame on base_link, where a bag lacks it: NAME x y z [m] yaw [degrees]."""
     topics: tuple[str, ...] = ()
     """Topics of a bag to read; by default all of a known type."""
+    overwrite: bool = False
+    """Replace the file that --out names."""
 
     def map_log(self, path: Path, out: Path | None) -> int:
         """Build the cloud of a log, and write it and the drive; return the exit status."""
+        self.check(out)
         from localization.cli.sensor_layout import layout_of
         from localization.logs.log_interface import require_scanner
         from localization.logs.open_log import open_log
@@ -56,13 +60,27 @@ class LogMapping:
         survey, cloud = self.survey(log, start, path.stem, bar, warn=warnings.append)
         bar.end()
         target = map_file(out)
-        save_map(cloud, target)
-        save_drive(survey, target)
+        with writing_to(target.parent):
+            save_map(cloud, target)
+            save_drive(survey, target)
         say(*log.warnings)
         if survey.rejected_readings:
             say(f"{survey.rejected_readings} readings were invalid and left out")
         say(*survey.accuracy.lines(), *warnings)
         return 0
+
+    def check(self, out: Path | None) -> None:
+        """Check before any work that a cloud can be built, and written to a file or a new folder.
+
+        Raises:
+            MissingLibraryError: If Open3D is not installed.
+            OutputError: If the file exists or cannot be written.
+        """
+        require("open3d", "building a map")
+        if out is None:
+            check_folder(None, ())
+        else:
+            check_file(out, overwrite=self.overwrite)
 
     def survey(
         self,
@@ -81,8 +99,9 @@ class LogMapping:
             name: Name of the cloud.
             bar: Shows the progress.
             mapping: How points become a cloud.
-            warn: Called with one line if the map lacks one face of a wall.
+            warn: Called with one line for each remark about the log, and if the map lacks one face of a wall.
         """
+        from localization.logs.continuity import WatchedLog
         from localization.mapping.cloud_builder import MappingConfig
         from localization.mapping.slam import map_drive
         from localization.mapping.slam_config import SlamConfig
@@ -90,7 +109,10 @@ class LogMapping:
 
         motion = log.sensors.motion if self.motion is None else Motion(self.motion)
         config = SlamConfig.of(SensorConfiguration(motion, log.sensors.flat), level=not self.uneven)
-        survey = map_drive(log, log.mounts, config, start=start, progress=bar)
+        readings = WatchedLog(log)
+        survey = map_drive(readings, log.mounts, config, start=start, progress=bar)
+        for note in readings.notes:
+            warn(note)
         bar(0.9, f"fusing {len(survey.steps)} sweeps")
         return survey, survey.cloud(name, mapping or MappingConfig(), warn)
 

@@ -36,6 +36,24 @@ def pose_covariance(matrix: FloatArray, name: str) -> FloatArray:
     return floored(matrix, np.repeat([SUREST_POSITION, SUREST_ANGLE], 3), name)
 
 
+def with_map_error(
+    covariance: FloatArray, rotation: FloatArray, position: float, heading: float
+) -> FloatArray:
+    """Return the covariance (6, 6) of a pose, with the error of the map in which it was found.
+
+    Args:
+        covariance: of the position in the map [m] and the rotation in the base [rad], relative to the mapped surfaces.
+        rotation: (3, 3) ``map`` from base.
+        position: error of these surfaces, one sigma along x and y [m].
+        heading: the same of their direction, about the map's vertical [rad].
+    """
+    whole = covariance.copy()
+    whole[[0, 1], [0, 1]] += position**2
+    up = rotation[2]
+    whole[3:, 3:] += heading**2 * np.outer(up, up)
+    return whole
+
+
 def planar_covariance(matrix: FloatArray, name: str) -> FloatArray:
     """Return the covariance (3, 3) of x, y [m] and yaw [rad], as ``pose_covariance`` does."""
     return floored(matrix, np.array([SUREST_POSITION, SUREST_POSITION, SUREST_ANGLE]), name)

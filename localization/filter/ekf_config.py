@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from localization.motion.displacement import OdometryNoise
+from localization.motion.odometry_noise import OdometryNoise
 
 GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""

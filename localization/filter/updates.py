@@ -31,6 +31,7 @@ from localization.geometry import (
     quaternion_exp,
     quaternion_product,
 )
+from localization.motion.gyro_turn import ReportedTilt
 from localization.types import Match, Pose
 
 _TILT_CORRELATION = 0.1
@@ -55,6 +56,10 @@ def update_wheel_yaw(
     of it: a skid-steer robot turns less than its wheels count however exact its speed is. If the rates
     disagree, one side slips and nothing is learned. Wheels at rest add nothing to ``update_standstill``.
 
+    Rims and gyro are not read at one instant, and tyres give way for some milliseconds: while the gyro's rate
+    changes, as at the end of a turn on the spot, they may differ by as much as it changed since the last
+    reading. That is no slip, and nothing is learned from it either.
+
     Args:
         state: before.
         config: noise and gate.
@@ -77,7 +82,9 @@ def update_wheel_yaw(
     (bb, _, bp), _, (_, _, pp) = state.full_covariance[8:11, 8:11].tolist()
     spread = bb + wheels * (2.0 * bp + wheels * pp)
     if innovation**2 / (spread + variance) > c.wheel_yaw_gate:
-        return state, False
+        changed = abs(turning - float(state.twist.angular[2]))
+        rest = max(0.0, abs(innovation) - changed)
+        return state, rest**2 / (spread + variance) <= c.wheel_yaw_gate
     if wheels_stand(left, right, c):
         return state, True
     return yaw_corrected(state, innovation, wheels, spread + variance), True
@@ -151,6 +158,22 @@ def update_tilt(state: FilterState, config: EkfConfig, elapsed: float) -> Filter
     sd = config.tilt * (1.0 + abs(float(np.linalg.norm(force)) - GRAVITY))
     r = np.eye(2) * (sd**2 * max(1.0, _TILT_CORRELATION / elapsed))
     innovation = measured - np.array([roll, pitch])
+    if nis_of(state, innovation, h, r) <= config.tilt_gate:
+        return corrected(state, innovation, h, r)
+    return state
+
+
+def update_reported_tilt(
+    state: FilterState, config: EkfConfig, tilt: ReportedTilt, elapsed: float
+) -> FilterState:
+    """Correct roll and pitch by those that an inertial unit's own filter reported, ``elapsed`` seconds after the last."""
+    if elapsed <= 0.0:
+        return state
+    roll, pitch, _ = euler_from_rotation(state.pose.rotation)
+    innovation = np.array([tilt.roll - roll, tilt.pitch - pitch])
+    sigma = max(config.tilt, tilt.sigma)
+    r = np.eye(2) * (sigma**2 * max(1.0, _TILT_CORRELATION / elapsed))
+    h = _tilt_jacobian(roll, pitch)
     if nis_of(state, innovation, h, r) <= config.tilt_gate:
         return corrected(state, innovation, h, r)
     return state

@@ -6,6 +6,7 @@ Such a log can be read, and what comes out may still be wrong. One line names ea
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
@@ -84,6 +85,32 @@ class _Source:
     """Last stamp [ns]."""
     equal: bool
     """Whether all stamps are the same."""
+
+
+class WatchedLog:
+    """Readings of a log, watched as they pass; for those who read a log once, from beginning to end."""
+
+    def __init__(self, log: ReadingsLog) -> None:
+        self._log, self._continuity = log, LogContinuity(log)
+
+    def __iter__(self) -> Iterator[Reading]:
+        for reading in self._log:
+            self._continuity.observe(reading)
+            yield reading
+
+    @property
+    def share(self) -> float:
+        """Share of the log that was read, in [0, 1]."""
+        return self._log.share
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """One line, with the log's name, for each finding, and for each topic of which messages were skipped."""
+        log = self._log
+        return (
+            *(f"{log.path}: {note}" for note in self._continuity.notes),
+            *(f"{s.count} messages on {t} skipped: {s.reason}" for t, s in log.skipped.items()),
+        )
 
 
 class LogContinuity:

@@ -63,13 +63,13 @@ class RosBag:
 
     @property
     def sensors(self) -> SensorConfiguration:
-        """The bag's sensors: wheels and gyro if it has both, otherwise the base's own odometry."""
+        """The bag's sensors: wheels and gyro if it has both, otherwise the base's own odometry, with the gyro if any."""
         kinds = set(self._topics.values())
         wheels, gyro = ros_types.JOINT_STATE in kinds, ros_types.IMU in kinds
         if wheels and gyro:
             motion = Motion.WHEELS_AND_GYRO
         elif ros_types.ODOMETRY in kinds:
-            motion = Motion.ODOMETRY
+            motion = Motion.ODOMETRY_AND_GYRO if gyro else Motion.ODOMETRY
         elif wheels or gyro:
             motion = Motion.WHEELS if wheels else Motion.GYRO
         else:

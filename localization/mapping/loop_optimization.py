@@ -9,6 +9,7 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.mapping.flat_sweep import FlatSweep
+from localization.mapping.gyro_heading import GyroFactors
 from localization.mapping.loop_closure import LoopCloser
 from localization.mapping.loop_closure_types import Closure, ClosureConfig, RejectedClosures
 from localization.mapping.planar_pose import between
@@ -43,6 +44,7 @@ def close_loops(
     config: ClosureConfig = ClosureConfig(),  # noqa: B008
     patches: Sequence[FlatSweep] | None = None,
     *,
+    gyro: GyroFactors | None = None,
     passes: int = 4,
     progress: Progress = lambda share, text: None,
 ) -> OptimizedLoops:
@@ -56,10 +58,12 @@ def close_loops(
             axes.
         config: Settings of the loop closure.
         patches: Points seen from each key frame until the next, in its axes; None for its sweep only.
+        gyro: Turns between the key frames by a gyro, if there was one.
         passes: Number of searches at most; closed loops make others easier to find.
         progress: Called with the fraction done and a line of text.
     """
-    best = (odometry, heights)
+    held = odometry if gyro is None else odometry_graph(odometry, covariances, gyro).poses
+    best = (held, heights)
     graph: SolvedGraph | None = None
     closer = LoopCloser(sweeps, distances_driven(odometry), config, patches)
     closures, rejected_closures = list[Closure](), RejectedClosures()
@@ -73,7 +77,7 @@ def close_loops(
         closures, rejected_closures = closer.find(best[0], closures, searched)
         if not closures:
             break
-        graph, raised_by = _closed(best[0], (odometry, heights), covariances, closures)
+        graph, raised_by = _closed(best[0], (odometry, heights), covariances, closures, gyro)
         best = (graph.poses, raised_by)
         if i and len(closures) <= before:
             break
@@ -85,14 +89,27 @@ def distances_driven(poses: FloatArray) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
 
 
-def odometry_graph(odometry: FloatArray, covariances: Sequence[FloatArray]) -> SolvedGraph:
-    """Return the graph of a drive without closures, for its posterior; arguments as for ``close_loops``."""
-    return solved_graph(odometry, _odometry_edges(odometry, covariances))
+def odometry_graph(
+    odometry: FloatArray, covariances: Sequence[FloatArray], gyro: GyroFactors | None = None
+) -> SolvedGraph:
+    """Return the graph of a drive without closures; arguments as for ``close_loops``."""
+    return solved_graph(odometry, _odometry_edges(odometry, covariances, gyro), gyro)
 
 
-def _odometry_edges(poses: FloatArray, covariances: Sequence[FloatArray]) -> list[Edge]:
+def _odometry_edges(
+    poses: FloatArray, covariances: Sequence[FloatArray], gyro: GyroFactors | None
+) -> list[Edge]:
+    """Return the edges between successive key frames; where the gyro has a say in the heading, theirs is weaker."""
+    looser = np.zeros(len(poses))
+    if gyro is not None:
+        looser[gyro.source] = gyro.config.others**2
     return [
-        Edge(k + 1, k, between(poses[k], poses[k + 1]), covariance)
+        Edge(
+            k + 1,
+            k,
+            between(poses[k], poses[k + 1]),
+            covariance + np.diag([0.0, 0.0, looser[k + 1]]),
+        )
         for k, covariance in enumerate(covariances)
     ]
 
@@ -110,6 +127,7 @@ def _closed(
     odometry: tuple[FloatArray, FloatArray],
     covariances: Sequence[FloatArray],
     closures: Sequence[Closure],
+    gyro: GyroFactors | None,
 ) -> tuple[SolvedGraph, FloatArray]:
     """Return the planar graph and the heights (K,) that agree best with odometry and closures.
 
@@ -118,11 +136,12 @@ def _closed(
         odometry: Planar poses (K, 3) and heights (K,) by odometry.
         covariances: Covariance (3, 3) of each key frame relative to the one before, in its own axes.
         closures: The accepted closures.
+        gyro: Turns by a gyro.
     """
     poses, heights = odometry
-    edges = _odometry_edges(poses, covariances)
+    edges = _odometry_edges(poses, covariances, gyro)
     edges += [Edge(k.later, k.earlier, k.motion, k.covariance, uncertain=True) for k in closures]
-    graph = solved_graph(start, edges)
+    graph = solved_graph(start, edges, gyro)
     apart = np.array([float(np.hypot(k.motion[0], k.motion[1])) for k in closures])
     # A closure that the plane rejects says nothing about heights.
     doubt = 1.0 / np.maximum(graph.weights[len(covariances) :], 1e-4)

@@ -25,6 +25,7 @@ from localization.filter.updates import (
 )
 from localization.geometry import FloatArray, wrap_angle
 from localization.mapping.flat_sweep import levelled
+from localization.mapping.gyro_heading import GyroHeading
 from localization.mapping.planar_pose import compose
 from localization.motion.deskew import deskew
 from localization.motion.kiss_icp import KissConfig
@@ -34,6 +35,9 @@ from localization.motion.odometry_track import OdometryTrack
 from localization.motion.sensor_configuration import SensorConfiguration
 from localization.pipeline.validation import ReadingValidator
 from localization.types import SECOND, Mounts, PointScan, Pose, Reading, Scan, Sweep
+
+_LONGEST_RATE = 0.5
+"""A rate of the gyro is a mean over at most this time [s]; over a longer pause the turn was not measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +79,8 @@ class OdometrySweep:
     """Covariance (3, 3) of x, y, yaw of the motion since the last sweep, by wheels and gyro."""
     seen: FloatArray
     """Information (3, 3) of KISS-ICP on that motion; zero if it found none."""
+    gyro: GyroHeading | None = None
+    """Heading by the gyro alone; None without one."""
 
     @property
     def pose(self) -> Pose:
@@ -105,6 +111,7 @@ class Odometer:
         self._pose_then = self._odom_then = self._odom
         self._at = self._rolled = np.zeros(3)
         self._contradicted = 0
+        self._gyro = GyroHeading() if sensors.gyro else None
         self._turns: deque[tuple[float, float]] = deque(maxlen=10)
 
     @property
@@ -127,11 +134,13 @@ class Odometer:
         return self._step() if self._sweep_due() else None
 
     def _predict(self, increment: Increment) -> None:
-        first = self._stamp == 0
+        first, before = self._stamp == 0, self._filter.pose
         dt = (increment.stamp - self._stamp) / SECOND
         self._stamp = increment.stamp
         if not first and increment.step is not None:
-            self._filter, motion = predict_displacement(self._filter, self._ekf, increment.step, dt)
+            self._filter, motion = predict_displacement(
+                self._filter, self._ekf, increment.step, dt, increment.gyro
+            )
             self._odom = self._odom @ motion
         elif not first:
             left, right = increment.left, increment.right
@@ -156,6 +165,12 @@ class Odometer:
                 speed=self._speed if distrusted else None,
             )
             self._odom = self._odom @ motion
+            if self._gyro is not None:
+                turn = wrap_angle((before @ motion).yaw - before.yaw)
+                stands = self._filter.standing(self._ekf)
+                measured = dt < _LONGEST_RATE
+                bias = float(np.sqrt(self._filter.bias_variance[2]))
+                self._gyro = self._gyro.after(turn, 0.0 if stands else dt, bias, measured=measured)
         self._track = self._track.extended(increment.stamp, self._odom)
 
     def _sweep_due(self) -> bool:
@@ -202,7 +217,9 @@ class Odometer:
         self._pose_then = self._filter.pose
         self._at = compose(self._at, np.array([*motion.position[:2], motion.yaw]))
         height = float(self._filter.pose.position[2])
-        return OdometrySweep(sweep, self._at, self._rolled, height, (roll, pitch), predicted, seen)
+        return OdometrySweep(
+            sweep, self._at, self._rolled, height, (roll, pitch), predicted, seen, self._gyro
+        )
 
     def _observed(self, level: Sweep, motion: Pose, predicted: FloatArray) -> ObservedMotion | None:
         """Return the motion that KISS-ICP observes, None if it observes none or turns otherwise than the gyro.

@@ -17,6 +17,7 @@ from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
 from localization.geometry import FloatArray
+from localization.mapping.gyro_heading import GyroFactors
 from localization.types import IntArray
 
 GATE = 16.0
@@ -61,18 +62,21 @@ class SolvedGraph:
     def covariance_columns(self, node: int) -> FloatArray:
         """Return the covariance (K, 3, 3) of every node's pose with that of one node, in the map's axes."""
         size = 3 * len(self.poses)
-        unit = np.zeros((size, 3))
+        unit = np.zeros((self._factor.shape[0], 3))
         unit[3 * node + np.arange(3), np.arange(3)] = 1.0
-        columns: FloatArray = self._factor.solve(unit).reshape(-1, 3, 3)
+        columns: FloatArray = self._factor.solve(unit)[:size].reshape(-1, 3, 3)
         return columns
 
 
-def solved_graph(poses: FloatArray, edges: Sequence[Edge]) -> SolvedGraph:
+def solved_graph(
+    poses: FloatArray, edges: Sequence[Edge], gyro: GyroFactors | None = None
+) -> SolvedGraph:
     """Return the planar poses that agree best with the edges; the first pose stays fixed.
 
     Args:
         poses: Initial planar poses (K, 3).
         edges: Measured relative poses, which connect all nodes.
+        gyro: Turns between nodes that a gyro measured, if there was one.
     """
     source, target = (np.array([getattr(e, n) for e in edges]) for n in ("source", "target"))
     motions = np.array([e.motion for e in edges])
@@ -80,6 +84,7 @@ def solved_graph(poses: FloatArray, edges: Sequence[Edge]) -> SolvedGraph:
     loose = np.array([e.uncertain for e in edges])
     poses = np.array(poses, dtype=float)
     gate = np.inf
+    biases = np.zeros(0 if gyro is None else len(gyro.turns))
     for _ in range(_ITERATIONS):
         errors, at_target, at_source = _linearised(poses, source, target, motions)
         largest = float(_squares(errors, trust)[loose].max(initial=0.0))
@@ -89,9 +94,12 @@ def solved_graph(poses: FloatArray, edges: Sequence[Edge]) -> SolvedGraph:
         hessian, gradient = _normal_equations(
             len(poses), source, target, errors, at_source, at_target, weighted
         )
+        if gyro is not None:
+            hessian, gradient = _with_headings(hessian, gradient, gyro, poses, biases)
         factor = splu(hessian)
-        step = -factor.solve(gradient).reshape(-1, 3)
-        poses = poses + step
+        change = -factor.solve(gradient)
+        step = change[: poses.size].reshape(-1, 3)
+        poses, biases = poses + step, biases + change[poses.size :]
         if gate == GATE and float(np.abs(step).max()) < _STEP:
             break
     poses[:, 2] = np.arctan2(np.sin(poses[:, 2]), np.cos(poses[:, 2]))
@@ -160,6 +168,21 @@ def _normal_equations(
     hessian = sparse.coo_matrix((np.concatenate(values).ravel(), index), shape=(size, size))
     held = sparse.coo_matrix((np.full(3, _HELD), (local, local)), shape=(size, size))
     return (hessian + held).tocsc(), gradient
+
+
+def _with_headings(
+    hessian: sparse.csc_matrix,
+    gradient: FloatArray,
+    gyro: GyroFactors,
+    poses: FloatArray,
+    biases: FloatArray,
+) -> tuple[sparse.csc_matrix, FloatArray]:
+    """Return the normal equations of poses and gyro biases, given those of the edges."""
+    more, pull = gyro.equations(poses, biases)
+    edges = hessian.tocoo()
+    whole = sparse.coo_matrix((edges.data, (edges.row, edges.col)), shape=more.shape) + more
+    pull[: len(gradient)] += gradient
+    return whole.tocsc(), pull
 
 
 def solved_heights(

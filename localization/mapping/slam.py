@@ -17,6 +17,7 @@ from localization.evaluation.trajectory_errors import transformed
 from localization.geometry import FloatArray
 from localization.mapping.cloud_builder import CloudBuilder, MappingConfig
 from localization.mapping.flat_sweep import FlatSweep
+from localization.mapping.gyro_heading import GyroFactors
 from localization.mapping.key_frame_edges import EdgeCovariance
 from localization.mapping.loop_closure_types import Closure, RejectedClosures
 from localization.mapping.loop_optimization import (
@@ -113,7 +114,7 @@ def map_drive(
         ImportError: If Open3D is missing.
     """
     odometer: Odometer | PoseOdometer = Odometer(mounts, config.odometer)
-    if config.odometer.sensors.motion is Motion.ODOMETRY:
+    if config.odometer.sensors.motion in (Motion.ODOMETRY, Motion.ODOMETRY_AND_GYRO):
         odometer = PoseOdometer(mounts, config.pose_odometer)
     steps, keys, edges = _drive(readings, odometer, config, progress)
     odometry = np.array([steps[k].at for k in keys])
@@ -125,6 +126,7 @@ def map_drive(
     sweeps = [FlatSweep.of(steps[k].sweep, *steps[k].tilt) for k in keys]
     heights = np.array([steps[k].height for k in keys])
     patches = _patches(steps, keys)
+    gyro = GyroFactors.of([steps[k].gyro for k in keys], config.gyro)
     closed = close_loops(
         sweeps,
         odometry,
@@ -132,11 +134,12 @@ def map_drive(
         edges,
         config.closures,
         patches,
+        gyro=gyro,
         passes=config.passes,
         progress=lambda share, text: progress(0.5 + 0.2 * share, text),
     )
     way = distances_driven(odometry)
-    graph = closed.graph or odometry_graph(odometry, edges)
+    graph = closed.graph or odometry_graph(odometry, edges, gyro)
     accuracy = map_accuracy(graph, way, closed.closures if closed.graph is not None else ())
     origin = Pose.identity()
     if start is not None:

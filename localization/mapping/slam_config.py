@@ -8,6 +8,7 @@ import numpy as np
 
 from localization.errors import LocalizationError
 from localization.mapping.drive_knots import RefinementConfig
+from localization.mapping.gyro_heading import GyroHeadingConfig
 from localization.mapping.loop_closure_types import ClosureConfig
 from localization.mapping.odometry_front_end import OdometerConfig
 from localization.mapping.pose_front_end import PoseOdometerConfig
@@ -43,6 +44,8 @@ class SlamConfig:
     """A key frame is also made after the robot has turned by this angle [rad]."""
     edge_floor: tuple[float, float] = (0.003, np.deg2rad(0.05))
     """Lower bound of the odometry's error between key frames, one sigma [m, rad]."""
+    gyro: GyroHeadingConfig = field(default_factory=GyroHeadingConfig)
+    """Errors of the headings that a gyro measures between key frames."""
     passes: int = 4
     """Number of searches for loops at most; closed loops make others easier to find."""
     min_distance: float = 2.0
@@ -53,10 +56,12 @@ class SlamConfig:
         """Return the settings for a robot's sensors, on level ground or not."""
         flat = suite.flat or level
         odometer = OdometerConfig(sensors=SensorConfiguration(suite.motion, flat=flat))
-        if suite.motion is Motion.ODOMETRY:
+        if suite.motion in (Motion.ODOMETRY, Motion.ODOMETRY_AND_GYRO):
             # Poses of a base that may drift by metres; the scans alone hold the map's heading.
             return cls(
                 odometer=odometer,
+                pose_odometer=PoseOdometerConfig(gyro=suite.gyro),
+                gyro=GyroHeadingConfig(scale=0.01),
                 closures=ClosureConfig(
                     drift=0.002,
                     drift_yaw=0.0,

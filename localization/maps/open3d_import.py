@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from types import ModuleType
 
+from localization.extras import require
+
 
 def import_open3d() -> ModuleType:
     """Return the module Open3D, which takes a second or more to load.
 
     Raises:
-        ImportError: If it is missing or does not load; the message names the package to install.
+        MissingLibraryError: If it is not installed; the message is the command that installs it.
+        ImportError: If it does not load; the message names the system's packages that it wants.
     """
+    require("open3d", "building a map")
     try:
         import open3d
-    except ModuleNotFoundError as error:
-        raise ImportError("building a map needs Open3D: pip install 'farsteer[map]'") from error
     except ImportError as error:
         raise ImportError(
             f"Open3D does not load ({error}); "

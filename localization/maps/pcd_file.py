@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from localization.extras import install_command
 from localization.geometry import FloatArray
 from localization.maps.cloud import CloudError
 from localization.maps.open3d_import import import_open3d
@@ -85,7 +86,8 @@ def _by_open3d(path: Path) -> FloatArray:
         cloud = import_open3d().io.read_point_cloud(str(path))
     except ImportError as error:
         raise CloudError(
-            f"cloud {path} is compressed: save it as binary or ascii, or pip install 'farsteer[map]'"
+            f"cloud {path} is compressed: save it as binary or ascii, or install Open3D: "
+            f"{install_command('map')}"
         ) from error
     points: FloatArray = np.array(cloud.points)
     return points

@@ -31,6 +31,7 @@ from localization.geometry import (
 )
 from localization.motion.dead_reckoning_config import DeadReckoningConfig
 from localization.motion.displacement_step import Displacement
+from localization.motion.odometry_noise import step_variance
 from localization.types import SECOND, Inertial, Pose
 
 _P: Final = slice(0, 3)
@@ -121,6 +122,11 @@ class DeadReckoner:
         pick[3:, _G] = self.rotation.T[:, 2]
         covariance: FloatArray = pick @ errors @ pick.T
         return covariance
+
+    @property
+    def bias_sigma(self) -> float:
+        """Error of the gyro's bias, one sigma [rad/s]."""
+        return math.sqrt(self._errors[_BIAS, _BIAS])
 
     @property
     def _errors(self) -> FloatArray:
@@ -246,11 +252,13 @@ class DeadReckoner:
         shorter = math.sin(half) / half if half > 1e-6 else 1.0
         along = np.array([step.forward, step.left, 0.0])
         moved: FloatArray = shorter * (middle @ along)
-        way, turn = float(np.hypot(step.forward, step.left)), abs(float(relative[2]))
+        way = float(np.hypot(step.forward, step.left))
+        turned = Pose.planar(step.forward, step.left, float(relative[2]))
+        added = step_variance(turned, 0.0, c.odometry)
         if by_wheels:
             errors[_G] += step.turn * errors[_TURN]
             errors[:, _G] += step.turn * errors[:, _TURN]
-            errors[_G, _G] += c.wheel_turn_noise**2 * (way + c.skid * abs(step.turn))
+            errors[_G, _G] += added.heading
             if max(errors[_G, _G], self._errors[_G, _G]) >= _ANY_HEADING:
                 # Nothing more can be unknown of a heading, and turning back makes none known again.
                 errors = _rescaled(errors, _G, _ANY_HEADING)
@@ -262,9 +270,7 @@ class DeadReckoner:
         transition[_P, _G] = -hat(moved)[:, 2]
         transition[_P, _SCALE] = moved
         errors = transition @ errors @ transition.T
-        skid = c.skid**2 * turn
-        noise = (c.distance_noise**2 * way + skid, c.side_noise**2 * way + skid, 0.0)
-        errors[_P, _P] += (middle * noise) @ middle.T
+        errors[_P, _P] += (middle * (added.along, added.aside, 0.0)) @ middle.T
         rest = self.rest
         return replace(
             self,

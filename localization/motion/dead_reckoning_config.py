@@ -6,7 +6,13 @@ Where no source is named, the number was chosen.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from localization.motion.odometry_noise import OdometryNoise
+
+
+def _random_errors() -> OdometryNoise:
+    return OdometryNoise(along=0.02, aside=0.02, heading_share=0.0074, shift=0.02)
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,19 +22,12 @@ class DeadReckoningConfig:
     distance_scale: float = 0.02
     """Constant error of the wheels' distance, as a share of it: a tyre's rolling radius changes with wear, pressure and
     load, and with the ground."""
-    distance_noise: float = 0.02
-    """Random error along the way [m/sqrt(m)]."""
-    side_noise: float = 0.02
-    """Random error across the way [m/sqrt(m)]."""
-    skid: float = 0.02
-    """Random error along and across the way while turning [m/sqrt(rad)]: a skid-steered base turns about a point that
-    moves by centimetres."""
+    odometry: OdometryNoise = field(default_factory=_random_errors)
+    """Random errors of the wheels, of which those with time and of height and tilt are not used. They are smaller along
+    and across the way than the localiser's, for the constant errors of way and turn are states of their own."""
     wheel_turn_scale: float = 0.5
     """Constant error of the turns that wheels measure, as a share of them: skid-steered bases measure 0.5 to 1.9 times
     the true turn, so that twice the measured one is two sigma."""
-    wheel_turn_noise: float = math.radians(3.0)
-    """Random error of the heading that wheels measure [rad/sqrt(m)]: 5 to 7 degrees per metre at the 95th percentile in
-    the public logs of differential drives."""
     gyro_noise: float = math.radians(0.02)
     """Angle random walk of the gyro [rad/sqrt(s)], as in ``EkfConfig``."""
     gyro_bias: float = math.radians(0.3)

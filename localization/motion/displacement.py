@@ -1,68 +1,19 @@
-"""Planar displacement of a robot between two odometry poses, and its noise per metre and per radian.
+"""Planar displacement of a base between two readings of its wheels, in whatever form the wheels report it.
 
-Wheel odometry errs with the distance and with the turning, not with time: a pause of seconds or a burst of
-stamps changes nothing about what the wheels counted. Variances that grow with the distance are the usual
-model (Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 5.4).
+Poses are absolute: the difference of two is as good after a pause of seconds as after a burst of stamps. Its noise is
+that of ``odometry_noise``.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
-from localization.types import Pose
+import numpy as np
 
+from localization.types import Odometry, Pose, WheelSpeeds
 
-@dataclass(frozen=True, slots=True)
-class OdometryNoise:
-    """Random error of wheel odometry that comes as poses; one sigma. Variances add up along the way.
-
-    The values are those of wheels on real floors: headings err by 5 to 7 degrees per metre at the 95th
-    percentile.
-    """
-
-    along: float = 0.08
-    """The error along the way with the distance [m/sqrt(m)]: 8 cm after 1 m, 2.5 cm after 10 cm."""
-    aside: float = 0.05
-    """The error across the way with the distance [m/sqrt(m)]."""
-    heading: float = math.radians(3.0)
-    """The error of the heading with the distance [rad/sqrt(m)]."""
-    heading_share: float = 0.10
-    """The error of the heading with the turning, besides the yaw ratio [rad/sqrt(rad)]."""
-    shift: float = 0.03
-    """The error of the position with the turning [m/sqrt(rad)]: skid-steer robots turn about no fixed point."""
-    heave: float = 0.005
-    """The error of the height with the distance [m/sqrt(m)]."""
-    rocking: float = math.radians(0.4)
-    """The error of roll and pitch with the distance [rad/sqrt(m)]."""
-    idle: float = 0.001
-    """The error of the position with time [m/sqrt(s)]: a robot may be nudged while its wheels stand."""
-    idle_heading: float = math.radians(0.1)
-    """The error of the heading with time [rad/sqrt(s)]."""
-    yaw_ratio_walk: float = 0.01
-    """The random walk of the yaw ratio's logarithm with the turning [1/sqrt(rad)]: floors differ."""
-
-
-@dataclass(frozen=True, slots=True)
-class StepVariance:
-    """Variances that a displacement adds to a pose, along the axes of the base."""
-
-    along: float
-    """Variance of the position forward [m^2]."""
-    aside: float
-    """Variance of the position sideways [m^2]."""
-    up: float
-    """Variance of the height [m^2]."""
-    tilt: float
-    """Variance of roll, and of pitch [rad^2]."""
-    heading: float
-    """Variance of the heading [rad^2]."""
-    ratio: float
-    """Variance of the logarithm of the yaw ratio."""
-
-
-_LONGEST_IDLE = 1.0
-"""Of a pause in the readings only this much counts as time in which a robot may be nudged [s]."""
+_LONGEST_STEP = 20.0
+"""Odometry that moves on by more than this at once began to count anew [m]: the difference is no motion."""
 
 
 def planar_step(before: Pose, now: Pose) -> Pose:
@@ -86,33 +37,37 @@ def with_turn(step: Pose, turn: float) -> Pose:
     return Pose.planar(c * x - s * y, s * x + c * y, turn)
 
 
-def arc_length(step: Pose) -> float:
-    """Return the signed length of a motion's arc in the direction in which the robot looks [m]."""
+def arc_of(step: Pose) -> tuple[float, float]:
+    """Return the signed lengths of a motion's arc, ahead and to the left, in the axes that the base has on its way [m].
+
+    A chord is turned from the start by half of the arc's turn, and shorter than the arc.
+    """
     half = 0.5 * step.yaw
     x, y = step.position[:2].tolist()
-    chord = x * math.cos(half) + y * math.sin(half)
-    return float(chord * (half / math.sin(half) if abs(half) > 1e-6 else 1.0))
+    longer = half / math.sin(half) if abs(half) > 1e-6 else 1.0
+    c, s = math.cos(half), math.sin(half)
+    return float((x * c + y * s) * longer), float((y * c - x * s) * longer)
 
 
-def step_variance(step: Pose, seconds: float, noise: OdometryNoise) -> StepVariance:
-    """Return the variances that a displacement adds.
+def arc_length(step: Pose) -> float:
+    """Return the signed length of a motion's arc in the direction in which the robot looks [m]."""
+    return arc_of(step)[0]
+
+
+def odometry_step(before: Odometry, after: Odometry) -> Pose | None:
+    """Return the motion between two poses of an odometry; None if the base began to count anew between them."""
+    step = planar_step(before.odom_from_base, after.odom_from_base)
+    reset = float(np.hypot(*step.position[:2])) > _LONGEST_STEP
+    return None if reset else step
+
+
+def rolled_arc(reading: WheelSpeeds, seconds: float, track: float) -> tuple[float, float]:
+    """Return the length of an arc [m] and the turn [rad] of a base whose rims rolled for a time [s].
 
     Args:
-        step: planar motion, with the turn that the robot is believed to have made.
-        seconds: duration by the stamps [s]; it counts for little and is bounded, as stamps may be wrong.
-        noise: settings.
+        reading: mean rim speeds of that time.
+        seconds: the time [s].
+        track: effective track [m].
     """
-    distance = math.hypot(float(step.position[0]), float(step.position[1]))
-    turn = abs(step.yaw)
-    idle = min(max(seconds, 0.0), _LONGEST_IDLE)
-    rest = noise.idle**2 * idle
-    shift = noise.shift**2 * turn + rest
-    rest_turn = noise.idle_heading**2 * idle
-    return StepVariance(
-        along=noise.along**2 * distance + shift,
-        aside=noise.aside**2 * distance + shift,
-        up=noise.heave**2 * distance + rest,
-        tilt=noise.rocking**2 * distance + rest_turn,
-        heading=noise.heading**2 * distance + noise.heading_share**2 * turn + rest_turn,
-        ratio=noise.yaw_ratio_walk**2 * turn,
-    )
+    distance = 0.5 * (reading.left + reading.right) * seconds
+    return distance, (reading.right - reading.left) / track * seconds

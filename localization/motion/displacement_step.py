@@ -1,19 +1,14 @@
-"""Steps of a base by its wheels: how far it went and turned between two readings, in its own axes.
-
-Odometry comes as poses; the difference of two is a step, as good after a pause of seconds as after a burst of stamps.
-"""
+"""Steps of dead reckoning: displacements as arcs, with their stamps, whatever the wheels report."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
+from localization.motion.displacement import arc_of, odometry_step, rolled_arc
 from localization.types import SECOND, Odometry, WheelSpeeds
 
 _LONGEST_ROLL = SECOND
 """Rim speeds are means over at most this long [ns]; after a longer pause nothing is known of it."""
-_LONGEST_STEP = 20.0
-"""Largest step between two poses of an odometry [m]: farther away, the base began to count anew."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,20 +27,13 @@ class Displacement:
     """Turn to the left by the wheels [rad]."""
 
 
-def odometry_step(before: Odometry, after: Odometry) -> Displacement | None:
+def pose_step(before: Odometry, after: Odometry) -> Displacement | None:
     """Return the step between two poses of an odometry; None if the base began to count anew between them."""
-    step = before.odom_from_base.inverse() @ after.odom_from_base
-    x, y, z = step.position.tolist()
-    if math.hypot(x, y, z) > _LONGEST_STEP:
+    step = odometry_step(before, after)
+    if step is None:
         return None
-    # A chord is turned from the start by half of the arc's turn, and shorter than the arc.
-    turn = step.yaw
-    half = 0.5 * turn
-    longer = half / math.sin(half) if abs(half) > 1e-6 else 1.0
-    forward = longer * (x * math.cos(half) + y * math.sin(half))
-    left = longer * (y * math.cos(half) - x * math.sin(half))
     seconds = max(0.0, (after.stamp - before.stamp) / SECOND)
-    return Displacement(after.stamp, seconds, forward, left, turn)
+    return Displacement(after.stamp, seconds, *arc_of(step), step.yaw)
 
 
 def twist_step(before: Odometry, after: Odometry) -> Displacement | None:
@@ -78,7 +66,5 @@ def wheel_step(before: WheelSpeeds, after: WheelSpeeds, track: float) -> Displac
     if not 0 < passed <= _LONGEST_ROLL:
         return None
     seconds = passed / SECOND
-    forward = 0.5 * (after.left + after.right) * seconds
-    return Displacement(
-        after.stamp, seconds, forward, 0.0, (after.right - after.left) / track * seconds
-    )
+    forward, turn = rolled_arc(after, seconds, track)
+    return Displacement(after.stamp, seconds, forward, 0.0, turn)

@@ -7,14 +7,15 @@ sensor is missing, others substitute for it, and the filter is set to trust that
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from localization.filter.ekf_config import GRAVITY
 from localization.geometry import FloatArray
-from localization.motion.displacement import arc_length, arc_step, planar_step
+from localization.motion.displacement import arc_length, arc_step, odometry_step, rolled_arc
+from localization.motion.gyro_turn import GyroStep, GyroTurn
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import (
     SECOND,
@@ -27,8 +28,6 @@ from localization.types import (
     WheelSpeeds,
 )
 
-_LONGEST_STEP = 20.0
-"""Odometry that moves on by more than this at once began to count anew [m]: the difference is no motion."""
 _NO_RATE = np.zeros(3)
 _LEVEL_FORCE = np.array([0.0, 0.0, GRAVITY])
 for _constant in (_NO_RATE, _LEVEL_FORCE):
@@ -59,10 +58,12 @@ class Increment:
     covered: float
     """Length of that time [s]."""
     step: Pose | None = None
-    """Planar displacement ``base_then_from_base_now`` that was measured without a gyro; None with one, and
-    where nothing was measured."""
+    """Planar displacement ``base_then_from_base_now`` that the wheels counted; None where rates and rim speeds
+    measure the motion."""
     distance: float = 0.0
     """Signed length of its arc [m]."""
+    gyro: GyroStep | None = None
+    """What an inertial unit measured during the displacement; None without one, and while it is silent."""
 
 
 class MotionModel(NamedTuple):
@@ -86,6 +87,8 @@ class MotionModel(NamedTuple):
     """Stamp at which the rim speeds were last compared with the gyro [ns]."""
     odometry: Odometry | None = None
     """The newest odometry."""
+    gyro: GyroTurn = GyroTurn()
+    """What the inertial unit measured since then."""
 
     def take(
         self, reading: Reading, velocity: tuple[float, float]
@@ -101,10 +104,16 @@ class MotionModel(NamedTuple):
             case WheelSpeeds() if self.sensors.wheels:
                 model = self._replace(wheels=reading, fresh=True)
                 return model, self._counted(reading) if motion is Motion.WHEELS else None
+            case Inertial() if motion is Motion.ODOMETRY_AND_GYRO:
+                return self._replace(gyro=self.gyro.received(self._levelled(reading))), None
             case Inertial() if self.sensors.gyro:
                 return self._measured(reading)
             case Odometry() if motion is Motion.ODOMETRY:
                 return self._replace(odometry=reading), self._displaced(reading)
+            case Odometry() if motion is Motion.ODOMETRY_AND_GYRO:
+                increment = self._displaced(reading)
+                gyro, turned = self.gyro.at(reading.stamp, increment.step or Pose.identity())
+                return self._replace(odometry=reading, gyro=gyro), replace(increment, gyro=turned)
             case Scan() | PointScan() if motion is Motion.SCANNER:
                 speed, across = velocity[0], 0.5 * self.track * velocity[1]
                 return self, self._rolled(
@@ -128,24 +137,28 @@ class MotionModel(NamedTuple):
             rate_sum, rate_count, compared = _NO_RATE, 0, reading.stamp
         model = MotionModel(
             self.sensors, self.track, self.silence, wheels, False, rate_sum, rate_count, compared,
-            self.odometry,
+            self.odometry, self.gyro,
         )  # fmt: skip
         return model, increment
+
+    def _levelled(self, reading: Inertial) -> Inertial:
+        """Return a reading without what a level floor rules out: turning about other axes than the vertical."""
+        if not self.sensors.flat:
+            return reading
+        rate = reading.angular_velocity * (0.0, 0.0, 1.0)
+        return replace(reading, angular_velocity=rate, specific_force=_LEVEL_FORCE)
 
     def _displaced(self, reading: Odometry) -> Increment:
         """However long ago the pose before was, the difference is what the wheels counted since then."""
         before = self.odometry
         if before is None:
             return _stepped(reading.stamp, Pose.identity())
-        step = planar_step(before.odom_from_base, reading.odom_from_base)
-        reset = float(np.hypot(*step.position[:2])) > _LONGEST_STEP
-        return _stepped(reading.stamp, Pose.identity() if reset else step)
+        step = odometry_step(before, reading)
+        return _stepped(reading.stamp, Pose.identity() if step is None else step)
 
     def _counted(self, reading: WheelSpeeds) -> Increment:
         seconds = (reading.stamp - self.wheels.stamp) / SECOND if self.wheels is not None else 0.0
-        distance = 0.5 * (reading.left + reading.right) * seconds
-        turn = (reading.right - reading.left) / self.track * seconds
-        return _stepped(reading.stamp, arc_step(distance, turn))
+        return _stepped(reading.stamp, arc_step(*rolled_arc(reading, seconds, self.track)))
 
     def _rolled(self, stamp: int, left: float, right: float, *, rolling: bool = True) -> Increment:
         rate = np.array([0.0, 0.0, (right - left) / self.track])

@@ -22,6 +22,8 @@ class Motion(StrEnum):
     """An inertial unit alone; the speed is the one that KISS-ICP observed last."""
     ODOMETRY = "odometry"
     """Poses that the base integrates by itself."""
+    ODOMETRY_AND_GYRO = "odometry-and-gyro"
+    """The same for the way, and an inertial unit for the turn."""
     SCANNER = "scanner"
     """None; speed and yaw rate are those that KISS-ICP observed last."""
 
@@ -44,7 +46,7 @@ class SensorConfiguration:
     @property
     def gyro(self) -> bool:
         """Whether the robot has an inertial unit."""
-        return self.motion in (Motion.WHEELS_AND_GYRO, Motion.GYRO)
+        return self.motion in (Motion.WHEELS_AND_GYRO, Motion.GYRO, Motion.ODOMETRY_AND_GYRO)
 
     @property
     def wheels(self) -> bool:
@@ -59,20 +61,29 @@ class SensorConfiguration:
     @property
     def expected(self) -> tuple[str, ...]:
         """Sources whose silence is reported, besides scanners and the readings that advance time."""
-        return ("wheels",) if self.motion is Motion.WHEELS_AND_GYRO else ()
+        return _EXPECTED.get(self.motion, ())
 
     @property
     def displaced(self) -> bool:
-        """Whether the robot's motion comes as displacements that no gyro accompanies."""
-        return self.motion in (Motion.WHEELS, Motion.ODOMETRY)
+        """Whether the robot's motion comes as displacements, whose noise belongs to the way and not to the time."""
+        return self.motion in (Motion.WHEELS, Motion.ODOMETRY, Motion.ODOMETRY_AND_GYRO)
 
     def ekf(self) -> EkfConfig:
         """Return the filter's settings for these sensors."""
         config = EkfConfig()
-        if not self.gyro:
+        along, _, lateral, ahead = config.skid_steer
+        if self.motion is Motion.ODOMETRY_AND_GYRO:
+            # Any base, with any unit: wheels may turn the robot by another ratio than the nominal one.
+            config = replace(
+                config,
+                gyro_bias=_ANY_GYRO_BIAS,
+                turn_share=_ANY_GYRO_SCALE,
+                skid_steer=(along, _YAW_RATIO, lateral, ahead),
+                odometry=replace(config.odometry, rocking=0.0),
+            )
+        elif not self.gyro:
             # The substitute of the gyro has no constant bias. Wheels that no gyro watches may turn the robot
             # by another ratio than the nominal one.
-            along, _, lateral, ahead = config.skid_steer
             config = replace(
                 config,
                 turn_share=_TURN_SHARE,
@@ -95,8 +106,17 @@ _LEADERS: dict[Motion, tuple[type[Reading], ...]] = {
     Motion.WHEELS: (WheelSpeeds,),
     Motion.GYRO: (Inertial,),
     Motion.ODOMETRY: (Odometry,),
+    Motion.ODOMETRY_AND_GYRO: (Odometry,),
     Motion.SCANNER: (Scan, PointScan),
 }
+_EXPECTED: dict[Motion, tuple[str, ...]] = {
+    Motion.WHEELS_AND_GYRO: ("wheels",),
+    Motion.ODOMETRY_AND_GYRO: ("gyro",),
+}
+_ANY_GYRO_BIAS = math.radians(1.0)
+"""Error of the bias of an inertial unit that nobody calibrated, at the start [rad/s]."""
+_ANY_GYRO_SCALE = 0.01
+"""Error of its scale, as a share of the turn: data sheets of small MEMS units have 0.5 to 3 %."""
 _LEVEL = math.radians(0.1)
 """Tilt of a floor that is said to be flat, at each sweep, one sigma [rad]."""
 _ROCKING = math.radians(0.3)

@@ -10,7 +10,6 @@ from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState
 from localization.filter.prediction import rolling_noise
 from localization.geometry import FloatArray
-from localization.motion.sensor_configuration import Motion
 from localization.types import Pose
 
 _SLIP_GATE = float(chi2.ppf(0.999, 1))
@@ -54,7 +53,7 @@ class SlipDetector(NamedTuple):
     def _measured(self) -> bool:
         """Whether anything measures how the wheels roll."""
         sensors = self.config.sensors
-        return sensors.wheels or sensors.motion is Motion.ODOMETRY
+        return sensors.wheels or sensors.displaced
 
     def slipping(self, now: int) -> bool:
         """Return whether the wheels are distrusted at a stamp [ns]."""

@@ -15,7 +15,7 @@ from localization.maps.cloud import Cloud
 from localization.motion.dead_reckoning import DeadReckoner
 from localization.motion.displacement_step import (
     Displacement,
-    odometry_step,
+    pose_step,
     twist_step,
     wheel_step,
 )
@@ -167,7 +167,7 @@ class DeadReckoningRun:
             elif isinstance(reading, self._wheels):
                 match before, reading:
                     case Odometry(), Odometry():
-                        step = (twist_step if self._by_twist else odometry_step)(before, reading)
+                        step = (twist_step if self._by_twist else pose_step)(before, reading)
                         self._resets += step is None
                     case WheelSpeeds(), WheelSpeeds():
                         step = wheel_step(before, reading, track)

@@ -10,6 +10,8 @@ from contextlib import nullcontext
 from dataclasses import replace
 
 from localization.config import LocalizerConfig as LocalizerConfig
+from localization.filter.covariance import with_map_error
+from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import MatchSweep
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitor
@@ -151,7 +153,7 @@ class Localizer:
             stamp=state.stamp,
             map_from_base=state.filter.pose if state.placed else None,
             odom_from_base=odom,
-            covariance=state.filter.covariance,
+            covariance=self._covariance(state),
             twist=state.filter.twist,
             health=health,
             reasons=(*self._events.reasons, *reasons),
@@ -170,6 +172,18 @@ class Localizer:
                 estimate, sweep=None, match=None, nis=None, verdict=None, consistency=None
             )
         return estimate
+
+    def _covariance(self, state: State) -> FloatArray:
+        """Return the covariance of the estimate: the filter's, and what the map says of its own error.
+
+        The map's error is the same at each visit of a place. In the filter it would be taken for one that more
+        sweeps reduce, or would loosen the hold of the sweeps; so it is added to what is reported only.
+        """
+        cloud, own = self._resources.world.cloud, state.filter.covariance
+        if not state.placed or not (cloud.position_noise or cloud.heading_noise):
+            return own
+        rotation = state.filter.pose.rotation
+        return with_map_error(own, rotation, cloud.position_noise, cloud.heading_noise)
 
     def _status(self) -> tuple[Health, tuple[str, ...]]:
         """Return the state of the estimate, and why."""

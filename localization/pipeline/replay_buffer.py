@@ -52,7 +52,11 @@ class ReplayBuffer(Generic[State, Item]):
     def __init__(self, config: LateReadingsConfig, sensors: SensorConfiguration) -> None:
         self._horizon = config.horizon
         self._leader = sensors.leader
-        self._motion = (*sensors.leader, *((WheelSpeeds,) if sensors.wheels else ()))
+        self._motion = (
+            *sensors.leader,
+            *((WheelSpeeds,) if sensors.wheels else ()),
+            *((Inertial,) if sensors.gyro else ()),
+        )
         self._entries: deque[Entry[State, Item]] = deque()
         self._moved, self._led = _NEVER, _NEVER
 

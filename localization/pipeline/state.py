@@ -69,7 +69,7 @@ class State(NamedTuple):
     placed: bool
     """Whether the filter's pose is one in the map."""
     received: Mapping[str, SourceTimes]
-    """Newest reading of each source and how often they arrive: scanners by their frames, and "wheels"."""
+    """Newest reading of each source and how often they arrive: scanners by their frames, "wheels" and "gyro"."""
 
     @classmethod
     def initial(cls, mounts: Mounts, config: LocalizerConfig) -> State:

@@ -38,7 +38,16 @@ from localization.pipeline.state import State
 from localization.pipeline.sweep_update import Registration, corrected_by_sweep
 from localization.pipeline.undo import ReplacedEstimate
 from localization.relocalization.relocalizer import Placement
-from localization.types import SECOND, Hint, PointScan, Pose, Reading, Scan, WheelSpeeds
+from localization.types import (
+    SECOND,
+    Hint,
+    Inertial,
+    PointScan,
+    Pose,
+    Reading,
+    Scan,
+    WheelSpeeds,
+)
 
 _ELSEWHERE = float(chi2.ppf(0.9999, 3))
 """Beyond it a place is not where the pose's uncertainty allows the robot to be (99.99 %)."""
@@ -102,6 +111,8 @@ def _received(state: State, reading: Reading) -> tuple[State, Increment | None]:
         received = with_reading(received, reading.scanner, reading.stamp)
     elif isinstance(reading, WheelSpeeds):
         received = with_reading(received, "wheels", reading.stamp)
+    elif isinstance(reading, Inertial):
+        received = with_reading(received, "gyro", reading.stamp)
     motion, increment = state.motion.take(reading, state.slip.velocity)
     return state._replace(motion=motion, scans=scans, received=received), increment
 
@@ -147,11 +158,11 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
 
 
 def _displaced(state: State, increment: Increment, step: Pose, dt: float, r: Resources) -> State:
-    """Move the filter on by what wheels without a gyro, or the base itself, counted."""
+    """Move the filter on by what wheels without a gyro, or the base itself, counted, and by a gyro's turn."""
     now = increment.stamp
     with r.stage("predict"):
         slip = state.slip.rolled_on(increment.distance)
-        filter_, motion = predict_displacement(state.filter, r.config.ekf, step, dt)
+        filter_, motion = predict_displacement(state.filter, r.config.ekf, step, dt, increment.gyro)
         odom = state.odom_from_base @ motion
         track = state.track.extended(now, odom)
         return state._replace(

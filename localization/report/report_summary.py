@@ -15,7 +15,7 @@ from localization.report.reference_comparison import STRETCH, ReferenceCompariso
 from localization.types import SECOND, HintVerdict
 
 STATISTICS = ("rmse", "mean", "median", "std", "min", "max")
-_WIDEST = 26
+_WIDEST = 27
 _DEAD_RECKONED = ("motion from", "frame")
 """Facts about the input without which the end of a dead-reckoned path says nothing."""
 
@@ -62,7 +62,7 @@ def lines(report: Report) -> list[str]:
     if report.comparison is not None:
         text_lines.append("")
         text_lines += [
-            f"  {row[0]:{_WIDEST}s} " + " ".join(f"{c:>10s}" for c in row[1:])
+            f"  {row[0]:{_WIDEST}s} " + " ".join(f"{c:>7s}" for c in row[1:])
             for row in [("", *STATISTICS), *error_rows(report.comparison)]
         ]
         text_lines.append(f"  {'NEES':{_WIDEST}s} {nees_text(report.comparison)}")

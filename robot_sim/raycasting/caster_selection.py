@@ -48,7 +48,7 @@ def _embree_is_there() -> bool:
         return True
     warnings.warn(
         "embreex is not installed: scanners are cast by MuJoCo, which is slower"
-        " (pip install 'farsteer[sim]' brings it on x86-64)",
+        " (the extra `sim` brings it on x86-64)",
         SlowCastingWarning,
         stacklevel=3,
     )

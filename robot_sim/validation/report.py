@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
+from textwrap import wrap
 from typing import Final
 
 from robot_sim.errors import PageError
@@ -15,11 +16,16 @@ HEADINGS: Final = ("what", "target", "tolerance", "value", "result", "source of 
 
 
 def plain(rows: Iterable[Row]) -> str:
-    """Return the rows as lines of text under their headings."""
+    """Return the rows as lines of text under their headings, two or more for each row, in 80 columns."""
     lines: list[str] = []
     for group, members in groupby(rows, key=lambda row: row.group):
         lines += ["", group]
-        lines += [f"  {row}" for row in members]
+        for row in members:
+            name, target, tolerance, value, result, source = row.cells
+            figures = f"{value}, target {target} {tolerance}, {result}"
+            lines += wrap(name, 80, initial_indent="  ", subsequent_indent="  ")
+            lines += wrap(figures, 80, initial_indent=" " * 6, subsequent_indent=" " * 6)
+            lines += wrap(f"({source})", 80, initial_indent=" " * 6, subsequent_indent=" " * 6)
     return "\n".join(lines).lstrip("\n")
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import tyro
 
-from localization.cli.terminal import Progress, say
+from localization.cli.terminal import Progress, fitted, say, say_json
 from teleop.robot.serve_config import ServeConfig
 
 
@@ -47,7 +47,7 @@ class Serve:
                 config,
                 cache=default_cache(),
                 map_file=path,
-                ready=lambda server: say(greeting(server, world, cloud, path)),
+                ready=lambda address: say(greeting(address, world, cloud, path, config)),
             )
         )
         say("\nended" if config.lockstep else f"\nended; kept {factor:.2f} of real time")
@@ -64,6 +64,8 @@ class Validate:
 
     write: Path | None = None
     """Update the tables of this page, which is docs/robot.md."""
+    json: bool = False
+    """Print the rows as JSON."""
 
     def __call__(self) -> int:
         """Measure, and print the table."""
@@ -73,7 +75,11 @@ class Validate:
         bar = Progress()
         rows = validate(bar)
         bar.end()
-        say(plain(rows), "", verdict(rows))
+        if self.json:
+            judgement = [{**asdict(r), "passed": r.passed, "result": r.result} for r in rows]
+            say_json({"rows": judgement, "passed": all(row.passed for row in rows)})
+        else:
+            say(plain(rows), "", *fitted(verdict(rows)))
         if self.write is not None:
             write_report(self.write, rows)
             say(f"tables written to {self.write}")

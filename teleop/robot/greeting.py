@@ -7,10 +7,10 @@ from typing import Final
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
+from teleop.robot.address import Address
+from teleop.robot.serve_config import ServeConfig
 from teleop.robot.topics.topic_table import INPUTS, OUTPUTS, SERVICES
 from teleop.rosbridge.auth.origins import LOOPBACK
-from teleop.rosbridge.auth.permissions import Role
-from teleop.rosbridge.server.server import Server
 
 _GUARDED: Final = (
     "docs/security.md explains how clients send a token and which certificates they trust"
@@ -26,42 +26,56 @@ _LOCKSTEP: Final = (
 )
 
 
-def greeting(server: Server, world: World, cloud: Cloud, map_path: Path) -> str:
+def greeting(
+    address: Address, world: World, cloud: Cloud, map_path: Path, config: ServeConfig
+) -> str:
     """Return address, map, topics, and a client that works.
 
     Args:
-        server: The started server.
+        address: Where clients connect.
         world: The scene.
         cloud: The robot's map.
         map_path: File of the map.
+        config: Settings.
     """
-    lockstep = server.lockstep
+    lockstep = address.lockstep
     services = ", ".join(s.name for s in SERVICES if lockstep or s.name != "/sim/step")
-    how = _EXAMPLE.format(snippet(server.port))
-    if server.protocol.authenticator is not None or server.encrypted:
+    how = _EXAMPLE.format(snippet(address.port))
+    if address.tokens or address.encrypted:
         how = _GUARDED
     return f"""\
-{world.name} at {server.url}{_warning(server)}
+{world.name} at {address.url}{_warning(address)}
 map       {map_path}
           {len(cloud.points)} points, sha256 {cloud.sha256[:16]}...
 topics    {", ".join(t.name for t in OUTPUTS)}
 inputs    {", ".join(t.name for t in INPUTS)}
 services  {services}
-
+{_delays(config)}
 {_LOCKSTEP if lockstep else how}
 Ctrl-C ends."""
 
 
-def _warning(server: Server) -> str:
+def _delays(config: ServeConfig) -> str:
+    """Return what is out of the ordinary about delays, each in a line; empty if nothing is."""
+    lines = []
+    if config.link:
+        lines.append(f"link      emulated: {' '.join(config.link)}")
+    if not config.max_age:
+        lines.append("warning: commands are obeyed however old they are (--max-age 0)")
+    if not config.slow_age:
+        lines.append("warning: the robot does not slow down on a slow link (--slow-age 0)")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _warning(address: Address) -> str:
     """Return a warning about an address that others reach; empty if there is nothing to warn of."""
-    if server.host in LOOPBACK:
+    if address.host in LOOPBACK:
         return ""
-    gate = server.protocol.authenticator
-    if gate is None or (gate.anonymous is not None and gate.anonymous.role is not Role.VIEW):
+    if not address.tokens:
         return (
             "\nwarning: anybody who reaches this address can drive the robot; --tokens restricts it"
         )
-    if not server.encrypted:
+    if not address.encrypted:
         return "\nwarning: tokens can be read on their way here; --tls-cert and --tls-key encrypt"
     return ""
 

@@ -18,7 +18,26 @@ class DriveCommand:
     request: VelocityRequest
     """The requested velocity and the state of the deadman button."""
     stamp: int = 0
-    """Time of the request by the client's clock [ns]; for latency statistics only."""
+    """Time of the request by the client's clock [ns]; 0 if it has none."""
+    arrival: int | None = None
+    """Time at which it arrived at the robot's socket, by the clock of the tick's ``now`` [ns]; None for that
+    of the tick that takes it."""
+    age: int = 0
+    """Estimated time between the operator's hand and the arrival [ns]: delay of the link and of waiting."""
+    stream: bool = False
+    """Whether it is of a stream without deadman button, such as ``/cmd_vel``."""
+    rested: bool = False
+    """Whether the client has paused for a second before it, over a link that worked all the time."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseHint:
+    """A client says where the robot is."""
+
+    client: str
+    """Name of the client; empty for the pose that the robot starts with."""
+    hint: Hint
+    """The pose, with its covariance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +68,8 @@ class EStopReset:
     """Holder of the token that the client connected with; empty without tokens."""
     admin: bool = False
     """Whether the client may release an e-stop that another token's holder latched."""
+    operator: bool = False
+    """Whether the client may drive, and so release an e-stop that somebody without a token latched."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +97,6 @@ class Disconnected:
 
 
 InboxMessage: TypeAlias = (
-    DriveCommand | TakeOver | EStop | EStopReset | Undo | Relocalize | Disconnected | Hint
+    DriveCommand | PoseHint | TakeOver | EStop | EStopReset | Undo | Relocalize | Disconnected
 )
 """Everything that clients can send to the robot."""

@@ -34,15 +34,15 @@ def twist_command(client: str, message: Mapping[str, Any]) -> DriveCommand:
     forward, turn = float(message["linear"]["x"]), float(message["angular"]["z"])
     if not (math.isfinite(forward) and math.isfinite(turn)):
         raise JoystickError(f"cmd_vel must be finite, got {forward}, {turn}")
-    return DriveCommand(client, VelocityRequest(Twist.planar(forward, turn), enabled=True))
+    request = VelocityRequest(Twist.planar(forward, turn), enabled=True)
+    return DriveCommand(client, request, stream=True)
 
 
-def hint_reading(message: Mapping[str, Any], now: int) -> Hint:
-    """Return the pose hint in a ``geometry_msgs/PoseWithCovarianceStamped``.
+def hint_reading(message: Mapping[str, Any]) -> Hint:
+    """Return the pose hint in a ``geometry_msgs/PoseWithCovarianceStamped``, for the robot to date.
 
     Args:
         message: The message; its stamp is ignored, for it is of the client's clock.
-        now: Time that the hint applies to [ns].
 
     Raises:
         InvalidReadingError: If the frame is not ``map``, or pose or covariance is invalid.
@@ -51,4 +51,4 @@ def hint_reading(message: Mapping[str, Any], now: int) -> Hint:
     if frame not in ("map", "/map"):
         raise InvalidReadingError(f"hint header.frame_id must be 'map', got {frame!r}")
     covariance = np.asarray(message["pose"]["covariance"], dtype=float).reshape(6, 6)
-    return Hint(now, pose_from_message(message["pose"]["pose"]), covariance)
+    return Hint(0, pose_from_message(message["pose"]["pose"]), covariance)

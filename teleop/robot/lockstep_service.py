@@ -9,16 +9,23 @@ from typing import Any, Final
 import numpy as np
 
 from localization.logs.ros_stamps import stamp_to_dict
+from localization.maps.cloud import Cloud
+from teleop.robot.robot import Robot
 from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.tick_record import TickRecord
+from teleop.robot.topics.topic_table import latched_messages
 from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
+from teleop.rosbridge.server.server import Server
 
 _IDLE_DELAY: Final = 0.0005
 """Delay of deferred work after a step has ended, so that its response is sent first [s]."""
 _RESTING: Final = 0.002
 """Largest speed of a robot at rest, of each component [m/s] or [rad/s]."""
+
+TickObserver = Callable[[TickRecord], None]
+"""Receives the record of each tick."""
 
 
 class LockstepService(Observer):
@@ -35,20 +42,28 @@ class LockstepService(Observer):
 
     def __init__(
         self,
+        robot: Robot,
         adapter: RosbridgeAdapter,
         *,
+        observers: tuple[TickObserver, ...] = (),
         last_stamp: int | None = None,
         deferred: Callable[[], None] = lambda: None,
     ) -> None:
         """Offer the service on an adapter's server.
 
         Args:
-            adapter: The robot and its server.
+            robot: The robot.
+            adapter: Its server.
+            observers: Called with the record of each tick.
             last_stamp: Time after which no tick begins [ns]; None for no end.
             deferred: Called after each step, while the client decides on the next one; for work that
                 no response waits for, such as recording.
         """
-        self._adapter, self._last_stamp, self._deferred = adapter, last_stamp, deferred
+        self._robot, self.adapter = robot, adapter
+        self.observers = observers
+        """Called with the record of each tick."""
+
+        self._last_stamp, self._deferred = last_stamp, deferred
         self._owner: int | None = None
         self._busy = False
         self.error: Exception | None = None
@@ -59,7 +74,7 @@ class LockstepService(Observer):
 
     @property
     def _stamp(self) -> int:
-        return self._adapter.robot.simulation.stamp
+        return self._robot.simulation.stamp
 
     @property
     def _over(self) -> bool:
@@ -69,7 +84,7 @@ class LockstepService(Observer):
         ticks = int(request["ticks"])
         self._check(client, ticks)
         self._owner = client
-        self._adapter.server.protocol.connections.set_lossless(client)
+        self.adapter.server.protocol.connections.set_lossless(client)
         self._busy = True
         try:
             for _ in range(ticks):
@@ -93,7 +108,7 @@ class LockstepService(Observer):
 
     def _check(self, client: int, ticks: int) -> None:
         if self._owner not in (None, client):
-            owner = self._adapter.server.protocol.connections.name(self._owner or 0)
+            owner = self.adapter.server.protocol.connections.name(self._owner or 0)
             raise ServiceError(f"{owner} owns the stepping; wait until it disconnects")
         if not 1 <= ticks <= self.MAX_TICKS:
             raise ServiceError(f"ticks must be 1 to {self.MAX_TICKS}, got {ticks}")
@@ -106,11 +121,15 @@ class LockstepService(Observer):
 
     def _tick(self) -> TickRecord:
         try:
-            tick = self._adapter.tick(self._stamp)
+            tick = self._robot.tick(self._stamp, self.adapter.wishes.take())
+            self.adapter.driven(tick.drive)
+            self.adapter.estimated(tick.estimation)
+            for observe in self.observers:
+                observe(tick)
         except Exception as error:
             self.error = error
             raise ServiceError(str(error)) from error
-        self._adapter.server.protocol.timers.tick(tick.stamp)
+        self.adapter.server.protocol.timers.tick(tick.stamp)
         return tick
 
     def disconnected(self, connection: Connection, now: int) -> None:
@@ -121,6 +140,22 @@ class LockstepService(Observer):
         for _ in range(self.MAX_BRAKING_TICKS):
             if self.error is not None or self._over or _resting(self._tick()):
                 return
+
+
+def offer_in_lockstep(robot: Robot, server: Server, cloud: Cloud) -> LockstepService:
+    """Offer a robot on a server whose clock is the robot's; clients step it.
+
+    Args:
+        robot: The robot.
+        server: The server, not yet started.
+        cloud: The robot's map, of which clients get the hash.
+    """
+    adapter = RosbridgeAdapter(
+        server,
+        latched_messages(cloud, robot.simulation.mounts),
+        undo_memory=robot.localizer.config.undo_memory,
+    )
+    return LockstepService(robot, adapter)
 
 
 def _resting(tick: TickRecord) -> bool:

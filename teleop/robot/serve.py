@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import secrets
 import signal
-import ssl
+import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, closing, contextmanager, nullcontext
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
@@ -21,33 +22,46 @@ from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.pipeline.log_replay import config_metadata
 from localization.types import Hint
 from robot_sim import Simulation, World
-from teleop import clock
-from teleop.interfaces import registry
-from teleop.robot.audit.audit_file import AuditFile
-from teleop.robot.audit.audit_log import AuditLog
-from teleop.robot.lockstep_service import LockstepService
+from teleop.robot.address import Address
+from teleop.robot.control_state import SafetyConfig
+from teleop.robot.drive import Drive
+from teleop.robot.inbox import PoseHint
+from teleop.robot.lockstep_service import LockstepService, TickObserver
+from teleop.robot.real_time.child_process import ChildProcess
+from teleop.robot.real_time.drive_process import DriveProcess
+from teleop.robot.real_time.process_messages import (
+    ESTIMATE_BOUND,
+    TALK_BOUND,
+    EstimateSetup,
+    TalkSetup,
+)
 from teleop.robot.robot import Robot
 from teleop.robot.robot_options import slip_bursts
-from teleop.robot.rosbridge_adapter import RosbridgeAdapter, TickObserver
+from teleop.robot.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.safety import Safety
 from teleop.robot.serve_config import ServeConfig
+from teleop.robot.server_setup import (
+    address_of,
+    audit_log,
+    build_server,
+    offer_map,
+    round_trips_of,
+    token_file,
+    watch_tokens,
+)
+from teleop.robot.speed_limits import SpeedLimits
 from teleop.robot.tick_record import TickRecord
-from teleop.rosbridge.auth.authenticator import Authenticator
-from teleop.rosbridge.auth.credentials import Credentials
-from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, RoleRules
-from teleop.rosbridge.auth.tls import tls_context
-from teleop.rosbridge.auth.token_file import TokenFile, TokenWatch
-from teleop.rosbridge.limits import ClientLimits
-from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.server.server import Server
+from teleop.robot.topics.topic_table import latched_messages
 
-ROLES: Final[Mapping[Role, RoleRules]] = {
-    **DEFAULT_RULES,
-    # Everybody who can see the robot can stop it.
-    Role.VIEW: replace(
-        DEFAULT_RULES[Role.VIEW], call=(*DEFAULT_RULES[Role.VIEW].call, "/teleop/estop")
-    ),
-}
-"""What each role may do with a robot unless the token file has other rules."""
+
+def start_talk() -> ChildProcess:
+    """Start the process that talks with clients."""
+    return ChildProcess("teleop.robot.real_time.talk_process", TALK_BOUND)
+
+
+def start_estimate() -> ChildProcess:
+    """Start the process that localises the robot."""
+    return ChildProcess("teleop.robot.real_time.estimate_process", ESTIMATE_BOUND)
 
 
 async def serve(
@@ -57,7 +71,7 @@ async def serve(
     *,
     cache: Path | None = None,
     map_file: Path | None = None,
-    ready: Callable[[Server], None] = lambda server: None,
+    ready: Callable[[Address], None] = lambda address: None,
     stop: asyncio.Event | None = None,
 ) -> float:
     """Serve in real time or in lockstep, until Ctrl-C or until ``stop`` is set.
@@ -79,130 +93,148 @@ async def serve(
         AuditError: If the audit log cannot be written.
     """
     stop = stop or asyncio.Event()
-    tls, tokens = _tls(config), _tokens(config)
-    robot = _robot(world, cloud, config, cache)
-    server = _server(robot.simulation, config, tls, tokens)
+    _stop_on_signals(stop)
+    if config.lockstep:
+        drive = _drive(world, config)
+        await _serve_in_lockstep(drive, cloud, config, cache, map_file, ready, stop)
+        return 0.0
+    return await _serve_in_real_time(world, cloud, config, cache, map_file, ready, stop)
+
+
+async def _serve_in_lockstep(
+    drive: Drive,
+    cloud: Cloud,
+    config: ServeConfig,
+    cache: Path | None,
+    map_file: Path | None,
+    ready: Callable[[Address], None],
+    stop: asyncio.Event,
+) -> None:
+    """Serve in this process, with the robot's own time."""
+    simulation = drive.simulation
+    localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
+    robot = Robot(simulation, localizer, drive.safety)
+    tokens = token_file(config)
+    server = build_server(config, tokens, lambda: simulation.stamp)
     with ExitStack() as cleanup:
-        audit = cleanup.enter_context(_audit(config, robot.simulation, server))
-        observers = cleanup.enter_context(_log(config, robot.simulation, cloud))
-        if map_file is not None:
-            _offer(server, map_file)
-        adapter = RosbridgeAdapter(robot, server, cloud, audit=audit, observers=observers)
+        audit = cleanup.enter_context(
+            audit_log(config, server, simulation.world.name, lambda: simulation.stamp)
+        )
+        observers = cleanup.enter_context(_log(config, simulation, cloud))
+        offer_map(server, map_file)
+        adapter = RosbridgeAdapter(
+            server,
+            latched_messages(cloud, simulation.mounts, secrets.token_hex(8)),
+            undo_memory=localizer.config.undo_memory,
+            round_trips=round_trips_of(server),
+            audit=audit,
+        )
         if not config.lost:
-            # The robot knows the pose at which it is always switched on.
-            pose = robot.simulation.truth().map_from_base
-            adapter.post(Hint(0, pose, np.zeros((6, 6))))
-        _stop_on_signals(stop)
+            adapter.wishes.post(_start_pose(simulation))
+        LockstepService(robot, adapter, observers=observers)
+        if tokens is not None:
+            watch = cleanup.enter_context(closing(watch_tokens(tokens, server, audit)))
+            _on_hangup(watch.check_now)
         try:
-            with nullcontext() if tokens is None else closing(_watch(tokens, server, audit)):
-                await server.start()
-                ready(server)
-                return await _run(adapter, config, stop)
+            await server.start()
+            ready(address_of(server))
+            await stop.wait()
         finally:
             await server.close()
 
 
-async def _run(adapter: RosbridgeAdapter, config: ServeConfig, stop: asyncio.Event) -> float:
-    """Tick until ``stop`` is set; return the real-time factor, or 0 in lockstep."""
-    if not config.lockstep:
-        return await clock.real_time(adapter.tick, stop)
-    LockstepService(adapter)
-    await stop.wait()
-    return 0.0
-
-
-def _robot(world: World, cloud: Cloud, config: ServeConfig, cache: Path | None) -> Robot:
-    simulation = Simulation(
-        world, seed=config.seed, config=config.robot.simulation(slip_bursts(config.slip))
-    )
-    return Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
-
-
-def _server(
-    simulation: Simulation,
+async def _serve_in_real_time(
+    world: World,
+    cloud: Cloud,
     config: ServeConfig,
-    tls: ssl.SSLContext | None,
-    tokens: TokenFile | None,
-) -> Server:
-    protocol = Protocol(
-        registry(config.messages),
-        limits=ClientLimits.unhurried() if config.lockstep else ClientLimits(),
-        ros_version="ros1" if config.ros1 else "ros2",
-        authenticator=None
-        if tokens is None
-        else Authenticator(tokens.credentials, clock.unix_seconds),
-    )
-    return Server(
-        protocol,
-        config.host,
-        config.port,
-        clock=(lambda: simulation.stamp) if config.lockstep else clock.monotonic,
-        lockstep=config.lockstep,
-        origins=config.origins,
-        tls=tls,
-    )
+    cache: Path | None,
+    map_file: Path | None,
+    ready: Callable[[Address], None],
+    stop: asyncio.Event,
+) -> float:
+    """Drive in this process; talk and estimate in processes of their own."""
+    # They load their libraries while the robot is built here.
+    talking, estimating = start_talk(), start_estimate()
+    try:
+        drive = _drive(world, config)
+        simulation = drive.simulation
+        latched = latched_messages(cloud, simulation.mounts, secrets.token_hex(8))
+        undo_memory = LocalizerConfig().undo_memory
+        talk = TalkSetup(config, simulation.world.name, latched, map_file, undo_memory)
+        estimate = EstimateSetup(
+            cloud,
+            simulation.mounts,
+            cache,
+            config.record,
+            _metadata(config, simulation, cloud),
+            simulation.world.robot.rolling_radius,
+        )
+        process = DriveProcess(
+            drive,
+            talking.begin(talk),
+            estimating.begin(estimate),
+            restart_talk=lambda: start_talk().begin(talk),
+            restart_estimate=lambda: start_estimate().begin(replace(estimate, record=None)),
+        )
+    except BaseException:
+        talking.kill()
+        estimating.kill()
+        raise
+    try:
+        address = await asyncio.to_thread(process.ready)
+        # A server that is started again listens where clients know it.
+        talk = replace(talk, config=replace(config, port=address.port))
+        if not config.lost:
+            process.post(_start_pose(simulation))
+        _on_hangup(process.read_tokens)
+        ready(address)
+        ended = threading.Event()
+        driving = asyncio.create_task(asyncio.to_thread(process.run, ended))
+        waiting = asyncio.create_task(stop.wait())
+        await asyncio.wait({driving, waiting}, return_when=asyncio.FIRST_COMPLETED)
+        waiting.cancel()
+        ended.set()
+        return await driving
+    finally:
+        process.end()
 
 
-def _tls(config: ServeConfig) -> ssl.SSLContext | None:
-    if config.tls_cert is None or config.tls_key is None:
-        return None
-    return tls_context(config.tls_cert, config.tls_key)
+def _drive(world: World, config: ServeConfig) -> Drive:
+    settings = config.robot.simulation(slip_bursts(config.slip))
+    simulation = Simulation(world, seed=config.seed, config=settings)
+    limits = SpeedLimits.of(simulation.config.drive)
+    return Drive(simulation, Safety(limits, SafetyConfig(stale=config.stale_limits)))
 
 
-def _tokens(config: ServeConfig) -> TokenFile | None:
-    return None if config.tokens is None else TokenFile(config.tokens, ROLES)
-
-
-def _offer(server: Server, map_file: Path) -> None:
-    server.pages.add_file("/map.ply", map_file.read_bytes())
+def _start_pose(simulation: Simulation) -> PoseHint:
+    """Return the pose at which the robot is always switched on, which it knows."""
+    return PoseHint("", Hint(0, simulation.truth().map_from_base, np.zeros((6, 6))))
 
 
 def _stop_on_signals(stop: asyncio.Event) -> None:
-    loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
-        # Windows, and loops in other threads than the main one, have no signal handlers.
-        with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
-            loop.add_signal_handler(number, stop.set)
+        _on_signal(number, stop.set)
 
 
-def _watch(tokens: TokenFile, server: Server, audit: AuditLog | None) -> TokenWatch:
-    """Read the token file again when it changes, and on SIGHUP."""
-    loop = asyncio.get_running_loop()
-
-    def renew(keyring: Credentials) -> None:
-        gone = [
-            server.protocol.connections.name(client)
-            for client in server.protocol.update_credentials(keyring)
-        ]
-        if audit is not None:
-            audit.tokens_renewed(gone)
-
-    def renewed(keyring: Credentials) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop has ended
-            loop.call_soon_threadsafe(renew, keyring)
-
-    watch = TokenWatch(tokens, renewed)
-    with contextlib.suppress(NotImplementedError, RuntimeError, ValueError, AttributeError):
-        loop.add_signal_handler(signal.SIGHUP, watch.check_now)
-    return watch
+def _on_hangup(act: Callable[[], object]) -> None:
+    if hasattr(signal, "SIGHUP"):
+        _on_signal(signal.SIGHUP, act)
 
 
-@contextmanager
-def _audit(
-    config: ServeConfig, simulation: Simulation, server: Server
-) -> Iterator[AuditLog | None]:
-    """Keep the audit log, if one is wanted."""
-    if config.audit is None:
-        yield None
-        return
-    first = {"time": clock.utc_text(), "stamp": simulation.stamp, "what": "begin"}
-    file = AuditFile(config.audit, {**first, "scene": simulation.world.name, "host": config.host})
-    audit = AuditLog(file.add, server, stamp=lambda: simulation.stamp, wall=clock.utc_text)
-    try:
-        yield audit
-    finally:
-        audit.end()
-        file.close()
+def _on_signal(number: int, act: Callable[[], object]) -> None:
+    # Windows, and loops in other threads than the main one, have no signal handlers.
+    with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
+        asyncio.get_running_loop().add_signal_handler(number, partial(act))
+
+
+def _metadata(config: ServeConfig, simulation: Simulation, cloud: Cloud) -> Mapping[str, str]:
+    """Return the metadata of a log of the readings."""
+    return {
+        "scene": simulation.world.name,
+        "seed": str(config.seed),
+        "map_sha256": cloud.sha256,
+        **config_metadata(LocalizerConfig()),
+    }
 
 
 @contextmanager
@@ -213,14 +245,10 @@ def _log(
     if config.record is None:
         yield ()
         return
-    metadata = {
-        "scene": simulation.world.name,
-        "seed": str(config.seed),
-        "map_sha256": cloud.sha256,
-        **config_metadata(LocalizerConfig()),
-    }
-    radius = simulation.world.robot.rolling_radius
-    with ReadingsWriter(config.record, simulation.mounts, metadata, wheel_radius=radius) as log:
+    metadata, radius = _metadata(config, simulation, cloud), simulation.world.robot.rolling_radius
+    with ReadingsWriter(
+        config.record, simulation.mounts, dict(metadata), wheel_radius=radius
+    ) as log:
 
         def write(tick: TickRecord) -> None:
             for reading in tick.readings:

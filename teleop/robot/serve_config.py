@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
 from teleop.errors import SettingError
+from teleop.link.emulation import LinkConfig
 from teleop.robot.robot_options import RobotOptions, check_slip_times
+from teleop.robot.stale_commands import StaleLimits
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +49,14 @@ class ServeConfig:
     """Encrypt with this certificate and those of its issuers (PEM); needs --tls-key."""
     tls_key: Path | None = None
     """Private key of the certificate (PEM)."""
+    slow_age: float = 0.5
+    """Age of commands above which the robot drives slower [s]; 0 switches it off, to study delay."""
+    max_age: float = 1.0
+    """Age of commands above which they are refused, and the robot stops [s]; 0 switches it off."""
+    link: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=NUMBER ...")] = ()
+    """Emulate a slow link: delay, jitter, growth, rate, stall and period, blackout and at, seed; up.delay=0.3 is one way."""
+    log_level: Literal["debug", "info", "warning", "error"] = "info"
+    """Least important messages that the terminal shows."""
     audit: Path | None = None
     """Append a line to this file for everything that clients do to the robot."""
 
@@ -55,5 +66,20 @@ class ServeConfig:
         if self.seed < 0:
             raise SettingError(f"seed must be >= 0, got {self.seed}")
         check_slip_times(self.slip)
+        if not all(math.isfinite(age) and age >= 0.0 for age in (self.slow_age, self.max_age)):
+            raise SettingError(
+                f"slow-age and max-age must be >= 0 s, got {self.slow_age:g} and {self.max_age:g}"
+            )
+        _ = self.stale_limits, self.link_config
         if (self.tls_cert is None) != (self.tls_key is None):
             raise SettingError("TLS needs both, a certificate and its key")
+
+    @property
+    def stale_limits(self) -> StaleLimits:
+        """Limits on commands that are old when they arrive."""
+        return StaleLimits(round(self.slow_age * 1e9), round(self.max_age * 1e9))
+
+    @property
+    def link_config(self) -> LinkConfig | None:
+        """The emulated link; None if there is none."""
+        return LinkConfig.parse(self.link) if self.link else None

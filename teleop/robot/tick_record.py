@@ -1,16 +1,17 @@
-"""Record of one tick of the robot: its inputs, its estimate, and the simulation's ground truth."""
+"""Records of one tick of the robot: its inputs, its estimate, and the simulation's ground truth."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
-from localization.types import Estimate, Reading
+from localization.types import Estimate, Inertial, Reading
 from robot_sim import SkidSteer
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import Truth
-from teleop.robot.inbox import InboxMessage
-from teleop.robot.safety import ControlState
+from teleop.robot.control_state import ControlState
+from teleop.robot.inbox import InboxMessage, PoseHint
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,22 +24,41 @@ class Rejection:
     """Why, for people."""
 
 
+@dataclass(frozen=True, slots=True)
+class Pacing:
+    """How well the ticks of a robot in real time keep time."""
+
+    gap: int = 0
+    """Time between this tick and the one before it [ns]."""
+    longest_gap: int = 0
+    """Longest time between two ticks since the robot was started [ns]."""
+    lost: int = 0
+    """Lag that was dropped since the robot was started [ns]."""
+    elapsed: int = 0
+    """Time since the robot was started [ns]."""
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated over elapsed time."""
+        return 1.0 - self.lost / self.elapsed if self.elapsed else 1.0
+
+
+NO_PACING: Final = Pacing()
+"""Of ticks that follow no clock."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class TickRecord:
-    """Everything that is known about one tick; the only value that carries ground truth."""
+class DriveRecord:
+    """What the driving side knows about one tick; the only value that carries ground truth."""
 
     stamp: int
     """Simulated time at the end of the tick [ns]."""
     robot: SkidSteer
     """Nominal parameters of the driven platform."""
     inbox: tuple[InboxMessage, ...]
-    """Messages that had arrived before the tick, in order."""
-    readings: tuple[Reading, ...]
-    """Readings in the order in which the localiser took them, hints first."""
-    estimates: tuple[Estimate, ...]
-    """One estimate for each inertial reading of the tick, oldest first."""
-    matched: Estimate | None
-    """The newest estimate that a scan was registered for, of this tick or an earlier one."""
+    """Messages that had arrived before the tick, in order; hints with the time at which they apply."""
+    sensed: tuple[Reading, ...]
+    """Readings of the robot's sensors, in the order of their end times."""
     control: ControlState
     """The driver, and the command in force."""
     rejections: tuple[Rejection, ...]
@@ -49,8 +69,85 @@ class TickRecord:
     """Bumpers, tilt and stalls; the names of touched objects are ground truth."""
     packet: StandardPacket | None
     """The packet of a controller with firmware, if one was due in this tick."""
+    attitude: Inertial | None
+    """The newest inertial reading, with the attitude that its filter makes of it and of those before."""
+    pacing: Pacing = NO_PACING
+    """How well the ticks keep time; all zeros in lockstep."""
+
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """Readings in the order in which the localiser takes them, hints first."""
+        return (*(m.hint for m in self.inbox if isinstance(m, PoseHint)), *self.sensed)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EstimateRecord:
+    """What the localiser made of the readings of one tick."""
+
+    stamp: int
+    """Simulated time at the end of the tick [ns]."""
+    estimates: tuple[Estimate, ...]
+    """One estimate for each inertial reading of the tick, oldest first."""
+    fit: float | None = None
+    """Share of the last registered scan that the map explains; None before the first."""
+    nis: float | None = None
+    """Normalised innovation squared of the last registered scan; None if it was not fused."""
+    undoable: bool = False
+    """Whether the last placement can still be undone."""
+    searching: bool = False
+    """Whether a search of the whole map is under way."""
 
     @property
     def estimate(self) -> Estimate:
         """The newest estimate."""
         return self.estimates[-1]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TickRecord:
+    """Everything that is known about one tick, where one process drives and estimates."""
+
+    drive: DriveRecord
+    """What the driving side knows."""
+    estimation: EstimateRecord
+    """What the localiser made of it."""
+
+    @property
+    def stamp(self) -> int:
+        """Simulated time at the end of the tick [ns]."""
+        return self.drive.stamp
+
+    @property
+    def inbox(self) -> tuple[InboxMessage, ...]:
+        """Messages that had arrived before the tick, in order."""
+        return self.drive.inbox
+
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """Readings in the order in which the localiser took them, hints first."""
+        return self.drive.readings
+
+    @property
+    def control(self) -> ControlState:
+        """The driver, and the command in force."""
+        return self.drive.control
+
+    @property
+    def truth(self) -> Truth:
+        """Ground truth at the end of the tick."""
+        return self.drive.truth
+
+    @property
+    def condition(self) -> Condition:
+        """Bumpers, tilt and stalls."""
+        return self.drive.condition
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """One estimate for each inertial reading of the tick, oldest first."""
+        return self.estimation.estimates
+
+    @property
+    def estimate(self) -> Estimate:
+        """The newest estimate."""
+        return self.estimation.estimate

@@ -33,6 +33,7 @@ from teleop.rosbridge.errors import (
     ServiceError as ServiceError,
     TypeNameError as TypeNameError,
 )
+from teleop.rosbridge.framing.outbox import QueueLimits as QueueLimits
 from teleop.rosbridge.framing.outgoing_frames import (
     CloseFrame as CloseFrame,
     FrameKind as FrameKind,
@@ -47,10 +48,12 @@ from teleop.rosbridge.messages.message_defaults import default as default
 from teleop.rosbridge.messages.message_types import Message as Message
 from teleop.rosbridge.messages.type_registry import TypeRegistry as TypeRegistry
 from teleop.rosbridge.protocol.connection import Connection as Connection
+from teleop.rosbridge.protocol.frame_delay import FrameDelay as FrameDelay
 from teleop.rosbridge.protocol.observers import Observer as Observer
 from teleop.rosbridge.protocol.protocol import Protocol as Protocol
 from teleop.rosbridge.protocol.refusals import Refusal as Refusal
+from teleop.rosbridge.protocol.round_trips import RoundTrip as RoundTrip
 from teleop.rosbridge.ros_time import nanoseconds as nanoseconds, stamp as stamp
+from teleop.rosbridge.server.dated_loop import DatedEventLoop as DatedEventLoop
 from teleop.rosbridge.server.keepalive import Keepalive as Keepalive
-from teleop.rosbridge.server.outbox import QueueLimits as QueueLimits
 from teleop.rosbridge.server.server import Server as Server

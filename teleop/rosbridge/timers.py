@@ -63,15 +63,15 @@ class Timers:
         return self._heap[0].when if self._heap else None
 
     def advance(self, now: int) -> None:
-        """Set the current time [ns] without calling any callback."""
-        self.now = now
+        """Set the current time [ns] without calling any callback; it never goes back."""
+        self.now = max(self.now, now)
 
     def tick(self, now: int) -> None:
         """Set the current time [ns] and call all callbacks that are due.
 
         Timers that a callback schedules wait for the next tick, even if they are due already.
         """
-        self.now = now
+        self.advance(now)
         due_timers = []
         while (due := self.due) is not None and due <= now:
             due_timers.append(heapq.heappop(self._heap))

@@ -10,6 +10,7 @@ import sys
 from collections import deque
 from pathlib import Path
 
+from localization.extras import has
 from localization.maps.cloud import Cloud
 from localization.types import SECOND
 from robot_sim import PhysicsError, World
@@ -18,6 +19,7 @@ from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.robot import Robot
 from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.tick_record import TickRecord
+from teleop.robot.topics.topic_table import latched_messages
 from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame, Output
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.connection import Connection
@@ -48,7 +50,7 @@ def run_over_wire(
         world: Its scene.
         cloud: The scene's prebuilt cloud, for the robot.
         map_path: File of the cloud, which the operator loads itself.
-        folder: Folder of the run, for the operator's recording as well.
+        folder: Folder of the run, for the operator's recording as well, if rerun is installed.
         cache: Folder for derived files.
         progress: Called with the progress.
     """
@@ -57,6 +59,8 @@ def run_over_wire(
         ending, traffic = asyncio.run(
             _serve_and_operate(mission, robot, recorder, cloud, map_path, progress)
         )
+        if ending == "interrupted" and not recorder.begun:
+            raise KeyboardInterrupt
         return recorder.finish(ending, traffic)
 
 
@@ -86,8 +90,18 @@ async def _serve_and_operate(
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
     meter = Meter()
     protocol.observers.add(meter)
-    adapter = RosbridgeAdapter(robot, server, cloud, observers=(unrecorded.append,))
-    service = LockstepService(adapter, last_stamp=mission.time_limit, deferred=record)
+    adapter = RosbridgeAdapter(
+        server,
+        latched_messages(cloud, simulation.mounts),
+        undo_memory=robot.localizer.config.undo_memory,
+    )
+    service = LockstepService(
+        robot,
+        adapter,
+        observers=(unrecorded.append,),
+        last_stamp=mission.time_limit,
+        deferred=record,
+    )
     await server.start()
     script_path = _write_script(mission, robot, server.url, map_path, recorder.folder)
     interrupted = asyncio.Event()
@@ -170,7 +184,7 @@ def _write_script(mission: Mission, robot: Robot, url: str, map_path: Path, fold
         hint_quaternion_wxyz=tuple(hint.map_from_base.quaternion_wxyz.tolist()),
         hint_covariance=tuple(hint.covariance.ravel().tolist()),
         duration=mission.duration,
-        recording=str(folder / "operator.rrd"),
+        recording=str(folder / "operator.rrd") if has("rerun") else None,
     )
     path = folder / "operator.json"
     script.save(path)

@@ -12,7 +12,7 @@ from localization.types import SECOND
 from robot_sim import PhysicsError, Simulation, World
 from teleop.clock import Stopwatch, wall_seconds
 from teleop.joystick import VelocityRequest
-from teleop.robot.inbox import DriveCommand, InboxMessage
+from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.run_recorder import RunRecord, RunRecorder
@@ -92,7 +92,7 @@ def _drive(mission: Mission, robot: Robot, recorder: RunRecorder, progress: Prog
             if now >= mission.time_limit:
                 return "completed" if mission.duration else "out of time before the tour's end"
             if now == HINT_STAMP:
-                inbox.append(hint)
+                inbox.append(PoseHint("script", hint))
             tick = robot.tick(now, inbox)
             recorder.take(tick)
             estimate = tick.estimate

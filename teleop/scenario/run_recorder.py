@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
@@ -49,7 +50,10 @@ class RunRecord:
 
 
 class RunRecorder:
-    """Owns a run's folder; as a context manager it completes the log in any case."""
+    """Owns a run's folder; as a context manager it completes the log in any case.
+
+    Of a run that ends before its first tick nothing stays.
+    """
 
     def __init__(
         self,
@@ -103,6 +107,15 @@ class RunRecorder:
 
     def __exit__(self, *_: object) -> None:
         self._log.close()
+        if not self._ticks:
+            self._discard()
+
+    def _discard(self) -> None:
+        """Remove the files of a run that did not begin, and its folder unless it holds other files."""
+        for name in ("config.json", "operator.json", "operator.rrd", "readings.mcap"):
+            (self.folder / name).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            self.folder.rmdir()
 
     def take(self, tick: TickRecord) -> None:
         """Record one tick."""
@@ -113,7 +126,12 @@ class RunRecorder:
         self._measure_latency(tick)
         self._driven += float(np.hypot(*tick.truth.twist.linear[:2])) * TICK_NS / SECOND
         # Readings are in the log and need not be kept; sweeps stay for the picture.
-        self._ticks.append(replace(tick, readings=(), inbox=()))
+        self._ticks.append(replace(tick, drive=replace(tick.drive, sensed=(), inbox=())))
+
+    @property
+    def begun(self) -> bool:
+        """Whether there was a tick."""
+        return bool(self._ticks)
 
     @property
     def progress(self) -> float:

@@ -16,12 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-from localization.display.rerun_sink import Sink
 from localization.maps.map_files import load_cloud
 from localization.types import SECOND, Pose
 from teleop.errors import TeleopError
 from teleop.interfaces import registry
-from teleop.operator.display import Display
 from teleop.operator.operator_client import OperatorClient
 from teleop.operator.threaded_display import ThreadedDisplay
 from teleop.rosbridge.client.client import Client
@@ -92,6 +90,10 @@ async def operate(script: OperatorScript) -> None:
     cloud = load_cloud(script.map_path)
     display = None
     if script.recording is not None:
+        # Imported here, since a drive that is not recorded needs no rerun.
+        from localization.display.rerun_sink import Sink
+        from teleop.operator.display import Display
+
         display = ThreadedDisplay(
             Display(cloud, sink=Sink(file=Path(script.recording))), blocking=True
         )

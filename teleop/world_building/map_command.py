@@ -62,6 +62,8 @@ class Map(LogMapping):
             raise SettingError(
                 "--quick scans from stops: --effects and --without-truth need the drive"
             )
+        # A scene mapped without --out gets its own cloud replaced: that is what the command is for.
+        self.check(self.out)
         return self._map_without_truth(scene) if self.without_truth else self._map_scene(scene)
 
     def _map_scene(self, scene: str) -> int:

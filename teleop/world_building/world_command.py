@@ -6,11 +6,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
 import tyro
 
-from localization.cli.terminal import Progress, say
+from localization.cli.run_folder import check_folder
+from localization.cli.terminal import Progress, fitted, say, say_json
+from localization.extras import require
 
 if TYPE_CHECKING:
     from localization.types import Pose
@@ -33,14 +35,20 @@ class Generate:
     out: Path | None = None
     """Folder to write; worlds/building-<seed> unless given."""
     cloud: bool = True
-    """Survey the building and write its cloud."""
+    """Survey the building and write its cloud, which needs the extra `map`."""
+    overwrite: bool = False
+    """Replace the files of an earlier world in the folder."""
+    json: bool = False
+    """Describe it as JSON."""
 
     def __call__(self) -> int:
         """Run the command."""
+        folder = self.out or Path("worlds") / f"building-{self.seed}"
+        _check(folder, cloud=self.cloud, overwrite=self.overwrite)
+
         from robot_sim.building_generator import generate
         from robot_sim.floorplan.toml_writer import plan_to_toml
 
-        folder = self.out or Path("worlds") / f"building-{self.seed}"
         building = generate(self.seed, self.area, name=folder.resolve().name)
         command = f"farsteer world generate --seed {self.seed} --area {self.area:g}"
         notes = {
@@ -55,7 +63,7 @@ class Generate:
             "of its middle from the wall's start.",
         ]
         text = plan_to_toml(building.plan, heading=heading, notes=notes)
-        _write(folder, building.plan, text, f"{kind}, generated.", command, self.cloud)
+        _write(folder, building.plan, text, f"{kind}, generated.", command, self.cloud, self.json)
         return 0
 
 
@@ -75,7 +83,11 @@ class FromMap:
     out: Path | None = None
     """Folder to write; worlds/<name of the map> unless given."""
     cloud: bool = True
-    """Survey the world and write its cloud."""
+    """Survey the world and write its cloud, which needs the extra `map`."""
+    overwrite: bool = False
+    """Replace the files of an earlier world in the folder."""
+    json: bool = False
+    """Describe it as JSON."""
 
     def __call__(self) -> int:
         """Run the command."""
@@ -88,6 +100,7 @@ class FromMap:
 
         grid = read_occupancy_map(self.map)
         folder = self.out or Path("worlds") / grid.name
+        _check(folder, cloud=self.cloud, overwrite=self.overwrite)
         grid = replace(grid, name=folder.resolve().name)
         spawn = None
         if self.spawn is not None:
@@ -108,13 +121,16 @@ class FromMap:
                 f"outdoors  {imported.outdoors:.0f} m2 of free cells lie outside the building: no route leads"
                 " there"
             )
-        _write(folder, plan, text, origin, command, self.cloud, imported.reach, lines)
+        _write(folder, plan, text, origin, command, self.cloud, self.json, imported.reach, lines)
         return 0
 
 
 @dataclass(frozen=True)
 class List:
     """List the scenes that come with the project, and those in worlds/."""
+
+    json: bool = False
+    """Print the list as JSON."""
 
     def __call__(self) -> int:
         """Run the command."""
@@ -124,12 +140,18 @@ class List:
         from teleop.scene_clouds import scene_cloud_path
 
         ours = sorted(p.parent for p in Path("worlds").glob(f"*/{PLAN_FILE}"))
+        rows = []
         for scene in (*scene_names(), *map(str, ours)):
             plan = load_plan(scene)
             x0, y0, x1, y1 = plan.bounds
-            has = "" if scene_cloud_path(scene).is_file() else "   no cloud yet"
-            area = f"{(x1 - x0) * (y1 - y0):6.0f} m2"
-            say(f"{scene:<24}{area}   tour {length(plan.tour):5.0f} m{has}")
+            cloud = scene_cloud_path(scene).is_file()
+            area, tour = (x1 - x0) * (y1 - y0), length(plan.tour)
+            rows.append({"scene": scene, "area": area, "tour": tour, "cloud": cloud})
+            if not self.json:
+                missing = "" if cloud else "   no cloud yet"
+                say(f"{scene:<24}{area:6.0f} m2   tour {tour:5.0f} m{missing}")
+        if self.json:
+            say_json(rows)
         return 0
 
 
@@ -139,12 +161,18 @@ class Show:
 
     scene: Annotated[str, tyro.conf.Positional]
     """Name of a scene, or the path of a folder, a floor plan or an MJCF file."""
+    json: bool = False
+    """Describe it as JSON."""
 
     def __call__(self) -> int:
         """Run the command."""
         from robot_sim.worlds.loading import load_world
 
-        say(*_described(load_world(self.scene), self.scene))
+        world = load_world(self.scene)
+        if self.json:
+            say_json(_facts(world, self.scene))
+        else:
+            say(*_described(world, self.scene))
         return 0
 
 
@@ -168,6 +196,17 @@ class Worlds:
         return run()
 
 
+_FILES: Final = ("README.md", "cloud.ply", "picture.png", "world.toml")
+"""Names of the files of a world's folder."""
+
+
+def _check(folder: Path, *, cloud: bool, overwrite: bool) -> None:
+    """Check before any work that a world can be written to a folder, and its cloud be built."""
+    if cloud:
+        require("open3d", "the cloud of a world (--no-cloud leaves it out)")
+    check_folder(folder, _FILES, overwrite=overwrite)
+
+
 def _write(
     folder: Path,
     plan: Plan,
@@ -175,6 +214,7 @@ def _write(
     origin: str,
     command: str,
     cloud: bool,
+    as_json: bool,
     reach: Reach | None = None,
     lines: Sequence[str] = (),
 ) -> None:
@@ -185,7 +225,10 @@ def _write(
         folder, plan, text, origin=origin, command=command, cloud=cloud, reach=reach, progress=bar
     )
     bar.end()
-    say(*_described(world, str(folder)), *lines)
+    if as_json:
+        say_json({**_facts(world, str(folder)), "folder": folder, "remarks": lines})
+        return
+    say(*_described(world, str(folder)), *fitted(*lines))
     if mapped is None:
         say("", f"it has no cloud yet: farsteer map {folder} --quick")
     say(
@@ -214,7 +257,32 @@ def _described(world: World, scene: str) -> list[str]:
         f"spawns    {_poses(world.spawns)}",
         f"places    {_poses(world.places)}",
     ]
-    return [*lines, *(f"note      {note}" for note in world.notes)]
+    return fitted(*lines, *(f"note      {note}" for note in world.notes))
+
+
+def _facts(world: World, scene: str) -> dict[str, object]:
+    """Return the description of a world for programs, in metres and degrees."""
+    from robot_sim.layout.route_planning import length
+    from robot_sim.robot.drivable_surfaces import drivable_names
+    from teleop.scene_clouds import scene_cloud_path
+
+    def listed(poses: Mapping[str, Pose]) -> dict[str, list[float]]:
+        return {n: [*p.position[:2].tolist(), math.degrees(p.yaw)] for n, p in poses.items()}
+
+    cloud = scene_cloud_path(scene)
+    return {
+        "name": world.name,
+        "bounds": world.bounds,
+        "area": world.area,
+        "geoms": world.model.ngeom,
+        "tour": length(world.tour),
+        "survey": length(world.survey),
+        "cloud": cloud if cloud.is_file() else None,
+        "drivable": drivable_names(world.model),
+        "spawns": listed(world.spawns),
+        "places": listed(world.places),
+        "notes": world.notes,
+    }
 
 
 def _length(route: Sequence[tuple[float, float]]) -> str:

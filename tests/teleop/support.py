@@ -25,7 +25,9 @@ from localization.pipeline.localizer import Localizer
 from localization.types import Hint
 from robot_sim import Simulation, World
 from teleop.interfaces import registry
-from teleop.robot.lockstep_service import LockstepService
+from teleop.robot.address import Address
+from teleop.robot.inbox import PoseHint
+from teleop.robot.lockstep_service import LockstepService, offer_in_lockstep
 from teleop.robot.robot import Robot
 from teleop.robot.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.serve import serve
@@ -241,7 +243,7 @@ class Rig:
     def place(self) -> None:
         """Give the robot its true pose as a hint; the verdict takes less than a second of robot time."""
         truth = self.robot.simulation.truth().map_from_base
-        self.host.post(Hint(self.robot.simulation.stamp, truth, np.zeros((6, 6))))
+        self.host.wishes.post(PoseHint("", Hint(0, truth, np.zeros((6, 6)))))
 
     def __post_init__(self) -> None:
         self._departures: asyncio.Queue[str] = asyncio.Queue()
@@ -259,10 +261,9 @@ async def lockstep(world: World, cloud: Cloud, cache: Path, *, seed: int = 0) ->
     robot = Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
     protocol = Protocol(registry(), limits=ClientLimits.unhurried())
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
-    host = RosbridgeAdapter(robot, server, cloud)
-    stepper = LockstepService(host)
+    stepper = offer_in_lockstep(robot, server, cloud)
     async with server:
-        yield Rig(robot, server, host, stepper)
+        yield Rig(robot, server, stepper.adapter, stepper)
 
 
 class Robots(typing.Protocol):
@@ -273,9 +274,9 @@ class Robots(typing.Protocol):
 
 
 @asynccontextmanager
-async def real_time(world: World, cloud: Cloud, cache: Path) -> AsyncIterator[Server]:
-    """Serve a robot in real time in this loop."""
-    ready: asyncio.Future[Server] = asyncio.get_running_loop().create_future()
+async def real_time(world: World, cloud: Cloud, cache: Path) -> AsyncIterator[Address]:
+    """Serve a robot in real time, driven by a thread of this process."""
+    ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
     stop = asyncio.Event()
     config = ServeConfig(port=0)
     serving = asyncio.create_task(

@@ -2,52 +2,44 @@
 
 from __future__ import annotations
 
-import asyncio
+import threading
 from itertools import pairwise
 
 import pytest
 
-from teleop import clock as pacing
+from teleop import clock
 
 
-def test_real_time_ticks_with_rising_time_until_it_is_stopped() -> None:
-    async def scenario() -> tuple[list[int], float]:
-        stop, seen = asyncio.Event(), []
-
-        def tick(now: int) -> None:
-            seen.append(now)
-            if len(seen) == 10:
-                stop.set()
-
-        return seen, await pacing.real_time(tick, stop)
-
-    seen, factor = asyncio.run(scenario())
+def test_beats_come_with_rising_time_until_they_are_stopped() -> None:
+    stop, seen = threading.Event(), []
+    for beat in clock.beats(stop):
+        seen.append(beat)
+        if len(seen) == 10:
+            stop.set()
     assert len(seen) == 10
-    assert seen == sorted(seen)
-    assert 0.0 < factor <= 1.2
+    assert all(b.now - a.now == b.gap > 0 for a, b in pairwise(seen))
+    assert seen[-1].elapsed >= seen[-1].lost
 
 
 def test_lag_beyond_the_limit_is_let_go_instead_of_chased(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A clock that leaps half a second costs one tick, not twenty-five."""
+    """A clock that leaps half a second costs one beat, not twenty-five."""
     now = [0]
 
-    async def sleep(seconds: float) -> None:
+    def sleep(seconds: float) -> None:
         now[0] += max(1_000_000, round(seconds * 1e9))
 
-    monkeypatch.setattr(pacing, "monotonic", lambda: now[0])
-    monkeypatch.setattr("asyncio.sleep", sleep)
-    stop, seen = asyncio.Event(), []
-
-    def tick(stamp: int) -> None:
-        seen.append(stamp)
+    monkeypatch.setattr(clock, "monotonic", lambda: now[0])
+    monkeypatch.setattr("time.sleep", sleep)
+    stop, seen = threading.Event(), []
+    for beat in clock.beats(stop):
+        seen.append(beat)
         if len(seen) == 5:
             now[0] += 500_000_000
         if len(seen) == 10:
             stop.set()
-
-    factor = asyncio.run(pacing.real_time(tick, stop))
-    late = [b - a for a, b in pairwise(seen[5:])]
+    late = [b.now - a.now for a, b in pairwise(seen[5:])]
     assert min(late) >= 19_000_000
-    assert factor < 0.5
+    assert seen[5].gap >= 500_000_000
+    assert seen[-1].lost == pytest.approx(480_000_000, abs=21_000_000)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import re
 import signal
@@ -10,12 +11,15 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from localization.evaluation.tum_file import read_tum
 from localization.logs.mcap_log import read_log
 from teleop.__main__ import main
+from teleop.command_line import COMMANDS, Command
+from teleop.scenario.commands import FILES
 
 
 def farsteer(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -42,14 +46,14 @@ def error_line(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 def test_help_teaches_with_examples(tmp_path: Path) -> None:
     done = farsteer("--help", cwd=tmp_path)
     assert done.returncode == 0
-    for word in (
-        "examples:",
-        "farsteer sim",
-        "farsteer evaluate",
-        "farsteer localize",
-        "exit status",
-    ):
+    assert max(map(len, done.stdout.splitlines())) <= 80
+    for word in ("examples:", "exit status", *(f"\n  {name} " for name in COMMANDS)):
         assert word in done.stdout
+
+
+def test_help_lists_the_commands_that_are_parsed() -> None:
+    kinds = {get_args(member)[0] for member in get_args(Command)}
+    assert kinds == set(COMMANDS.values())
 
 
 def test_unknown_scene_is_answered_with_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
@@ -97,18 +101,9 @@ def test_impossible_settings_are_refused_by_name(capsys: pytest.CaptureFixture[s
 def test_hint_outside_the_map_is_rejected_and_the_run_continues(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = [
-        "sim",
-        "--duration",
-        "2",
-        "--pose-error",
-        "500",
-        "--no-picture",
-        "--out",
-        str(tmp_path),
-    ]
-    assert main(words) == 1
-    output = capsys.readouterr().out
+    words = ["sim", "--duration", "2", "--pose-error", "500", "--no-picture"]
+    assert main([*words, "--out", str(tmp_path)]) == 1
+    output = " ".join(capsys.readouterr().out.split())
     assert "rejected" in output
     assert "outside the map" in output
 
@@ -212,8 +207,9 @@ def test_defect_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("error", "text"),
     [
-        (ModuleNotFoundError("x", name="mujoco"), "pip install 'farsteer[sim]'"),
-        (ImportError("building a map needs Open3D"), "needs Open3D"),
+        (ModuleNotFoundError("x", name="mujoco"), "[sim]'"),
+        (ModuleNotFoundError("x", name="rerun.blueprint"), "[operator]'"),
+        (ImportError("Open3D does not load"), "does not load"),
         (FileNotFoundError(2, "No such file or directory", "map.ply"), "map.ply"),
         (OSError(errno.ENOSPC, "No space left on device"), "No space left"),
     ],
@@ -226,3 +222,149 @@ def test_errors_of_the_environment_are_reported_in_one_line(
 
     monkeypatch.setattr("teleop.scenario.commands.Evaluate.__call__", failing)
     assert text in error_line(["evaluate", "runs/x"], capsys)
+
+
+@pytest.mark.process
+def test_ctrl_c_in_the_first_second_is_one_line(tmp_path: Path) -> None:
+    """Wherever it meets the imports, the status is 130 and nothing stays behind."""
+    for delay in (0.1, 0.3, 0.6, 1.0):
+        process = begin("sim", "--out", str(tmp_path / "run"), cwd=tmp_path)
+        # A prompt start is not of this test: Python itself answers until it has read the command.
+        time.sleep(delay)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+        assert (process.returncode, out) == (130, ""), err
+        assert err.splitlines()[-1] == "farsteer: interrupted"
+        assert "Traceback" not in err
+        assert not list(tmp_path.iterdir())
+
+
+def begin(*words: str, cwd: Path, **environment: str) -> subprocess.Popen[str]:
+    """Start the command in a folder."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "teleop", *words],
+        cwd=cwd,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+SHORT = ("sim", "--duration", "1", "--no-picture", "--out")
+
+
+@pytest.mark.process
+def test_terminal_of_ascii_shows_the_report(tmp_path: Path) -> None:
+    process = begin(*SHORT, "run", cwd=tmp_path, PYTHONIOENCODING="ascii")
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 1, err
+    assert "health" in out
+    process = begin("evaluate", "run", cwd=tmp_path, PYTHONIOENCODING="ascii")
+    assert process.communicate(timeout=60)[0].splitlines()[0] == out.splitlines()[0]
+
+
+@pytest.mark.process
+def test_run_is_complete_without_standard_output_and_its_error(tmp_path: Path) -> None:
+    """Closed streams are replaced before any file is opened, which else would get their numbers."""
+    command = f"{sys.executable} -m teleop {' '.join(SHORT)} run >&- 2>&- <&-"
+    path = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    done = subprocess.run(["sh", "-c", command], cwd=tmp_path, env=path, check=False)
+    assert done.returncode == 1
+    assert read_log(tmp_path / "run/readings.mcap").complete
+    assert json.loads((tmp_path / "run/summary.json").read_text())["passed"] is False
+
+
+@pytest.mark.process
+def test_reader_who_leaves_early_costs_nothing(tmp_path: Path) -> None:
+    command = (
+        f"{sys.executable} -m teleop --help | head -1; {sys.executable} -m teleop sim --help | true"
+    )
+    path = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    done = subprocess.run(
+        ["sh", "-c", command], cwd=tmp_path, env=path, capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "usage: farsteer COMMAND [OPTIONS]\n"
+    assert not done.stderr
+
+
+@pytest.mark.process
+def test_full_disk_names_the_folder_and_leaves_a_log_that_can_be_read(tmp_path: Path) -> None:
+    """A limit on the size of files stands for the disk; the log has whole chunks by then."""
+    limited = (
+        "import resource, sys; from teleop.__main__ import main;"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000));"
+        "sys.exit(main(sys.argv[1:]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", limited, "sim", "--duration", "60", "--out", "run"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), "XDG_CACHE_HOME": "cache"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2, done.stderr
+    last = done.stderr.splitlines()[-1]
+    assert re.match(
+        r"farsteer: run: File too large; kept there: config\.json, .*readings\.mcap", last
+    )
+    assert "Traceback" not in done.stderr
+    log = read_log(tmp_path / "run/readings.mcap")
+    assert not log.complete
+    assert len(list(log)) > 300
+
+
+@pytest.mark.process
+def test_robot_drives_without_rerun_and_says_what_is_missing(tmp_path: Path) -> None:
+    (tmp_path / "path").mkdir()
+    # Python reads this at its start, in the operator's process as well.
+    (tmp_path / "path/sitecustomize.py").write_text("import sys; sys.modules['rerun'] = None")
+    paths = f"{tmp_path / 'path'}:{Path(__file__).parents[2]}"
+    process = begin(*SHORT, "run", cwd=tmp_path, PYTHONPATH=paths)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 1, err
+    assert out.splitlines()[0].startswith("no operator.rrd: rerun is missing: ")
+    assert "waiting 100.0%" in out
+    names = {path.name for path in (tmp_path / "run").iterdir()}
+    assert names == {*FILES} - {"operator.rrd", "run.png"}
+
+
+@pytest.mark.process
+def test_results_are_printed_as_json_and_nothing_else(tmp_path: Path) -> None:
+    done = farsteer(*SHORT, "run", "--json", cwd=tmp_path)
+    printed = json.loads(done.stdout)
+    assert printed.pop("folder") == "run"
+    again = json.loads(farsteer("evaluate", "run", "--json", cwd=tmp_path).stdout)
+    assert again == printed
+    # No pose was found within a second: there is no number for an infinite error.
+    assert [check["value"] for check in again["checks"]] == [None] * 4
+    assert done.returncode == 1
+
+
+def test_earlier_run_is_not_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "truth.tum").write_text("a long drive")
+    line = error_line(["sim", "--out", str(tmp_path)], capsys)
+    assert line.endswith("already holds truth.tum: give another folder, or add --overwrite")
+    assert [path.name for path in tmp_path.iterdir()] == ["truth.tum"]
+
+
+@pytest.mark.process
+def test_bad_settings_are_answered_before_the_simulator_is_loaded(tmp_path: Path) -> None:
+    code = (
+        "import sys; from teleop.__main__ import main\n"
+        "for words in (['serve', '--port', '99999'], ['sim', '--seed', '-1'], ['sim', '--out', '/proc/x'],\n"
+        "    ['evaluate', '/nowhere'], ['operate', '--duration', '-1']):\n"
+        "    assert main(words) == 2, words\n"
+        "print(*sorted({'mujoco', 'rerun', 'matplotlib', 'scipy'} & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.split() == []
+    assert len(done.stderr.split("farsteer: ")) == 6

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from teleop.joystick import JoystickLayout, read_joy
-from teleop.robot.serve import ROLES
+from teleop.robot.server_setup import ROLES
 from teleop.rosbridge import Role, read_credentials
 from teleop.scenario.run_report import summary_table
 from teleop.scenario.run_summary import read_summary

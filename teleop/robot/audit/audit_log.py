@@ -12,7 +12,7 @@ from localization.types import Hint, HintVerdict
 from teleop.joystick import VelocityRequest
 from teleop.robot.audit.audit_rate_limit import AuditRateLimiter
 from teleop.robot.inbox import DriveCommand
-from teleop.robot.tick_record import TickRecord
+from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
@@ -81,12 +81,15 @@ class AuditLog(Observer):
             {**self._when(), "what": "tokens read again", "disconnected": list(disconnected)}
         )
 
-    def tick(self, tick: TickRecord) -> None:
-        """Log a tick's commands and verdicts: of each client the newest command, if it has changed."""
+    def driven(self, tick: DriveRecord) -> None:
+        """Log a tick's commands: of each client the newest, if it has changed."""
         rejections = {rejection.client: rejection.reason for rejection in tick.rejections}
         newest = {m.client: m.request for m in tick.inbox if isinstance(m, DriveCommand)}
         for client, request in newest.items():
             self._command(client, request, rejections.get(client, ""))
+
+    def estimated(self, tick: EstimateRecord) -> None:
+        """Log a tick's verdicts."""
         for estimate in tick.estimates:
             if estimate.verdict is not None:
                 self._verdict(estimate.verdict)
@@ -113,7 +116,7 @@ class AuditLog(Observer):
 
     def _verdict(self, verdict: HintVerdict) -> None:
         for hint, client in self._hints:  # the pose that the robot starts with has no sender
-            if hint is verdict.hint:
+            if _equal(hint, verdict.hint):
                 found, why = verdict.verdict.value, verdict.reason
                 self._line("hint answered", client, verdict=found, reason=why)
 
@@ -175,4 +178,15 @@ def _same(one: VelocityRequest, other: VelocityRequest) -> bool:
         one.enabled == other.enabled
         and bool(np.array_equal(one.twist.linear, other.twist.linear))
         and bool(np.array_equal(one.twist.angular, other.twist.angular))
+    )
+
+
+def _equal(one: Hint, other: Hint) -> bool:
+    """Return whether two hints are the same, whatever process holds them, and whenever they applied."""
+    return (
+        bool(np.array_equal(one.map_from_base.position, other.map_from_base.position))
+        and bool(
+            np.array_equal(one.map_from_base.quaternion_wxyz, other.map_from_base.quaternion_wxyz)
+        )
+        and bool(np.array_equal(one.covariance, other.covariance))
     )

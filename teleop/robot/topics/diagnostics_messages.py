@@ -1,4 +1,4 @@
-"""The message on ``/diagnostics``: the state of localisation and drive, for dashboards."""
+"""The messages on ``/diagnostics``: the state of localisation and drive, for dashboards."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from localization.types import Health
 from robot_sim.drive.robot_condition import Condition
-from teleop.robot.tick_record import TickRecord
+from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.robot.topics.message_parts import Message, Messages, header
 
 _OK, _WARN, _ERROR = 0, 1, 2
@@ -18,27 +18,47 @@ _OK, _WARN, _ERROR = 0, 1, 2
 _LEVEL: Final = {Health.TRACKING: _OK, Health.LOST: _ERROR}
 """Level by health; any other is a warning."""
 
+_SLOW: Final = 0.95
+"""Real-time factor below which the robot is said to fall behind."""
 
-def diagnostics(tick: TickRecord) -> Messages:
-    """Return the status of localisation and drive."""
-    hardware = tick.robot.name
-    status = [_localization(tick, hardware), _drive(tick.condition, hardware)]
+
+def drive_diagnostics(tick: DriveRecord) -> Messages:
+    """Return the status of the drive and of the pacing of its ticks."""
+    status = [_drive(tick.condition, tick.robot.name), _control(tick)]
     return ({"header": header(tick.stamp, ""), "status": status},)
 
 
-def _localization(tick: TickRecord, hardware: str) -> Message:
-    e, control = tick.estimate, tick.control
+def localization_diagnostics(tick: EstimateRecord) -> Messages:
+    """Return the status of the localiser."""
+    e = tick.estimate
     sigma = np.sqrt(np.diag(e.covariance))
-    return _status(
+    status = _status(
         _LEVEL.get(e.health, _WARN),
         "localization",
         "; ".join((e.health.value, *e.reasons)),
-        hardware,
+        "localizer",
         {
             "position sigma [mm]": f"{1e3 * float(np.hypot(sigma[0], sigma[1])):.1f}",
             "heading sigma [deg]": f"{np.rad2deg(sigma[5]):.3f}",
+        },
+    )
+    return ({"header": header(tick.stamp, ""), "status": [status]},)
+
+
+def _control(tick: DriveRecord) -> Message:
+    """Return who drives, and how well the ticks keep time."""
+    control, pacing = tick.control, tick.pacing
+    behind = pacing.real_time_factor < _SLOW
+    return _status(
+        _WARN if behind else _OK,
+        "control",
+        "falls behind real time" if behind else "ok",
+        tick.robot.name,
+        {
             "controller": control.controller or "nobody",
             "control": f"{control.control.value}: {control.reason}",
+            "real-time factor": f"{pacing.real_time_factor:.3f}",
+            "longest gap between ticks [ms]": f"{pacing.longest_gap / 1e6:.1f}",
         },
     )
 

@@ -1,4 +1,4 @@
-"""Messages about the robot's estimate, its hints, and who drives it."""
+"""Messages about the robot's estimate and its hints."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.logs.ros_geometry import pose_to_dict, transform_to_dict, vector_to_dict
-from localization.logs.ros_stamps import stamp_to_dict
 from localization.maps.cloud import Cloud
 from localization.monitoring.health import horizontal_sigma
 from localization.types import Estimate, Mounts, Pose
-from teleop.robot.safety import ControlMode
-from teleop.robot.tick_record import TickRecord
+from teleop.robot.tick_record import EstimateRecord
 from teleop.robot.topics.message_parts import Message, Messages, header, odometry
 
 _FLOAT32 = 7
@@ -26,12 +24,7 @@ def ros_covariance(estimate: Estimate) -> FloatArray:
     return np.asarray((turn @ estimate.covariance @ turn.T).ravel())
 
 
-def clock(tick: TickRecord) -> Messages:
-    """Return the robot's time."""
-    return ({"clock": stamp_to_dict(tick.stamp)},)
-
-
-def tf(tick: TickRecord) -> Messages:
+def tf(tick: EstimateRecord) -> Messages:
     """Return ``map`` to ``odom``, once the robot is localised, and ``odom`` to ``base_link``."""
     e = tick.estimate
     transforms = [_transform(tick.stamp, "odom", "base_link", e.odom_from_base)]
@@ -47,8 +40,8 @@ def tf_static(mounts: Mounts) -> Message:
     return {"transforms": transforms}
 
 
-def map_info(cloud: Cloud) -> Message:
-    """Return name, bounds and hash of the map."""
+def map_info(cloud: Cloud, run_id: str = "") -> Message:
+    """Return name, bounds and hash of the map, and the identity of this run of the robot."""
     low, high = cloud.bounds
     return {
         "name": cloud.name,
@@ -57,16 +50,17 @@ def map_info(cloud: Cloud) -> Message:
         "points": len(cloud.points),
         "min": vector_to_dict(low),
         "max": vector_to_dict(high),
+        "run_id": run_id,
     }
 
 
-def odom(tick: TickRecord) -> Messages:
+def odom(tick: EstimateRecord) -> Messages:
     """Return the dead-reckoned pose in ``odom`` and the estimated twist."""
     estimate = tick.estimate
     return (odometry(tick.stamp, "odom", estimate.odom_from_base, estimate.twist),)
 
 
-def amcl_pose(tick: TickRecord) -> Messages:
+def amcl_pose(tick: EstimateRecord) -> Messages:
     """Return the estimate in ``map`` with its covariance, once there is one."""
     pose = tick.estimate.map_from_base
     if pose is None:
@@ -80,7 +74,7 @@ def amcl_pose(tick: TickRecord) -> Messages:
     )
 
 
-def local_cloud(tick: TickRecord) -> Messages:
+def local_cloud(tick: EstimateRecord) -> Messages:
     """Return the last registered sweep in ``map``, with each point's distance to the map."""
     e = tick.estimate
     if e.sweep is None or e.match is None or e.map_from_base is None:
@@ -108,28 +102,25 @@ def local_cloud(tick: TickRecord) -> Messages:
     )
 
 
-def localization_status(tick: TickRecord) -> Messages:
+def localization_status(tick: EstimateRecord) -> Messages:
     """Return health with its reasons, and figures of the last registration."""
     e = tick.estimate
     placed = e.map_from_base is not None
-    matched = tick.matched
-    fit = matched.match.inlier_ratio if matched is not None and matched.match is not None else 0.0
-    nis = matched.nis if matched is not None and matched.nis is not None else 0.0
     return (
         {
             "header": header(tick.stamp, "map"),
             "health": e.health.value,
             "reasons": list(e.reasons),
-            "fit": fit,
-            "nis": nis,
+            "fit": tick.fit or 0.0,
+            "nis": tick.nis or 0.0,
             "position_sigma": horizontal_sigma(e.covariance) if placed else 0.0,
             "heading_sigma": float(np.sqrt(e.covariance[5, 5])) if placed else 0.0,
-            "unexplained": 1.0 - fit if matched is not None else 0.0,
+            "unexplained": 0.0 if tick.fit is None else 1.0 - tick.fit,
         },
     )
 
 
-def hint_verdict(tick: TickRecord) -> Messages:
+def hint_verdict(tick: EstimateRecord) -> Messages:
     """Return the verdict about a hint, if one was reached in the tick."""
     found = [e.verdict for e in tick.estimates if e.verdict is not None]
     if not found:
@@ -147,28 +138,10 @@ def hint_verdict(tick: TickRecord) -> Messages:
     )
 
 
-def candidates(tick: TickRecord) -> Messages:
+def candidates(tick: EstimateRecord) -> Messages:
     """Return the places between which the search has not decided yet, best first."""
     poses = [pose_to_dict(c.map_from_base) for c in tick.estimate.hypotheses]
     return ({"header": header(tick.stamp, "map"), "poses": poses},)
-
-
-def teleop_state(tick: TickRecord) -> Messages:
-    """Return the driver, the state of the command path and the command in force."""
-    state = tick.control
-    return (
-        {
-            "header": header(tick.stamp, "base_link"),
-            "state": state.control.value,
-            "reason": state.reason,
-            "controller": state.controller,
-            "armed": state.control is ControlMode.ARMED,
-            "estop": state.control is ControlMode.ESTOP,
-            "command_age": state.command_age / 1e9,
-            "linear": float(state.twist.linear[0]),
-            "angular": float(state.twist.angular[2]),
-        },
-    )
 
 
 def _transform(stamp: int, parent: str, child: str, pose: Pose) -> Message:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from teleop.robot.tick_record import TickRecord
+from teleop.robot.tick_record import DriveRecord
 from teleop.robot.topics.message_parts import Messages, header, odometry
 
 
-def true_odometry(tick: TickRecord) -> Messages:
+def true_odometry(tick: DriveRecord) -> Messages:
     """Return the true pose in ``map`` and the true twist."""
     truth = tick.truth
     return (odometry(tick.stamp, "map", truth.map_from_base, truth.twist),)
 
 
-def true_slip(tick: TickRecord) -> Messages:
+def true_slip(tick: DriveRecord) -> Messages:
     """Return the slip of each wheel, and the instantaneous centres of rotation of body and sides."""
     slip = tick.truth.slip
     centres = np.array([slip.icr_x, slip.icr_left, slip.icr_right])
@@ -34,7 +34,7 @@ def true_slip(tick: TickRecord) -> Messages:
     )
 
 
-def true_condition(tick: TickRecord) -> Messages:
+def true_condition(tick: DriveRecord) -> Messages:
     """Return touched objects by name, wheels on the ground, tilt, stalls and falls."""
     condition = tick.condition
     return (

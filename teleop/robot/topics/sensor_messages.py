@@ -10,39 +10,38 @@ import numpy as np
 
 from localization.logs.laser_scan_message import scan_message
 from localization.logs.motion_messages import inertial_message, wheels_message
-from localization.types import Inertial, Scan, WheelSpeeds
-from teleop.robot.tick_record import TickRecord
+from localization.types import Scan, WheelSpeeds
+from teleop.robot.tick_record import DriveRecord
 from teleop.robot.topics.message_parts import Message, Messages, header
 
 
-def scans_of(scanner: str) -> Callable[[TickRecord], Messages]:
+def scans_of(scanner: str) -> Callable[[DriveRecord], Messages]:
     """Return the builder of a scanner's scans; a mirror of 75 Hz ends one or two of them in a tick."""
 
-    def scans(tick: TickRecord) -> Messages:
+    def scans(tick: DriveRecord) -> Messages:
         return tuple(
             _scan(reading)
-            for reading in tick.readings
+            for reading in tick.sensed
             if isinstance(reading, Scan) and reading.scanner == scanner
         )
 
     return scans
 
 
-def imu(tick: TickRecord) -> Messages:
-    """Return the newest inertial reading."""
-    found = [r for r in tick.readings if isinstance(r, Inertial)]
-    return (_to_dict(inertial_message(found[-1])),) if found else ()
+def imu(tick: DriveRecord) -> Messages:
+    """Return the newest inertial reading, with the attitude."""
+    return () if tick.attitude is None else (_to_dict(inertial_message(tick.attitude)),)
 
 
-def joint_states(tick: TickRecord) -> Messages:
+def joint_states(tick: DriveRecord) -> Messages:
     """Return the newest wheel rates of both sides."""
-    found = [r for r in tick.readings if isinstance(r, WheelSpeeds)]
+    found = [r for r in tick.sensed if isinstance(r, WheelSpeeds)]
     if not found:
         return ()
     return (_to_dict(wheels_message(found[-1], tick.robot.rolling_radius)),)
 
 
-def bumper_state(tick: TickRecord) -> Messages:
+def bumper_state(tick: DriveRecord) -> Messages:
     """Return the pressed segments of both bumpers."""
     bumpers = tick.condition.bumpers
     return (
@@ -54,7 +53,7 @@ def bumper_state(tick: TickRecord) -> Messages:
     )
 
 
-def firmware_packet(tick: TickRecord) -> Messages:
+def firmware_packet(tick: DriveRecord) -> Messages:
     """Return the standard packet of a controller with firmware, if one was due."""
     if tick.packet is None:
         return ()

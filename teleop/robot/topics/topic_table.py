@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any, Final, Generic, TypeVar
 
 from localization.maps.cloud import Cloud
 from localization.types import Mounts
-from teleop.robot.tick_record import TickRecord
+from robot_sim import TICK_NS
+from teleop.robot.tick_record import DriveRecord, EstimateRecord, TickRecord
 from teleop.robot.topics import (
+    control_messages as control,
     diagnostics_messages as diagnostics,
     estimate_messages as estimate,
     ground_truth_messages as truth,
@@ -16,9 +19,11 @@ from teleop.robot.topics import (
 )
 from teleop.robot.topics.message_parts import Message, Messages
 
+Record = TypeVar("Record", DriveRecord, EstimateRecord)
+
 
 @dataclass(frozen=True, slots=True)
-class Topic:
+class Topic(Generic[Record]):
     """A topic that the robot publishes while it runs."""
 
     name: str
@@ -27,12 +32,16 @@ class Topic:
     """Type of its messages."""
     every: int
     """Number of ticks of 20 ms between messages; 0 for topics that are published on events."""
-    build: Callable[[TickRecord], Messages]
+    build: Callable[[Record], Messages]
     """Returns the messages to publish after a tick; empty if there are none."""
     description: str
     """Content, for the documentation."""
     latch: bool = False
     """Whether new subscribers get the last message."""
+
+    def due(self, tick: Record) -> bool:
+        """Return whether messages may be due after a tick."""
+        return not self.every or tick.stamp // TICK_NS % self.every == 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +56,89 @@ class Interface:
     """Content or effect, for the documentation."""
 
 
-OUTPUTS: tuple[Topic, ...] = (
-    Topic("/clock", "rosgraph_msgs/msg/Clock", 1, estimate.clock, "the robot's time"),
+DRIVE_OUTPUTS: tuple[Topic[DriveRecord], ...] = (
+    Topic("/clock", "rosgraph_msgs/msg/Clock", 1, control.clock, "the robot's time"),
+    Topic(
+        "/scan",
+        "sensor_msgs/msg/LaserScan",
+        0,
+        sensors.scans_of("laser_horizontal"),
+        "horizontal scanner; a beam without return has range_max + 1",
+    ),
+    Topic(
+        "/scan_vertical",
+        "sensor_msgs/msg/LaserScan",
+        0,
+        sensors.scans_of("laser_vertical"),
+        "transverse scanner",
+    ),
+    Topic(
+        "/imu/data",
+        "sensor_msgs/msg/Imu",
+        1,
+        sensors.imu,
+        "gyro and accelerometer, and the attitude by both; its heading begins at 0 and drifts",
+    ),
+    Topic(
+        "/joint_states",
+        "sensor_msgs/msg/JointState",
+        1,
+        sensors.joint_states,
+        "wheel rates of both sides",
+    ),
+    Topic(
+        "/teleop/state",
+        "farsteer_msgs/msg/TeleopState",
+        5,
+        control.teleop_state,
+        "the driver, and the command in force",
+    ),
+    Topic(
+        "/bumper_state",
+        "farsteer_msgs/msg/BumperState",
+        1,
+        sensors.bumper_state,
+        "front and rear bumper segments, each ring from the robot's left; as ROSARIA publishes them",
+    ),
+    Topic(
+        "/firmware/packet",
+        "std_msgs/msg/UInt8MultiArray",
+        0,
+        sensors.firmware_packet,
+        "with the firmware option, 10 Hz: the controller's standard packet, byte by byte",
+    ),
+    Topic(
+        "/diagnostics",
+        "diagnostic_msgs/msg/DiagnosticArray",
+        50,
+        diagnostics.drive_diagnostics,
+        "for dashboards: bumpers, tilt, stalls, a fall; who drives, and whether ticks keep time; in messages of its own, localisation",
+    ),
+    Topic(
+        "/ground_truth/odom",
+        "nav_msgs/msg/Odometry",
+        2,
+        truth.true_odometry,
+        "true pose and twist; simulation only",
+    ),
+    Topic(
+        "/ground_truth/slip",
+        "farsteer_msgs/msg/Slip",
+        2,
+        truth.true_slip,
+        "true slip of the wheels, and the centres of rotation; simulation only",
+    ),
+    Topic(
+        "/ground_truth/condition",
+        "farsteer_msgs/msg/Condition",
+        1,
+        truth.true_condition,
+        "touched objects by name; wheels on the ground, tilt, stalls, a fall; simulation only",
+    ),
+)
+"""Topics that what drives fills, tick by tick, whatever the localiser does."""
+
+ESTIMATE_OUTPUTS: tuple[Topic[EstimateRecord], ...] = (
     Topic("/tf", "tf2_msgs/msg/TFMessage", 2, estimate.tf, "`map` to `odom` to `base_link`"),
     Topic(
         "/odom",
@@ -65,33 +155,11 @@ OUTPUTS: tuple[Topic, ...] = (
         "the estimate in `map` with its covariance, once there is one",
     ),
     Topic(
-        "/scan",
-        "sensor_msgs/msg/LaserScan",
-        0,
-        sensors.scans_of("laser_horizontal"),
-        "horizontal scanner; a beam without return has range_max + 1",
-    ),
-    Topic(
-        "/scan_vertical",
-        "sensor_msgs/msg/LaserScan",
-        0,
-        sensors.scans_of("laser_vertical"),
-        "transverse scanner",
-    ),
-    Topic(
         "/local_cloud",
         "sensor_msgs/msg/PointCloud2",
         0,
         estimate.local_cloud,
         "the last sweep in `map`: x y z, intensity (always 0), distance to the map [m], NaN for points far from any mapped surface",
-    ),
-    Topic("/imu/data", "sensor_msgs/msg/Imu", 1, sensors.imu, "gyro and accelerometer"),
-    Topic(
-        "/joint_states",
-        "sensor_msgs/msg/JointState",
-        1,
-        sensors.joint_states,
-        "wheel rates of both sides",
     ),
     Topic(
         "/localization/status",
@@ -116,56 +184,20 @@ OUTPUTS: tuple[Topic, ...] = (
         "places between which a search has not decided yet, best first; empty if there are none",
     ),
     Topic(
-        "/teleop/state",
-        "farsteer_msgs/msg/TeleopState",
-        5,
-        estimate.teleop_state,
-        "the driver, and the command in force",
-    ),
-    Topic(
-        "/bumper_state",
-        "farsteer_msgs/msg/BumperState",
-        1,
-        sensors.bumper_state,
-        "front and rear bumper segments, each ring from the robot's left; as ROSARIA publishes them",
-    ),
-    Topic(
-        "/firmware/packet",
-        "std_msgs/msg/UInt8MultiArray",
-        0,
-        sensors.firmware_packet,
-        "with the firmware option, 10 Hz: the controller's standard packet, byte by byte",
-    ),
-    Topic(
         "/diagnostics",
         "diagnostic_msgs/msg/DiagnosticArray",
         50,
-        diagnostics.diagnostics,
-        "for dashboards: localisation; bumpers, tilt, stalls, a fall",
-    ),
-    Topic(
-        "/ground_truth/odom",
-        "nav_msgs/msg/Odometry",
-        2,
-        truth.true_odometry,
-        "true pose and twist; simulation only",
-    ),
-    Topic(
-        "/ground_truth/slip",
-        "farsteer_msgs/msg/Slip",
-        2,
-        truth.true_slip,
-        "true slip of the wheels, and the centres of rotation; simulation only",
-    ),
-    Topic(
-        "/ground_truth/condition",
-        "farsteer_msgs/msg/Condition",
-        1,
-        truth.true_condition,
-        "touched objects by name; wheels on the ground, tilt, stalls, a fall; simulation only",
+        diagnostics.localization_diagnostics,
+        "for dashboards: localisation",
     ),
 )
-"""Topics that the robot publishes tick by tick."""
+"""Topics that what estimates fills, as far as it has come."""
+
+OUTPUTS: Final[tuple[Topic[Any], ...]] = (
+    *DRIVE_OUTPUTS,
+    *(topic for topic in ESTIMATE_OUTPUTS if topic.name != "/diagnostics"),
+)
+"""All topics that the robot publishes tick by tick, each once."""
 
 TF_STATIC = Interface(
     "/tf_static", "tf2_msgs/msg/TFMessage", "poses of scanners and IMU on `base_link`; latched"
@@ -194,7 +226,9 @@ INPUTS: tuple[Interface, ...] = (
 
 SERVICES: tuple[Interface, ...] = (
     Interface(
-        "/sim/step", "farsteer_msgs/srv/Step", "lockstep only: advance by a number of 20 ms ticks"
+        "/sim/step",
+        "farsteer_msgs/srv/Step",
+        "lockstep only: advance by a number of 20 ms ticks; refused in real time",
     ),
     Interface("/teleop/estop", "std_srvs/srv/Trigger", "brake and stay braked"),
     Interface("/teleop/estop_reset", "std_srvs/srv/Trigger", "release the e-stop"),
@@ -215,11 +249,24 @@ SERVICES: tuple[Interface, ...] = (
 """Services that the robot offers."""
 
 
-def latched_messages(cloud: Cloud, mounts: Mounts) -> Mapping[Interface, Message]:
+def messages_of(tick: TickRecord) -> Iterator[tuple[str, Message]]:
+    """Return the name of a topic and a message for all that is due after a tick."""
+    for driven in DRIVE_OUTPUTS:
+        if driven.due(tick.drive):
+            for message in driven.build(tick.drive):
+                yield driven.name, message
+    for estimated in ESTIMATE_OUTPUTS:
+        if estimated.due(tick.estimation):
+            for message in estimated.build(tick.estimation):
+                yield estimated.name, message
+
+
+def latched_messages(cloud: Cloud, mounts: Mounts, run_id: str = "") -> Mapping[Interface, Message]:
     """Return the messages that are published once, at the start.
 
     Args:
         cloud: The robot's map.
         mounts: ``base_from_sensor`` of each sensor.
+        run_id: Identity of this run of the robot.
     """
-    return {TF_STATIC: estimate.tf_static(mounts), MAP_INFO: estimate.map_info(cloud)}
+    return {TF_STATIC: estimate.tf_static(mounts), MAP_INFO: estimate.map_info(cloud, run_id)}

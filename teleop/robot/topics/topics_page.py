@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 from teleop.robot.topics.topic_table import (
     INPUTS,
@@ -55,7 +56,7 @@ def markdown() -> str:
     return "\n".join(lines)
 
 
-def _rate(topic: Topic) -> str:
+def _rate(topic: Topic[Any]) -> str:
     return f"{50 / topic.every:g} Hz" if topic.every else "on events"
 
 

@@ -59,6 +59,20 @@ class Origins:
             return page in (*LOOPBACK, self.host, str(ip_address(requested or "")))
         return page in (*LOOPBACK, self.host)
 
+    def allow_host(self, host: str) -> bool:
+        """Return whether a page may be requested by a ``Host`` header.
+
+        A foreign page can let its own name point to this machine, and then reads from it as from
+        its own origin, but it cannot change the name that the browser sends. Machines in a network
+        have names that only others know, so it matters where only this machine listens.
+        """
+        if self.host not in LOOPBACK or not host:
+            return True
+        name = _host(f"//{host}") or ""
+        with suppress(ValueError):
+            return name in LOOPBACK or ip_address(name).is_loopback
+        return name in LOOPBACK or any(_host(origin) == name for origin in self.named)
+
 
 def _host(url: str) -> str | None:
     with suppress(ValueError):

@@ -40,6 +40,15 @@ _MAX_STREAMS: Final = 16
 _MAX_FRAMES: Final = 256
 """Frames of one request."""
 
+_CLIENT_WORK: Final = 2000.0
+"""Transforms that are computed for one client [1/s]; further requests are served less often."""
+
+_ANONYMOUS_WORK: Final = 4000.0
+"""Transforms that are computed for all clients without a token together, if there are tokens [1/s]."""
+
+_ALL_WORK: Final = 20_000.0
+"""Transforms that are computed for all clients [1/s], about a tenth of a core."""
+
 
 def serve_republisher(protocol: Protocol) -> None:
     """Provide the action and the service; ``/tf`` is monitored only while they are in use."""
@@ -77,11 +86,20 @@ class _Stream:
     sent: dict[str, Transform] = field(default_factory=dict)
     """The last transform that was sent of each source frame."""
 
+    anonymous: bool = False
+    """Whether the client has no token, on a server that knows tokens."""
+
     timer: Timer | None = None
+
+    @property
+    def work(self) -> float:
+        """Transforms that are computed for it [1/s]."""
+        return len(self.sources) * SECOND / self.period
 
 
 class _Republisher(Observer):
     def __init__(self, protocol: Protocol) -> None:
+        self._protocol = protocol
         self._topics = protocol.topics
         self._timers = protocol.timers
         self._tree = TransformTree()
@@ -151,6 +169,11 @@ class _Republisher(Observer):
             raise ServiceError(f"a request may have at most {_MAX_FRAMES} frames")
         rate = request["rate"] if request["rate"] > 0 else _DEFAULT_RATE
         rate = min(max(rate, _RATES[0]), _RATES[1])
+        anonymous = self._anonymous(client)
+        if sources:  # a request for more than there is room for is served less often
+            rate = min(rate, self._room(client, anonymous) / len(sources))
+        if rate < _RATES[0]:
+            raise ServiceError("too many transforms are requested: cancel other requests first")
         return _Stream(
             client,
             sources,
@@ -159,7 +182,22 @@ class _Republisher(Observer):
             request["trans_thres"],
             int(SECOND / rate),
             send,
+            anonymous=anonymous,
         )
+
+    def _anonymous(self, client: int) -> bool:
+        access = self._protocol.connections.access(client)
+        guarded = self._protocol.authenticator is not None
+        return guarded and (access is None or not access.key)
+
+    def _room(self, client: int, anonymous: bool) -> float:
+        """Return how many transforms may be computed for a further request [1/s]."""
+        own = sum(stream.work for stream in self._streams if stream.client == client)
+        room = min(_CLIENT_WORK - own, _ALL_WORK - sum(stream.work for stream in self._streams))
+        if anonymous:
+            theirs = sum(stream.work for stream in self._streams if stream.anonymous)
+            room = min(room, _ANONYMOUS_WORK - theirs)
+        return room
 
     def _start(self, stream: _Stream, now: int) -> None:
         if not self._streams:

@@ -72,9 +72,14 @@ class TransformTree:
 
     def __init__(self) -> None:
         self._parents: dict[str, tuple[str, Transform]] = {}
+        self._found: dict[tuple[str, str], Transform | None] = {}
+        self._ways: dict[str, dict[str, Transform]] = {}
+        """Results since the last change, as several requests ask for the same frames."""
 
     def add(self, message: Message) -> None:
         """Add the transforms of a ``tf2_msgs/TFMessage``; invalid ones are ignored."""
+        self._found.clear()
+        self._ways.clear()
         for entry in message["transforms"]:
             child, parent = frame(entry["child_frame_id"]), frame(entry["header"]["frame_id"])
             transform = Transform.read(entry["transform"])
@@ -85,9 +90,17 @@ class TransformTree:
     def clear(self) -> None:
         """Remove all transforms."""
         self._parents.clear()
+        self._found.clear()
+        self._ways.clear()
 
     def find(self, target: str, source: str) -> Transform | None:
         """Return the transform from ``source`` to ``target``; None if they are not connected."""
+        key = target, source
+        if key not in self._found:
+            self._found[key] = self._search(target, source)
+        return self._found[key]
+
+    def _search(self, target: str, source: str) -> Transform | None:
         if target == source:
             return Transform()
         up, down = self._ancestors(source), self._ancestors(target)
@@ -98,8 +111,10 @@ class TransformTree:
 
     def _ancestors(self, name: str) -> dict[str, Transform]:
         """Return a frame and its ancestors, each with the transform from the frame to it."""
+        if (known := self._ways.get(name)) is not None:
+            return known
         transform = Transform()
-        found = {name: transform}
+        found = self._ways[name] = {name: transform}
         while (step := self._parents.get(name)) is not None and step[0] not in found:
             name, transform = step[0], step[1] @ transform
             found[name] = transform

@@ -41,6 +41,11 @@ def read_json(text: str) -> Any:
         raise FrameError(f"not JSON: {error}") from None
 
 
+def count_objects(frame: str | bytes) -> int:
+    """Return the number of JSON objects that a frame contains at most."""
+    return frame.count("{") if isinstance(frame, str) else frame.count(b"{")
+
+
 def operations(frame: str | bytes) -> Iterator[dict[str, Any]]:
     """Yield the operations in a frame; most clients send one, some concatenate several.
 

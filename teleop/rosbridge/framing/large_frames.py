@@ -15,7 +15,7 @@ from typing import Any, Final, Literal, TypeAlias
 import msgspec
 
 from teleop.rosbridge.errors import FrameError
-from teleop.rosbridge.framing.json_frames import gc_paused
+from teleop.rosbridge.framing.json_frames import count_objects, gc_paused
 from teleop.rosbridge.messages.message_completion import FREE_DEFAULTS
 from teleop.rosbridge.messages.message_defaults import BLOBS
 from teleop.rosbridge.messages.message_types import (
@@ -112,7 +112,7 @@ class LargeFrameReader:
                 payload = self._payloads[op]
                 name, kind = _resource(strings, payload, op)
                 decoder = self._decoder(op, kind)
-                objects = frame.count("{") if isinstance(frame, str) else frame.count(b"{")
+                objects = count_objects(frame)
                 most = FREE_DEFAULTS + len(frame) // _SHORTEST_MESSAGE
                 if kind.name in self._unbounded and objects > most:
                     raise FrameError(f"{op}: {payload.part} has too many omitted fields")

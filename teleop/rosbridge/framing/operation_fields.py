@@ -15,6 +15,9 @@ _NAME: Final = re.compile(r"[A-Za-z0-9_/~.\-]{1,256}")
 """Names of topics and services: those of ROS, and a few more characters that others accept."""
 
 _MAX_ID_LENGTH: Final = 256
+MIN_FRAGMENT: Final = 512
+"""Smallest fragment that a client is sent on request [bytes]; smaller ones cost more than they hold."""
+
 _INT32_MAX: Final = 2**31 - 1
 """Value that C# clients send for "no limit"."""
 
@@ -65,9 +68,9 @@ def count(operation: Operation, key: str) -> int:
 
 
 def fragment_size(operation: Operation) -> int:
-    """Return the requested fragment size [bytes]; 0 for unfragmented messages."""
+    """Return the requested fragment size, raised to the least [bytes]; 0 for whole messages."""
     size = count(operation, "fragment_size")
-    return 0 if size >= _INT32_MAX else size
+    return 0 if size == 0 or size >= _INT32_MAX else max(size, MIN_FRAGMENT)
 
 
 def seconds(operation: Operation, key: str) -> float | None:

@@ -15,6 +15,9 @@ POLICY_VIOLATION: Final = 1008
 MESSAGE_TOO_BIG: Final = 1009
 """Code of a close frame (RFC 6455, section 7.4.1): a received frame is too large."""
 
+TRY_AGAIN_LATER: Final = 1013
+"""Code of the close frame for a client that reads too slowly."""
+
 
 class FrameKind(Enum):
     """How a queued frame is treated when its client reads slowly."""

@@ -11,10 +11,10 @@ from typing import TypeAlias
 from teleop.rosbridge.errors import OperationError, RosbridgeError, ServiceError
 from teleop.rosbridge.framing.operation_fields import Operation, check_name
 from teleop.rosbridge.framing.outgoing_frames import PLAIN, ReplyFormat
+from teleop.rosbridge.graph.client_completion import ClientCompletion, CompletedAhead
 from teleop.rosbridge.graph.goals import Goal, GoalHandler, GoalStatus
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
-from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import ActionType, Message
 from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.topic_names import HOST, canonical
@@ -47,14 +47,25 @@ class Actions:
     """All actions by name, and the active goals."""
 
     def __init__(
-        self, registry: TypeRegistry, codec: Codec, limits: ClientLimits, send: SendJson
+        self,
+        registry: TypeRegistry,
+        codec: Codec,
+        limits: ClientLimits,
+        send: SendJson,
+        completion: ClientCompletion,
     ) -> None:
         self._registry = registry
         self._codec = codec
         self._limits = limits
         self._send = send
+        self._completion = completion
         self._actions: dict[str, Action] = {}
-        self._providers: dict[tuple[int, str], _Provider] = {}
+        self._providers: dict[int, dict[str, _Provider]] = {}
+        """Clients' actions, by client and canonical name."""
+
+        self._executed: dict[tuple[int, str], tuple[ActionType, Goal]] = {}
+        """Active goals by the client that executes them and their id there."""
+
         self._goals: dict[int, dict[_Caller, Goal]] = {}
         self._numbers = itertools.count(1)
 
@@ -62,6 +73,10 @@ class Actions:
     def all(self) -> list[Action]:
         """All actions."""
         return list(self._actions.values())
+
+    def find(self, name: str) -> Action | None:
+        """Return the action of a name; None if there is none."""
+        return self._actions.get(canonical(name))
 
     # Providers
 
@@ -79,15 +94,16 @@ class Actions:
         if there is not None and there.provider != client:
             raise OperationError(f"action {name} is provided by another client")
         self.unadvertise(client, name)
-        if sum(owner == client for owner, _ in self._providers) >= self._limits.services:
+        own = self._providers.setdefault(client, {})
+        if len(own) >= self._limits.services:
             raise OperationError(f"at most {self._limits.services} actions may be provided")
-        provider = self._providers[client, key] = _Provider(client, name, type)
+        provider = own[key] = _Provider(client, name, type)
         self._actions[key] = Action(key, wanted, partial(self._forward, provider, wanted), client)
 
     def unadvertise(self, client: int, name: str) -> None:
         """Remove an action that a client provides; its active goals fail."""
         key = canonical(name)
-        provider = self._providers.pop((client, key), None)
+        provider = self._providers.get(client, {}).pop(key, None)
         if provider is None:
             return
         del self._actions[key]
@@ -96,9 +112,9 @@ class Actions:
 
     def remove_client(self, client: int) -> None:
         """Remove the actions that a client provides and cancel its goals."""
-        for owner, key in list(self._providers):
-            if owner == client:
-                self.unadvertise(client, key)
+        for key in list(self._providers.get(client, ())):
+            self.unadvertise(client, key)
+        self._providers.pop(client, None)
         for goal in list(self._goals.pop(client, {}).values()):
             goal.cancel()
 
@@ -130,9 +146,8 @@ class Actions:
                 raise ServiceError(f"at most {self._limits.calls} goals may be active")
             caller.kind = action.kind
             arguments = operation.get("args")
-            request = complete(
-                self._registry, action.kind.goal, {} if arguments is None else arguments, now=now
-            )
+            partial = {} if arguments is None else arguments
+            request, _ = self._completion(client, action.kind.goal, partial, now)
             goal = goals[caller] = Goal(client, request, now, caller)
             action.handler(goal)
         except RosbridgeError as error:
@@ -153,16 +168,17 @@ class Actions:
 
     def feedback(self, client: int, operation: Operation) -> bool:
         """Forward feedback of a provider; return whether its goal is active."""
-        found = self._find(client, operation)
+        found = self._executed.get((client, str(operation.get("id"))))
         if found is None:
             return False
         kind, goal = found
-        goal.feedback(complete(self._registry, kind.feedback, operation.get("values") or {}))
+        values = operation.get("values") or {}
+        goal.feedback(self._completion(client, kind.feedback, values)[0])
         return True
 
     def result(self, client: int, operation: Operation) -> bool:
         """Forward the result of a provider; return whether its goal was active."""
-        found = self._find(client, operation)
+        found = self._executed.get((client, str(operation.get("id"))))
         if found is None:
             return False
         kind, goal = found
@@ -171,11 +187,11 @@ class Actions:
         status = operation.get("status", GoalStatus.SUCCEEDED if good else GoalStatus.ABORTED)
         if values is None and good:
             values = {}
-        if not isinstance(values, dict):
+        if not isinstance(values, dict | CompletedAhead):
             goal.abort(str(values)[:1000] if values else "the goal was aborted")
             return True
         try:
-            whole = complete(self._registry, kind.result, values)
+            whole, _ = self._completion(client, kind.result, values)
         except RosbridgeError as error:
             goal.abort(f"the action returned an invalid result: {error}")
             raise
@@ -187,18 +203,12 @@ class Actions:
             goal.succeed(whole)
         return True
 
-    def _find(self, client: int, operation: Operation) -> tuple[ActionType, Goal] | None:
-        identity = str(operation.get("id"))
-        for (owner, key), provider in self._providers.items():
-            if owner == client and identity in provider.goals:
-                return self._actions[key].kind, provider.goals[identity]
-        return None
-
     def _forward(self, provider: _Provider, kind: ActionType, goal: Goal) -> None:
         """Forward a goal to the client that provides the action."""
         identity = f"action_goal:{provider.name}:{next(self._numbers)}"
         provider.goals[identity] = goal
-        goal.on_end(lambda: provider.goals.pop(identity, None))
+        self._executed[provider.client, identity] = kind, goal
+        goal.on_end(lambda: self._forget(provider, identity))
         client, name = provider.client, write_json(provider.name)
         head = f'"id":{write_json(identity)},"action":{name}'
         goal.on_cancel(lambda: self._send(client, f'{{"op":"cancel_action_goal",{head}}}', PLAIN))
@@ -208,6 +218,10 @@ class Actions:
             f'"args":{self._codec.json(kind.goal, goal.request)},"feedback":true}}',
             PLAIN,
         )
+
+    def _forget(self, provider: _Provider, identity: str) -> None:
+        provider.goals.pop(identity, None)
+        self._executed.pop((provider.client, identity), None)
 
     def answer(self, caller: _Caller, text: str) -> None:
         """Send feedback or a result to the client that sent the goal."""

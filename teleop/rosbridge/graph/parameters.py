@@ -12,6 +12,9 @@ _MAX_PARAMETERS: Final = 1000
 _MAX_LENGTH: Final = 65_536
 """Length of the text of one value [characters]."""
 
+_MAX_TOTAL: Final = 262_144
+"""Length of the texts of all values [characters], which one call may ask for."""
+
 
 class Parameters:
     """Values by name; ``/`` separates namespaces, which have a value as well.
@@ -21,6 +24,10 @@ class Parameters:
 
     def __init__(self) -> None:
         self._values: dict[str, Any] = {}
+        self._sizes: dict[str, int] = {}
+        """Length of each value's text."""
+
+        self._size = 0
 
     @property
     def names(self) -> list[str]:
@@ -48,7 +55,8 @@ class Parameters:
         """Set a value; it replaces a namespace of its name and values of its parent namespaces.
 
         Raises:
-            ServiceError: If there are too many parameters, or the name is empty.
+            ServiceError: If there are too many parameters, they are too large together, or the name
+                is empty.
         """
         key = _key(name)
         if key == "/":
@@ -57,19 +65,28 @@ class Parameters:
             self.delete(name)
             return
         above = [other for other in self._values if key.startswith(other + "/")]
-        for other in (*self._inside(key), *above):
-            del self._values[other]
-        if key not in self._values and len(self._values) >= _MAX_PARAMETERS:
+        replaced = [*self._inside(key), *above, *([key] if key in self._values else [])]
+        size = len(write_value(value))
+        if len(self._values) - len(replaced) >= _MAX_PARAMETERS:
             raise ServiceError(f"at most {_MAX_PARAMETERS} parameters may be set")
-        self._values[key] = value
+        if self._size - sum(self._sizes[other] for other in replaced) + size > _MAX_TOTAL:
+            raise ServiceError(f"all parameters together may have at most {_MAX_TOTAL} characters")
+        for other in replaced:
+            self._remove(other)
+        self._values[key], self._sizes[key] = value, size
+        self._size += size
 
     def delete(self, name: str) -> bool:
         """Delete a value, or all in a namespace; return whether there was any."""
         key = _key(name)
         gone = [other for other in (key, *self._inside(key)) if other in self._values]
         for other in gone:
-            del self._values[other]
+            self._remove(other)
         return bool(gone)
+
+    def _remove(self, key: str) -> None:
+        del self._values[key]
+        self._size -= self._sizes.pop(key)
 
     def _inside(self, key: str) -> list[str]:
         start = key.rstrip("/") + "/"

@@ -19,6 +19,10 @@ ENCODINGS: Final[tuple[Encoding, ...]] = ("none", "png", "cbor", "cbor-raw")
 """Encodings in ascending priority; of several that a client requests, the last is used."""
 
 
+_MAX_FRAMES: Final = 8
+"""Encoded frames of a message that are kept."""
+
+
 class Publication:
     """A published message, encoded when its first subscriber needs it and once for all of them."""
 
@@ -26,6 +30,9 @@ class Publication:
         self, kind: MessageType, message: Message, encoders: MessageEncoders, now: int
     ) -> None:
         self.message = message
+        self.size = 0
+        """Memory of a latched message of a client [bytes]."""
+
         self._kind = kind
         self._encoders = encoders
         self._now = now
@@ -38,6 +45,8 @@ class Publication:
         """Return the payload of the frame, with the topic's name as its subscriber spells it."""
         key = topic, encoding, ros_version
         if key not in self._frames:
+            while len(self._frames) >= _MAX_FRAMES:  # a topic has hundreds of spellings
+                del self._frames[next(iter(self._frames))]
             self._frames[key] = self._encode(topic, encoding, ros_version)
         return self._frames[key]
 

@@ -9,10 +9,10 @@ from typing import TypeAlias
 
 from teleop.rosbridge.errors import OperationError, RosbridgeError, ServiceError
 from teleop.rosbridge.framing.operation_fields import Operation, check_name
+from teleop.rosbridge.graph.client_completion import ClientCompletion, CompletedAhead
 from teleop.rosbridge.graph.deferred_response import DeferredResponse
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
-from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import Message, ServiceType
 from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.ros_time import SECOND
@@ -48,6 +48,7 @@ class _Provider:
     name: str
     """Name of the service as the client spells it."""
 
+    kind: ServiceType
     calls: dict[str, DeferredResponse] = field(default_factory=dict)
     number: int = 0
     """Number of the last call, which is part of its id."""
@@ -63,14 +64,21 @@ class Services:
         limits: ClientLimits,
         timers: Timers,
         send: SendJson,
+        completion: ClientCompletion,
     ) -> None:
         self._registry = registry
         self._codec = codec
         self._limits = limits
         self._timers = timers
         self._send = send
+        self._completion = completion
         self._services: dict[str, list[Service]] = {}
-        self._providers: dict[tuple[int, str], _Provider] = {}
+        self._providers: dict[int, dict[str, _Provider]] = {}
+        """Clients' services, by client and canonical name."""
+
+        self._calls: dict[tuple[int, str], _Provider] = {}
+        """Who answers each pending call, by client and id of the call."""
+
         self._pending: dict[int, set[DeferredResponse]] = {}
         """Pending calls by caller."""
 
@@ -108,14 +116,15 @@ class Services:
             raise OperationError(f"service {name} is provided by the server only")
         if stack and stack[-1].kind.name != wanted.name:
             raise OperationError(f"service {name} already exists with type {stack[-1].kind.name}")
-        if (client, key) in self._providers:
-            self._providers[client, key].name = name
+        own = self._providers.setdefault(client, {})
+        if key in own:
+            own[key].name = name
             return
-        if sum(owner == client for owner, _ in self._providers) >= self._limits.services:
+        if len(own) >= self._limits.services:
             raise OperationError(f"at most {self._limits.services} services may be provided")
         # Continuing the numbers keeps a late response from completing a call of the same id.
         number = self._numbers.pop((client, key), 0)
-        provider = self._providers[client, key] = _Provider(client, name, number=number)
+        provider = own[key] = _Provider(client, name, wanted, number=number)
         service = Service(
             key, wanted, partial(self._forward, provider, wanted), client, self._limits.call_timeout
         )
@@ -124,7 +133,7 @@ class Services:
     def unadvertise(self, client: int, name: str) -> None:
         """Remove a service that a client provides; pending calls to it fail."""
         key = canonical(name)
-        provider = self._providers.pop((client, key), None)
+        provider = self._providers.get(client, {}).pop(key, None)
         if provider is None:
             return
         stack = [service for service in self._services[key] if service.provider != client]
@@ -142,9 +151,9 @@ class Services:
 
     def remove_client(self, client: int) -> None:
         """Remove the services that a client provides and its pending calls."""
-        for owner, key in list(self._providers):
-            if owner == client:
-                self.unadvertise(client, key)
+        for key in list(self._providers.get(client, ())):
+            self.unadvertise(client, key)
+        self._providers.pop(client, None)
         for owner, key in list(self._numbers):
             if owner == client:
                 del self._numbers[owner, key]
@@ -175,9 +184,8 @@ class Services:
         """
         if len(self._pending.get(caller, ())) >= self._limits.calls:
             raise ServiceError(f"at most {self._limits.calls} calls may be pending")
-        request = complete(
-            self._registry, service.kind.request, _by_name(service, arguments), now=now
-        )
+        kind = service.kind.request
+        request, _ = self._completion(caller, kind, _by_name(service, arguments), now)
         response = service.handler(caller, request, now)
         if not isinstance(response, DeferredResponse) or response.done:
             return response
@@ -201,27 +209,23 @@ class Services:
         ``result`` counts only without values: some clients' service functions return false, or
         nothing, on success.
         """
-        identity, values = operation.get("id"), operation.get("values")
-        for (owner, key), provider in self._providers.items():
-            call = provider.calls.get(str(identity)) if owner == client else None
-            if call is None:
-                continue
-            kind = self._services[key][-1].kind
-            if values is None and operation.get("result") is True:
-                values = {}
-            if not isinstance(values, dict):
-                reason = (
-                    values if isinstance(values, str) and values else "its provider gave no reason"
-                )
-                call.fail(f"Service {provider.name} failed: {reason}"[:1000])
-                return True
-            try:
-                call.complete(complete(self._registry, kind.response, values))
-            except RosbridgeError as error:
-                call.fail(f"Service {provider.name} returned an invalid response: {error}")
-                raise
+        identity, values = str(operation.get("id")), operation.get("values")
+        provider = self._calls.get((client, identity))
+        if provider is None:
+            return False
+        call = provider.calls[identity]
+        if values is None and operation.get("result") is True:
+            values = {}
+        if not isinstance(values, dict | CompletedAhead):
+            reason = values if isinstance(values, str) and values else "its provider gave no reason"
+            call.fail(f"Service {provider.name} failed: {reason}"[:1000])
             return True
-        return False
+        try:
+            call.complete(self._completion(client, provider.kind.response, values)[0])
+        except RosbridgeError as error:
+            call.fail(f"Service {provider.name} returned an invalid response: {error}")
+            raise
+        return True
 
     def _forward(
         self, provider: _Provider, kind: ServiceType, caller: int, request: Message, now: int
@@ -230,7 +234,8 @@ class Services:
         provider.number += 1
         identity = f"service_request:{provider.name}:{provider.number}"
         call = provider.calls[identity] = DeferredResponse()
-        call.on_done(lambda _: provider.calls.pop(identity, None))
+        self._calls[provider.client, identity] = provider
+        call.on_done(lambda _: self._forget(provider, identity))
         self._send(
             provider.client,
             f'{{"op":"call_service","id":{write_json(identity)},'
@@ -238,6 +243,10 @@ class Services:
             f'"args":{self._codec.json(kind.request, request)}}}',
         )
         return call
+
+    def _forget(self, provider: _Provider, identity: str) -> None:
+        provider.calls.pop(identity, None)
+        self._calls.pop((provider.client, identity), None)
 
 
 def _by_name(service: Service, arguments: object) -> object:

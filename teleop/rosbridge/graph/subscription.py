@@ -59,6 +59,11 @@ class Subscription:
         )
 
     @property
+    def variant(self) -> tuple[str, Encoding, RosVersion]:
+        """Topic, encoding and serialisation of its frames."""
+        return self.topic, self._merged.encoding, self._merged.ros_version
+
+    @property
     def due(self) -> int | None:
         """Time at which the held-back message may be sent [ns]; None without one."""
         if self._held is None or self._sent is None:
@@ -90,7 +95,7 @@ class Subscription:
 
     def _frame(self, publication: Publication, now: int) -> OutgoingFrame:
         merged = self._merged
-        payload = publication.frame(self.topic, merged.encoding, merged.ros_version)
+        payload = publication.frame(*self.variant)
         self._sent = now
         self._held = None
         binary = merged.encoding in ("cbor", "cbor-raw")

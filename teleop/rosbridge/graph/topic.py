@@ -18,7 +18,7 @@ Monitor: TypeAlias = Callable[[Message, int], None]
 """Takes a message of any publisher and the time [ns]."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Topic:
     """One topic, which exists while it is in use and for a short time afterwards."""
 

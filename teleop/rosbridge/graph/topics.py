@@ -139,19 +139,20 @@ class Topics:
         return Publication(topic.kind, message, self._encoders, now)
 
     def deliver(self, topic: Topic, publication: Publication, now: int) -> None:
-        """Send a message to all subscribers and monitors of its topic."""
+        """Send a message to all subscribers and monitors of its topic.
+
+        Subscribers are throttled by the current time; monitors are given the message's, ``now``.
+        """
         for client, subscription in topic.subscriptions.items():
-            self.offer(client, subscription, publication, now)
+            self.offer(client, subscription, publication)
         if topic.monitors:
             message = self._complete(topic, publication)
             for monitor in list(topic.monitors):
                 monitor(message, now)
 
-    def offer(
-        self, client: int, subscription: Subscription, publication: Publication, now: int
-    ) -> None:
+    def offer(self, client: int, subscription: Subscription, publication: Publication) -> None:
         """Send a message to a subscriber, or hold it back until its throttle time is over."""
-        frame = subscription.offer(publication, now)
+        frame = subscription.offer(publication, self._timers.now)
         self.schedule(client, subscription)
         if frame is not None:
             self._send(client, frame)

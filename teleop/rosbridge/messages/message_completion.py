@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -44,6 +45,21 @@ Otherwise a megabyte of ``{}`` would expand to a third of a million default pose
 """
 
 
+@dataclass(slots=True)
+class Work:
+    """What completing messages has built."""
+
+    omitted: int = 0
+    """Nested messages that were omitted and made from defaults."""
+
+    size: int = 0
+    """Memory that the messages occupy, roughly [bytes]."""
+
+
+_MESSAGE_BYTES: Final = 250
+"""Memory of a message, without its arrays and texts [bytes]: a dict with a few numbers."""
+
+
 def complete(
     registry: TypeRegistry,
     kind: MessageType | str,
@@ -51,6 +67,7 @@ def complete(
     *,
     now: int | None = None,
     finite: bool = True,
+    work: Work | None = None,
 ) -> Message:
     """Return a message with all fields, from one with some of them.
 
@@ -60,12 +77,19 @@ def complete(
         partial: A dict with any of the fields.
         now: Value of the stamp ``"now"`` and of a header without a stamp [ns].
         finite: Whether NaN and infinity, which JSON cannot represent, are rejected.
+        work: Counts what is built, also if an error ends it.
 
     Raises:
         MessageError: If a field is unknown, of the wrong type or out of range.
     """
     kind = registry[kind] if isinstance(kind, str) else kind
-    return _Completion(registry, short_name(kind.name), now, finite).message(kind, partial, "")
+    completion = _Completion(registry, short_name(kind.name), now, finite)
+    try:
+        return completion.message(kind, partial, "")
+    finally:
+        if work is not None:
+            work.omitted += completion.omitted
+            work.size += completion.size
 
 
 class _Completion:
@@ -80,7 +104,13 @@ class _Completion:
         """Number of fields that were given so far."""
 
         self._defaulted = 0
-        """Number of nested messages that were omitted so far."""
+        """Number of nested messages that were omitted so far, without those inside them."""
+
+        self.omitted = 0
+        """Number of nested messages that were made from defaults so far."""
+
+        self.size = 0
+        """Memory of what was built so far, roughly [bytes]."""
 
     def message(self, kind: MessageType, value: object, path: str) -> Message:
         if kind.name in (TIME, DURATION):
@@ -97,7 +127,11 @@ class _Completion:
         for field in kind.fields:
             name = field.name
             if name not in given:
-                self._defaulted += field.nested and not field.repeated
+                if field.nested and not field.repeated:
+                    self._defaulted += 1
+                    made = self._registry.nested_messages(field.kind)
+                    self.omitted += made
+                    self.size += made * _MESSAGE_BYTES
                 done[name] = default_value(self._registry, kind, field)
                 continue
             used += 1
@@ -114,6 +148,7 @@ class _Completion:
                 f"Message type {self._root} does not have a field {path}{str(stray)[:80]}"
             )
         self._given += len(given)
+        self.size += _MESSAGE_BYTES
         if self._defaulted > FREE_DEFAULTS + 2 * self._given:
             raise MessageError(
                 f"{self._root} message has too many omitted fields for its size: "
@@ -138,8 +173,10 @@ class _Completion:
             return self._element(field, value, path)
         if field.kind in BLOBS:
             done: Any = self._blob(field, value, path)
+            self.size += len(done)
         elif field.kind in DTYPES:
             done = self._numbers(field, value, path)
+            self.size += done.nbytes
         elif isinstance(value, Sequence) and not isinstance(value, str | bytes):
             done = [self._element(field, part, f"{path}[{i}]") for i, part in enumerate(value)]
         else:
@@ -193,6 +230,7 @@ class _Completion:
     def _text(self, field: Field, value: object, path: str) -> str:
         if not isinstance(value, str):
             raise self._mismatch("string", path, value)
+        self.size += len(value)
         if not value.isascii() or field.longest:
             try:
                 length = len(value.encode())

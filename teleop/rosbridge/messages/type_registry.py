@@ -58,6 +58,9 @@ class TypeRegistry:
         self._canonical: dict[str, str] = {}
         self._canonical_service: dict[str, str] = {}
         self._canonical_action: dict[str, str] = {}
+        self._nested: dict[str, int] = {}
+        """Numbers of nested messages that have been asked for."""
+
         for store in (Stores.ROS2_JAZZY, Stores.ROS1_NOETIC):
             for name, definition in get_typestore(store).fielddefs.items():
                 if name not in self._types:
@@ -140,6 +143,17 @@ class TypeRegistry:
         # The fast path of canonical names, which inner loops use.
         return self._types.get(name) or self._types[self.resolve(name)]
 
+    def nested_messages(self, name: str) -> int:
+        """Return of how many messages the default of a message type consists, itself included."""
+        found = self._nested.get(name)
+        if found is None:
+            fields = (field for field in self[name].fields if field.nested)
+            found = self._nested[name] = 1 + sum(
+                self.nested_messages(field.kind) * (field.size if field.repeated else 1)
+                for field in fields
+            )
+        return found
+
     def definition(self, name: str) -> Definition:
         """Return the definition of a message type, in the form of rosbags' type stores."""
         return self._definitions[self.resolve(name)]
@@ -179,6 +193,7 @@ class TypeRegistry:
         ]
 
     def _register(self, name: str, definition: Definition) -> None:
+        self._nested.clear()
         self.version += 1
         self._types[name] = message_type(name, definition)
         self._definitions[name] = definition

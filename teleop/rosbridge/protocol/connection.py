@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from teleop.rosbridge.auth.permissions import Access, Act
@@ -28,11 +28,18 @@ class Connection:
 
     operation_rate: TokenBucket
     byte_rate: TokenBucket
+    part_rate: TokenBucket
+    tolerance: TokenBucket
+    """What it may exceed its rates by, in seconds of them."""
+
     reassembly: Reassembly
     """Its incomplete fragmented messages."""
 
     access: Access | None
     """Its permissions; None until it has authenticated."""
+
+    deferred: list[str] = field(default_factory=list)
+    """Its large reassembled messages that are still to be processed."""
 
     level: int = STATUS_LEVELS["error"]
     """Highest status level it receives."""
@@ -40,14 +47,28 @@ class Connection:
     lossless: bool = False
     """Whether all its frames are sent, in their order."""
 
-    excess: int = 0
-    """Operations over the limit since the last one within it."""
+    excess_reported: int | None = None
+    """Time of the last report that it exceeds a rate [ns]."""
 
     closing: bool = False
     """Whether it is being disconnected; its frames are ignored."""
 
     fragmented: int = 0
     """Number of messages sent in fragments, which numbers their ids."""
+
+    @property
+    def host(self) -> str:
+        """Its address without the port; empty if it has none."""
+        return self.address.rpartition(":")[0]
+
+    @property
+    def rates(self) -> dict[str, TokenBucket]:
+        """The buckets that are remembered for its address, by name."""
+        return {
+            "operations": self.operation_rate,
+            "bytes": self.byte_rate,
+            "parts": self.part_rate,
+        }
 
     def refusal(self, act: Act, name: str) -> str | None:
         """Return why the client may not use a name; None if it may."""

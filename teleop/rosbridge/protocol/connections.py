@@ -21,9 +21,16 @@ from teleop.rosbridge.framing.outgoing_frames import (
 from teleop.rosbridge.framing.png_compression import png_operation
 from teleop.rosbridge.limits import ClientLimits, TokenBucket
 from teleop.rosbridge.messages.json_cbor_codec import write_json
+from teleop.rosbridge.protocol.address_memory import AddressMemory
 from teleop.rosbridge.protocol.connection import STATUS_LEVELS, Connection
+from teleop.rosbridge.protocol.delay_lines import DelayLines
 from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.refusals import Refusal
+from teleop.rosbridge.ros_time import SECOND
+from teleop.rosbridge.timers import Timers
+
+_FORGIVEN = 0.1
+"""Share of each rate by which a client may exceed it for ever without being disconnected."""
 
 
 class Transport(Interface):
@@ -39,13 +46,19 @@ class Transport(Interface):
 class Connections:
     """All connected clients, by id."""
 
-    def __init__(self, limits: ClientLimits, observer: Observer) -> None:
+    def __init__(self, limits: ClientLimits, observer: Observer, timers: Timers) -> None:
         self._limits = limits
         self._observer = observer
+        self._timers = timers
         self._transport: Transport | None = None
         self._all: dict[int, Connection] = {}
         self._next = 1
         self._undelivered: list[tuple[int, Output]] = []
+        self.addresses = AddressMemory()
+        """What the addresses of clients have used up, across their connections."""
+
+        self.delays: DelayLines | None = None
+        """The emulated link that frames pass; None without emulation."""
 
     def __iter__(self) -> Iterator[Connection]:
         return iter(list(self._all.values()))
@@ -83,15 +96,23 @@ class Connections:
             since=now,
             operation_rate=TokenBucket(limits.messages, limits.burst, now),
             byte_rate=TokenBucket(limits.bytes, limits.burst, now),
+            part_rate=TokenBucket(limits.parts, limits.burst, now),
+            tolerance=TokenBucket(_FORGIVEN, limits.burst / _FORGIVEN, now),
             reassembly=Reassembly(limits.assembly),
             access=access,
         )
+        host, tolerance = connection.host, {"tolerance": connection.tolerance}
+        self.addresses.restore(host, connection.rates, now)
+        # Another client of the same address is not disconnected for a slip.
+        self.addresses.restore(host, tolerance, now, most=0.9)
         return connection
 
-    def remove(self, client: int) -> Connection | None:
+    def remove(self, client: int, now: int) -> Connection | None:
         """Remove a client and its incomplete messages; return it if it was connected."""
         removed = self._all.pop(client, None)
         if removed is not None:
+            rates = {**removed.rates, "tolerance": removed.tolerance}
+            self.addresses.store(removed.host, rates, now)
             removed.reassembly.clear()
         return removed
 
@@ -133,6 +154,15 @@ class Connections:
                 connection.fragmented += 1
                 output = replace(output, fragment_id=f"fragment:{connection.fragmented}")
         self._observer.sent(connection, output)
+        if self.delays is None or (
+            isinstance(output, OutgoingFrame) and self.delays.bypassed(output.payload)
+        ):
+            self.transmit(client, output)
+        else:
+            self.delays.send(client, output)
+
+    def transmit(self, client: int, output: Output) -> None:
+        """Pass a frame to the transport, once it is through an emulated link if there is one."""
         if self._transport is not None:
             self._transport.send(client, output)
         else:
@@ -167,25 +197,56 @@ class Connections:
     def admit(self, connection: Connection, now: int) -> bool:
         """Return whether a client's next operation is within its rate."""
         if connection.operation_rate.take(1, now):
-            connection.excess = 0
             return True
-        self._reject_excess(connection, f"{self._limits.messages:g} operations/s")
+        limit = self._limits.messages
+        self._reject_excess(connection, f"{limit:g} operations/s", 1 / limit, now)
         return False
 
     def admit_bytes(self, connection: Connection, size: int, now: int) -> bool:
         """Return whether a client's next frame is within its rate."""
         if connection.byte_rate.take(size, now):
             return True
-        self._reject_excess(connection, f"{self._limits.bytes:g} bytes/s")
+        limit = self._limits.bytes
+        self._reject_excess(connection, f"{limit:g} bytes/s", size / limit, now)
         return False
 
-    def _reject_excess(self, connection: Connection, rate: str) -> None:
-        """Report the first excess operation, and disconnect a client that sends too many."""
+    def admit_parts(self, connection: Connection, parts: int, now: int) -> bool:
+        """Return whether a client may send nested messages; they are charged once they are read.
+
+        What cannot be read is not built, and so only counts by its bytes.
+        """
+        if connection.part_rate.take(0, now):
+            return True
+        limit = self._limits.parts
+        self._reject_excess(connection, f"{limit:g} nested messages/s", parts / limit, now)
+        return False
+
+    def could_admit(self, connection: Connection, now: int) -> bool:
+        """Return whether a client has not used up its bytes and nested messages."""
+        buckets = (connection.byte_rate, connection.part_rate, connection.operation_rate)
+        return all(bucket.missing(now) < bucket.capacity for bucket in buckets)
+
+    def charge(self, client: int, *, parts: int = 0, size: int = 0) -> None:
+        """Count the work that a client has caused: nested messages built, or bytes of responses."""
+        if connection := self._all.get(client):
+            connection.part_rate.spend(parts, self._timers.now)
+            connection.byte_rate.spend(size, self._timers.now)
+
+    def _reject_excess(self, connection: Connection, rate: str, seconds: float, now: int) -> None:
+        """Report an excess once a second, and disconnect a client that has exceeded for too long.
+
+        Args:
+            connection: The client.
+            rate: The rate as text.
+            seconds: The excess, as the time in which the rate would allow it [s].
+            now: Current time [ns].
+        """
         text = f"rate limit of {rate} exceeded"
-        connection.excess += 1
-        if connection.excess == 1:
-            self._observer.refused(connection, Refusal.of({}, text))
-            self.send_status(connection.id, "error", f"{text}: operation dropped")
-        elif connection.excess > self._limits.messages * self._limits.burst:
+        reported = connection.excess_reported
+        if not connection.tolerance.take(seconds, now):
             self._observer.refused(connection, Refusal.of({}, f"{text}: disconnected"))
             self.close(connection.id, POLICY_VIOLATION, text)
+        elif reported is None or now - reported >= SECOND:
+            connection.excess_reported = now
+            self._observer.refused(connection, Refusal.of({}, text))
+            self.send_status(connection.id, "error", f"{text}: operation dropped")

@@ -7,19 +7,18 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeAlias
 
 from teleop.rosbridge.errors import FrameError, OperationError, RosbridgeError
-from teleop.rosbridge.framing.json_frames import operations
+from teleop.rosbridge.framing.json_frames import count_objects, operations
 from teleop.rosbridge.framing.large_frames import LARGE_FRAME, LargeFrameReader, PayloadField
 from teleop.rosbridge.framing.operation_fields import Operation, identity
 from teleop.rosbridge.graph.actions import Actions
 from teleop.rosbridge.graph.services import Services
 from teleop.rosbridge.graph.topics import Topics
 from teleop.rosbridge.messages.message_types import ActionType, MessageType, ServiceType
-from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.connections import Connections
+from teleop.rosbridge.protocol.large_frame_work import PreparedFrame
 from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.refusals import Refusal
-from teleop.rosbridge.topic_names import canonical
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -34,22 +33,27 @@ class Dispatcher:
         self,
         connections: Connections,
         observer: Observer,
-        registry: TypeRegistry,
-        payloads: Mapping[str, PayloadField],
+        large_frames: LargeFrameReader,
     ) -> None:
         self._connections = connections
         self._observer = observer
-        self._large_frames = LargeFrameReader(registry, payloads)
+        self._large_frames = large_frames
+        self.defer_large = False
+        """Whether large reassembled messages are left in ``Connection.deferred``."""
+
         self._handlers: dict[str, OperationHandler] = {}
 
     def add(self, handlers: Mapping[str, OperationHandler]) -> None:
         """Add handlers of operations."""
         self._handlers.update(handlers)
 
-    def dispatch(self, client: Connection, frame: str | bytes, now: int) -> None:
+    def dispatch(self, client: Connection, frame: str | bytes | PreparedFrame, now: int) -> None:
         """Process the operations in a frame; each counts for the client's rate."""
+        parts = count_objects(frame.frame if isinstance(frame, PreparedFrame) else frame)
         try:
             for operation in self._read(frame):
+                self._connections.charge(client.id, parts=parts)
+                parts = 0  # all of them are charged with the first
                 if client.closing or not self._connections.admit(client, now):
                     return
                 self._handle(client, operation, now)
@@ -57,8 +61,11 @@ class Dispatcher:
             if self._connections.admit(client, now):
                 self._reject_frame(client, error)
 
-    def reassembled(self, client: Connection, message: str, now: int) -> None:
+    def reassembled(self, client: Connection, message: str | PreparedFrame, now: int) -> None:
         """Process a reassembled message, whose fragments count for the first operation."""
+        if self.defer_large and isinstance(message, str) and len(message) >= LARGE_FRAME:
+            client.deferred.append(message)
+            return
         try:
             for number, operation in enumerate(self._read(message)):
                 if client.closing:
@@ -71,7 +78,11 @@ class Dispatcher:
         except FrameError as error:
             self._reject_frame(client, error)
 
-    def _read(self, frame: str | bytes) -> Any:
+    def _read(self, frame: str | bytes | PreparedFrame) -> Any:
+        if isinstance(frame, PreparedFrame):
+            if frame.error is not None:
+                raise frame.error
+            return (frame.operation,)
         if len(frame) < LARGE_FRAME:
             return operations(frame)
         return (self._large_frames.read(frame),)
@@ -118,8 +129,8 @@ def large_payloads(topics: Topics, services: Services, actions: Actions) -> dict
         return found.kind if found else None
 
     def action(name: str) -> ActionType | None:
-        wanted = canonical(name)
-        return next((one.kind for one in actions.all if canonical(one.name) == wanted), None)
+        found = actions.find(name)
+        return found.kind if found else None
 
     def part(
         find: Callable[[str], ServiceType | ActionType | None], which: str

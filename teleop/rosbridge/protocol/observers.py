@@ -23,8 +23,8 @@ class Observer:
     def refused(self, connection: Connection, refusal: Refusal) -> None:
         """An operation of a client was rejected.
 
-        Error responses of services are not observed. Of operations over a limit, the first is
-        observed, and the one for which the client is disconnected.
+        Error responses of services are not observed. Of operations over a rate, one a second
+        is observed, and the one for which the client is disconnected.
         """
 
     def received(self, connection: Connection, frame: str | bytes) -> None:

@@ -6,11 +6,21 @@ operation is answered by a response or a ``status``, and never by an exception.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.rosbridge.auth.credentials import Credentials
 from teleop.rosbridge.auth.permissions import UNGUARDED, Access
-from teleop.rosbridge.framing.outgoing_frames import MESSAGE_TOO_BIG, POLICY_VIOLATION
+from teleop.rosbridge.framing.json_frames import count_objects
+from teleop.rosbridge.framing.large_frames import LARGE_FRAME, LargeFrameReader
+from teleop.rosbridge.framing.outgoing_frames import (
+    MESSAGE_TOO_BIG,
+    POLICY_VIOLATION,
+    TRY_AGAIN_LATER,
+)
 from teleop.rosbridge.graph.actions import Actions
+from teleop.rosbridge.graph.client_completion import ClientCompletion
 from teleop.rosbridge.graph.client_topics import ClientTopics
 from teleop.rosbridge.graph.services import Services
 from teleop.rosbridge.graph.topics import Topics
@@ -21,11 +31,17 @@ from teleop.rosbridge.messages.ros_serialization import RosVersion
 from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.protocol.action_operations import ActionOperations
 from teleop.rosbridge.protocol.connections import Connections
+from teleop.rosbridge.protocol.delay_lines import LINE_BYTES, DelayLines
 from teleop.rosbridge.protocol.dispatcher import Dispatcher, large_payloads
+from teleop.rosbridge.protocol.frame_delay import FrameDelay
+from teleop.rosbridge.protocol.large_frame_work import LargeFrameWork, PreparedFrame
 from teleop.rosbridge.protocol.observers import Observers
+from teleop.rosbridge.protocol.places import Places
 from teleop.rosbridge.protocol.refusals import Refusal
+from teleop.rosbridge.protocol.round_trips import RoundTrips
 from teleop.rosbridge.protocol.service_operations import ServiceOperations
 from teleop.rosbridge.protocol.session_operations import SessionOperations
+from teleop.rosbridge.protocol.token_guesses import TokenGuesses
 from teleop.rosbridge.protocol.topic_operations import TopicOperations
 from teleop.rosbridge.timers import Timers
 
@@ -44,6 +60,7 @@ class Protocol:
         stamps: StampFields = "both",
         ros_version: RosVersion = "ros2",
         authenticator: Authenticator | None = None,
+        frame_delay: FrameDelay | None = None,
     ) -> None:
         """Create a protocol without clients.
 
@@ -54,6 +71,7 @@ class Protocol:
             ros_version: The ROS version reported to clients. It is also the serialisation of
                 ``cbor-raw`` for a subscription to ``pkg/Type``; ``pkg/msg/Type`` is always ROS 2.
             authenticator: Verifies tokens; without one, clients may do everything.
+            frame_delay: Emulates a link between the clients and the server; None for no emulation.
         """
         self.registry = registry
         self.limits = limits or ClientLimits()
@@ -61,19 +79,29 @@ class Protocol:
         self.authenticator = authenticator
         self.encoders = MessageEncoders(registry, stamps)
         self.observers = Observers()
-        self.connections = Connections(self.limits, self.observers)
-        self.timers = Timers(self.connections.wake)
+        self.timers = Timers(lambda: self.connections.wake())
+        self.connections = Connections(self.limits, self.observers, self.timers)
+        self._delays: DelayLines | None = None
+        if frame_delay is not None:
+            self._delays = DelayLines(frame_delay, self.timers, self.connections.transmit)
+            self.connections.delays = self._delays
+        self.places = Places(self.limits, self.connections)
+        self.token_guesses = TokenGuesses()
+        self.round_trips = RoundTrips(self.timers, self._delays)
         codec, limits = self.encoders.codec, self.limits
+        completion = ClientCompletion(registry, self._charge_parts)
         self.topics = Topics(registry, self.encoders, self.timers, self.connections.send)
         send = self.connections.send_json
-        self.services = Services(registry, codec, limits, self.timers, send)
-        self.actions = Actions(registry, codec, limits, send)
-        self._client_topics = ClientTopics(self.topics, registry, limits)
+        self.services = Services(registry, codec, limits, self.timers, send, completion)
+        self.actions = Actions(registry, codec, limits, send, completion)
+        self._client_topics = ClientTopics(self.topics, completion, limits)
         self._dispatcher = self._build_dispatcher()
 
     def _build_dispatcher(self) -> Dispatcher:
         payloads = large_payloads(self.topics, self.services, self.actions)
-        dispatcher = Dispatcher(self.connections, self.observers, self.registry, payloads)
+        reader = LargeFrameReader(self.registry, payloads)
+        self._large_frame_work = LargeFrameWork(reader, payloads, self.topics, self.registry)
+        dispatcher = Dispatcher(self.connections, self.observers, reader)
         codec = self.encoders.codec
         for group in (
             TopicOperations(self._client_topics, self.ros_version),
@@ -85,6 +113,8 @@ class Protocol:
                 self.authenticator,
                 self.observers,
                 dispatcher.reassembled,
+                places=self.places,
+                guesses=self.token_guesses,
             ),
         ):
             dispatcher.add(group.operations)
@@ -102,27 +132,122 @@ class Protocol:
         if access is None:
             access = UNGUARDED if self.authenticator is None else self.authenticator.anonymous
         connection = self.connections.add(now, address, access)
+        if self._delays is not None:
+            self._delays.add(connection.id)
+        self.round_trips.add(connection.id, now)
         self.observers.connected(connection, now)
         return connection.id
 
     def disconnect(self, client: int, now: int) -> None:
-        """Remove a client with all its topics, services, actions and pending calls."""
-        connection = self.connections.remove(client)
+        """Remove a client with all its topics, services, actions and pending calls.
+
+        On an emulated link the end of the connection takes as long as a frame of the client.
+        """
+        self.timers.advance(now)
+        if self._delays is None or not self._delays.receive(
+            client, 0, now, lambda when: self._disconnect(client, when)
+        ):
+            self._disconnect(client, now)
+
+    def _disconnect(self, client: int, now: int) -> None:
+        connection = self.connections.remove(client, now)
         if connection is None:
             return
-        self.timers.advance(now)
+        if self._delays is not None:
+            self._delays.remove(client)
+        self.round_trips.remove(client)
         self._client_topics.remove_client(client)
         self.services.remove_client(client)
         self.actions.remove_client(client)
         self.observers.disconnected(connection, now)
 
-    def receive(self, client: int, frame: str | bytes, now: int) -> None:
-        """Process a frame of a client; binary frames contain JSON, too."""
+    def defer_large(self) -> bool:
+        """Leave the work on large frames to ``prepare``; return whether it can be.
+
+        From now on ``receive`` leaves large messages that came in fragments to ``deferred``. It
+        cannot be on an emulated link, on which frames are prepared before their time.
+        """
+        self._dispatcher.defer_large = self._delays is None
+        return self._dispatcher.defer_large
+
+    def prepare(
+        self, client: int, frame: str | bytes, now: int, *, admitted: bool = False
+    ) -> Callable[[], PreparedFrame] | None:
+        """Return the work on a large frame, which a thread may do, or None if there is none.
+
+        What it returns is passed to ``receive``, or to ``receive_deferred``, in the place of the
+        frame. There is none for a small frame, and for one that will be rejected without it, which
+        one that has been ``admitted`` will not.
+        """
+        connection = self.connections.get(client)
+        if (
+            len(frame) < LARGE_FRAME
+            or len(frame) > self.limits.assembly
+            or connection is None
+            or connection.closing
+            or connection.access is None
+            or not (admitted or self.connections.could_admit(connection, now))
+        ):
+            return None
+        return partial(self._large_frame_work.prepare, frame, now)
+
+    def deferred(self, client: int) -> list[str]:
+        """Remove and return a client's large messages that were reassembled from fragments."""
+        connection = self.connections.get(client)
+        if connection is None or not connection.deferred:
+            return []
+        messages, connection.deferred = connection.deferred, []
+        return messages
+
+    def receive_deferred(
+        self, client: int, message: PreparedFrame, now: int, *, arrived: int
+    ) -> None:
+        """Process a deferred message after its preparation; times are as in ``receive``."""
         self.timers.advance(now)
+        connection = self.connections.get(client)
+        if connection is not None and not connection.closing:
+            self._dispatcher.reassembled(connection, message, min(arrived, now))
+
+    def receive(
+        self,
+        client: int,
+        frame: str | bytes | PreparedFrame,
+        now: int,
+        *,
+        arrived: int | None = None,
+    ) -> None:
+        """Process a frame of a client; binary frames contain JSON, too.
+
+        Args:
+            client: The client.
+            frame: The frame, or a large one after its preparation.
+            now: Current time [ns], by which timers and throttled topics go.
+            arrived: Time at which the frame arrived [ns], which handlers of topics, services and
+                actions are given as ``now``; the current time if not given. On an emulated link it
+                is the time at which the frame set out.
+        """
+        self.timers.advance(now)
+        arrived = now if arrived is None else min(arrived, now)
+        if self._delays is None or (
+            isinstance(frame, str | bytes) and self._delays.bypassed(frame)
+        ):
+            self._process(client, frame, arrived)
+        elif not self._delays.receive(
+            client, len(frame), arrived, lambda when: self._process(client, frame, when)
+        ):
+            reason = f"the emulated link holds at most {LINE_BYTES} bytes"
+            self.connections.close(client, TRY_AGAIN_LATER, reason)
+
+    def _charge_parts(self, client: int, parts: int) -> None:
+        self.connections.charge(client, parts=parts)
+
+    def _process(self, client: int, frame: str | bytes | PreparedFrame, now: int) -> None:
+        """Process a frame that arrived at ``now`` [ns]."""
         connection = self.connections.get(client)
         if connection is None:
             return
-        self.observers.received(connection, frame)
+        plain = frame.frame if isinstance(frame, PreparedFrame) else frame
+        self.observers.received(connection, plain)
         if connection.closing:
             return
         largest = self.limits.frame
@@ -133,7 +258,9 @@ class Protocol:
             self.observers.refused(connection, Refusal.of({}, reason))
             self.connections.close(client, MESSAGE_TOO_BIG, reason)
             return
-        if self.connections.admit_bytes(connection, len(frame), now):
+        if not self.connections.admit_bytes(connection, len(frame), now):
+            return
+        if self.connections.admit_parts(connection, count_objects(plain), now):
             self._dispatcher.dispatch(connection, frame, now)
 
     def update_credentials(self, credentials: Credentials) -> list[int]:

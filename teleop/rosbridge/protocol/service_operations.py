@@ -95,12 +95,13 @@ class ServiceOperations:
                 values = write_json(str(error))
         # A response has an id only if its call has one.
         end = f',"id":{write_json(call["id"])}' if call.get("id") is not None else ""
-        self._connections.send_json(
-            client,
+        text = (
             f'{{"op":"service_response","service":{write_json(call["service"])},'
-            f'"values":{values},"result":{success}{end}}}',
-            reply_format(call),
+            f'"values":{values},"result":{success}{end}}}'
         )
+        # A call of 70 bytes can ask for megabytes, so its answer counts for the caller's rate.
+        self._connections.charge(client, size=len(text))
+        self._connections.send_json(client, text, reply_format(call))
 
     def _advertise(self, client: Connection, operation: Operation, now: int) -> None:
         service, type = name(operation, "service"), text(operation, "type")

@@ -10,11 +10,13 @@ from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.errors import OperationError
 from teleop.rosbridge.framing.fragments import TIMEOUT_NS
 from teleop.rosbridge.framing.operation_fields import Operation, identity
-from teleop.rosbridge.framing.outgoing_frames import POLICY_VIOLATION
+from teleop.rosbridge.framing.outgoing_frames import POLICY_VIOLATION, TRY_AGAIN_LATER
 from teleop.rosbridge.protocol.connection import STATUS_LEVELS, Connection
 from teleop.rosbridge.protocol.connections import Connections
 from teleop.rosbridge.protocol.dispatcher import OperationHandler
 from teleop.rosbridge.protocol.observers import Observer
+from teleop.rosbridge.protocol.places import Places
+from teleop.rosbridge.protocol.token_guesses import TokenGuesses
 from teleop.rosbridge.ros_time import SECOND
 from teleop.rosbridge.timers import Timers
 
@@ -29,8 +31,13 @@ class SessionOperations:
         authenticator: Authenticator | None,
         observer: Observer,
         reassembled: Callable[[Connection, str, int], None],
+        *,
+        places: Places,
+        guesses: TokenGuesses,
     ) -> None:
         """Take the parts; ``reassembled`` processes complete fragmented messages."""
+        self._places = places
+        self._guesses = guesses
         self._connections = connections
         self._timers = timers
         self._authenticator = authenticator
@@ -53,10 +60,26 @@ class SessionOperations:
             text = "auth: authentication is not enabled on this server"
             self._connections.send_status(client.id, "warning", text, operation.get("id"))
             return
+        # A rosauth code is guessed like a token; each is used once, so none is known before.
+        token = operation.get("token")
+        secret = token if isinstance(token, str) else ""
+        if self._guesses.locked(client.host, secret, now):
+            self._observer.authenticated(client, None, now)
+            text = "auth: too many wrong tokens from your address, try again later"
+            self._connections.close(client.id, POLICY_VIOLATION, text)
+            return
         admission = self._authenticator.verify_operation(operation)
         if admission is None:
+            self._guesses.wrong(client.host, now)
             self._observer.authenticated(client, None, now)
             self._connections.close(client.id, POLICY_VIOLATION, "auth: rejected")
+            return
+        if secret:
+            self._guesses.accepted(client.host, secret, now)
+        if client.access is None and (
+            refusal := self._places.refusal(admission.access, client.host)
+        ):
+            self._connections.close(client.id, TRY_AGAIN_LATER, refusal)
             return
         client.access = admission.access
         if admission.duration is not None:

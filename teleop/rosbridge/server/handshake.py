@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from http import HTTPStatus
 from typing import Final
 
@@ -10,20 +11,28 @@ from websockets.http11 import Request, Response
 
 from teleop.rosbridge.auth.authenticator import token_in
 from teleop.rosbridge.auth.origins import Origins
+from teleop.rosbridge.auth.permissions import UNGUARDED
+from teleop.rosbridge.framing.outbox import BULK_BYTES
 from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.ros_time import SECOND
 from teleop.rosbridge.server.http_connection import (
     HttpConnection,
     page_response,
     wants_websocket,
 )
 from teleop.rosbridge.server.http_pages import OPEN_PAGES, HttpPages
-from teleop.rosbridge.server.outbox import BULK_BYTES
 
-_MAX_DOWNLOADS: Final = 4
-"""Simultaneous downloads of large files; each is kept in memory until it has been received."""
+_MAX_DOWNLOADS: Final = 32
+"""Simultaneous downloads of large files."""
 
-_MAX_UNAUTHENTICATED: Final = 8
-"""Simultaneous clients that have not authenticated, so that they cannot block those that have."""
+_MAX_DOWNLOADS_OF_ADDRESS: Final = 4
+"""Simultaneous downloads of one address; a further one takes the place of one that stands still."""
+
+_STANDSTILL: Final = 2.0
+"""Time without a piece after which a download stands still [s]."""
+
+_SINGLE: Final = ("Host", "Origin", "If-None-Match")
+"""Headers that a request may have only once, since proxies disagree on which one counts."""
 
 
 class Handshake:
@@ -41,20 +50,30 @@ class Handshake:
         Foreign web pages are rejected, since a browser on this machine would let them connect.
         """
         assert isinstance(socket, HttpConnection)
+        socket.gate.leave(socket.transport)
+        if not socket.gate.admit_request(socket.host, self._now):
+            return socket.respond(HTTPStatus.TOO_MANY_REQUESTS, "too many requests\n")
+        for name in _SINGLE:
+            if len(request.headers.get_all(name)) > 1:
+                return socket.respond(HTTPStatus.BAD_REQUEST, f"more than one {name} header\n")
         origin, host = request.headers.get("Origin"), request.headers.get("Host", "")
+        if not wants_websocket(request) and not self._origins.allow_host(host):
+            return socket.respond(HTTPStatus.FORBIDDEN, f"host {host[:80]} is not this machine\n")
         if origin is not None and not self._origins.allow(origin, host):
             return socket.respond(HTTPStatus.FORBIDDEN, f"origin {origin} is not allowed\n")
         if refusal := self._authenticate(socket, request):
             return refusal
         if not wants_websocket(request):
             return await self._page(socket, request, origin)
-        connections = self._protocol.connections
-        if len(connections) >= self._protocol.limits.clients:
-            return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many clients\n")
-        unauthenticated = sum(connection.access is None for connection in connections)
-        if socket.access is None and unauthenticated >= _MAX_UNAUTHENTICATED:
-            return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many without a token\n")
+        access = UNGUARDED if self._protocol.authenticator is None else socket.access
+        if why := self._protocol.places.refusal(access, socket.host):
+            return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, f"{why}\n")
         return None
+
+    @property
+    def _now(self) -> int:
+        """Time of the loop [ns]."""
+        return int(asyncio.get_running_loop().time() * SECOND)
 
     def abort_downloads(self) -> None:
         """Disconnect the clients that are downloading a file."""
@@ -71,7 +90,17 @@ class Handshake:
         if token is None:
             socket.access = authenticator.anonymous
         else:
+            guesses = self._protocol.token_guesses
+            if guesses.locked(socket.host, token, self._now):
+                text = "too many wrong tokens from this address: try again later\n"
+                response = socket.respond(HTTPStatus.TOO_MANY_REQUESTS, text)
+                response.headers["Retry-After"] = "10"
+                return response
             socket.access = authenticator.verify_token(token)
+            if socket.access is None:
+                guesses.wrong(socket.host, self._now)
+            else:
+                guesses.accepted(socket.host, token, self._now)
         open_page = request.path.partition("?")[0] in OPEN_PAGES
         may_follow = token is None and (wants_websocket(request) or open_page)
         if socket.access is not None or may_follow:
@@ -97,7 +126,7 @@ class Handshake:
         response = page_response(page, headers)
         if len(page.body) <= BULK_BYTES:
             return response
-        if len(self._downloads) >= _MAX_DOWNLOADS:
+        if len(self._downloads) >= _MAX_DOWNLOADS or not self._make_room(socket):
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many downloads\n")
         self._downloads.add(socket)
         try:
@@ -105,3 +134,15 @@ class Handshake:
         finally:
             self._downloads.discard(socket)
         return response  # which websockets does not send, as the connection is closed
+
+    def _make_room(self, socket: HttpConnection) -> bool:
+        """Return whether an address may download; one of its downloads may be aborted for it."""
+        same = [one for one in self._downloads if one.host == socket.host]
+        if len(same) < _MAX_DOWNLOADS_OF_ADDRESS:
+            return True
+        oldest = min(same, key=lambda one: one.progress)
+        if asyncio.get_running_loop().time() - oldest.progress < _STANDSTILL:
+            return False
+        oldest.transport.abort()
+        self._downloads.discard(oldest)
+        return True

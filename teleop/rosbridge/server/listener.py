@@ -13,6 +13,9 @@ from websockets.asyncio.server import Server as WebSocketServer, ServerConnectio
 from websockets.http11 import Request, Response
 
 from teleop.rosbridge.errors import ServerError
+from teleop.rosbridge.limits import ClientLimits
+from teleop.rosbridge.server.accept_errors import AcceptErrors
+from teleop.rosbridge.server.gate import Gate
 from teleop.rosbridge.server.http_connection import (
     DOWNLOAD_TIMEOUT,
     HEADER_TIMEOUT,
@@ -35,13 +38,14 @@ class Listener:
         self._port = port
         self._tls = tls
         self._server: WebSocketServer | None = None
+        self._errors: AcceptErrors | None = None
 
     async def start(
         self,
         handle: Callable[[ServerConnection], Awaitable[None]],
         process_request: Callable[[ServerConnection, Request], Awaitable[Response | None]],
         keepalive: Keepalive,
-        max_size: int,
+        limits: ClientLimits,
     ) -> None:
         """Listen.
 
@@ -49,28 +53,30 @@ class Listener:
             handle: Called with each WebSocket, which is closed when it returns.
             process_request: Returns the response to a request that is not upgraded.
             keepalive: Timeouts of unresponsive clients.
-            max_size: Largest received frame [bytes].
+            limits: Limits of connections and frames.
 
         Raises:
             ServerError: If the address is not available; the message is one line.
         """
+        connection = type("GatedConnection", (HttpConnection,), {"gate": Gate(limits)})
         try:
             self._server = await serve(
                 handle,
                 self.host,
                 self._port,
                 compression=None,  # websockets' default costs 47 ms a megabyte
-                max_size=max_size,
+                max_size=limits.frame,
                 ping_interval=keepalive.ping_interval,
                 ping_timeout=keepalive.ping_timeout,
                 open_timeout=DOWNLOAD_TIMEOUT,  # the request has a shorter deadline
                 close_timeout=2,
-                create_connection=HttpConnection,
+                create_connection=connection,
                 process_request=process_request,
                 logger=_WIRE,
                 ssl=self._tls,
                 ssl_handshake_timeout=None if self._tls is None else HEADER_TIMEOUT,
             )
+            self._errors = AcceptErrors(asyncio.get_running_loop())
         except OSError as error:
             raise ServerError(_cannot_listen(self.host, self._port, error)) from error
 
@@ -78,6 +84,9 @@ class Listener:
         """Stop listening and close all connections; unresponsive ones by ``abort_clients``."""
         if self._server is None:
             return
+        if self._errors is not None:
+            self._errors.remove()
+            self._errors = None
         self._server.close(reason="the server is shutting down")
         try:
             async with asyncio.timeout(CLOSE_TIMEOUT):

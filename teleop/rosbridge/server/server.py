@@ -6,14 +6,18 @@ import asyncio
 import contextlib
 import ssl
 from collections.abc import Callable, Collection
+from concurrent.futures import ThreadPoolExecutor
 from typing import Self
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from teleop.rosbridge.auth.origins import Origins
+from teleop.rosbridge.framing.outbox import QueueLimits
 from teleop.rosbridge.framing.outgoing_frames import POLICY_VIOLATION, Output
+from teleop.rosbridge.protocol.large_frame_work import PreparedFrame
 from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.protocol.round_trips import RoundTrip
 from teleop.rosbridge.ros_time import SECOND
 from teleop.rosbridge.server.async_handlers import AsyncHandlers
 from teleop.rosbridge.server.handshake import Handshake
@@ -21,7 +25,6 @@ from teleop.rosbridge.server.http_connection import HttpConnection
 from teleop.rosbridge.server.http_pages import HttpPages
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.listener import Listener
-from teleop.rosbridge.server.outbox import QueueLimits
 from teleop.rosbridge.server.socket_writer import SocketWriter, Traffic
 
 
@@ -78,6 +81,8 @@ class Server:
         self._writers: dict[int, SocketWriter] = {}
         self._handshake = Handshake(protocol, Origins.of(host, origins), self.pages)
         self._timer: asyncio.TimerHandle | None = None
+        self._worker: ThreadPoolExecutor | None = None
+        """The thread that works on large frames, one at a time."""
 
     # Life cycle
 
@@ -88,9 +93,12 @@ class Server:
             ServerError: If the address is not available; the message is one line.
         """
         await self._listener.start(
-            self._handle, self._handshake.process, self._keepalive, self.protocol.limits.frame
+            self._handle, self._handshake.process, self._keepalive, self.protocol.limits
         )
+        if not self.lockstep and self.protocol.defer_large():
+            self._worker = ThreadPoolExecutor(1, "rosbridge")
         self.protocol.connections.attach(self)
+        self.protocol.round_trips.attach(None if self.lockstep else self._ping)
         self.wake()
 
     async def close(self) -> None:
@@ -100,6 +108,9 @@ class Server:
             self._timer = None
         await self._listener.close(self._abort_clients)
         self.protocol.connections.detach()
+        if self._worker is not None:
+            self._worker.shutdown(wait=False, cancel_futures=True)
+            self._worker = None
         self.async_handlers.cancel()
 
     async def __aenter__(self) -> Self:
@@ -138,13 +149,46 @@ class Server:
 
     def traffic(self, client: int) -> Traffic | None:
         """Return the state of a client's connection; None if it has left."""
-        writer = self._writers.get(client)
-        return writer.traffic if writer else None
+        writer, trip = self._writers.get(client), self.protocol.round_trips.of(client, self.now)
+        if writer is None:
+            return None
+        return writer.traffic(trip.last / SECOND if trip and trip.last is not None else 0.0)
 
     async def flush(self, client: int) -> None:
         """Wait until a client's queue is empty, or it has left."""
         if writer := self._writers.get(client):
             await writer.flush()
+
+    # Links
+
+    def round_trip(self, client: int) -> RoundTrip | None:
+        """Return what a client's pings say; None if it has left, or nothing is measured.
+
+        In lockstep only an emulated link is measured.
+        """
+        return self.protocol.round_trips.of(client, self.now)
+
+    def watch_round_trip(self, client: int) -> None:
+        """Ping a client every quarter of a second from now on, instead of once as it connects."""
+        self.protocol.round_trips.watch(client)
+
+    def backlog(self, client: int) -> int:
+        """Return the bytes of a client that have arrived and have not been processed."""
+        writer = self._writers.get(client)
+        return writer.socket.unprocessed if writer else 0
+
+    def _pong(self, client: int, payload: bytes, arrived: float) -> None:
+        self.protocol.round_trips.answered(client, payload, self._date(arrived, self.now))
+
+    def _ping(self, client: int, payload: bytes) -> None:
+        if writer := self._writers.get(client):
+            writer.socket.send_ping(payload)
+
+    def _date(self, arrived: float, now: int) -> int:
+        """Return a time of the loop [s] in the protocol's [ns]; in lockstep nothing takes time."""
+        if self.lockstep:
+            return now
+        return now - int(max(asyncio.get_running_loop().time() - arrived, 0.0) * SECOND)
 
     # Transport of the protocol
 
@@ -175,17 +219,19 @@ class Server:
 
     async def _handle(self, socket: ServerConnection) -> None:
         """Serve a client until it disconnects."""
+        assert isinstance(socket, HttpConnection)
         writer = SocketWriter(socket, self._queue_limits)
-        access = socket.access if isinstance(socket, HttpConnection) else None
-        client = self.protocol.connect(self.now, writer.address, access)
+        client = self.protocol.connect(self.now, writer.address, socket.access)
         self._writers[client] = writer
+        socket.pong_received = lambda payload, arrived: self._pong(client, payload, arrived)
         if self.protocol.connections.access(client) is None:
             loop = asyncio.get_running_loop()
             loop.call_later(self._keepalive.auth_timeout, self._require_auth, client)
         writing = asyncio.create_task(writer.run(self._keepalive.write_timeout))
         try:
-            async for frame in socket:
-                self.protocol.receive(client, frame, self.now)
+            while True:
+                frame, arrived = await socket.receive()
+                await self._receive(client, frame, self._date(arrived, self.now))
                 await asyncio.sleep(0)  # lets other clients run while one floods
         except ConnectionClosed:
             pass
@@ -196,6 +242,20 @@ class Server:
             writing.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await writing
+
+    async def _receive(self, client: int, frame: str | bytes, arrived: int) -> None:
+        """Process a frame; the work on a large one is done by a thread, and only its sender waits."""
+        work = None if self._worker is None else self.protocol.prepare(client, frame, arrived)
+        prepared = frame if work is None else await self._run(work)
+        self.protocol.receive(client, prepared, self.now, arrived=arrived)
+        for message in self.protocol.deferred(client):
+            work = self.protocol.prepare(client, message, arrived, admitted=True)
+            if work is not None:
+                whole = await self._run(work)
+                self.protocol.receive_deferred(client, whole, self.now, arrived=arrived)
+
+    async def _run(self, work: Callable[[], PreparedFrame]) -> PreparedFrame:
+        return await asyncio.get_running_loop().run_in_executor(self._worker, work)
 
     def _require_auth(self, client: int) -> None:
         """Disconnect a client that has not authenticated."""

@@ -12,13 +12,16 @@ from typing import Final
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from teleop.rosbridge.framing.outgoing_frames import CloseFrame, OutgoingFrame, Output
-from teleop.rosbridge.server.outbox import BULK_BYTES, Outbox, QueueLimits
+from teleop.rosbridge.framing.outbox import BULK_BYTES, Outbox, QueueLimits
+from teleop.rosbridge.framing.outgoing_frames import (
+    TRY_AGAIN_LATER,
+    CloseFrame,
+    OutgoingFrame,
+    Output,
+)
+from teleop.rosbridge.server.http_connection import HttpConnection
 
 _LOG: Final = logging.getLogger(__name__)
-
-_TRY_AGAIN_LATER: Final = 1013
-"""Code of the close frame for a client that reads too slowly."""
 
 _FRAGMENT: Final = 131_072
 """Size of the WebSocket fragments (RFC 6455, section 5.4) of a large frame [bytes]."""
@@ -44,7 +47,7 @@ class Traffic:
 class SocketWriter:
     """A client's socket and its send queue."""
 
-    def __init__(self, socket: ServerConnection, limits: QueueLimits) -> None:
+    def __init__(self, socket: HttpConnection, limits: QueueLimits) -> None:
         self.socket = socket
         self._outbox = Outbox(limits)
         self._wake = asyncio.Event()
@@ -64,10 +67,9 @@ class SocketWriter:
         """Queued bytes."""
         return self._outbox.size
 
-    @property
-    def traffic(self) -> Traffic:
-        """State of the connection."""
-        return Traffic(self._outbox.size, self._outbox.dropped, self.socket.latency)
+    def traffic(self, round_trip: float) -> Traffic:
+        """Return the state of the connection, with its round-trip time [s]."""
+        return Traffic(self._outbox.size, self._outbox.dropped, round_trip)
 
     def push(self, output: Output) -> None:
         """Queue a frame; the client is disconnected if its queue overflows."""
@@ -78,7 +80,7 @@ class SocketWriter:
             self._close = output
         elif reason := self._outbox.push(output):
             self._outbox.clear()
-            self._close = CloseFrame(_TRY_AGAIN_LATER, reason)
+            self._close = CloseFrame(TRY_AGAIN_LATER, reason)
         self._idle.clear()
         self._wake.set()
 
@@ -110,7 +112,7 @@ class SocketWriter:
                     async with asyncio.timeout(timeout):
                         await self._send(frame)
                 except TimeoutError:
-                    _LOG.info("%s does not read from its socket: disconnected", self.address)
+                    _LOG.warning("%s does not read from its socket: disconnected", self.address)
                     self.socket.transport.abort()
                     return
                 except ConnectionClosed:
@@ -134,6 +136,10 @@ class SocketWriter:
                 view = memoryview(piece)
                 fragments = (view[i : i + _FRAGMENT] for i in range(0, len(piece), _FRAGMENT))
                 await self.socket.send(fragments, text=text)
+            if frame.fragment_id:
+                await asyncio.sleep(
+                    0
+                )  # a socket that takes a thousand pieces must not hold up others
 
     async def _hang_up(self, close: CloseFrame) -> None:
         try:

@@ -52,11 +52,16 @@ def worst(drive: Trajectory, *, epoch: int = 0) -> float:
 
 
 @pytest.mark.slow
-def test_carmen_text_is_mapped_and_localised_in_its_own_map(tmp_path: Path) -> None:
+def test_carmen_text_is_mapped_and_localised_in_its_own_map(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """A level scanner sees walls at one height: they are taken to stand upright, and serve as a map."""
     log, out = carmen(tmp_path / "hall.log"), tmp_path / "map.ply"
     assert main(["map", str(log), *AT, "--out", str(out)]) == 0
     assert worst(read_tum(out.with_suffix(".tum")), epoch=EPOCH) < 0.02
+    # The odometry began elsewhere, and so, for all that it shows, did the drive.
+    (note,) = [line for line in capsys.readouterr().out.splitlines() if str(log) in line]
+    assert "begins in the middle of a drive: its odometry starts at 9.00 4.00 m" in note
     cloud = load_cloud(out)
     assert np.abs(cloud.normals[:, 2]).max() < 0.05
     assert np.ptp(cloud.points[:, 2]) > 1.0

@@ -13,7 +13,9 @@ from localization.filter.covariance import (
     inverse,
     planar_covariance,
     pose_covariance,
+    with_map_error,
 )
+from localization.geometry import rotation_from_euler
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import register
 from localization.relocalization.search_config import SearchConfig
@@ -140,3 +142,13 @@ def test_hint_with_any_covariance_opens_a_window_that_can_be_searched(rank: int,
     window = window_of(Pose.planar(1.0, 2.0, 0.3), of_rank(rank, seed), c)
     assert c.smallest_window <= window.half_width <= c.largest_window
     assert c.smallest_window_yaw <= window.half_yaw <= np.pi
+
+
+def test_error_of_a_map_is_added_about_its_vertical() -> None:
+    rotation = rotation_from_euler(0.3, -0.2, 1.1)
+    own = np.diag([1e-4, 2e-4, 3e-4, 1e-5, 2e-5, 3e-5])
+    added = with_map_error(own, rotation, 0.03, 0.01) - own
+    assert np.diag(added)[:3] == pytest.approx([9e-4, 9e-4, 0.0])
+    in_map = rotation @ added[3:, 3:] @ rotation.T
+    assert in_map == pytest.approx(np.diag([0.0, 0.0, 1e-4]), abs=1e-12)
+    assert not added[:3, 3:].any()

@@ -8,6 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import (
+    GYRO_BIAS,
     KAPPA,
     POSITION,
     ROTATION,
@@ -15,11 +16,14 @@ from localization.filter.ekf import (
     FilterState,
     corrected,
     initial_state,
+    with_pose,
 )
 from localization.filter.ekf_config import EkfConfig
 from localization.filter.pose_error import difference
 from localization.geometry import FloatArray, so3_exp
-from localization.motion.displacement import OdometryNoise, arc_step, step_variance
+from localization.motion.displacement import arc_step, with_turn
+from localization.motion.gyro_turn import GyroStep, ReportedTilt, TurnWitness
+from localization.motion.odometry_noise import OdometryNoise, step_variance
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Pose
 from tests.support import floats, vectors
@@ -177,3 +181,86 @@ def test_pause_moves_the_robot_as_far_as_a_burst(state: FilterState, step: Pose)
 def test_displacement_of_no_finite_duration_is_refused(seconds: float) -> None:
     with pytest.raises(InvalidReadingError, match="must be finite"):
         predict_displacement(filter_at(Pose.identity()), CONFIG, Pose.identity(), seconds)
+
+
+GYRO = SensorConfiguration(Motion.ODOMETRY_AND_GYRO).ekf()
+EXACT_GYRO = replace(
+    GYRO, odometry=EXACT.odometry, gyro_noise=1e-9, gyro_bias_walk=0.0, turn_share=0.0
+)
+"""Neither wheels nor gyro err, but for the gyro's bias."""
+
+
+def measured(turn: FloatArray, seconds: float = 0.1, **more: object) -> GyroStep:
+    return GyroStep(turn, seconds, np.array([0.0, 0.0, 9.81]), **more)  # type: ignore[arg-type]
+
+
+@given(
+    STATE, STEP, vectors(3, 0.05), vectors(STATES, 1.0).filter(lambda e: np.linalg.norm(e) > 0.1)
+)
+@settings(max_examples=60)
+def test_covariance_of_a_turn_by_gyro_is_carried_by_the_slope_of_the_prediction(
+    state: FilterState, step: Pose, turn: FloatArray, e: FloatArray
+) -> None:
+    h, gyro = 1e-6, measured(turn)
+    alone = replace(state, full_covariance=np.outer(e, e))
+    after, _ = predict_displacement(alone, EXACT_GYRO, step, 0.1, gyro)
+
+    def moved(sign: float) -> FilterState:
+        off = disturbed(state, sign * h * e)
+        off = replace(off, gyro_bias=state.gyro_bias + sign * h * e[GYRO_BIAS])
+        return predict_displacement(off, EXACT_GYRO, step, 0.1, gyro)[0]
+
+    slope = (error_between(moved(-1.0), moved(1.0))) / (2.0 * h)
+    slope[GYRO_BIAS] = e[GYRO_BIAS]
+    # The turn of the bias is of first order in the turn itself, which is small between two readings.
+    expected = np.outer(slope, slope)
+    np.testing.assert_allclose(after.full_covariance, expected, atol=0.02 * float(e @ e))
+
+
+@given(STEP, floats(-1.5, 1.5))
+def test_gyro_turns_the_motion_and_wheels_give_its_length(step: Pose, turn: float) -> None:
+    _, motion = predict_displacement(
+        filter_at(Pose.identity()), GYRO, step, 0.1, measured(np.array([0.0, 0.0, turn]))
+    )
+    expected = with_turn(step, turn)
+    assert motion.position == pytest.approx(expected.position, abs=1e-12)
+    assert motion.yaw == pytest.approx(turn, abs=1e-12)
+
+
+def test_yaw_ratio_is_learned_from_the_gyro_and_forward_scale_is_not() -> None:
+    rng = np.random.default_rng(4)
+    state, config = filter_at(Pose.identity(), config=GYRO), GYRO
+    for k in range(80):
+        true = 0.2 if (k // 10) % 2 == 0 else -0.2
+        counted = 1.85 * true + config.odometry.heading * 0.3 * rng.standard_normal()
+        gyro = measured(
+            np.array([0.0, 0.0, true]), 0.5, witness=TurnWitness(counted, true, 0.5, 0.09)
+        )
+        state, _ = predict_displacement(state, config, arc_step(0.09, counted), 0.5, gyro)
+    sigma = np.sqrt(state.full_covariance[PSI, PSI])
+    assert state.yaw_ratio == pytest.approx(1.0 / 1.85, rel=0.1)
+    assert abs(state.kappa[1] + np.log(1.85)) < 3.0 * sigma
+    assert state.kappa[0] == 0.0
+
+
+def test_bias_is_learned_while_neither_wheels_nor_gyro_move() -> None:
+    bias = np.deg2rad([0.3, -0.2, 1.0])
+    state = filter_at(Pose.identity(), config=GYRO)
+    for _ in range(30):
+        state, motion = predict_displacement(
+            state, GYRO, Pose.identity(), 0.1, measured(0.1 * bias)
+        )
+    assert state.gyro_bias == pytest.approx(bias, abs=np.deg2rad(0.02))
+    assert motion.yaw == 0.0
+    assert state.standing(GYRO)
+
+
+def test_reported_roll_and_pitch_are_taken_over() -> None:
+    start = Pose.identity()
+    state = with_pose(
+        filter_at(start, config=GYRO), start, np.diag([0.01, 0.01, 0.01, 0.01, 0.01, 0.01])
+    )
+    gyro = measured(np.zeros(3), tilt=ReportedTilt(0.02, -0.1, 0.01))
+    for _ in range(100):
+        state, _ = predict_displacement(state, GYRO, arc_step(0.05, 0.0), 0.1, gyro)
+    assert state.pose.euler[:2] == pytest.approx((0.02, -0.1), abs=0.004)

@@ -34,6 +34,7 @@ from localization.logs.ros_types import (
     vector_message,
 )
 from localization.maps.map_files import save_cloud
+from localization.motion.displacement import with_turn
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.log_replay import localize
 from localization.types import (
@@ -219,6 +220,32 @@ def test_bag_of_wheels_and_gyro_is_localised_to_a_centimetre(
     path = ros1(tmp_path / "bag", recorded(drive.readings()))
     assert open_log(path).sensors == SensorConfiguration(Motion.WHEELS_AND_GYRO)
     assert worst_error(path, hall_map, drive)[:2].max() < 0.01
+
+
+def turning_too_far(drive: Drive) -> list[Reading]:
+    """The readings of a drive, with the odometry of a base that counts turns 1.85 times in place of its rim speeds."""
+    readings: list[Reading] = []
+    counted, before = Pose.planar(9.0, 4.0, 1.0), drive.pose(0)
+    for reading in drive.readings():
+        if not isinstance(reading, WheelSpeeds):
+            readings.append(reading)
+            continue
+        now = drive.pose(reading.stamp)
+        counted @= with_turn(before.inverse() @ now, 1.85 * (before.inverse() @ now).yaw)
+        before = now
+        readings.append(Odometry(reading.stamp, counted))
+    return readings
+
+
+@pytest.mark.slow
+def test_bag_of_odometry_and_gyro_is_localised_to_a_centimetre(
+    tmp_path: Path, hall_map: Path, drive: Drive
+) -> None:
+    path = ros1(tmp_path / "bag", recorded(turning_too_far(drive)))
+    assert open_log(path).sensors.motion is Motion.ODOMETRY_AND_GYRO
+    worst = worst_error(path, hall_map, drive)
+    assert worst[:2].max() < 0.01
+    assert worst[3] < np.deg2rad(0.3)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from localization.geometry import FloatArray
+from localization.mapping.base_poses import BasePoses
 from localization.mapping.odometry_front_end import OdometrySweep
 from localization.mapping.planar_pose import between, compose
-from localization.mapping.pose_displacements import BasePoses, DisplacementNoise, displacement
 from localization.mapping.pose_front_end import PoseOdometer
 from localization.mapping.slam import map_drive
 from localization.mapping.slam_config import SlamConfig
@@ -152,19 +152,6 @@ def test_poses_of_one_instant_are_one_and_late_ones_are_put_in_order() -> None:
     middle = track.pose_at(3 * SECOND)
     assert middle is not None
     assert middle.position[0] == pytest.approx(3.25)
-    assert displacement(Pose.planar(0.0, 0.0, np.pi / 2), Pose.planar(0.0, 2.0, np.pi)) == (
-        pytest.approx([2.0, 0.0, np.pi / 2])
-    )
-
-
-def test_noise_grows_with_the_way_and_the_turn_and_knows_no_time() -> None:
-    noise = DisplacementNoise()
-    still, metre = (noise.covariance(np.array([x, 0.0, 0.0])) for x in (0.0, 1.0))
-    assert np.sqrt(metre[0, 0]) == pytest.approx(0.08, rel=0.01)
-    assert np.rad2deg(np.sqrt(metre[2, 2])) == pytest.approx(3.0, rel=0.01)
-    turned = noise.covariance(np.array([0.0, 0.0, 1.0]))
-    assert np.sqrt(turned[2, 2]) == pytest.approx(0.2, rel=0.01)
-    assert still[2, 2] < 1e-4
 
 
 @pytest.mark.parametrize("x", [np.nan, 1e9])

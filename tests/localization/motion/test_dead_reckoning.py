@@ -11,7 +11,7 @@ import pytest
 
 from localization.motion.dead_reckoning import DeadReckoner
 from localization.motion.dead_reckoning_config import DeadReckoningConfig
-from localization.motion.displacement_step import Displacement, odometry_step, wheel_step
+from localization.motion.displacement_step import Displacement, pose_step, wheel_step
 from localization.types import SECOND, Inertial, Odometry, Pose, WheelSpeeds
 
 PERIOD = SECOND // 20
@@ -81,7 +81,7 @@ def reckoned(
         if isinstance(reading, Inertial):
             state = state.take(reading)
             continue
-        if before is not None and (step := odometry_step(before, reading)) is not None:
+        if before is not None and (step := pose_step(before, reading)) is not None:
             state = state.take(step)
         before = reading
     return state
@@ -169,7 +169,7 @@ def test_turning_back_makes_no_lost_heading_known_again() -> None:
     before: Odometry | None = None
     for reading in back.readings():
         assert isinstance(reading, Odometry)
-        if before is not None and (step := odometry_step(before, reading)) is not None:
+        if before is not None and (step := pose_step(before, reading)) is not None:
             state = state.take(step)
         before = reading
     assert state.covariance[5, 5] == pytest.approx(math.pi**2 / 3.0)
@@ -219,7 +219,7 @@ def test_pause_of_the_odometry_with_a_turn_is_one_step() -> None:
 
 
 def test_sideways_motion_is_kept() -> None:
-    step = odometry_step(
+    step = pose_step(
         Odometry(0, Pose.planar(1.0, 2.0, 0.5)),
         Odometry(PERIOD, Pose.planar(1.0, 2.0, 0.5) @ Pose.planar(0.1, 0.3, 0.0)),
     )
@@ -230,7 +230,7 @@ def test_sideways_motion_is_kept() -> None:
 
 
 def test_odometry_that_counts_anew_is_no_step() -> None:
-    assert odometry_step(Odometry(0, Pose.planar(50, 0, 0)), Odometry(1, Pose.identity())) is None
+    assert pose_step(Odometry(0, Pose.planar(50, 0, 0)), Odometry(1, Pose.identity())) is None
 
 
 def test_rim_speeds_are_steps_but_over_a_pause() -> None:
@@ -289,7 +289,9 @@ def test_heading_that_a_unit_does_not_know_is_that_of_its_gyro() -> None:
 def test_covariance_covers_the_errors_that_were_assumed(oriented: bool) -> None:
     """Mean of the squared, normalised errors in the plane: 2 if consistent."""
     rng = np.random.default_rng(4)
-    config = DeadReckoningConfig(distance_noise=1e-4, side_noise=1e-4, skid=1e-4)
+    config = DeadReckoningConfig(
+        odometry=replace(DeadReckoningConfig().odometry, along=1e-4, aside=1e-4, shift=1e-4)
+    )
     ratios = []
     for _ in range(30):
         scale, heading, bias = rng.normal(size=3)

@@ -8,15 +8,20 @@ import pytest
 from hypothesis import given, strategies as st
 
 from localization.motion.displacement import (
-    OdometryNoise,
-    StepVariance,
     arc_length,
+    arc_of,
     arc_step,
+    odometry_step,
     planar_step,
-    step_variance,
     with_turn,
 )
-from localization.types import Pose
+from localization.motion.odometry_noise import (
+    OdometryNoise,
+    StepVariance,
+    planar_covariance,
+    step_variance,
+)
+from localization.types import SECOND, Odometry, Pose
 from tests.support import floats, poses
 from tests.support_rooms import apart
 
@@ -120,3 +125,25 @@ def test_wheels_of_real_floors_are_within_the_bounds_of_the_noise() -> None:
     """Five to seven degrees per metre at the 95th percentile were measured."""
     sigma = math.degrees(math.sqrt(added(Pose.planar(1.0, 0.0, 0.0), 2.0).heading))
     assert 5.0 <= 1.96 * sigma <= 7.0
+
+
+@given(STEPS)
+def test_arcs_ahead_and_to_the_left_lead_back_to_the_motion(step: Pose) -> None:
+    forward, left = arc_of(step)
+    ahead = arc_step(forward, step.yaw).position
+    across = arc_step(left, step.yaw).position
+    together = ahead[:2] + (-across[1], across[0])
+    assert together == pytest.approx(step.position[:2], abs=1e-9)
+
+
+def test_base_that_counts_anew_gives_no_step() -> None:
+    far = Odometry(SECOND, Pose.planar(50.0, 0.0, 0.0))
+    assert odometry_step(far, Odometry(2 * SECOND, Pose.identity())) is None
+
+
+def test_covariance_of_a_displacement_holds_the_ratio_of_its_turns() -> None:
+    turn = Pose.planar(0.0, 0.0, 1.0)
+    plain, loose = (planar_covariance(turn, 0.1, NOISE, ratio) for ratio in (0.0, 0.2))
+    assert loose[2, 2] - plain[2, 2] == pytest.approx(0.04)
+    variance = added(turn)
+    assert np.diag(plain) == pytest.approx([variance.along, variance.aside, variance.heading])

@@ -29,7 +29,7 @@ from tests.support_rooms import HALL, MOUNTS, TICK, Drive, apart
 
 START = Pose.planar(2.6, 1.6, 0.2)
 EXACT = LateReadingsConfig(reuse_distance=0.0)
-SUITES = [Motion.WHEELS_AND_GYRO, Motion.WHEELS, Motion.GYRO, Motion.ODOMETRY, Motion.SCANNER]
+SUITES = list(Motion)
 
 
 @pytest.fixture(scope="module")

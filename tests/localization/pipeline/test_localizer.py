@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from localization.maps.prepared_map import PreparedMap
+from localization.maps.prepared_map import PreparedMap, prepare
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import (
     SECOND,
@@ -513,3 +513,32 @@ def test_scan_that_comes_too_late_is_dropped_with_a_reason(hall: PreparedMap) ->
         feed(localizer, [Inertial(now[-1].stamp + TICK, np.zeros(3), np.array([0, 0, 9.81]))])
     )
     assert any("s late" in reason for reason in estimates[-1].reasons)
+
+
+@pytest.mark.slow
+def test_map_that_states_its_own_error_is_covered_and_followed_as_any_other(
+    hall: PreparedMap,
+) -> None:
+    """The map was made without truth, and lies 3 cm and 0.4 degrees beside it."""
+    askew = Pose.planar(0.024, -0.018, np.deg2rad(0.4))
+    cloud, drive = hall.cloud, Drive(HALL, START, *LOOP)
+    moved = dataclasses.replace(
+        cloud, points=askew.apply(cloud.points), normals=cloud.normals @ askew.rotation.T
+    )
+    stated = dataclasses.replace(moved, position_noise=0.03, heading_noise=np.deg2rad(0.3))
+    readings = hinted(drive.readings(), START)
+    silent, honest = (list(feed(Localizer(prepare(c), MOUNTS), readings)) for c in (moved, stated))
+    errors = []
+    for before, after in zip(silent[100:], honest[100:], strict=True):
+        assert before.map_from_base is not None
+        assert after.map_from_base is not None
+        # What the map says of itself changes no pose, no state, and nothing between two poses.
+        np.testing.assert_array_equal(before.map_from_base.position, after.map_from_base.position)
+        assert before.health is after.health
+        step = drive.pose(after.stamp).inverse() @ after.map_from_base
+        off = np.array([*(drive.pose(after.stamp).rotation @ step.position)[:2], step.yaw])
+        axes = np.ix_([0, 1, 5], [0, 1, 5])
+        errors.append([off @ np.linalg.solve(e.covariance[axes], off) for e in (before, after)])
+    overconfident, covered = np.array(errors).T
+    assert overconfident.min() > 20.0
+    assert covered.max() < 7.81  # chi-square, 3 degrees of freedom, 95 %

@@ -16,7 +16,17 @@ from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
-from localization.types import SECOND, Estimate, Health, Hint, Odometry, Pose, Reading, Scan
+from localization.types import (
+    SECOND,
+    Estimate,
+    Health,
+    Hint,
+    Inertial,
+    Odometry,
+    Pose,
+    Reading,
+    Scan,
+)
 from tests.support_rooms import MOUNTS, Drive, Face, Place, box
 
 SCANNER = "laser_horizontal"
@@ -180,6 +190,34 @@ def _scan(place: Place, pose: Pose, stamp: int, reach: float, rng: np.random.Gen
     )
 
 
+def gyro_of(
+    drive: Drive,
+    *,
+    bias: float = 0.0,
+    silent: tuple[float, float] | None = None,
+    seed: int = 0,
+) -> list[Inertial]:
+    """The readings of a level inertial unit, fifty a second.
+
+    Args:
+        drive: which began at ``BEGIN``.
+        bias: of the gyro's z axis [rad/s].
+        silent: first and last second of the drive in which the unit says nothing.
+        seed: of the noise.
+    """
+    rng, tick = np.random.default_rng(seed), SECOND // 50
+    stamps = np.arange(BEGIN, drive.end, tick, dtype=np.int64)
+    yaw = np.unwrap([drive.pose(int(stamp)).yaw for stamp in stamps])
+    rates = np.diff(yaw, prepend=yaw[0]) * SECOND / tick + bias
+    rates += np.deg2rad(0.02) / np.sqrt(tick / SECOND) * rng.standard_normal(len(rates))
+    level = np.array([0.0, 0.0, 9.81])
+    return [
+        Inertial(stamp, np.array([0.0, 0.0, rate]), level)
+        for stamp, rate in zip(stamps.tolist(), rates.tolist(), strict=True)
+        if silent is None or not silent[0] <= (stamp - BEGIN) / SECOND < silent[1]
+    ]
+
+
 def restamped(scan: Scan, stamp: int) -> Scan:
     """The scan with another stamp [ns]."""
     return Scan(
@@ -239,6 +277,7 @@ def follow(
     *,
     twice: bool = False,
     hint: Pose | None = None,
+    gyro: Sequence[Inertial] = (),
 ) -> Followed:
     """Localise a log with odometry and one scanner, hinted where the robot was at first.
 
@@ -249,6 +288,7 @@ def follow(
         stamps: written beside each moment [ns]; the true ones by default.
         twice: whether the odometry of a scan's instant is written before it and after it, as CARMEN does.
         hint: error of the hint.
+        gyro: readings of an inertial unit, if there is one; each is written when it is due.
     """
     stages: list[str] = []
 
@@ -257,14 +297,18 @@ def follow(
         stages.append(name)
         yield
 
-    suite = SensorConfiguration(Motion.ODOMETRY, flat=True)
+    motion, due = Motion.ODOMETRY_AND_GYRO if gyro else Motion.ODOMETRY, list(gyro[::-1])
+    suite = SensorConfiguration(motion, flat=True)
     localizer = Localizer(world, {SCANNER: MOUNTS[SCANNER]}, LocalizerConfig.of(suite), stage=stage)
     written = stamps if stamps is not None else [moment.true for moment in log]
     true_at: dict[int, int] = {}
     rows, said, health, estimates, begun = [], [], [], [], 0
     for number, (moment, stamp) in enumerate(zip(log, written, strict=True)):
         true_at[stamp] = moment.true
-        readings: list[Reading] = [Odometry(stamp, moment.odometry)]
+        readings: list[Reading] = []
+        while due and due[-1].stamp <= stamp:
+            readings.append(due.pop())
+        readings.append(Odometry(stamp, moment.odometry))
         if moment.scan is not None:
             readings.append(restamped(moment.scan, stamp))
             readings += [Odometry(stamp, moment.odometry)] if twice else []

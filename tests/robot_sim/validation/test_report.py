@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import sys
 from functools import cache
@@ -90,7 +91,9 @@ def test_command_prints_rows_and_writes_the_page(
         "<!-- surfaces begin -->\n<!-- surfaces end -->\nbelow\n"
     )
     assert main(["validate", "--write", str(page)]) == 0
-    assert "target 0 exact, ok (bit for bit)" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "target 0 exact, ok\n      (bit for bit)" in printed
+    assert max(map(len, printed.splitlines())) <= 80
     text = page.read_text()
     assert "stale!" not in text
     assert [t in text for t in ("above", "middle", "below", "| bit for bit |", "| ice |")] == [
@@ -98,6 +101,11 @@ def test_command_prints_rows_and_writes_the_page(
     ] * 5
     assert main(["validate", "--write", str(page)]) == 0
     assert page.read_text() == text
+    capsys.readouterr()
+    assert main(["validate", "--json"]) == 0
+    judgement = json.loads(capsys.readouterr().out)
+    assert judgement["passed"] is True
+    assert [row["result"] for row in judgement["rows"]] == ["ok"] * len(judgement["rows"])
 
 
 def test_command_ends_with_1_if_a_row_is_missed_and_names_it(

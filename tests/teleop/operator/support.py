@@ -24,9 +24,9 @@ from localization.types import SECOND, Hint, Twist
 from robot_sim import Simulation, World
 from teleop.joystick import VelocityRequest
 from teleop.operator.display import Display
-from teleop.robot.inbox import DriveCommand, EStop, EStopReset, InboxMessage
+from teleop.robot.inbox import DriveCommand, EStop, EStopReset, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
-from teleop.robot.topics.topic_table import OUTPUTS, latched_messages
+from teleop.robot.topics.topic_table import latched_messages, messages_of
 from teleop.scenario.mission import HINT_STAMP, Mission
 from teleop.scenario.tour_driver import TourDriver
 
@@ -76,13 +76,10 @@ def drive(
     number = 0
     while not driver.done and simulation.stamp < seconds * SECOND:
         given = hint if simulation.stamp == HINT_STAMP else None
-        tick = robot.tick(simulation.stamp, inbox if given is None else [*inbox, given])
-        published = [
-            (topic.name, message)
-            for topic in OUTPUTS
-            if number % max(1, topic.every) == 0
-            for message in topic.build(tick)
-        ]
+        tick = robot.tick(
+            simulation.stamp, inbox if given is None else [*inbox, PoseHint("test", given)]
+        )
+        published = list(messages_of(tick))
         yield Moment(tick.stamp, twist, given, (*latched, *published))
         latched, number = (), number + 1
         estimate = tick.estimate

@@ -20,7 +20,7 @@ from localization.maps.cloud import Cloud
 from localization.maps.map_files import save_cloud
 from localization.types import SECOND
 from robot_sim import TICK_NS, World
-from teleop.robot.safety import SafetyConfig
+from teleop.robot.control_state import SafetyConfig
 from teleop.scenario.lockstep_run import run_over_wire
 from teleop.scenario.mission import Mission
 from tests.teleop.support import (
@@ -245,7 +245,9 @@ async def test_robot_stops_when_its_operator_freezes_and_keeps_the_socket_open(
         count = len(watcher.received)
         process.send_signal(signal.SIGSTOP)
         await until_at_rest(watcher)
-        assert len(server.protocol.connections) == 2, "nobody has hung up"
+        await watcher.subscribe("/client_count")
+        await watcher.until(lambda: watcher.messages("/client_count"))
+        assert watcher.last("/client_count")["data"] == 2, "nobody has hung up"
         stop = Stop(watcher, count)
         assert stop.oldest_command <= LONGEST
         assert stop.delay <= LONGEST + SLACK

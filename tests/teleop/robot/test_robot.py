@@ -13,9 +13,9 @@ from localization.pipeline.localizer import Localizer
 from localization.types import Hint, Inertial, Pose, Twist
 from robot_sim import TICK_NS, Simulation, World
 from teleop.joystick import VelocityRequest
-from teleop.robot.inbox import Disconnected, DriveCommand, EStop, EStopReset, InboxMessage
+from teleop.robot.control_state import ControlMode, SafetyConfig
+from teleop.robot.inbox import Disconnected, DriveCommand, EStop, EStopReset, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
-from teleop.robot.safety import ControlMode, SafetyConfig
 from teleop.robot.tick_record import Rejection, TickRecord
 
 NEUTRAL = DriveCommand("operator", VelocityRequest(Twist.planar(0.0, 0.0), enabled=True))
@@ -45,8 +45,10 @@ def test_tick_ends_with_an_inertial_reading_20_ms_later(robot: Robot) -> None:
 
 def test_tick_hands_hints_to_the_localiser_before_its_readings(robot: Robot) -> None:
     hint = Hint(0, Pose.planar(1.0, 1.0, 0.0), np.zeros((6, 6)))
-    tick = robot.tick(0, (hint,))
-    assert tick.readings[0] is hint
+    tick = robot.tick(0, (PoseHint("a", hint),))
+    first = tick.readings[0]
+    assert isinstance(first, Hint)
+    assert first.map_from_base is hint.map_from_base
 
 
 @pytest.mark.parametrize("end", ["silence", "disconnect", "e-stop", "released deadman"])
@@ -80,7 +82,7 @@ def test_robot_does_not_move_again_before_a_neutral_stick(robot: Robot) -> None:
     drive(robot, None, 100)
     tick = drive(robot, FULL, 50)
     assert tick.control.control is ControlMode.DISARMED
-    assert tick.rejections == (Rejection("operator", "send a neutral stick first"),)
+    assert tick.drive.rejections == (Rejection("operator", "send a neutral stick first"),)
     assert abs(tick.truth.twist.linear[0]) < 0.005
     drive(robot, NEUTRAL, 1)
     assert drive(robot, FULL, 50).truth.twist.linear[0] > 0.3
@@ -107,7 +109,7 @@ def test_second_driver_is_rejected_with_the_drivers_name(robot: Robot) -> None:
     other = DriveCommand("other", VelocityRequest(Twist.planar(0.3, 0.0), enabled=True))
     tick = robot.tick(robot.simulation.stamp, (FULL, other))
     assert tick.control.controller == "operator"
-    (rejection,) = tick.rejections
+    (rejection,) = tick.drive.rejections
     assert rejection.client == "other"
     assert "operator drives" in rejection.reason
 

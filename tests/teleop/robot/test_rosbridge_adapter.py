@@ -204,7 +204,7 @@ async def test_take_over_moves_the_lease_and_requires_a_neutral_stick(robots: Ro
 
 
 @in_a_loop
-async def test_second_driver_gets_a_warning_at_level_warning(robots: Robots) -> None:
+async def test_second_driver_is_told_once_as_an_error_then_as_warnings(robots: Robots) -> None:
     async with (
         robots() as rig,
         peer(rig.server.url) as driver,
@@ -214,15 +214,17 @@ async def test_second_driver_gets_a_warning_at_level_warning(robots: Robots) -> 
         await second.joy(1.0)
         assert await second.settle() == []
         await driver.step()
+        told = f"{rig.server.protocol.connections.name(1)} drives; call /teleop/take_over"
+        assert texts(await second.settle()) == [f"error: {told}"]
+        await second.joy(1.0)
+        await second.settle()
+        await driver.step()
         assert await second.settle() == [], "by default only errors are sent"
         await second.send(op="set_level", level="warning")
         await second.joy(1.0)
         await second.settle()
         await driver.step()
-        expected = (
-            f"warning: {rig.server.protocol.connections.name(1)} drives; call /teleop/take_over"
-        )
-        assert texts(await second.settle()) == [expected]
+        assert texts(await second.settle()) == [f"warning: {told}"]
         assert await driver.settle() == []
 
 
@@ -397,7 +399,7 @@ async def test_unknown_topics_and_types_are_rejected_by_name(robots: Robots) -> 
 async def test_estop_posted_to_the_inbox_latches_like_one_from_a_client(robots: Robots) -> None:
     async with robots() as rig, peer(rig.server.url) as client:
         await client.subscribe("/teleop/state")
-        rig.host.post(EStop("bumper", "safety-plc"))
+        rig.host.wishes.post(EStop("bumper", "safety-plc"))
         await client.step(5)
         assert client.last("/teleop/state")["reason"] == "e-stop by bumper"
         await arm(client)

@@ -11,9 +11,13 @@ from hypothesis import given, strategies as st
 from localization.types import SECOND, Twist
 from robot_sim import DriveConfig
 from teleop.joystick import VelocityRequest
-from teleop.robot.inbox import EStop, EStopReset
-from teleop.robot.safety import ControlMode, Safety, estop_after
+from teleop.robot.control_state import ControlMode, SafetyConfig
+from teleop.robot.estop import estop_after
+from teleop.robot.inbox import DriveCommand, EStop, EStopReset
+from teleop.robot.safety import Safety
 from teleop.robot.speed_limits import SpeedLimits
+
+TICK = SafetyConfig().tick
 
 NEUTRAL = VelocityRequest(Twist.planar(0.0, 0.0), enabled=True)
 FORWARD = VelocityRequest(Twist.planar(0.4, 0.1), enabled=True)
@@ -26,8 +30,13 @@ def idle() -> Safety:
 
 def armed(client: str = "a") -> Safety:
     safety = idle()
-    safety.request(client, NEUTRAL, 0)
+    ask(safety, client, NEUTRAL, 0)
     return safety
+
+
+def ask(safety: Safety, client: str, request: VelocityRequest, now: int) -> str | None:
+    """Have a client's stick arrive at a time, in the tick of that time."""
+    return safety.request(DriveCommand(client, request, arrival=now), now)
 
 
 def moving(safety: Safety, now: int) -> bool:
@@ -37,27 +46,27 @@ def moving(safety: Safety, now: int) -> bool:
 
 def test_nothing_moves_before_a_neutral_stick() -> None:
     safety = idle()
-    assert safety.request("a", FORWARD, 0) == "send a neutral stick first"
+    assert ask(safety, "a", FORWARD, 0) == "send a neutral stick first"
     assert not moving(safety, 0)
-    safety.request("a", NEUTRAL, 1)
-    assert safety.request("a", FORWARD, 2) is None
+    ask(safety, "a", NEUTRAL, 1)
+    assert ask(safety, "a", FORWARD, 2) is None
     assert moving(safety, 2)
 
 
 def test_released_deadman_stops_at_once_and_rearms() -> None:
     safety = armed()
-    safety.request("a", FORWARD, 1)
-    safety.request("a", RELEASED, 2)
+    ask(safety, "a", FORWARD, 1)
+    ask(safety, "a", RELEASED, 2)
     assert not moving(safety, 2)
-    safety.request("a", FORWARD, 3)
+    ask(safety, "a", FORWARD, 3)
     assert moving(safety, 3)
 
 
 def test_silence_stops_the_robot_then_ends_the_lease() -> None:
     safety = armed()
-    safety.request("a", FORWARD, 0)
-    assert moving(safety, SECOND // 2)
-    assert not moving(safety, SECOND // 2 + 1)
+    ask(safety, "a", FORWARD, 0)
+    assert moving(safety, SECOND // 2 - TICK // 2)
+    assert not moving(safety, SECOND // 2 - TICK // 2 + 1), "the nearest tick brakes"
     assert safety.state(SECOND).control is ControlMode.DISARMED
     assert "no command for" in safety.state(SECOND).reason
     assert safety.state(3 * SECOND).control is ControlMode.IDLE
@@ -65,37 +74,37 @@ def test_silence_stops_the_robot_then_ends_the_lease() -> None:
 
 def test_second_driver_waits_until_the_first_is_gone() -> None:
     safety = armed("a")
-    assert "a drives" in (safety.request("b", NEUTRAL, 1) or "")
+    assert "a drives" in (ask(safety, "b", NEUTRAL, 1) or "")
     safety.disconnected("a")
-    assert safety.request("b", NEUTRAL, 2) is None
+    assert ask(safety, "b", NEUTRAL, 2) is None
     assert safety.state(2).controller == "b"
 
 
 def test_disconnect_of_a_bystander_changes_nothing() -> None:
     safety = armed("a")
-    safety.request("a", FORWARD, 1)
+    ask(safety, "a", FORWARD, 1)
     safety.disconnected("b")
     assert moving(safety, 2)
 
 
 def test_take_over_stops_the_robot_until_the_new_driver_rearms() -> None:
     safety = armed("a")
-    safety.request("a", FORWARD, 1)
+    ask(safety, "a", FORWARD, 1)
     safety.take_over("b", 2)
     assert not moving(safety, 2)
-    assert safety.request("b", FORWARD, 3) == "send a neutral stick first"
-    assert "b drives" in (safety.request("a", FORWARD, 3) or "")
+    assert ask(safety, "b", FORWARD, 3) == "send a neutral stick first"
+    assert "b drives" in (ask(safety, "a", FORWARD, 3) or "")
 
 
 def test_estop_holds_through_disconnect_and_until_reset() -> None:
     safety = armed("a")
-    safety.request("a", FORWARD, 1)
+    ask(safety, "a", FORWARD, 1)
     safety.stop(EStop("b"))
     assert not moving(safety, 1)
     safety.disconnected("b")
-    assert "e-stop by b" in (safety.request("a", FORWARD, 2) or "")
+    assert "e-stop by b" in (ask(safety, "a", FORWARD, 2) or "")
     safety.reset(EStopReset("a"))
-    assert safety.request("a", FORWARD, 3) == "send a neutral stick first"
+    assert ask(safety, "a", FORWARD, 3) == "send a neutral stick first"
 
 
 @pytest.mark.parametrize(("holder", "admin"), [("alice", False), ("bob", True)])
@@ -120,11 +129,11 @@ def test_pending_messages_decide_who_may_reset_the_estop() -> None:
 
 def test_requests_beyond_the_limits_are_scaled_along_their_curve() -> None:
     safety = armed()
-    safety.request("a", VelocityRequest(Twist.planar(1.4, -1.0), enabled=True), 1)
+    ask(safety, "a", VelocityRequest(Twist.planar(1.4, -1.0), enabled=True), 1)
     twist = safety.command(1)
     assert twist.linear[0] == pytest.approx(0.7)
     assert twist.angular[2] == pytest.approx(-0.5)
-    safety.request("a", VelocityRequest(Twist.planar(0.1, math.radians(280.0)), enabled=True), 2)
+    ask(safety, "a", VelocityRequest(Twist.planar(0.1, math.radians(280.0)), enabled=True), 2)
     twist = safety.command(2)
     assert twist.angular[2] == pytest.approx(math.radians(140.0))
     assert twist.linear[0] == pytest.approx(0.05)
@@ -154,12 +163,12 @@ def test_robot_moves_only_for_an_armed_driver_with_a_recent_command(
         now += wait
         match kind:
             case "neutral":
-                safety.request(client, NEUTRAL, now)
+                ask(safety, client, NEUTRAL, now)
             case "forward":
-                safety.request(client, FORWARD, now)
+                ask(safety, client, FORWARD, now)
                 last_forward[client] = now
             case "released":
-                safety.request(client, RELEASED, now)
+                ask(safety, client, RELEASED, now)
             case "gone":
                 safety.disconnected(client)
             case "take":

@@ -22,10 +22,12 @@ from robot_sim import World
 from teleop.errors import SettingError
 from teleop.operator.operate import client_for
 from teleop.operator.operate_config import OperateConfig
+from teleop.robot.address import Address
 from teleop.robot.audit.audit_file import AuditError
 from teleop.robot.greeting import greeting
-from teleop.robot.serve import ROLES, serve
+from teleop.robot.serve import serve
 from teleop.robot.serve_config import ServeConfig
+from teleop.robot.server_setup import ROLES, address_of
 from teleop.rosbridge import Client, Role, Server
 from teleop.rosbridge.errors import ServerError, ServiceCallError
 from teleop.scene_clouds import scene_cloud_path
@@ -60,9 +62,9 @@ def tokens(folder: Path) -> Path:
 @asynccontextmanager
 async def served(
     world: World, cloud: Cloud, cache: Path, config: ServeConfig
-) -> AsyncIterator[Server]:
+) -> AsyncIterator[Address]:
     """A robot in lockstep."""
-    ready: asyncio.Future[Server] = asyncio.get_running_loop().create_future()
+    ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
     stop = asyncio.Event()
     config = replace(config, port=0, lockstep=True)
     serving = asyncio.create_task(
@@ -257,7 +259,7 @@ async def test_operator_authenticates_at_an_encrypted_robot(
         operator = OperateConfig(server.url, scene_cloud_path("office"), token=secret, ca=crt)
         async with client_for(operator) as client:
             assert (await client.call("/teleop/estop"))["success"]
-        text = greeting(server, office, office_cloud, scene_cloud_path("office"))
+        text = greeting(server, office, office_cloud, scene_cloud_path("office"), config)
         assert server.url in text
         assert "warning" not in text
         assert DRIVER not in text
@@ -306,7 +308,8 @@ def test_listening_beyond_loopback_prints_a_warning(
     )
     tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER) if encrypted else None
     server = Server(Protocol(registry(), authenticator=gate), host, tls=tls)
-    text = greeting(server, office, office_cloud, scene_cloud_path("office"))
+    address, map_path = address_of(server), scene_cloud_path("office")
+    text = greeting(address, office, office_cloud, map_path, ServeConfig())
     assert ("warning" in text) == bool(warning)
     assert warning in text
 

@@ -11,9 +11,10 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
+from teleop.robot.address import Address
 from teleop.robot.serve import serve
 from teleop.robot.serve_config import ServeConfig
-from teleop.rosbridge import Client, Server
+from teleop.rosbridge import Client
 from teleop.scene_clouds import scene_cloud_path
 from tests.teleop.robot.test_security import served
 from tests.teleop.support import in_a_loop, soon
@@ -27,7 +28,7 @@ async def test_served_robot_offers_map_frames_and_user_types(
     package.mkdir()
     (package / "Lamp.msg").write_text("bool on\nfloat32 brightness\n")
     loop = asyncio.get_running_loop()
-    ready: asyncio.Future[Server] = loop.create_future()
+    ready: asyncio.Future[Address] = loop.create_future()
     stop = asyncio.Event()
     serving = asyncio.create_task(
         serve(

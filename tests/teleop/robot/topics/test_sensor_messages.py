@@ -20,7 +20,7 @@ from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.motor_controller import FirmwareConfig
 from teleop.interfaces import registry
 from teleop.joystick import VelocityRequest
-from teleop.robot.inbox import DriveCommand, InboxMessage
+from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import OUTPUTS
@@ -41,7 +41,7 @@ REPORTS = (
 def published(tick: TickRecord, name: str) -> dict[str, Any]:
     """Return the one message of a topic in a tick as a client reads it."""
     topic = TOPICS[name]
-    (message,) = topic.build(tick)
+    (message,) = topic.build(tick.drive)
     found: dict[str, Any] = json.loads(CODEC.json(REGISTRY[topic.type], message))
     return found
 
@@ -69,7 +69,7 @@ def test_every_report_fits_its_type_in_json_and_cbor(ticks: list[TickRecord]) ->
     for tick in ticks[::7]:
         for name in REPORTS:
             kind = REGISTRY[TOPICS[name].type]
-            for message in TOPICS[name].build(tick):
+            for message in TOPICS[name].build(tick.drive):
                 assert json.loads(CODEC.json(kind, message))
                 assert CODEC.cbor(kind, message)
 
@@ -108,15 +108,15 @@ def test_slip_message_has_the_centres_of_rotation_of_a_turn(
 
 
 def test_controller_packets_are_published_at_10_hz(ticks: list[TickRecord]) -> None:
-    packets = [(s, s.packet) for s in ticks if s.packet is not None]
+    packets = [(s, s.drive.packet) for s in ticks if s.drive.packet is not None]
     assert len(packets) == len(ticks) // 5
     last, packet = packets[-1]
-    (message,) = TOPICS["/firmware/packet"].build(last)
+    (message,) = TOPICS["/firmware/packet"].build(last.drive)
     assert StandardPacket.from_bytes(bytes(message["data"])) == packet
     assert packet is not None
     assert packet.left_stalled
     assert any(packet.bumpers.front)
-    assert TOPICS["/firmware/packet"].build(ticks[-2]) == ()
+    assert TOPICS["/firmware/packet"].build(ticks[-2].drive) == ()
     wheels = sum(isinstance(r, WheelSpeeds) for s in ticks for r in s.readings)
     inertial = sum(isinstance(r, Inertial) for s in ticks for r in s.readings)
     assert (wheels, inertial) == (len(packets), len(ticks))
@@ -140,8 +140,9 @@ def test_a_fall_is_an_error(office: World, ticks: list[TickRecord]) -> None:
     simulation = Simulation(office, config=SimulationConfig(scanners=()), start=lying)
     for _ in range(60):
         simulation.step()
-    fallen = replace(ticks[-1], condition=simulation.condition)
-    status = published(fallen, "/diagnostics")["status"][-1]
+    drive = replace(ticks[-1].drive, condition=simulation.condition)
+    fallen = replace(ticks[-1], drive=drive)
+    status = published(fallen, "/diagnostics")["status"][0]
     assert status["level"] == 2
     assert status["message"].startswith("fallen")
     assert published(fallen, "/ground_truth/condition")["fallen"] is True
@@ -155,7 +156,7 @@ def test_localiser_follows_wheels_that_come_ten_times_a_second(
     localizer = Localizer(prepare(office_cloud, cache=cache), simulation.mounts)
     robot = Robot(simulation, localizer)
     start = simulation.truth().map_from_base
-    inbox: list[InboxMessage] = [Hint(0, start, np.zeros((6, 6)))]
+    inbox: list[InboxMessage] = [PoseHint("a", Hint(0, start, np.zeros((6, 6))))]
     errors, healths = [], set()
     for number in range(350):
         tick = robot.tick(simulation.stamp, inbox)
@@ -186,7 +187,7 @@ def test_every_scan_of_a_mirror_faster_than_the_ticks_is_published(
     for _ in range(16):
         tick = robot.tick(simulation.stamp, [])
         for name, stamps in found.items():
-            for message in TOPICS[name].build(tick):
+            for message in TOPICS[name].build(tick.drive):
                 stamp = message["header"]["stamp"]
                 stamps.append((stamp["nanosec"], math.degrees(message["angle_min"])))
                 assert len(message["ranges"]) == 180 + (message["angle_min"] < math.radians(-89.9))
@@ -200,7 +201,7 @@ def test_every_scan_of_a_mirror_faster_than_the_ticks_is_published(
 
 
 def test_messages_describe_the_robot_that_is_driven(ticks: list[TickRecord]) -> None:
-    tick = replace(ticks[-1], robot=JACKAL)
+    tick = replace(ticks[-1], drive=replace(ticks[-1].drive, robot=JACKAL))
     (reading,) = (r for r in tick.readings if isinstance(r, WheelSpeeds))
     velocity = published(tick, "/joint_states")["velocity"]
     assert velocity[0] == pytest.approx(reading.left / JACKAL.rolling_radius)

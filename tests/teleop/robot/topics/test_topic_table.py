@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -21,7 +22,7 @@ from teleop.robot.topics.topics_page import markdown
 
 ROOT = Path(__file__).resolve().parents[4]
 REGISTRY = registry()
-TABLE: tuple[Topic | Interface, ...] = (*OUTPUTS, *INPUTS, TF_STATIC, MAP_INFO)
+TABLE: tuple[Topic[Any] | Interface, ...] = (*OUTPUTS, *INPUTS, TF_STATIC, MAP_INFO)
 TOPICS = [(t.name, t.type) for t in TABLE]
 
 

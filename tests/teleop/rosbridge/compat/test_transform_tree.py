@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import given, strategies as st
 
+from teleop.rosbridge import DEFAULT_RULES, Access, Authenticator, Credentials, Role
 from teleop.rosbridge.compat.actionlib import serve_actionlib
 from teleop.rosbridge.compat.tf2_web_republisher import serve_republisher
 from teleop.rosbridge.compat.transform_tree import Transform, TransformTree
@@ -226,6 +227,67 @@ def test_requests_and_frames_of_a_client_are_limited(wire: Wire) -> None:
 def goal(identity: str, number: int = 13) -> Any:
     message = {"goal_id": {"id": identity}, "goal": {"goal": number}}
     return {"op": "publish", "topic": "/test/goal", "msg": message}
+
+
+def requested(wire: Wire, client: int, frames: int, rate: float) -> bool:
+    args = {"source_frames": [f"f{i}" for i in range(frames)], "target_frame": "map", "rate": rate}
+    call = {"op": "call_service", "service": "/republish_tfs", "args": args}
+    return bool(wire.ask(call, client)[-1]["result"])
+
+
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    looked_up: list[str] = []
+    monkeypatch.setattr(
+        TransformTree, "find", lambda self, target, source: looked_up.append(source)
+    )
+    return looked_up
+
+
+def test_transforms_computed_for_a_client_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    wire = Wire(2)
+    serve_republisher(wire.protocol)
+    results = [requested(wire, 0, 256, 50) for _ in range(16)]
+    assert results[0]
+    assert not results[-1]
+    looked_up = counted(monkeypatch)
+    for _ in range(500):
+        wire.wait(10)
+    assert 5 * 1000 < len(looked_up) <= 5 * 2100
+    assert requested(wire, 1, 10, 10)
+    looked_up.clear()
+    for _ in range(100):
+        wire.wait(10)
+    assert looked_up.count("f5") >= 10 + 7  # the other client's rate is as requested
+
+
+def test_clients_without_a_token_share_the_work_for_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    anonymous = Access("", Role.VIEW, DEFAULT_RULES[Role.VIEW])
+    known = Access("wall", Role.VIEW, DEFAULT_RULES[Role.VIEW], b"key")
+    gate = Authenticator(Credentials(anonymous=anonymous), lambda: 0.0)
+    wire = Wire(8, authenticator=gate)
+    serve_republisher(wire.protocol)
+    results = [requested(wire, client, 200, 10) for client in range(8)]
+    assert results == [True] * 2 + [False] * 6
+    wire.clients.append(wire.protocol.connect(wire.now, "", known))
+    assert requested(wire, 8, 200, 10)
+    looked_up = counted(monkeypatch)
+    for _ in range(100):
+        wire.wait(10)
+    assert len(looked_up) <= 6100
+
+
+def test_frames_are_searched_once_until_one_changes() -> None:
+    tree = TransformTree()
+    tree.add(message(("map", "base", Transform()), ("base", "camera", Transform())))
+    first = tree.find("map", "camera")
+    assert tree.find("map", "camera") is first
+    assert tree.find("base", "nothing") is None
+    tree.add(message(("map", "base", Transform((1.0, 0.0, 0.0)))))
+    moved = tree.find("map", "camera")
+    assert moved is not None
+    assert moved.translation == (1.0, 0.0, 0.0)
+    tree.clear()
+    assert tree.find("map", "camera") is None
 
 
 def cancel(**identity: Any) -> Any:

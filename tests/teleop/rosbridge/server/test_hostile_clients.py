@@ -254,7 +254,7 @@ async def opened(server: Server) -> tuple[asyncio.StreamReader, asyncio.StreamWr
     reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
     key = base64.b64encode(os.urandom(16)).decode()
     writer.write(
-        f"GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        f"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
     )
     assert b" 101 " in await reader.readuntil(b"\r\n\r\n")
@@ -389,7 +389,7 @@ async def test_hostile_clients_cost_others_no_message(
 @pytest.mark.parametrize(
     ("lines", "status"),
     [
-        (b"GET /" + b"x" * 9000 + b" HTTP/1.1\r\nHost: x\r\n", 414),
+        (b"GET /" + b"x" * 9000 + b" HTTP/1.1\r\nHost: 127.0.0.1\r\n", 414),
         (b"GET / HTTP/1.1\r\nHost: " + b"x" * 9000 + b"\r\n", 431),
         (b"GET / HTTP/1.1\r\n" + b"X-A: b\r\n" * 200, 431),
         (b"GET / HTTP/1.1\r\n" + b"X" * 500_000, 431),
@@ -431,6 +431,6 @@ async def test_connections_without_tls_handshake_are_aborted(
         writer.close()
         trust = ssl.create_default_context(cafile=str(crt))
         reader, writer = await asyncio.open_connection("127.0.0.1", server.port, ssl=trust)
-        writer.write(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+        writer.write(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
         assert b" 200 " in await reader.readline()
         writer.close()

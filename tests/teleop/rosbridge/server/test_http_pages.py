@@ -96,7 +96,7 @@ async def test_slow_downloads_complete_without_blocking_others() -> None:
     async with serving() as server:
         server.pages.add_file("/map.ply", MAP)
         reader, writer = await asyncio.open_connection("127.0.0.1", server.port, limit=4096)
-        writer.write(b"GET /map.ply HTTP/1.1\r\nHost: x\r\n\r\n")
+        writer.write(b"GET /map.ply HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
         await asyncio.sleep(0.1)
         assert (await fetch(server, "/healthz"))[0] == 200
         answer = await reader.read()
@@ -125,7 +125,7 @@ async def test_simultaneous_downloads_are_limited() -> None:
         idle = []
         for _ in range(4):
             taker = socket.create_connection(("127.0.0.1", server.port))
-            taker.sendall(b"GET /map.ply HTTP/1.1\r\nHost: x\r\n\r\n")
+            taker.sendall(b"GET /map.ply HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
             idle.append(taker)
             await asyncio.sleep(0.01)
         assert (await fetch(server, "/map.ply"))[0] == 503

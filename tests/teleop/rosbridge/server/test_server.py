@@ -17,12 +17,12 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import ServerError, ServiceError
+from teleop.rosbridge.framing.outbox import QueueLimits
 from teleop.rosbridge.graph.deferred_response import DeferredResponse
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.keepalive import Keepalive
-from teleop.rosbridge.server.outbox import QueueLimits
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, client_ids
 

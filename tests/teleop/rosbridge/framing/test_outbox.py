@@ -2,8 +2,8 @@ from __future__ import annotations
 
 from hypothesis import given, strategies as st
 
+from teleop.rosbridge.framing.outbox import BULK_BYTES, Outbox, QueueLimits
 from teleop.rosbridge.framing.outgoing_frames import FrameKind, OutgoingFrame
-from teleop.rosbridge.server.outbox import BULK_BYTES, Outbox, QueueLimits
 
 
 def data(text: str, topic: str = "/a", depth: int = 0, lossless: bool = False) -> OutgoingFrame:

@@ -1,0 +1,70 @@
+"""Results of ``farsteer localize`` for programs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from localization.evaluation.consistency import health_shares
+from localization.report.report_summary import Report
+from localization.types import SECOND
+
+
+def results(report: Report) -> dict[str, Any]:
+    """Return the figures of a report, in metres, radians and seconds, by name.
+
+    Args:
+        report: The localised log; figures that it does not have are None.
+    """
+    history = report.history
+    stamps, known = history.stamps, history.trajectory()
+    first = int(stamps[0]) if len(stamps) else 0
+    sigma = distance = None
+    if len(known):
+        steps = np.linalg.norm(np.diff(known.positions[:, :2], axis=0), axis=1)
+        distance = float(steps[steps < 0.5].sum())  # a longer step is a jump, not a drive
+        covariances = history.covariances()
+        position = np.sqrt(np.trace(covariances[:, :2, :2], axis1=1, axis2=2))
+        heading = np.sqrt(covariances[:, 5, 5])
+        sigma = {
+            "position_median": np.median(position),
+            "position_p99": np.percentile(position, 99),
+            "heading_median": np.median(heading),
+            "heading_p99": np.percentile(heading, 99),
+        }
+    return {
+        "log": report.log,
+        "map": report.map or None,
+        "dead_reckoned": report.dead_reckoned or None,
+        "facts": report.facts,
+        "seconds": (int(stamps[-1]) - first) / SECOND if len(stamps) else 0.0,
+        "estimates": len(stamps),
+        "poses": len(known),
+        "placed_after": (int(known.stamps[0]) - first) / SECOND if len(known) else None,
+        "distance": distance,
+        "sigma": sigma,
+        "health": {h.value: s for h, s in health_shares(stamps, history.healths).items()}
+        if len(stamps)
+        else {},
+        "sweeps": len(history.sweeps),
+        "hints": [{"verdict": v.verdict.value, "reason": v.reason} for v in report.verdicts],
+        "notes": report.notes,
+        "reference": _reference(report),
+    }
+
+
+def _reference(report: Report) -> dict[str, Any] | None:
+    """Return the errors with respect to the reference trajectory; None without one."""
+    found = report.comparison
+    if found is None:
+        return None
+    freedom = len(found.axes)
+    return {
+        "ate": found.ate,
+        "ate_aligned": found.aligned_ate,
+        "rpe": found.rpe,
+        "nees": found.consistency.mean_ratio * freedom,
+        "nees_degrees_of_freedom": freedom,
+        "nees_inside": found.consistency.inside,
+    }

@@ -1,0 +1,69 @@
+"""What ``farsteer serve`` says as it happens: who came, drove and left, and why the robot stopped."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from typing import Final
+
+from teleop.robot.control_state import ControlMode, ControlState
+from teleop.robot.tick_record import DriveRecord
+from teleop.rosbridge.auth.permissions import Access
+from teleop.rosbridge.protocol.connection import Connection
+from teleop.rosbridge.protocol.observers import Observer
+
+_LOG: Final = logging.getLogger(__name__)
+
+
+def configure_logging(level: str) -> None:
+    """Write the messages of all our loggers to the terminal, a line each, from a level on."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("%(asctime)s %(message)s", "%H:%M:%S"))
+    root = logging.getLogger("teleop")
+    root.handlers[:] = [handler]
+    root.setLevel(level.upper())
+    root.propagate = False
+
+
+class ActivityLog(Observer):
+    """Writes a line for each change; owns the last state of the command path."""
+
+    def __init__(self) -> None:
+        self._last: ControlState | None = None
+
+    def connected(self, connection: Connection, now: int) -> None:
+        """Say who came."""
+        _LOG.info("%s connected%s", connection.name, _role(connection.access))
+
+    def disconnected(self, connection: Connection, now: int) -> None:
+        """Say who left."""
+        _LOG.info("%s left", connection.name)
+
+    def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
+        """Say who showed which token, or none that is known."""
+        if access is None:
+            _LOG.warning("%s showed a token that is not known", connection.name)
+        else:
+            _LOG.info("%s authenticated%s", connection.name, _role(access))
+
+    def driven(self, tick: DriveRecord) -> None:
+        """Say who took the lease, set off, or was stopped."""
+        state, last = tick.control, self._last
+        self._last = state
+        if last is None:
+            return
+        if state.estop is not None and last.estop is None:
+            _LOG.warning("e-stop by %s", state.estop.holder or state.estop.client)
+        elif state.estop is None and last.estop is not None:
+            _LOG.warning(state.reason)
+        elif state.controller != last.controller and not state.controller:
+            _LOG.info(state.reason)
+        elif state.control is not last.control:
+            armed = state.control is ControlMode.ARMED
+            _LOG.info("%s: %s", state.controller, "drives" if armed else f"stopped, {state.reason}")
+
+
+def _role(access: Access | None) -> str:
+    if access is None:
+        return ", not authenticated yet"
+    return f" as {access.holder}, {access.role}" if access.holder else ""

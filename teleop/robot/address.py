@@ -1,0 +1,23 @@
+"""Where clients find a robot that is served."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Where clients find the robot, and how it is guarded."""
+
+    url: str
+    """URL for clients on this machine."""
+    host: str
+    """Address that is listened on."""
+    port: int
+    """Port that is listened on."""
+    encrypted: bool
+    """Whether connections are encrypted."""
+    tokens: bool
+    """Whether clients need a token to drive."""
+    lockstep: bool
+    """Whether time is simulated."""

@@ -1,0 +1,116 @@
+"""What drives: each tick applies the clients' commands, and advances the simulated robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+
+from localization.types import Inertial, Reading
+from robot_sim.simulation import Simulation
+from teleop.robot.attitude_filter import AttitudeFilter
+from teleop.robot.inbox import (
+    Disconnected,
+    DriveCommand,
+    EStop,
+    EStopReset,
+    InboxMessage,
+    PoseHint,
+    TakeOver,
+)
+from teleop.robot.safety import Safety
+from teleop.robot.speed_limits import SpeedLimits
+from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing, Rejection
+
+Stages = Callable[[str], AbstractContextManager[object]]
+"""Returns a context that measures the named stage of a tick."""
+
+
+class Drive:
+    """Owns the simulated robot and its safety; reads no clock, and needs no localiser."""
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        safety: Safety | None = None,
+        *,
+        stage: Stages = lambda _: nullcontext(),
+    ) -> None:
+        """Join the parts.
+
+        Args:
+            simulation: The simulated robot in its world.
+            safety: Its command arbitration; by default one with the limits of the simulated drive.
+            stage: Measures the stages of a tick.
+        """
+        self.simulation, self._stage = simulation, stage
+        self.safety = safety or Safety(SpeedLimits.of(simulation.config.drive))
+        self._attitude = AttitudeFilter()
+
+    def tick(
+        self, now: int, inbox: Sequence[InboxMessage], pacing: Pacing = NO_PACING
+    ) -> DriveRecord:
+        """Advance the world by one tick.
+
+        Args:
+            now: Time by which commands age [ns]; simulated time in lockstep.
+            inbox: Messages that arrived since the last tick, in order.
+            pacing: How well the ticks keep time, for the record.
+        """
+        rejections = self._obey(now, inbox)
+        dated = tuple(self._dated(message) for message in inbox)
+        command = self.safety.command(now)
+        with self._stage("simulation"):
+            self.simulation.command(command)
+            sensed = self.simulation.step()
+        return DriveRecord(
+            stamp=self.simulation.stamp,
+            robot=self.simulation.world.robot,
+            inbox=dated,
+            sensed=sensed,
+            control=self.safety.state(now),
+            rejections=rejections,
+            truth=self.simulation.truth(),
+            condition=self.simulation.condition,
+            packet=self.simulation.packet,
+            attitude=self._follow_attitude(sensed),
+            pacing=pacing,
+        )
+
+    def _follow_attitude(self, sensed: Sequence[Reading]) -> Inertial | None:
+        """Return the newest inertial reading with the attitude, as an inertial unit of its own would."""
+        newest = None
+        for reading in sensed:
+            if isinstance(reading, Inertial):
+                self._attitude, newest = self._attitude.after(reading), reading
+        return None if newest is None else self._attitude.applied(newest)
+
+    def _dated(self, message: InboxMessage) -> InboxMessage:
+        """Return a hint with the robot's time, at which it applies; any other message as it is."""
+        if not isinstance(message, PoseHint):
+            return message
+        return replace(message, hint=replace(message.hint, stamp=self.simulation.stamp))
+
+    def _obey(self, now: int, inbox: Sequence[InboxMessage]) -> tuple[Rejection, ...]:
+        """Apply the messages; of each client's drive commands in one tick only the newest counts."""
+        rejections: list[Rejection] = []
+        newest = {m.client: m for m in inbox if isinstance(m, DriveCommand)}
+        for message in inbox:
+            why = None
+            match message:
+                case DriveCommand():
+                    if message is newest[message.client]:
+                        why = self.safety.request(message, now)
+                case TakeOver():
+                    self.safety.take_over(message.client, now)
+                case EStop():
+                    self.safety.stop(message)
+                case EStopReset():
+                    why = self.safety.reset(message)
+                case Disconnected():
+                    self.safety.disconnected(message.client)
+                case _:
+                    pass  # for the localiser
+            if why is not None:
+                rejections.append(Rejection(message.client, why))
+        return tuple(rejections)

@@ -1,0 +1,38 @@
+"""What estimates: the localiser, fed with what the driving side recorded."""
+
+from __future__ import annotations
+
+from localization.pipeline.localizer import Localizer
+from localization.types import Inertial
+from teleop.robot.inbox import Relocalize, Undo
+from teleop.robot.tick_record import DriveRecord, EstimateRecord
+
+
+class Estimation:
+    """Owns the localiser of a robot; takes the records of its ticks in order."""
+
+    def __init__(self, localizer: Localizer) -> None:
+        self.localizer = localizer
+        self._fit: float | None = None
+        self._nis: float | None = None
+
+    def take(self, tick: DriveRecord) -> EstimateRecord:
+        """Process the hints, requests and readings of one tick."""
+        for message in tick.inbox:
+            if isinstance(message, Undo):
+                self.localizer.undo()
+            elif isinstance(message, Relocalize):
+                self.localizer.relocalize()
+        answers = [(reading, self.localizer.add(reading)) for reading in tick.readings]
+        estimates = tuple(e for reading, e in answers if isinstance(reading, Inertial))
+        for estimate in estimates:
+            if estimate.match is not None:
+                self._fit, self._nis = estimate.match.inlier_ratio, estimate.nis
+        return EstimateRecord(
+            stamp=tick.stamp,
+            estimates=estimates,
+            fit=self._fit,
+            nis=self._nis,
+            undoable=self.localizer.undoable,
+            searching=self.localizer.searching,
+        )

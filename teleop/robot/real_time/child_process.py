@@ -1,0 +1,79 @@
+"""A process of the robot, started and watched by the one that drives."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import subprocess
+import sys
+
+from teleop.robot.real_time.channel import Channel, ChannelClosedError
+from teleop.robot.real_time.process_messages import OTHER, Ready, pack, unpack
+
+
+class ChildProcess:
+    """A Python module that runs in a process of its own, joined by a channel."""
+
+    def __init__(self, module: str, bound: int) -> None:
+        """Start the process, which loads its libraries and waits for ``begin``.
+
+        Args:
+            module: The module; it gets the descriptor of its channel as its argument.
+            bound: Bytes that may wait for it.
+        """
+        ours, theirs = socket.socketpair()
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", module, str(theirs.fileno())],
+                pass_fds=(theirs.fileno(),),
+                stdin=subprocess.DEVNULL,
+                # Ctrl-C is for the parent, which ends its children in order.
+                start_new_session=True,
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+            )
+        self.channel = Channel(ours, bound)
+
+    def begin(self, setup: object) -> ChildProcess:
+        """Send the first message, and return this.
+
+        What has begun to be sent is never dropped, so it arrives, however large it is.
+        """
+        self.channel.send(pack(OTHER, setup))
+        return self
+
+    @property
+    def pid(self) -> int:
+        """Number of the process."""
+        return self._process.pid
+
+    def ready(self) -> Ready:
+        """Wait until the process has begun.
+
+        Raises:
+            Exception: What the process could not begin for.
+            ChannelClosedError: If it died.
+        """
+        while True:
+            for payload in self.channel.wait():
+                value = unpack(payload)
+                if isinstance(value, Exception):
+                    raise value
+                if isinstance(value, Ready):
+                    return value
+
+    def end(self, farewell: bytes, timeout: float = 5.0) -> None:
+        """Ask the process to end; kill it if it does not within ``timeout`` [s]."""
+        with contextlib.suppress(ChannelClosedError):
+            self.channel.send(farewell)
+        try:
+            self._process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            self.kill()
+        self.channel.close()
+
+    def kill(self) -> None:
+        """End the process at once."""
+        self._process.kill()
+        self._process.wait()
+        self.channel.close()

@@ -1,0 +1,185 @@
+"""The driving process: ticks every 20 ms, and never waits for what talks or what estimates.
+
+Commands, safety, physics and sensors are here, and nothing that depends on how much clients send. What talks may
+hang or die: for the robot that is the silence of all its drivers.
+"""
+
+from __future__ import annotations
+
+import gc
+import logging
+import threading
+from collections.abc import Callable
+from typing import Final
+
+from localization.types import SECOND
+from teleop import clock
+from teleop.robot.address import Address
+from teleop.robot.drive import Drive
+from teleop.robot.inbox import InboxMessage
+from teleop.robot.real_time.channel import ChannelClosedError
+from teleop.robot.real_time.child_process import ChildProcess
+from teleop.robot.real_time.process_messages import (
+    DRIVEN,
+    ESTIMATED,
+    OTHER,
+    End,
+    ReadTokens,
+    Wanted,
+    pack,
+    unpack,
+)
+from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing
+
+_LOG: Final = logging.getLogger(__name__)
+
+_HUNG: Final = 3 * SECOND
+"""Time without a sign of life after which what talks is ended and started again [ns]."""
+
+_STARTING: Final = 60 * SECOND
+"""The same while it begins [ns]."""
+
+_BEHIND: Final = SECOND // 2
+"""Lag that has to be dropped before falling behind real time is said again [ns]."""
+
+_END: Final = pack(OTHER, End())
+
+
+class DriveProcess:
+    """Owns the drive, and the two processes that it feeds."""
+
+    def __init__(
+        self,
+        drive: Drive,
+        talk: ChildProcess,
+        estimate: ChildProcess,
+        *,
+        restart_talk: Callable[[], ChildProcess],
+        restart_estimate: Callable[[], ChildProcess],
+    ) -> None:
+        """Take over both processes, which have begun.
+
+        Args:
+            drive: What drives.
+            talk: The talking process.
+            estimate: The estimating process.
+            restart_talk: Starts another talking process.
+            restart_estimate: Starts another estimating process.
+        """
+        self._drive = drive
+        self._start_talk, self._start_estimate = restart_talk, restart_estimate
+        self.talk, self.estimate = talk, estimate
+        self._inbox: list[InboxMessage] = []
+        self._alive = self._now = clock.monotonic()
+        self._patience = _STARTING
+        self._longest_gap = 0
+        self._lost_told = 0
+
+    def ready(self) -> Address:
+        """Wait until both processes have begun; return where clients connect.
+
+        Raises:
+            Exception: What one of them could not begin for.
+            ChannelClosedError: If one of them died.
+        """
+        address = self.talk.ready().address
+        self.estimate.ready()
+        assert address is not None
+        return address
+
+    def post(self, message: InboxMessage) -> None:
+        """Have a message that no client sent taken with the next tick."""
+        self._inbox.append(message)
+
+    def read_tokens(self) -> None:
+        """Have the token file read again."""
+        self.talk.channel.send(pack(OTHER, ReadTokens()))
+
+    def run(self, stop: threading.Event) -> float:
+        """Drive until ``stop`` is set; return the real-time factor."""
+        # What is there now stays: searching it for garbage would take longer than a tick.
+        gc.collect()
+        gc.freeze()
+        lost = elapsed = 0
+        try:
+            for beat in clock.beats(stop):
+                self._longest_gap = max(self._longest_gap, beat.gap)
+                self._tell_lag(beat.lost)
+                lost, elapsed = beat.lost, beat.elapsed
+                self.tick(beat.now, Pacing(beat.gap, self._longest_gap, lost, elapsed))
+        finally:
+            gc.unfreeze()
+        return 1.0 - lost / elapsed if elapsed else 1.0
+
+    def tick(self, now: int, pacing: Pacing = NO_PACING) -> DriveRecord:
+        """Make one tick; ``now`` is the reading of the monotonic clock [ns]."""
+        self._now = now
+        self._hear()
+        self._pass_on_estimates()
+        inbox, self._inbox = self._inbox, []
+        record = self._drive.tick(now, inbox, pacing)
+        payload = pack(DRIVEN, record)
+        self._tell(payload)
+        try:
+            self.estimate.channel.send(payload)
+        except ChannelClosedError:
+            self._restart_estimate()
+        return record
+
+    def end(self) -> None:
+        """End both processes."""
+        self.talk.end(_END)
+        self.estimate.end(_END)
+
+    def _hear(self) -> None:
+        """Take what clients want; start what talks again if it is gone."""
+        try:
+            for payload in self.talk.channel.receive():
+                self._alive = self._now
+                value = unpack(payload)
+                if isinstance(value, Wanted):
+                    self._patience = _HUNG
+                    self._inbox += value.messages
+                elif isinstance(value, Exception):
+                    _LOG.error("the server cannot begin: %s", value)
+        except ChannelClosedError:
+            self._restart_talk("the server has ended")
+        if self._now - self._alive > self._patience:
+            self._restart_talk("the server does not answer")
+
+    def _tell(self, payload: bytes) -> None:
+        try:
+            self.talk.channel.send(payload)
+        except ChannelClosedError:
+            self._restart_talk("the server has ended")
+
+    def _pass_on_estimates(self) -> None:
+        try:
+            for payload in self.estimate.channel.receive():
+                if payload[:1] == ESTIMATED:
+                    self._tell(payload)
+                elif isinstance(value := unpack(payload), Exception):
+                    _LOG.error("the localiser failed: %s", value)
+        except ChannelClosedError:
+            self._restart_estimate()
+
+    def _restart_talk(self, why: str) -> None:
+        _LOG.error("%s: the robot brakes, and the server is started again", why)
+        self.talk.kill()
+        self._inbox = [message for message in self._inbox if not message.client]
+        self._drive.safety.server_lost(why)
+        self.talk = self._start_talk()
+        self._alive, self._patience = self._now, _STARTING
+
+    def _restart_estimate(self) -> None:
+        _LOG.error("the localiser has ended: it is started again, without a pose")
+        self.estimate.kill()
+        self.estimate = self._start_estimate()
+
+    def _tell_lag(self, lost: int) -> None:
+        if lost - self._lost_told > _BEHIND:
+            _LOG.warning(
+                "falling behind real time: %.1f s lost so far; this machine is too slow or too busy",
+                lost / SECOND,
+            )
+            self._lost_told = lost

@@ -1,0 +1,90 @@
+"""The estimating process: localises the robot by what the driving process records.
+
+Searching a map takes long at times; here it holds up nothing but the estimate.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Final
+
+from localization.logs.mcap_writer import ReadingsWriter
+from localization.maps.prepared_map import prepare
+from localization.pipeline.localizer import Localizer
+from teleop.robot.estimation import Estimation
+from teleop.robot.inbox import InboxMessage, PoseHint
+from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
+from teleop.robot.real_time.process_messages import (
+    DRIVEN,
+    ESTIMATED,
+    OTHER,
+    TALK_BOUND,
+    EstimateSetup,
+    Ready,
+    pack,
+    unpack,
+)
+from teleop.robot.tick_record import DriveRecord
+
+_NICENESS: Final = 5
+"""How far this process stands back behind the one that drives where processors are few."""
+
+
+def run(channel: Channel) -> None:
+    """Localise until the driving process ends."""
+    payloads = channel.wait()
+    setup: EstimateSetup = unpack(payloads.pop(0))
+    estimation = Estimation(Localizer(prepare(setup.cloud, cache=setup.cache), setup.mounts))
+    with ExitStack() as cleanup:
+        log = None
+        if setup.record is not None:
+            log = cleanup.enter_context(
+                ReadingsWriter(
+                    setup.record,
+                    setup.mounts,
+                    dict(setup.metadata),
+                    wheel_radius=setup.wheel_radius,
+                )
+            )
+        channel.send(pack(OTHER, Ready()))
+        while True:
+            records = [unpack(payload) for payload in payloads if payload[:1] == DRIVEN]
+            ended = len(records) < len(payloads)
+            for record in newest_hints(records):
+                channel.send(pack(ESTIMATED, estimation.take(record)))
+                if log is not None:
+                    for reading in record.readings:
+                        log.write(reading, record.stamp)
+            if ended:
+                return
+            payloads = channel.wait()
+
+
+def newest_hints(records: list[DriveRecord]) -> list[DriveRecord]:
+    """Return records that wait together with only the newest hint of each client."""
+    newest = {m.client: m for r in records for m in r.inbox if isinstance(m, PoseHint)}
+
+    def counts(message: InboxMessage) -> bool:
+        return not isinstance(message, PoseHint) or newest[message.client] is message
+
+    return [replace(record, inbox=tuple(filter(counts, record.inbox))) for record in records]
+
+
+def main() -> None:
+    """Run in the process that the driving one has started."""
+    channel = inherited_channel(int(sys.argv[1]), TALK_BOUND)
+    os.nice(_NICENESS)
+    try:
+        run(channel)
+    except ChannelClosedError:
+        return  # the driving process has gone
+    except Exception as error:
+        channel.send(pack(OTHER, error))
+        raise
+
+
+if __name__ == "__main__":
+    main()

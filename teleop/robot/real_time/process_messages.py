@@ -1,0 +1,103 @@
+"""What crosses between the processes of a robot in real time.
+
+The driving process is the parent of both others, and everything goes through it. Records cross as they are;
+a byte before each says what it is, so that estimates can be passed on unread.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from localization.maps.cloud import Cloud
+from localization.types import Mounts
+from teleop.robot.address import Address
+from teleop.robot.inbox import InboxMessage
+from teleop.robot.serve_config import ServeConfig
+from teleop.robot.topics.message_parts import Message
+from teleop.robot.topics.topic_table import Interface
+
+DRIVEN: Final = b"D"
+"""A ``DriveRecord``, from what drives to what talks and to what estimates."""
+
+ESTIMATED: Final = b"E"
+"""An ``EstimateRecord``, from what estimates to what drives, which passes it on to what talks."""
+
+OTHER: Final = b"O"
+"""One of the classes below, or an exception that ended the process before it was ready."""
+
+TALK_BOUND: Final = 4_000_000
+"""Bytes of records that may wait for what talks: some seconds of them."""
+
+ESTIMATE_BOUND: Final = 16_000_000
+"""Bytes of records that may wait for what estimates: half a minute of them, since a gap costs the pose."""
+
+
+@dataclass(frozen=True, slots=True)
+class TalkSetup:
+    """What the talking process needs to begin."""
+
+    config: ServeConfig
+    scene: str
+    """Name of the scene."""
+    latched: Mapping[Interface, Message]
+    """Messages that are published once."""
+    map_file: Path | None
+    """File that is offered as ``/map.ply``."""
+    undo_memory: int
+    """Time for which a placement can be undone [ns]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EstimateSetup:
+    """What the estimating process needs to begin."""
+
+    cloud: Cloud
+    """The map."""
+    mounts: Mounts
+    """``base_from_scanner`` by the scanner's frame."""
+    cache: Path | None
+    """Folder for derived files."""
+    record: Path | None
+    """Log to write, of what the localiser is given."""
+    metadata: Mapping[str, str]
+    """Metadata of that log."""
+    wheel_radius: float
+    """Radius by which wheel speeds are logged as rates [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """The process has begun; what talks says where it listens."""
+
+    address: Address | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What clients want, in order; empty as a sign of life."""
+
+    messages: tuple[InboxMessage, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ReadTokens:
+    """The token file is to be read again."""
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """The process is to end in order."""
+
+
+def pack(kind: bytes, value: object) -> bytes:
+    """Return a value as a payload."""
+    return kind + pickle.dumps(value, protocol=pickle.HIGHEST_PROTOCOL)
+
+
+def unpack(payload: bytes) -> Any:
+    """Return the value of a payload; both processes are the robot's own."""
+    return pickle.loads(memoryview(payload)[1:])

@@ -1,0 +1,170 @@
+"""The talking process: sockets, parsing, judging and encoding, for a robot that is elsewhere."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import sys
+from contextlib import ExitStack, closing
+from typing import Final
+
+from teleop import clock
+from teleop.robot.activity_log import ActivityLog, configure_logging
+from teleop.robot.audit.audit_file import AuditError
+from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
+from teleop.robot.real_time.process_messages import (
+    DRIVEN,
+    ESTIMATED,
+    OTHER,
+    TALK_BOUND,
+    End,
+    ReadTokens,
+    Ready,
+    TalkSetup,
+    Wanted,
+    pack,
+    unpack,
+)
+from teleop.robot.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.server_setup import (
+    address_of,
+    audit_log,
+    build_server,
+    offer_map,
+    round_trips_of,
+    token_file,
+    watch_tokens,
+)
+from teleop.robot.tick_record import DriveRecord
+from teleop.rosbridge.auth.token_file import TokenWatch
+from teleop.rosbridge.errors import RosbridgeError, ServiceError
+from teleop.rosbridge.server.dated_loop import DatedEventLoop
+
+_NICENESS: Final = 1
+"""How far this process stands back behind the one that drives where processors are few."""
+
+_FLUSH: Final = 0.002
+"""Time for which wishes are collected before they cross [s]: a tenth of a tick."""
+
+_SIGN_OF_LIFE: Final = 0.1
+"""Period of the signs of life to the driving process [s]."""
+
+
+class TalkProcess:
+    """Joins the channel to the driving process and a server's adapter."""
+
+    def __init__(self, channel: Channel, setup: TalkSetup) -> None:
+        self._channel, self._setup = channel, setup
+        self._ended = asyncio.Event()
+        self._stamp = 0
+        self._flushing = False
+        self._activity = ActivityLog()
+        self._watch: TokenWatch | None = None
+
+    async def run(self) -> None:
+        """Serve until the driving process ends."""
+        loop, config = asyncio.get_running_loop(), self._setup.config
+        tokens = token_file(config)
+        server = build_server(config, tokens, clock.monotonic)
+        with ExitStack() as cleanup:
+            audit = cleanup.enter_context(
+                audit_log(config, server, self._setup.scene, lambda: self._stamp)
+            )
+            offer_map(server, self._setup.map_file)
+            self._adapter = RosbridgeAdapter(
+                server,
+                self._setup.latched,
+                undo_memory=self._setup.undo_memory,
+                round_trips=round_trips_of(server),
+                audit=audit,
+            )
+            self._adapter.wishes.on_post = self._flush_soon
+            server.protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", _refuse_step)
+            server.protocol.observers.add(self._activity)
+            if tokens is not None:
+                self._watch = cleanup.enter_context(closing(watch_tokens(tokens, server, audit)))
+            try:
+                await server.start()
+                self._send(Ready(address_of(server)))
+                loop.add_reader(self._channel.fileno(), self._receive)
+                await self._until_ended()
+            finally:
+                loop.remove_reader(self._channel.fileno())
+                await server.close()
+
+    async def _until_ended(self) -> None:
+        """Give signs of life until the driving process ends."""
+        while not self._ended.is_set():
+            self._send(Wanted())
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(_SIGN_OF_LIFE):
+                    await self._ended.wait()
+
+    def _receive(self) -> None:
+        """Publish what the robot did."""
+        try:
+            payloads = self._channel.receive()
+        except ChannelClosedError:
+            self._ended.set()
+            return
+        for payload in payloads:
+            value = unpack(payload)
+            if payload[:1] == DRIVEN:
+                self._driven(value)
+            elif payload[:1] == ESTIMATED:
+                self._adapter.estimated(value)
+            elif isinstance(value, ReadTokens) and self._watch is not None:
+                self._watch.check_now()
+            elif isinstance(value, End):
+                self._ended.set()
+
+    def _driven(self, tick: DriveRecord) -> None:
+        self._stamp = tick.stamp
+        self._adapter.wishes.taken(sum(bool(message.client) for message in tick.inbox))
+        self._activity.driven(tick)
+        self._adapter.driven(tick)
+
+    def _flush_soon(self) -> None:
+        if not self._flushing:
+            self._flushing = True
+            asyncio.get_running_loop().call_later(_FLUSH, self._flush)
+
+    def _flush(self) -> None:
+        """Send the wishes, if those before have crossed."""
+        self._flushing = False
+        if self._channel.waiting:
+            self._flush_soon()
+        self._send(
+            Wanted(tuple(self._adapter.wishes.send())) if not self._channel.waiting else None
+        )
+
+    def _send(self, value: object) -> None:
+        try:
+            if value is None:
+                self._channel.flush()
+            else:
+                self._channel.send(pack(OTHER, value))
+        except ChannelClosedError:
+            self._ended.set()
+
+
+def _refuse_step(client: int, request: dict[str, object], now: int) -> dict[str, object]:
+    raise ServiceError("time passes by itself here; farsteer serve --lockstep has this service")
+
+
+def main() -> None:
+    """Run in the process that the driving one has started."""
+    channel = inherited_channel(int(sys.argv[1]), TALK_BOUND)
+    setup: TalkSetup = unpack(channel.wait()[0])
+    os.nice(_NICENESS)
+    configure_logging(setup.config.log_level)
+    try:
+        with asyncio.Runner(loop_factory=DatedEventLoop) as runner:
+            runner.run(TalkProcess(channel, setup).run())
+    except (RosbridgeError, AuditError) as error:
+        channel.send(pack(OTHER, error))
+
+
+if __name__ == "__main__":
+    main()

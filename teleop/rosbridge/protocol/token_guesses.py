@@ -1,0 +1,67 @@
+"""Wrong tokens by address: who guesses is not answered for a while."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import Final
+
+from teleop.rosbridge.limits import TokenBucket
+
+_RATE: Final = 0.1
+"""Wrong tokens of an address that are answered [1/s]."""
+
+_BURST: Final = 10
+"""Wrong tokens that are answered at once; a person mistypes, a program has the wrong file."""
+
+_MAX_ADDRESSES: Final = 1024
+_MAX_ACCEPTED: Final = 16
+"""Digests of accepted tokens that are kept of each address."""
+
+
+@dataclass(slots=True)
+class _Address:
+    wrong: TokenBucket
+    accepted: dict[bytes, None] = field(default_factory=dict)
+
+
+class TokenGuesses:
+    """Counts the wrong tokens of each address.
+
+    While an address is locked, a token is not even compared, so that guessing is limited; but one
+    that it has used before is, so that nobody locks out an operator from the same address.
+    """
+
+    def __init__(self) -> None:
+        self._addresses: dict[str, _Address] = {}
+
+    def locked(self, host: str, token: str, now: int) -> bool:
+        """Return whether a token of an address is to be refused without a look at it."""
+        address = self._addresses.get(host)
+        if address is None or _digest(token) in address.accepted:
+            return False
+        return address.wrong.missing(now) > _BURST - 1
+
+    def accepted(self, host: str, token: str, now: int) -> None:
+        """Remember a right token of an address."""
+        accepted = self._address(host, now).accepted
+        accepted[_digest(token)] = None
+        while len(accepted) > _MAX_ACCEPTED:
+            del accepted[next(iter(accepted))]
+
+    def wrong(self, host: str, now: int) -> None:
+        """Count a wrong token of an address."""
+        self._address(host, now).wrong.spend(1, now)
+
+    def _address(self, host: str, now: int) -> _Address:
+        address = self._addresses.pop(host, None)
+        if address is None:
+            address = _Address(TokenBucket(_RATE, _BURST / _RATE, now))
+        self._addresses[host] = address  # the last is the one seen last
+        while len(self._addresses) > _MAX_ADDRESSES:
+            del self._addresses[next(iter(self._addresses))]
+        return address
+
+
+def _digest(token: str) -> bytes:
+    return hashlib.sha256(token.encode(errors="surrogatepass")).digest()

@@ -1,0 +1,47 @@
+"""What clients want, between its arrival and the tick that takes it."""
+
+from __future__ import annotations
+
+from localization.types import Twist
+from teleop.joystick import VelocityRequest
+from teleop.robot.inbox import DriveCommand, EStop, InboxMessage, TakeOver
+from teleop.robot.wishes import Wishes
+
+
+def command(client: str, forward: float) -> DriveCommand:
+    return DriveCommand(client, VelocityRequest(Twist.planar(forward, 0.0), enabled=True))
+
+
+def test_only_the_newest_command_of_each_client_waits() -> None:
+    wishes = Wishes()
+    old, other, new = command("a", 0.1), command("b", 0.2), command("a", 0.3)
+    for message in (old, other, new):
+        wishes.post(message)
+    assert wishes.take() == [other, new]
+    assert wishes.take() == []
+
+
+def test_repeated_estops_wait_once_and_order_is_kept() -> None:
+    wishes = Wishes()
+    for message in (EStop("a"), EStop("a"), TakeOver("b"), EStop("a")):
+        assert wishes.post(message)
+    assert wishes.take() == [EStop("a"), TakeOver("b"), EStop("a")]
+
+
+def test_what_was_sent_is_outstanding_until_the_robot_has_taken_it() -> None:
+    wishes = Wishes()
+    messages: list[InboxMessage] = [EStop("a"), TakeOver("b"), EStop("c")]
+    for message in messages[:2]:
+        wishes.post(message)
+    assert wishes.send() == messages[:2]
+    wishes.post(messages[2])
+    assert list(wishes.outstanding()) == messages
+    wishes.taken(1)
+    assert list(wishes.outstanding()) == messages[1:]
+
+
+def test_number_of_waiting_messages_is_bounded() -> None:
+    wishes = Wishes()
+    accepted = sum(wishes.post(TakeOver(f"client {n}")) for n in range(5000))
+    assert accepted == 1000
+    assert not wishes.post(EStop("late"))

@@ -1,0 +1,214 @@
+"""Frames on an emulated link, in simulated time."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import Any
+
+import pytest
+
+from teleop.rosbridge import FrameDelay
+from teleop.rosbridge.protocol import delay_lines
+from tests.teleop.rosbridge.support import MILLISECOND, SECOND, ConnectionLog, Wire
+
+TEXT = "std_msgs/String"
+
+
+class Delay(FrameDelay):
+    """Delays in milliseconds, per direction."""
+
+    def __init__(self, up: float = 0.0, down: float = 0.0, jitter: float = 0.0) -> None:
+        self.up, self.down, self.jitter = up, down, jitter
+        self.random = Random(0)
+
+    def arrival(self, client: int, size: int, now: int) -> int:
+        return now + int((self.up + self.random.uniform(0, self.jitter)) * MILLISECOND)
+
+    def departure(self, client: int, size: int, now: int) -> int:
+        return now + int((self.down + self.random.uniform(0, self.jitter)) * MILLISECOND)
+
+
+class Slow(FrameDelay):
+    """A link to the clients that takes ten frames a second."""
+
+    def __init__(self) -> None:
+        self.busy = 0
+
+    def departure(self, client: int, size: int, now: int) -> int:
+        self.busy = now + 100 * MILLISECOND
+        return self.busy
+
+    def free(self, client: int, now: int) -> int:
+        return self.busy
+
+
+def listening(delay: FrameDelay) -> tuple[Wire, list[tuple[str, int]]]:
+    wire = Wire(frame_delay=delay)
+    received: list[tuple[str, int]] = []
+    wire.protocol.topics.subscribe(
+        "/t", TEXT, lambda client, message, now: received.append((message["data"], now))
+    )
+    return wire, received
+
+
+def say(text: str) -> dict[str, Any]:
+    return {"op": "publish", "topic": "/t", "msg": {"data": text}}
+
+
+def test_frame_is_processed_when_it_is_through_and_dated_then() -> None:
+    wire, received = listening(Delay(up=300))
+    wire.send(say("a"))
+    wire.wait(299)
+    assert received == []
+    wire.wait(50)  # the timers are late
+    assert received == [("a", SECOND + 300 * MILLISECOND)]
+
+
+def test_frames_keep_their_order_under_jitter_in_both_directions() -> None:
+    wire, received = listening(Delay(100, 100, jitter=300))
+    wire.send({"op": "subscribe", "topic": "/t"})
+    for number in range(50):
+        wire.send(say(str(number)))
+        wire.wait(10)
+    wire.wait(1000)
+    assert [text for text, _ in received] == [str(number) for number in range(50)]
+    assert [now for _, now in received] == sorted(now for _, now in received)
+    wire.wait(1000)
+    assert [m["msg"]["data"] for m in wire.received()] == [str(number) for number in range(50)]
+
+
+def test_without_delay_a_frame_is_processed_at_once() -> None:
+    wire, received = listening(FrameDelay())
+    wire.send(say("a"))
+    assert received == [("a", SECOND)]
+
+
+def test_answer_takes_the_way_back() -> None:
+    wire = Wire(frame_delay=Delay(down=200))
+    wire.send({"op": "dance"})
+    assert wire.received() == []
+    wire.wait(199)
+    assert wire.received() == []
+    wire.wait(1)
+    assert "dance" in wire.received()[0]["msg"]
+
+
+def test_limited_link_sends_the_latest_message_instead_of_all() -> None:
+    wire = Wire(frame_delay=Slow())
+    wire.protocol.topics.advertise("/t", TEXT)
+    wire.send({"op": "subscribe", "topic": "/t", "queue_length": 1})
+    for number in range(100):
+        wire.protocol.topics.publish("/t", {"data": str(number)}, wire.now)
+        wire.wait(10)
+    wire.wait(100)
+    wire.wait(100)
+    numbers = [int(message["msg"]["data"]) for message in wire.received()]
+    assert numbers[-1] == 99
+    assert 10 <= len(numbers) <= 13
+
+
+def test_client_whose_answers_exceed_the_link_is_disconnected_with_the_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    wire = Wire(frame_delay=Slow())
+    for number in range(3):
+        wire.protocol.connections.send_json(wire.clients[0], "9" * 3_000_000)
+        assert number < 2 or wire.protocol.connections.get(wire.clients[0])
+    wire.protocol.connections.send_json(wire.clients[0], "9" * 3_000_000)
+    for _ in range(3):
+        wire.wait(100)
+    assert [output for output in wire.outputs() if getattr(output, "code", 0) == 1013]
+
+
+def test_client_that_sends_more_than_the_link_holds_is_disconnected(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(delay_lines, "LINE_BYTES", 1000)
+    wire, received = listening(Delay(up=300))
+    for _ in range(20):
+        wire.send(say("x"))
+    wire.wait(300)
+    assert len(received) == 0  # a client that is being disconnected is not listened to
+    (close,) = (output for output in wire.outputs() if hasattr(output, "code"))
+    assert (close.code, "emulated link" in close.reason) == (1013, True)
+
+
+def test_end_of_a_connection_passes_the_link_behind_the_frames_before_it() -> None:
+    wire, received = listening(Delay(up=300))
+    log = ConnectionLog(wire.protocol)
+    wire.send(say("last"))
+    wire.protocol.disconnect(wire.clients[0], wire.now)
+    assert log.disconnections == []
+    wire.wait(300)
+    assert [text for text, _ in received] == ["last"]
+    assert len(log.disconnections) == 1
+    assert wire.protocol.timers.due is None
+
+
+def test_round_trip_of_an_emulated_link_needs_no_connection() -> None:
+    wire = Wire(frame_delay=Delay(up=250, down=50))
+    client = wire.clients[0]
+    wire.protocol.round_trips.watch(client)
+    wire.wait(100)
+    first = wire.protocol.round_trips.of(client, wire.now)
+    assert first is not None
+    assert (first.last, first.unanswered) == (None, 100 * MILLISECOND)
+    for _ in range(100):
+        wire.wait(10)
+    trip = wire.protocol.round_trips.of(client, wire.now)
+    assert trip is not None
+    assert trip.last == pytest.approx(300 * MILLISECOND, abs=20 * MILLISECOND)
+    assert trip.answered_at is not None
+    assert trip.sent_at is not None
+    assert trip.answered_at - trip.sent_at == trip.last
+    assert wire.now - trip.answered_at <= 260 * MILLISECOND
+
+
+def test_without_connection_and_emulation_there_is_no_round_trip() -> None:
+    wire = Wire()
+    wire.protocol.round_trips.watch(wire.clients[0])
+    wire.wait(1000)
+    assert wire.protocol.round_trips.of(wire.clients[0], wire.now) is None
+    assert wire.protocol.timers.due is None
+
+
+def test_real_pings_pass_the_emulated_link_and_stop_with_the_client() -> None:
+    wire = Wire(frame_delay=Delay(up=100, down=100))
+    client = wire.clients[0]
+    trips = wire.protocol.round_trips
+    pinged: list[bytes] = []
+    trips.attach(lambda client, payload: pinged.append(payload))
+    trips.watch(client)
+    wire.wait(100)
+    (payload,) = pinged
+    wire.wait(40)  # the real part
+    trips.answered(client, payload, wire.now)
+    wire.wait(100)
+    trip = trips.of(client, wire.now)
+    assert trip is not None
+    assert trip.last == 240 * MILLISECOND
+    for stray in (b"rt99999", b"xyz1", b"rt", b""):  # of pings that were never sent
+        trips.answered(client, stray, wire.now)
+    for _ in range(12):
+        wire.wait(10)
+    later = trips.of(client, wire.now)
+    assert later is not None
+    assert (later.last, later.unanswered) == (trip.last, 110 * MILLISECOND)
+    assert len(pinged) == 2
+    wire.protocol.disconnect(client, wire.now)
+    wire.wait(1000)
+    assert wire.protocol.timers.due is None
+
+
+def test_pings_without_answer_are_bounded_and_their_age_grows() -> None:
+    wire = Wire()
+    pinged: list[bytes] = []
+    wire.protocol.round_trips.attach(lambda client, payload: pinged.append(payload))
+    client = wire.protocol.connect(wire.now)
+    wire.protocol.round_trips.watch(client)
+    for _ in range(200):
+        wire.wait(250)
+    trip = wire.protocol.round_trips.of(client, wire.now)
+    assert trip is not None
+    assert trip.unanswered == 50 * SECOND
+    assert len(pinged) == 64

@@ -1,0 +1,408 @@
+"""Limits below and before the messages: frames, requests, places, tokens, downloads, open files."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import json
+import logging
+import os
+import struct
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.frames import PING, TEXT
+
+from teleop.rosbridge import (
+    DEFAULT_RULES,
+    Access,
+    Authenticator,
+    ClientLimits,
+    Credentials,
+    Protocol,
+    Role,
+    Server,
+)
+from teleop.rosbridge.auth.credentials import Credential, _digest
+from teleop.rosbridge.auth.origins import Origins
+from teleop.rosbridge.protocol.places import Places
+from teleop.rosbridge.protocol.token_guesses import TokenGuesses
+from teleop.rosbridge.server.accept_errors import AcceptErrors
+from teleop.rosbridge.server.gate import FrameBudget, Gate
+from tests.teleop.rosbridge.server.test_http_pages import fetch
+from tests.teleop.rosbridge.server.test_server import client, in_a_loop, say, serving, until
+from tests.teleop.rosbridge.support import REGISTRY, SECOND
+
+STEP = SECOND // 1000
+
+
+# Frames, on a clock that moves
+
+
+@pytest.mark.parametrize(("rate", "ends"), [(45, False), (60, True), (1000, True)])
+def test_pings_and_pongs_are_limited_to_their_rate(rate: int, ends: bool) -> None:
+    budget = FrameBudget(ClientLimits(), 0)
+    reasons = [budget.excess(PING, n * SECOND // rate) for n in range(rate * 20)]
+    assert any(reasons) is ends
+    assert not any(reasons[:100])
+
+
+def test_frames_of_messages_are_limited_apart_from_pings() -> None:
+    budget = FrameBudget(ClientLimits(), 0)
+    assert not any(budget.excess(TEXT, n * STEP // 2) for n in range(20_000))  # 2000 a second
+    reasons = [budget.excess(TEXT, 10 * SECOND) for _ in range(10_000)]
+    assert "3000 WebSocket frames/s" in str(next(filter(None, reasons)))
+    assert budget.excess(PING, 11 * SECOND) is None
+
+
+def test_reconnecting_does_not_refill_the_frames() -> None:
+    gate = Gate(ClientLimits())
+    passed = 0
+    for number in range(20):
+        budget = gate.begin("10.0.0.6", number * SECOND // 20)
+        while budget.excess(PING, number * SECOND // 20) is None:
+            passed += 1
+        gate.end("10.0.0.6", budget, number * SECOND // 20)
+    assert passed <= 100 + 50 + 20 * 10
+    fresh = gate.begin("10.0.0.7", SECOND)
+    assert [fresh.excess(PING, SECOND) for _ in range(100)] == [None] * 100
+
+
+async def ended(connection: ClientConnection) -> None:
+    """Take what comes until the server hangs up."""
+    with contextlib.suppress(ConnectionClosed):
+        while True:
+            await connection.recv()
+
+
+async def raw_frames(connection: ClientConnection, opcode: int, payload: bytes, count: int) -> None:
+    frame = struct.pack("!BB", 0x80 | opcode, 0x80 | len(payload)) + bytes(4) + payload
+    connection.transport.write(frame * count)
+
+
+@pytest.mark.parametrize(("opcode", "payload"), [(9, b""), (10, b""), (9, bytes(125)), (1, b"")])
+def test_floods_of_empty_frames_end_with_1008(opcode: int, payload: bytes) -> None:
+    @in_a_loop
+    async def run() -> None:
+        async with serving(ClientLimits()) as server, client(server) as a, client(server) as b:
+            parsed = 0
+            await until(lambda: len(server._writers) == 2)
+            socket = server._writers[1].socket
+            count_frame = socket._recv_frame
+
+            def counted(frame: Any) -> None:
+                nonlocal parsed
+                parsed += 1
+                count_frame(frame)
+
+            socket._recv_frame = counted
+            await raw_frames(a, opcode, payload, 1000 if payload else 40_000)
+            await ended(a)
+            assert a.close_code in (1008, 1006)  # unread pings may cost the client the close frame
+            assert parsed <= 12_000
+            await say(b)
+
+    run()
+
+
+@in_a_loop
+async def test_floods_are_cut_off_before_authentication() -> None:
+    credentials = Credentials(keys=(credential("boss", Role.ADMIN),))
+    async with guarded(credentials) as server, client(server) as a:
+        await raw_frames(a, 9, b"", 1000)
+        await ended(a)
+        assert a.close_code == 1008
+
+
+@in_a_loop
+async def test_large_messages_that_wait_pause_reading() -> None:
+    async with serving() as server, client(server) as a:
+        await until(lambda: len(server._writers) == 1)
+        held = asyncio.Event()
+        socket = server._writers[1].socket
+        take = socket.receive
+
+        async def receive() -> Any:
+            await held.wait()
+            return await take()
+
+        socket.receive = receive  # type: ignore[method-assign]
+        await a.send('{"op":"status"}')  # the reader already waits for this one
+        sending = asyncio.create_task(flood(a, 20))
+        await asyncio.sleep(0.3)
+        assert socket._waiting <= 2_000_000
+        held.set()
+        await sending
+        await until(lambda: server.backlog(1) == 0)
+
+
+async def flood(connection: ClientConnection, count: int) -> None:
+    for _ in range(count):
+        await connection.send(json.dumps({"op": "fragment", "data": "x" * 600_000}))
+
+
+# Requests
+
+
+def test_requests_of_an_address_are_limited() -> None:
+    gate = Gate(ClientLimits())
+    admitted = sum(gate.admit_request("10.0.0.6", n * STEP) for n in range(10_000))
+    assert admitted <= 10 * 20 + 80
+    assert gate.admit_request("10.0.0.7", 10 * SECOND)
+    for number in range(2000):
+        gate.admit_request(str(number), 0)
+    assert len(gate._requests) == 1024
+
+
+@in_a_loop
+async def test_too_many_requests_are_answered_with_429() -> None:
+    async with serving(ClientLimits(requests=1)) as server:
+        answers = [(await fetch(server, "/healthz"))[0] for _ in range(8)]
+        assert answers == [200] * 4 + [429] * 4
+
+
+@in_a_loop
+async def test_oldest_connection_without_request_leaves_for_a_new_one() -> None:
+    async with serving() as server:
+        idle = [await asyncio.open_connection("127.0.0.1", server.port) for _ in range(260)]
+        async with client(server) as a:
+            await say(a)
+        reader, _ = idle[0]
+        assert await reader.read() == b""
+        for _, writer in idle:
+            writer.close()
+
+
+@pytest.mark.parametrize("name", ["Origin", "Host", "If-None-Match"])
+def test_doubled_headers_are_answered_with_400(name: str) -> None:
+    @in_a_loop
+    async def run() -> None:
+        async with serving() as server:
+            server.pages.add_file("/map.ply", b"ply")
+            value = "127.0.0.1"
+            doubled = f"{name}: {value}\r\n" * 2 + ("" if name == "Host" else f"Host: {value}\r\n")
+            assert b" 400 " in await asked(server, f"GET /map.ply HTTP/1.1\r\n{doubled}\r\n")
+
+    run()
+
+
+async def asked(server: Server, request: str) -> bytes:
+    reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+    writer.write(request.encode())
+    line = await reader.readline()
+    writer.close()
+    await writer.wait_closed()
+    return line
+
+
+@pytest.mark.parametrize(
+    ("host", "status"),
+    [
+        ("evil.example", 403),
+        ("evil.example:9090", 403),
+        ("192.168.1.7", 403),
+        ("127.0.0.1.evil.example", 403),
+        ("[::", 403),
+        ("localhost:9090", 200),
+        ("127.0.0.1", 200),
+        ("127.0.0.2:80", 200),
+        ("[::1]:9090", 200),
+        ("", 200),
+    ],
+)
+def test_pages_are_served_to_names_of_this_machine_only(host: str, status: int) -> None:
+    @in_a_loop
+    async def run() -> None:
+        async with serving() as server:
+            server.pages.add_file("/map.ply", b"ply")
+            line = await asked(server, f"GET /map.ply HTTP/1.1\r\nHost: {host}\r\n\r\n")
+            assert line.split()[1] == str(status).encode()
+
+    run()
+
+
+def test_servers_in_a_network_are_known_by_other_names() -> None:
+    assert Origins.of("0.0.0.0", ()).allow_host("robot.local:9090")
+    assert not Origins.of("127.0.0.1", ()).allow_host("robot.local")
+    assert Origins.of("127.0.0.1", ("https://robot.local",)).allow_host("robot.local")
+
+
+@in_a_loop
+async def test_download_that_stands_still_leaves_for_another(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("teleop.rosbridge.server.handshake._STANDSTILL", 0.2)
+    async with serving() as server:
+        server.pages.add_file("/map.ply", bytes(20_000_000))
+        takers = []
+        for _ in range(4):
+            reader, writer = await asyncio.open_connection("127.0.0.1", server.port, limit=4096)
+            writer.write(b"GET /map.ply HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+            takers.append((reader, writer))
+        await until(lambda: len(server._handshake._downloads) == 4)
+        await asyncio.sleep(0.3)
+        assert (await fetch(server, "/map.ply"))[0] == 200
+        for _, writer in takers:
+            writer.transport.abort()
+
+
+@in_a_loop
+async def test_download_without_a_taker_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("teleop.rosbridge.server.http_connection.DOWNLOAD_STALL", 0.2)
+    async with serving() as server:
+        server.pages.add_file("/map.ply", bytes(20_000_000))
+        _, writer = await asyncio.open_connection("127.0.0.1", server.port, limit=4096)
+        writer.write(b"GET /map.ply HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        await until(lambda: len(server._handshake._downloads) == 1)
+        await until(lambda: not server._handshake._downloads)
+        writer.transport.abort()
+
+
+# Places
+
+
+def credential(name: str, role: Role) -> Credential:
+    return Credential(Access(name, role, DEFAULT_RULES[role]), digest=_digest(f"{name}'s token"))
+
+
+def guarded(credentials: Credentials, **limits: Any) -> Server:
+    gate = Authenticator(credentials, lambda: 0.0)
+    protocol = Protocol(REGISTRY, limits=ClientLimits(**limits), authenticator=gate)
+    return Server(protocol, port=0)
+
+
+VIEWER = Access("", Role.VIEW, DEFAULT_RULES[Role.VIEW])
+OPERATOR = credential("driver", Role.OPERATE).granted
+
+
+def crowd(accesses: Sequence[Access | None], clients: int = 16) -> Protocol:
+    gate = Authenticator(Credentials(anonymous=None), lambda: 0.0)
+    protocol = Protocol(REGISTRY, limits=ClientLimits(clients=clients), authenticator=gate)
+    for number, access in enumerate(accesses):
+        protocol.connect(SECOND, f"10.0.0.{number}:1", access)
+    return protocol
+
+
+def test_viewers_leave_places_for_operators() -> None:
+    places: Places = crowd([VIEWER] * 14).places
+    assert places.refusal(VIEWER, "") == "too many clients"
+    assert places.refusal(OPERATOR, "") is None
+
+
+def test_operator_takes_the_place_of_the_newest_viewer_without_a_token() -> None:
+    known = credential("wall", Role.VIEW).granted
+    protocol = crowd([OPERATOR] * 3 + [VIEWER] * 2 + [known] * 11)
+    assert protocol.places.refusal(OPERATOR, "") is None
+    assert [one.id for one in protocol.connections if one.closing] == [5]
+
+
+def test_operators_do_not_displace_each_other() -> None:
+    protocol = crowd([OPERATOR] * 16)
+    assert protocol.places.refusal(OPERATOR, "") == "too many clients"
+    assert not any(one.closing for one in protocol.connections)
+
+
+def test_clients_that_are_to_authenticate_are_counted_apart() -> None:
+    protocol = crowd([OPERATOR] * 16 + [None] * 7)
+    assert protocol.places.refusal(None, "") is None
+    protocol.connect(SECOND, "", None)
+    assert protocol.places.refusal(None, "") == "too many without a token"
+
+
+@in_a_loop
+async def test_operator_gets_in_beside_as_many_viewers_as_there_may_be() -> None:
+    credentials = Credentials(keys=(credential("driver", Role.OPERATE),), anonymous=VIEWER)
+    async with guarded(credentials, clients=8, requests=1000) as server:
+        viewers = [await connect(server.url) for _ in range(7)]
+        with pytest.raises(InvalidStatus, match="503"):
+            await connect(server.url)
+        headers = {"Authorization": "Bearer driver's token"}
+        operators = [await connect(server.url, additional_headers=headers) for _ in range(2)]
+        await say(operators[1])
+        with pytest.raises(ConnectionClosed):
+            await viewers[6].recv()
+        assert viewers[6].close_code == 1013
+        assert "operator" in str(viewers[6].close_reason)
+        # One that authenticates by an operation takes a place as well.
+        late = await connect(server.url) if len(server.protocol.connections) < 8 else None
+        assert late is None
+        for each in (*viewers, *operators):
+            await each.close()
+
+
+# Tokens
+
+
+def test_guessing_of_an_address_is_limited_but_not_the_tokens_it_has_used() -> None:
+    guesses = TokenGuesses()
+    guesses.accepted("10.0.0.6", "right", 0)
+    looked_at = 0
+    for number in range(6000):  # 100 a second for a minute
+        now = number * 10 * STEP
+        if not guesses.locked("10.0.0.6", f"wrong{number}", now):
+            looked_at += 1
+            guesses.wrong("10.0.0.6", now)
+        assert not guesses.locked("10.0.0.6", "right", now)
+    assert looked_at <= 10 + 6
+    assert guesses.locked("10.0.0.6", "another right one", now)
+    assert not guesses.locked("10.0.0.6", "another right one", 75 * SECOND)
+    assert not guesses.locked("10.0.0.7", "right", 60 * SECOND)
+    for number in range(2000):
+        guesses.wrong(str(number), 0)
+    assert len(guesses._addresses) == 1024
+
+
+@in_a_loop
+async def test_wrong_tokens_are_soon_not_looked_at() -> None:
+    credentials = Credentials(keys=(credential("driver", Role.OPERATE),))
+    async with guarded(credentials, requests=1000) as server:
+        good = {"Authorization": "Bearer driver's token"}
+        async with connect(server.url, additional_headers=good):
+            pass
+        statuses = []
+        for number in range(14):
+            with pytest.raises(InvalidStatus) as caught:
+                await connect(server.url, additional_headers={"Authorization": f"Bearer {number}"})
+            statuses.append(caught.value.response.status_code)
+        assert statuses == [401] * 10 + [429] * 4
+        async with connect(server.url) as a:
+            await a.send('{"op":"auth","token":"another"}')
+            with pytest.raises(ConnectionClosed):
+                await a.recv()
+            assert "too many wrong tokens" in str(a.close_reason)
+        async with connect(server.url, additional_headers=good) as again:
+            await say(again)
+
+
+# Files
+
+
+@in_a_loop
+async def test_errors_of_accepting_are_one_line_a_minute(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loop = asyncio.get_running_loop()
+    others: list[dict[str, Any]] = []
+    loop.set_exception_handler(lambda loop, context: others.append(context))
+    errors = AcceptErrors(loop)
+    times = [100.0, 101.0, 150.0, 161.0]
+    error = OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+    context = {"message": "socket.accept() out of system resource", "exception": error}
+    with caplog.at_level(logging.WARNING):
+        for now in times:
+            with monkeypatch.context() as patch:
+                patch.setattr(loop, "time", lambda now=now: now)
+                loop.call_exception_handler(context)
+    assert [record.getMessage() for record in caplog.records] == [
+        "cannot accept connections: Too many open files (1 times)",
+        "cannot accept connections: Too many open files (3 times)",
+    ]
+    other = {"message": "something else"}
+    loop.call_exception_handler(other)
+    errors.remove()
+    loop.call_exception_handler(context)
+    assert others == [other, context]
