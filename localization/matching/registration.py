@@ -70,8 +70,9 @@ class RegistrationConfig:
     the weight of its distance across."""
     rough_kernel: float = 0.1
     """The scale of the kernel in rough maps [m]: two cells of an occupancy grid."""
-    rough_kernel_wide: float = 0.1
-    """As ``kernel_wide`` in rough maps: wider ones begin with the walls of other rooms."""
+    rough_kernel_wide: float = 0.3
+    """As ``kernel_wide`` in rough maps. A prediction that is surely nearer than the gate of ``rough_kernel``
+    begins with that: wider ones begin with the walls of other rooms."""
     rough_iterations: int = 20
     """The largest number of iterations in rough maps, where each step along a wall is a part of the way."""
 
@@ -182,7 +183,7 @@ def register(
     pose = prior
     rough = world.noise.normal > config.rough
     config = adapted(config, world.noise)
-    kernel = _first_kernel(covariance, config)
+    kernel = _first_kernel(covariance, config, rough=rough)
     least = _STEP_SHARE * config.sigma
     for _ in range(config.iterations):
         seen = _seen(sweep, world, pose, config, rough=rough)
@@ -239,9 +240,12 @@ def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:
     )
 
 
-def _first_kernel(covariance: FloatArray, config: RegistrationConfig) -> float:
+def _first_kernel(covariance: FloatArray, config: RegistrationConfig, *, rough: bool) -> float:
     scaled = np.diag(covariance) * np.array([1, 1, 1, LEVER**2, LEVER**2, LEVER**2])
-    return float(np.clip(2.0 * np.sqrt(scaled.max()), config.kernel, config.kernel_wide))
+    off = 2.0 * float(np.sqrt(scaled.max()))
+    if rough and off < config.gate * config.kernel:
+        return config.kernel
+    return float(np.clip(off, config.kernel, config.kernel_wide))
 
 
 def _weights(seen: Residuals, kernel: float, config: RegistrationConfig) -> FloatArray:

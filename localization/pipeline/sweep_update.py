@@ -34,7 +34,7 @@ from localization.motion.slip_detection import SlipDetector
 from localization.pipeline.registration_cache import SweepRecord
 from localization.pipeline.resources import Resources
 from localization.pipeline.state import LastSweep, State
-from localization.types import SECOND, Match, ScanConsistency
+from localization.types import SECOND, Match, Pose, ScanConsistency
 
 _GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
 """Largest normalised innovation squared of a match by its number of observable directions (99.99 %)."""
@@ -261,13 +261,38 @@ def _registered_wider(
     r: Resources,
 ) -> tuple[FilterState, Match, float] | None:
     """Register a sweep again with wider priors; None if the map does not explain at least a share of it there."""
+    wide = filter_
     for sigma in r.config.retry_sigma:
         wide = widen(filter_, *sigma)
         match, nis = _registered(wide, replace(record, match=None), matcher, share, r)
         found = match.inlier_ratio >= least and _refusal(match, nis, r.config) is None
         if found and _unobserved_shift(filter_, match) < _HARMLESS:
             return wide, match, nis
-    return None
+    fits = r.config.slip_min_inlier_ratio
+    return _registered_turned(wide, record, matcher, share, r) if least < fits else None
+
+
+def _registered_turned(
+    wide: FilterState, record: SweepRecord, matcher: MatchSweep, share: float, r: Resources
+) -> tuple[FilterState, Match, float] | None:
+    """Register a sweep from headings one sigma to either side; None if it fits from neither.
+
+    Wheels that no gyro accompanies miss tens of degrees of a quick turn, and between walls that a robot sees
+    turned by as much, registration ends at a pose that explains less than half of the sweep.
+    """
+    best: tuple[FilterState, Match, float] | None = None
+    for turn in (-(wide.covariance[5, 5] ** 0.5), wide.covariance[5, 5] ** 0.5):
+        pose = wide.pose @ Pose.planar(0.0, 0.0, float(turn))
+        at = replace(wide, pose=pose)
+        match, _ = _registered(at, replace(record, match=None), matcher, share, r)
+        fits = match.inlier_ratio >= r.config.slip_min_inlier_ratio
+        if not (fits and len(match.observable_directions)):
+            continue
+        nis = match_nis(wide, r.config.ekf, match)
+        better = best is None or match.inlier_ratio > best[1].inlier_ratio
+        if better and _refusal(match, nis, r.config) is None:
+            best = wide, match, nis
+    return best
 
 
 def _unobserved_shift(filter_: FilterState, match: Match) -> float:

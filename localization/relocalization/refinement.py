@@ -113,7 +113,7 @@ def _best_along(
 
 
 def _refined(sweep: Sweep, world: PreparedMap, start: Pose, config: SearchConfig) -> Candidate:
-    wide = RegistrationConfig(kernel_wide=0.3, rough_kernel_wide=0.3, iterations=14)
+    wide = RegistrationConfig(kernel_wide=0.3, iterations=14)
     sigma = np.array([config.step, config.step, 0.03, 0.02, 0.02, config.step_yaw])
     near = register(sweep, world, start, np.diag((2.0 * sigma) ** 2), wide).map_from_base
     # A wall that is too far away from the start can be reached by pitch as well. The robot's tilt is known
