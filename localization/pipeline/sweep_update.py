@@ -9,7 +9,9 @@ correct the filter.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from scipy.stats import chi2
@@ -166,7 +168,8 @@ def _matched(
         refusal = _refusal(match, nis, config)
     least = _least_elsewhere(match, refusal, state, config)
     if least is not None:
-        wider = _registered_wider(filter_, record, matcher, share, least, r)
+        starts = (filter_.pose, state.filter.pose) if contradicted else (filter_.pose,)
+        wider = _registered_wider(filter_, record, matcher, share, least, starts, r)
         if wider is not None:
             (filter_, match, nis), refusal = wider, None
     with r.stage("ekf"):
@@ -258,9 +261,20 @@ def _registered_wider(
     matcher: MatchSweep,
     share: float,
     least: float,
+    starts: Sequence[Pose],
     r: Resources,
 ) -> tuple[FilterState, Match, float] | None:
-    """Register a sweep again with wider priors; None if the map does not explain at least a share of it there."""
+    """Register a sweep again with wider priors; None if the map does not explain at least a share of it there.
+
+    Args:
+        filter_: the prediction.
+        record: of the sweep.
+        matcher: registers it.
+        share: of its information that counts.
+        least: share of it that must fit.
+        starts: where motion sensors say that the robot is; the headings around are tried there.
+        r: settings.
+    """
     wide = filter_
     for sigma in r.config.retry_sigma:
         wide = widen(filter_, *sigma)
@@ -269,11 +283,16 @@ def _registered_wider(
         if found and _unobserved_shift(filter_, match) < _HARMLESS:
             return wide, match, nis
     fits = r.config.slip_min_inlier_ratio
-    return _registered_turned(wide, record, matcher, share, r) if least < fits else None
+    return _registered_turned(wide, record, matcher, share, starts, r) if least < fits else None
 
 
 def _registered_turned(
-    wide: FilterState, record: SweepRecord, matcher: MatchSweep, share: float, r: Resources
+    wide: FilterState,
+    record: SweepRecord,
+    matcher: MatchSweep,
+    share: float,
+    starts: Sequence[Pose],
+    r: Resources,
 ) -> tuple[FilterState, Match, float] | None:
     """Register a sweep from headings one sigma to either side; None if it fits from neither.
 
@@ -281,9 +300,9 @@ def _registered_turned(
     turned by as much, registration ends at a pose that explains less than half of the sweep.
     """
     best: tuple[FilterState, Match, float] | None = None
-    for turn in (-(wide.covariance[5, 5] ** 0.5), wide.covariance[5, 5] ** 0.5):
-        pose = wide.pose @ Pose.planar(0.0, 0.0, float(turn))
-        at = replace(wide, pose=pose)
+    sigma = float(wide.covariance[5, 5]) ** 0.5
+    for start, turn in product(starts, (-sigma, sigma)):
+        at = replace(wide, pose=start @ Pose.planar(0.0, 0.0, turn))
         match, _ = _registered(at, replace(record, match=None), matcher, share, r)
         fits = match.inlier_ratio >= r.config.slip_min_inlier_ratio
         if not (fits and len(match.observable_directions)):

@@ -168,7 +168,9 @@ def _counted(step: Pose, since: float, wheels: Wheels, rng: np.random.Generator)
         x, y = -x, -y
     way = float(np.hypot(x, y))
     counts = wheels.late is None or not wheels.late[0] <= since < wheels.late[1]
-    turn = (wheels.turn * step.yaw if counts else 0.0) + wheels.heading * np.sqrt(way) * rng.standard_normal()
+    turn = (wheels.turn * step.yaw if counts else 0.0) + wheels.heading * np.sqrt(
+        way
+    ) * rng.standard_normal()
     # Of arcs, the chord lies half way between the headings.
     more = 0.5 * (turn - step.yaw)
     c, s = np.cos(more), np.sin(more)
