@@ -48,6 +48,9 @@ _HARMLESS = 0.05
 """A match from a wider prior may depart by this much in directions that the sweep does not observe [m]."""
 _NEARLY = 0.05
 """With a wider prior at least the same share of the sweep must be explained, but for this much."""
+_TURNS = (-1.0, 1.0, -2.0, 2.0)
+"""Headings that are tried for a sweep that does not fit, in sigma of the widest prior: registration finds what
+is half of that away, between walls a few metres off."""
 _WITNESS_GATE = float(chi2.ppf(0.999, 3))
 """Beyond it KISS-ICP's motion contradicts a displacement (99.9 %)."""
 _NONE_USED = np.zeros((0, 6))
@@ -294,15 +297,15 @@ def _registered_turned(
     starts: Sequence[Pose],
     r: Resources,
 ) -> tuple[FilterState, Match, float] | None:
-    """Register a sweep from headings one sigma to either side; None if it fits from neither.
+    """Register a sweep from headings one and two sigma to either side; None if it fits from none.
 
     Wheels that no gyro accompanies miss tens of degrees of a quick turn, and between walls that a robot sees
     turned by as much, registration ends at a pose that explains less than half of the sweep.
     """
     best: tuple[FilterState, Match, float] | None = None
     sigma = float(wide.covariance[5, 5]) ** 0.5
-    for start, turn in product(starts, (-sigma, sigma)):
-        at = replace(wide, pose=start @ Pose.planar(0.0, 0.0, turn))
+    for start, turns in product(starts, _TURNS):
+        at = replace(wide, pose=start @ Pose.planar(0.0, 0.0, turns * sigma))
         match, _ = _registered(at, replace(record, match=None), matcher, share, r)
         fits = match.inlier_ratio >= r.config.slip_min_inlier_ratio
         if not (fits and len(match.observable_directions)):
