@@ -71,10 +71,8 @@ class RegistrationConfig:
     rough_kernel: float = 0.1
     """The scale of the kernel in rough maps [m]: two cells of an occupancy grid."""
     rough_kernel_wide: float = 0.3
-    """As ``kernel_wide`` in rough maps [m]. Wider kernels than ``rough_kernel`` begin with the walls of other rooms:
-    they are tried only where the prediction may be farther off than the gate of that reaches."""
-    rough_fit: float = 0.8
-    """Share of a sweep: wider kernels are tried only where ``rough_kernel`` explains less of it."""
+    """As ``kernel_wide`` in rough maps [m]. A prediction that is surely nearer than the gate of ``rough_kernel``
+    begins with that: wider ones begin with the walls of other rooms."""
     rough_iterations: int = 20
     """The largest number of iterations in rough maps, where each step along a wall is a part of the way."""
 
@@ -181,36 +179,12 @@ def register(
         CovarianceError: if the covariance is not finite, or has a negative variance in some direction.
     """
     # The covariance may be singular; the floor makes it invertible.
-    known = pose_covariance(covariance, "covariance of the prediction")
-    prior_information = np.asarray(np.linalg.inv(known), dtype=float)
+    prior_information = np.linalg.inv(pose_covariance(covariance, "covariance of the prediction"))
+    pose = prior
     rough = world.noise.normal > config.rough
     config = adapted(config, world.noise)
-    kernel = _first_kernel(covariance, config)
-
-    def annealed(kernel: float) -> Match:
-        pose = _annealed(sweep, world, prior, prior_information, kernel, config, rough=rough)
-        return _conclude(sweep, world, pose, config, rough=rough)
-
-    if not rough:
-        return annealed(kernel)
-    match = annealed(config.kernel)
-    if kernel < config.gate * config.kernel or match.inlier_ratio >= config.rough_fit:
-        return match
-    return max(match, annealed(kernel), key=lambda m: m.inlier_ratio)
-
-
-def _annealed(
-    sweep: Sweep,
-    world: PreparedMap,
-    prior: Pose,
-    prior_information: FloatArray,
-    kernel: float,
-    config: RegistrationConfig,
-    *,
-    rough: bool,
-) -> Pose:
-    """Return the most probable pose, found with kernels from a first one to the last."""
-    pose, least = prior, _STEP_SHARE * config.sigma
+    kernel = _first_kernel(covariance, config, rough=rough)
+    least = _STEP_SHARE * config.sigma
     for _ in range(config.iterations):
         seen = _seen(sweep, world, pose, config, rough=rough)
         weight = _weights(seen, kernel, config)
@@ -225,7 +199,7 @@ def _annealed(
         if settled:
             break
         kernel = max(config.kernel, 0.6 * kernel)
-    return pose
+    return _conclude(sweep, world, pose, config, rough=rough)
 
 
 _STEP_SHARE = 0.025
@@ -266,9 +240,12 @@ def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:
     )
 
 
-def _first_kernel(covariance: FloatArray, config: RegistrationConfig) -> float:
+def _first_kernel(covariance: FloatArray, config: RegistrationConfig, *, rough: bool) -> float:
     scaled = np.diag(covariance) * np.array([1, 1, 1, LEVER**2, LEVER**2, LEVER**2])
-    return float(np.clip(2.0 * np.sqrt(scaled.max()), config.kernel, config.kernel_wide))
+    off = 2.0 * float(np.sqrt(scaled.max()))
+    if rough and off < config.gate * config.kernel:
+        return config.kernel
+    return float(np.clip(off, config.kernel, config.kernel_wide))
 
 
 def _weights(seen: Residuals, kernel: float, config: RegistrationConfig) -> FloatArray:
