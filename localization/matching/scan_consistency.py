@@ -66,6 +66,7 @@ class BeamClassifier:
         self._stride = np.array([self._shape[1] * self._shape[2], self._shape[2], 1])
         self._solid = np.zeros(int(self._shape.prod()), dtype=bool)
         self._solid[cells @ self._stride] = True
+        self._two_faced = _two_faced(points)
 
     def classify(
         self, sweep: Sweep, map_from_base: Pose, distances: FloatArray
@@ -129,12 +130,13 @@ class BeamClassifier:
             along = np.einsum("ij,ij->i", normal, offset) / slope
             aside = offset - along[:, None] * direction
         meets &= (np.einsum("ij,ij->i", aside, aside) < c.aside**2) & (np.abs(along) < c.edge)
-        beam, at, slope = beam[meets], at[meets] + along[meets], slope[meets]
+        faces = (slope < 0.0) | self._two_faced[index]
+        beam, at, faces = beam[meets], at[meets] + along[meets], faces[meets]
         met, facing = np.full(len(start), np.inf), np.zeros(len(start), dtype=bool)
         order = np.lexsort((at, beam))
         hit, first = np.unique(beam[order], return_index=True)
         met[hit] = at[order][first]
-        facing[hit] = slope[order][first] < 0.0
+        facing[hit] = faces[order][first]
         return met, facing
 
     def _occupied(self, start: FloatArray, line: FloatArray, steps: FloatArray) -> BoolArray:
@@ -148,6 +150,23 @@ class BeamClassifier:
         solid: BoolArray = self._solid[flat]
         return solid
 
+
+def _two_faced(points: FloatArray) -> BoolArray:
+    """Return which points (N,) share their place with another.
+
+    Both faces of a wall that is one cell of an occupancy grid thick are in one place, and whichever of them is
+    the nearest to a beam, the wall faces it.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    step = np.maximum((high - low) / (2.0**21 - 1.0), _SAME_PLACE)
+    x, y, z = np.round((points - low) / step).astype(np.int64).T
+    _, place, count = np.unique(x << 42 | y << 21 | z, return_inverse=True, return_counts=True)
+    shared: BoolArray = count[place] > 1
+    return shared
+
+
+_SAME_PLACE = 1e-3
+"""Points nearer to each other than this are in one place [m]: below any cloud's spacing."""
 
 _GRAZING = 0.1
 """A beam at a smaller angle to a surface than this (sine of 6 degrees) runs along it and does not meet it."""

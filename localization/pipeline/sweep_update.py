@@ -9,7 +9,9 @@ correct the filter.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from scipy.stats import chi2
@@ -34,7 +36,7 @@ from localization.motion.slip_detection import SlipDetector
 from localization.pipeline.registration_cache import SweepRecord
 from localization.pipeline.resources import Resources
 from localization.pipeline.state import LastSweep, State
-from localization.types import SECOND, Match, ScanConsistency
+from localization.types import SECOND, Match, Pose, ScanConsistency
 
 _GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
 """Largest normalised innovation squared of a match by its number of observable directions (99.99 %)."""
@@ -46,6 +48,9 @@ _HARMLESS = 0.05
 """A match from a wider prior may depart by this much in directions that the sweep does not observe [m]."""
 _NEARLY = 0.05
 """With a wider prior at least the same share of the sweep must be explained, but for this much."""
+_TURNS = (-1.0, 1.0, -2.0, 2.0)
+"""Headings that are tried for a sweep that does not fit, in sigma of the widest prior: registration finds what
+is half of that away, between walls a few metres off."""
 _WITNESS_GATE = float(chi2.ppf(0.999, 3))
 """Beyond it KISS-ICP's motion contradicts a displacement (99.9 %)."""
 _NONE_USED = np.zeros((0, 6))
@@ -166,7 +171,8 @@ def _matched(
         refusal = _refusal(match, nis, config)
     least = _least_elsewhere(match, refusal, state, config)
     if least is not None:
-        wider = _registered_wider(filter_, record, matcher, share, least, r)
+        starts = (filter_.pose, state.filter.pose) if contradicted else (filter_.pose,)
+        wider = _registered_wider(filter_, record, matcher, share, least, starts, r)
         if wider is not None:
             (filter_, match, nis), refusal = wider, None
     with r.stage("ekf"):
@@ -258,16 +264,57 @@ def _registered_wider(
     matcher: MatchSweep,
     share: float,
     least: float,
+    starts: Sequence[Pose],
     r: Resources,
 ) -> tuple[FilterState, Match, float] | None:
-    """Register a sweep again with wider priors; None if the map does not explain at least a share of it there."""
+    """Register a sweep again with wider priors; None if the map does not explain at least a share of it there.
+
+    Args:
+        filter_: the prediction.
+        record: of the sweep.
+        matcher: registers it.
+        share: of its information that counts.
+        least: share of it that must fit.
+        starts: where motion sensors say that the robot is; the headings around are tried there.
+        r: settings.
+    """
+    wide = filter_
     for sigma in r.config.retry_sigma:
         wide = widen(filter_, *sigma)
         match, nis = _registered(wide, replace(record, match=None), matcher, share, r)
         found = match.inlier_ratio >= least and _refusal(match, nis, r.config) is None
         if found and _unobserved_shift(filter_, match) < _HARMLESS:
             return wide, match, nis
-    return None
+    fits = r.config.slip_min_inlier_ratio
+    return _registered_turned(wide, record, matcher, share, starts, r) if least < fits else None
+
+
+def _registered_turned(
+    wide: FilterState,
+    record: SweepRecord,
+    matcher: MatchSweep,
+    share: float,
+    starts: Sequence[Pose],
+    r: Resources,
+) -> tuple[FilterState, Match, float] | None:
+    """Register a sweep from headings one and two sigma to either side; None if it fits from none.
+
+    Wheels that no gyro accompanies miss tens of degrees of a quick turn, and between walls that a robot sees
+    turned by as much, registration ends at a pose that explains less than half of the sweep.
+    """
+    best: tuple[FilterState, Match, float] | None = None
+    sigma = float(wide.covariance[5, 5]) ** 0.5
+    for start, turns in product(starts, _TURNS):
+        at = replace(wide, pose=start @ Pose.planar(0.0, 0.0, turns * sigma))
+        match, _ = _registered(at, replace(record, match=None), matcher, share, r)
+        fits = match.inlier_ratio >= r.config.slip_min_inlier_ratio
+        if not (fits and len(match.observable_directions)):
+            continue
+        nis = match_nis(wide, r.config.ekf, match)
+        better = best is None or match.inlier_ratio > best[1].inlier_ratio
+        if better and _refusal(match, nis, r.config) is None:
+            best = wide, match, nis
+    return best
 
 
 def _unobserved_shift(filter_: FilterState, match: Match) -> float:

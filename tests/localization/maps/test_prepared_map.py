@@ -228,3 +228,28 @@ def test_cache_folder_follows_xdg(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOME", "/home/somebody")
     assert default_cache() == Path("/home/somebody/.cache/farsteer")
     assert os.environ["HOME"] == "/home/somebody"
+
+
+def test_nearest_point_is_the_nearest_where_points_lie_as_far_apart_as_cells() -> None:
+    """A slanted wall of an occupancy grid: its points are a cell apart."""
+    x = np.arange(0.0, 6.0, CELL)
+    wall = np.round(np.column_stack([x, 0.37 * x]) / CELL) * CELL + 0.5 * CELL
+    levels = np.arange(-0.3, 0.9, 0.1)
+    points = np.column_stack([np.repeat(wall, len(levels), axis=0), np.tile(levels, len(wall))])
+    normals = np.tile([-0.35, 0.94, 0.0], (len(points), 1))
+    world = prepare(Cloud(points, normals, name="slanted wall"))
+    rng = np.random.default_rng(1)
+    at = points[rng.integers(len(points), size=2000)] + rng.normal(
+        0.0, [0.03, 0.03, 0.0], (2000, 3)
+    )
+    least = cKDTree(points).query(at)[0]
+
+    def excess(index: np.ndarray[tuple[int, ...], np.dtype[np.int32]]) -> float:
+        return float(np.mean(np.linalg.norm(points[index] - at, axis=1) > least + 1e-9))
+
+    assert excess(world.nearest(at)) < 0.01
+    assert excess(world.grid.nearest(at)) > 0.05, "else a single look-up would do"
+
+
+def test_places_far_from_every_surface_have_no_nearest_point(world: PreparedMap) -> None:
+    assert (world.nearest(np.array([[50.0, 50.0, 50.0], [-9.0, 0.0, 0.0]])) == -1).all()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from localization.maps.cloud_from_grid import cloud_from_grid
 from localization.maps.prepared_map import PreparedMap, prepare
 from localization.matching.registration import residuals
 from localization.matching.scan_consistency import BeamClassifier, explanation
@@ -61,6 +62,19 @@ def test_room_behind_a_wall_is_beyond_though_the_wall_is_mapped() -> None:
     found = seen(HALL.sweep(HERE), outside)
     assert found.unexplained == 1.0
     assert found.unmapped > 0.9
+
+
+def test_wall_one_cell_thick_is_met_from_the_front_on_either_side() -> None:
+    occupied = np.zeros((80, 120), dtype=bool)
+    occupied[40] = True
+    cloud = cloud_from_grid(occupied, ~occupied, 0.05, Pose.identity(), name="thin wall")
+    beams, x = BeamClassifier(prepare(cloud)), np.arange(0.5, 5.5, 0.1)
+    for side in (1.0, -1.0):
+        start = np.column_stack([x, np.full_like(x, 2.025 - 1.5 * side), np.zeros_like(x)])
+        line = np.tile([0.0, side, 0.0], (len(x), 1))
+        met, facing = beams.first_surface(start, line, np.full(len(x), 3.0))
+        assert np.abs(met - 1.5).max() < 0.03
+        assert facing.all(), side
 
 
 def test_wrong_pose_passes_through_mapped_surfaces(hall: PreparedMap) -> None:

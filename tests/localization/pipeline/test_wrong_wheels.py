@@ -64,3 +64,17 @@ def test_scanner_contradicts_wheels_of_the_wrong_sign(
     assert followed.off[after].max() < 0.08, summary(followed)
     during = (followed.true > seconds[0]) & ~after
     assert 0.5 < during.sum() * 0.2 < 3.0
+
+
+@pytest.mark.parametrize("seconds", [(7.4, 7.8), (16.5, 16.9), (18.0, 18.4)])
+def test_turn_that_the_wheels_miss_is_seen_in_the_next_scans(
+    grid: PreparedMap, seconds: tuple[float, float]
+) -> None:
+    log = moments(OFFICE, TURNING, Wheels(late=seconds), scan_every=3)
+    followed = follow(grid, TURNING, log)
+    missed = (followed.true > seconds[0]) & (followed.true < seconds[1] + 1.0)
+    assert followed.turned[missed].max() > np.deg2rad(4.0), "else the wheels missed nothing"
+    after = followed.true > seconds[1] + 1.0
+    assert followed.turned[after].max() < np.deg2rad(6.0), summary(followed)
+    assert followed.off[after].max() < 0.15, summary(followed)
+    assert followed.searched == 0, summary(followed)

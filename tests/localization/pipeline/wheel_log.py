@@ -114,6 +114,8 @@ class Wheels:
     """Random error of the heading [rad/sqrt(m)], one sigma."""
     backwards: tuple[float, float] | None = None
     """First and last second of the drive in which distances are counted with the wrong sign."""
+    late: tuple[float, float] | None = None
+    """First and last second of the drive in which no turn is counted."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -165,7 +167,10 @@ def _counted(step: Pose, since: float, wheels: Wheels, rng: np.random.Generator)
     if wheels.backwards is not None and wheels.backwards[0] <= since < wheels.backwards[1]:
         x, y = -x, -y
     way = float(np.hypot(x, y))
-    turn = wheels.turn * step.yaw + wheels.heading * np.sqrt(way) * rng.standard_normal()
+    counts = wheels.late is None or not wheels.late[0] <= since < wheels.late[1]
+    turn = (wheels.turn * step.yaw if counts else 0.0) + wheels.heading * np.sqrt(
+        way
+    ) * rng.standard_normal()
     # Of arcs, the chord lies half way between the headings.
     more = 0.5 * (turn - step.yaw)
     c, s = np.cos(more), np.sin(more)
