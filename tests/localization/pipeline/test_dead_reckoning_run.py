@@ -215,7 +215,9 @@ def test_command_without_a_map_writes_all_files_and_the_end(
     assert main([*words, "--set", "dead_reckoning.odometry.shift=0.05"]) == 0
     printed = capsys.readouterr().out
     assert ", dead-reckoned: no scanner in the log" in printed
-    assert "turned by gyro and the orientation that the inertial unit reports" in printed
+    assert "turned by gyro and the orientation that the inertial unit reports" in " ".join(
+        printed.split()
+    )
     assert "m along its worst direction" in printed
     assert "frame        odom, which begins where the log does" in printed
     known = read_tum(out / "estimate.tum")
