@@ -15,10 +15,18 @@ _MAX_UNAUTHENTICATED = 8
 class Places:
     """The places of clients, some of them reserved for operators and admins with a token."""
 
-    def __init__(self, limits: ClientLimits, connections: Connections) -> None:
+    def __init__(self, limits: ClientLimits, connections: Connections, *, tokens: bool) -> None:
+        """Reserve places, if there are tokens by which those who may take them are known.
+
+        Args:
+            limits: Numbers of places.
+            connections: The connected clients.
+            tokens: Whether clients have tokens.
+        """
         self._connections = connections
         self._all = limits.clients
-        self._unreserved = limits.clients - min(limits.reserved, limits.clients // 8)
+        reserved = min(limits.reserved, limits.clients // 8) if tokens else 0
+        self._unreserved = limits.clients - reserved
 
     def refusal(self, access: Access | None, host: str) -> str | None:
         """Return why a client gets no place, or None if it gets one; a viewer may lose its own.

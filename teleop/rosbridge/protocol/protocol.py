@@ -85,7 +85,7 @@ class Protocol:
         if frame_delay is not None:
             self._delays = DelayLines(frame_delay, self.timers, self.connections.transmit)
             self.connections.delays = self._delays
-        self.places = Places(self.limits, self.connections)
+        self.places = Places(self.limits, self.connections, tokens=authenticator is not None)
         self.token_guesses = TokenGuesses()
         self.round_trips = RoundTrips(self.timers, self._delays)
         codec, limits = self.encoders.codec, self.limits

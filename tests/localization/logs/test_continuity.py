@@ -145,7 +145,7 @@ def test_findings_are_in_the_summary_and_on_the_terminal(
     out = tmp_path / "out"
     words = ["localize", str(log), "--map", str(place), "--start", "2.6", "1.6", "11.5"]
     assert main([*words, "--out", str(out), "--no-recording"]) in (0, 1)
-    printed = capsys.readouterr().out
+    printed = " ".join(capsys.readouterr().out.split())  # lines are as wide as the terminal
     page = (out / "report.html").read_text(encoding="utf-8")
     for said in (
         "jumps back by 3599.9 s at 1.9 s of the log: readings after it are out of order",

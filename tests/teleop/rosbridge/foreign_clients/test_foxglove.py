@@ -116,7 +116,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("ros_version", ["ros1", "ros2"])
 @in_a_loop
 async def test_foxglove_reads_messages_of_every_type(ros_version: RosVersion, folder: Path) -> None:
-    protocol = Protocol(REGISTRY, ros_version=ros_version, limits=ClientLimits(subscriptions=1000))
+    protocol = Protocol(
+        REGISTRY, ros_version=ros_version, limits=ClientLimits(subscriptions=1000, messages=1000.0)
+    )
     serve_standard(protocol)
     kinds = [REGISTRY[name] for name in REGISTRY]
     sent = {kind.name: complete(REGISTRY, kind, filled(kind, itertools.count())) for kind in kinds}
