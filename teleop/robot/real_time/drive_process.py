@@ -70,6 +70,7 @@ class DriveProcess:
         self._start_talk, self._start_estimate = restart_talk, restart_estimate
         self.talk, self.estimate = talk, estimate
         self._inbox: list[InboxMessage] = []
+        self._read_tokens = False
         self._alive = self._now = clock.monotonic()
         self._patience = _STARTING
         self._longest_gap = 0
@@ -91,8 +92,8 @@ class DriveProcess:
         self._inbox.append(message)
 
     def read_tokens(self) -> None:
-        """Have the token file read again."""
-        self.talk.channel.send(pack(OTHER, ReadTokens()))
+        """Have the token file read again with the next tick; may be called in another thread."""
+        self._read_tokens = True
 
     def run(self, stop: threading.Event) -> float:
         """Drive until ``stop`` is set; return the real-time factor."""
@@ -113,6 +114,9 @@ class DriveProcess:
     def tick(self, now: int, pacing: Pacing = NO_PACING) -> DriveRecord:
         """Make one tick; ``now`` is the reading of the monotonic clock [ns]."""
         self._now = now
+        if self._read_tokens:
+            self._read_tokens = False
+            self._publish(pack(OTHER, ReadTokens()))
         self._receive()
         self._pass_on_estimates()
         inbox, self._inbox = self._inbox, []
