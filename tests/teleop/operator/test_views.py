@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import time
 from pathlib import Path
@@ -120,9 +121,11 @@ def _banner(viewer: ViewerClient, colour: Colour) -> np.ndarray:
     picture = np.zeros((1, 1, 3))
     for _ in range(100):
         views = {view.name: view for view in viewer.get_state().views}
-        if "Now" in views:
-            picture = _shot(viewer, views["Now"].view_id)
-            if _pixels(picture, colour) > 1000:
-                break
+        # The views of a run that ends are gone between the list and the picture.
+        with contextlib.suppress(ConnectionError):
+            if "Now" in views:
+                picture = _shot(viewer, views["Now"].view_id)
+        if _pixels(picture, colour) > 1000:
+            break
         time.sleep(0.1)
     return picture
