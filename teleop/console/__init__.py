@@ -1,0 +1,1 @@
+"""The operator's console: a page for any browser, and what serves it."""
