@@ -1,1 +1,1 @@
-"""The operator's console in the browser: serving the page, access from the local network, QR codes."""
+"""The operator's console in the browser: the page, serving it, and access from the local network."""
