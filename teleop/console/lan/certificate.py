@@ -9,10 +9,9 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from localization.extras import require
 from teleop import clock
-from teleop.console.lan.lan_extra import NEEDED
 from teleop.console.lan.state_files import read_private, write_private
-from teleop.errors import SettingError
 
 if TYPE_CHECKING:
     from cryptography import x509
@@ -36,18 +35,16 @@ def ensure_certificate(certificate: Path, key: Path, names: Sequence[str]) -> st
         names: Addresses and host names that it must be valid for, besides loopback.
 
     Raises:
-        SettingError: If the libraries are missing, or a file cannot be read or written.
+        MissingLibraryError: If the library is missing.
+        SettingError: If a file cannot be read or written, or is accessible to others.
     """
-    try:
-        from cryptography import x509
-        from cryptography.hazmat.primitives.serialization import Encoding
-    except ImportError:
-        raise SettingError(NEEDED) from None
+    require("cryptography", "--lan")
+    from cryptography.hazmat.primitives.serialization import Encoding
+
     wanted = frozenset((*_ALWAYS, *names))
     kept = _kept(certificate, key)
     if kept is None or not _serves(kept, wanted):
         kept = _make(certificate, key, sorted(wanted))
-    assert isinstance(kept, x509.Certificate)
     digest = hashlib.sha256(kept.public_bytes(Encoding.DER)).hexdigest().upper()
     return ":".join(digest[i : i + 2] for i in range(0, len(digest), 2))
 

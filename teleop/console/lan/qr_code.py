@@ -5,8 +5,7 @@ from __future__ import annotations
 import io
 from typing import Final
 
-from teleop.console.lan.lan_extra import NEEDED
-from teleop.errors import SettingError
+from localization.extras import require
 
 _COLOURS: Final = "\x1b[97;40m"
 _END: Final = "\x1b[0m"
@@ -18,12 +17,11 @@ def qr_text(address: str) -> str:
     The colours are set, light modules white on black, so that the code is right on dark and on light terminals.
 
     Raises:
-        SettingError: If the library is missing.
+        MissingLibraryError: If the library is missing.
     """
-    try:
-        import segno
-    except ImportError:
-        raise SettingError(NEEDED) from None
+    require("segno", "--lan")
+    import segno
+
     out = io.StringIO()
     segno.make_qr(address, error="m").terminal(out, border=2, compact=True)
     return "\n".join(f"{_COLOURS}{line}{_END}" for line in out.getvalue().splitlines())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from localization.extras import require
 from teleop.console.lan.access_token import ensure_token
 from teleop.console.lan.certificate import ensure_certificate
 from teleop.console.lan.own_addresses import own_addresses, own_names
@@ -34,8 +35,10 @@ def lan_access(config: ServeConfig, folder: Path | None = None) -> tuple[ServeCo
         folder: Folder in which token and certificate are kept; that of the user by default.
 
     Raises:
-        SettingError: If a library is missing, or what is kept cannot be read or written.
+        MissingLibraryError: If a library is missing.
+        SettingError: If what is kept cannot be read or written.
     """
+    require("segno", "--lan")
     folder = folder or state_folder() / "lan"
     private_folder(folder)
     access = LanAccess()

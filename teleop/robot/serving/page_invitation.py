@@ -42,7 +42,7 @@ def invitation(address: Address, access: LanAccess | None = None) -> str:
         access: What was made for the network; None without ``--lan``.
 
     Raises:
-        SettingError: If a library is missing.
+        MissingLibraryError: If the library of QR codes is missing.
     """
     if not address.page:
         return f"note: {MISSING}"
