@@ -9,6 +9,7 @@ from teleop.link.command_age import RoundTrips
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.client_inputs import ClientInputs
 from teleop.robot.clients.robot_services import RobotServices
+from teleop.robot.clients.session_service import serve_session
 from teleop.robot.clients.wishes import Wishes
 from teleop.robot.inbox import Disconnected
 from teleop.robot.tick_record import DriveRecord, EstimateRecord, Rejection
@@ -71,6 +72,7 @@ class RosbridgeAdapter(Observer):
             audit=audit,
         )
         self._services = RobotServices(protocol, self.wishes, undo_memory, audit)
+        serve_session(protocol)
         serve_standard(protocol)
         publish_client_traffic(server)
         protocol.observers.add(self)

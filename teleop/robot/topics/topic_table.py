@@ -236,6 +236,11 @@ SERVICES: tuple[Interface, ...] = (
         "/teleop/take_over", "std_srvs/srv/Trigger", "take the lease from the present driver"
     ),
     Interface(
+        "/teleop/session",
+        "farsteer_msgs/srv/Session",
+        "who the caller is to the robot, and what it may do",
+    ),
+    Interface(
         "/localization/undo",
         "std_srvs/srv/Trigger",
         "undo the last accepted hint, or the last pose that a global search set",
