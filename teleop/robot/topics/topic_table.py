@@ -241,6 +241,11 @@ SERVICES: tuple[Interface, ...] = (
         "who the caller is to the robot, and what it may do",
     ),
     Interface(
+        "/localization/preview_hint",
+        "farsteer_msgs/srv/PreviewHint",
+        "score a pose by the last sweep and change nothing; of each client the newest, ten a second",
+    ),
+    Interface(
         "/localization/undo",
         "std_srvs/srv/Trigger",
         "undo the last accepted hint, or the last pose that a global search set",
