@@ -30,6 +30,7 @@ export const linkTexts = {
   jitter: "Jitter",
   received: "Received",
   silence: "Last message",
+  ageWords,
   ago: (age: number): string => `${ageWords(age)} ago`,
   milliseconds,
   bitRate,

@@ -84,7 +84,7 @@ function Stream({ stream }: { stream: StreamStatistics }) {
   return (
     <tr data-grade={grade}>
       <th scope="row">{stream.topic}</th>
-      <td>{stream.age === undefined ? texts.never : texts.ago(stream.age)}</td>
+      <td>{stream.age === undefined ? texts.never : texts.ageWords(stream.age)}</td>
       <td>{stream.rate.toFixed(1)}</td>
       <td>{stream.dropped}</td>
     </tr>
