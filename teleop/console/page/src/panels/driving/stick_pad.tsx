@@ -1,12 +1,13 @@
 /** The stick on the screen. It is for pointers; keyboards have their own keys. */
 
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import type { Driving } from "../../driving/driving";
 import { drivingTexts as texts } from "../../texts/driving";
 
 export function StickPad({ driving }: { readonly driving: Driving }) {
   const pad = useRef<HTMLDivElement>(null);
-  useEffect(() => (pad.current === null ? undefined : driving.stick.attach(pad.current)), [driving]);
+  // Before anything is drawn, and undone at once: a stick that is gone must not drive.
+  useLayoutEffect(() => (pad.current === null ? undefined : driving.stick.attach(pad.current)), [driving]);
   const knob = driving.stick.knob.value;
   const held = knob === undefined ? "" : knob.counts ? " driving-held" : " driving-void";
   return (
