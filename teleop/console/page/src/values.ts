@@ -63,6 +63,8 @@ export interface MapInfo {
 export interface MapPoints {
   readonly sha256: string;
   readonly positions: Float32Array;
+  /** x, y, z of each point's unit normal in turn, times 127. */
+  readonly normals?: Int8Array;
 }
 
 /** An occupancy grid of a plain rosbridge, in place of a map of points. */
