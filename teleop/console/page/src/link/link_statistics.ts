@@ -80,20 +80,19 @@ export class LinkRecorder {
     const trips = this.#roundTrips.filter(({ at }) => now - at <= ROUND_TRIP_WINDOW).map(({ took }) => took);
     const last = trips.at(-1);
     const overdue = this.#pending[0] === undefined ? 0 : now - this.#pending[0];
-    const window = Math.max(1, Math.min(RATE_WINDOW, now - this.#since));
     return {
       // A question that waits for longer than the last took is the better figure.
       roundTrip: last === undefined ? (overdue > 0 ? overdue : undefined) : Math.max(last, overdue),
       roundTripP95: percentile(trips, 0.95),
       jitter: meanDifference(trips),
-      bytesPerSecond: (this.#bytes.sum(now) * 1000) / window,
+      bytesPerSecond: this.#bytes.rate(now, this.#since),
       silence,
       streams: topics.map((topic) => {
         const record = this.#streams.get(topic);
         return {
           topic,
           age: record === undefined ? undefined : now - record.newest,
-          rate: record === undefined ? 0 : (record.count.sum(now) * 1000) / window,
+          rate: record?.count.rate(now, this.#since) ?? 0,
           dropped: this.#dropped.get(topic) ?? 0,
         };
       }),

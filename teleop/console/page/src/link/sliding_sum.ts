@@ -1,4 +1,4 @@
-/** A sum over the last seconds, in a fixed number of buckets however much is counted. */
+/** A rate over the last seconds, in a fixed number of buckets however much is counted. */
 
 const BUCKETS = 20;
 
@@ -18,9 +18,17 @@ export class SlidingSum {
     this.#sums[this.#slot(this.#newest)] = (this.#sums[this.#slot(this.#newest)] ?? 0) + amount;
   }
 
-  sum(now: number): number {
+  /**
+   * Amount per second.
+   *
+   * @param since When counting began, if that is later than the window does [ms].
+   */
+  rate(now: number, since: number): number {
     this.#advance(now);
-    return this.#sums.reduce((all, sum) => all + sum, 0);
+    // The newest bucket is not over yet.
+    const begin = Math.max(since, (this.#newest - BUCKETS + 1) * this.#width);
+    const sum = this.#sums.reduce((all, part) => all + part, 0);
+    return (sum * 1000) / Math.max(now - begin, this.#width);
   }
 
   #slot(bucket: number): number {
