@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from localization.errors import LocalizationError
 from localization.pipeline.localizer import Localizer
 from localization.types import Inertial
 from teleop.robot.inbox import Relocalize, Undo
+from teleop.robot.preview import PreviewAnswer, PreviewRequest
 from teleop.robot.tick_record import DriveRecord, EstimateRecord
 
 
@@ -36,3 +38,11 @@ class Estimation:
             undoable=self.localizer.undoable,
             searching=self.localizer.searching,
         )
+
+    def preview(self, request: PreviewRequest) -> PreviewAnswer:
+        """Return what the last sweep says of a pose; changes nothing."""
+        try:
+            return PreviewAnswer(request.number, self.localizer.preview(request.pose))
+        # What a client asks about must never end the process that knows where the robot is.
+        except (LocalizationError, ArithmeticError, ValueError) as error:
+            return PreviewAnswer(request.number, problem=str(error))

@@ -66,6 +66,7 @@ class LockstepService(Observer):
         self._last_stamp, self._deferred = last_stamp, deferred
         self._owner: int | None = None
         self._busy = False
+        adapter.previews.answer_at_once = robot.estimation.preview
         self.error: Exception | None = None
         """The error that ended the simulation, if one did."""
         step = adapter.server.async_handlers.wrap(self._step)

@@ -26,6 +26,12 @@ DRIVEN: Final = b"D"
 ESTIMATED: Final = b"E"
 """An ``EstimateRecord``, from what estimates to what drives, which passes it on to what talks."""
 
+PREVIEW: Final = b"P"
+"""A ``PreviewRequest``, from what talks to what drives, which passes it on unread to what estimates."""
+
+PREVIEWED: Final = b"Q"
+"""A ``PreviewAnswer``, on the same way back."""
+
 OTHER: Final = b"O"
 """One of the classes below, or an exception that ended the process before it was ready."""
 

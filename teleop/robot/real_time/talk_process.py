@@ -20,6 +20,8 @@ from teleop.robot.real_time.process_messages import (
     DRIVEN,
     ESTIMATED,
     OTHER,
+    PREVIEW,
+    PREVIEWED,
     TALK_BOUND,
     End,
     ReadTokens,
@@ -83,6 +85,7 @@ class TalkProcess:
                 audit=audit,
             )
             self._adapter.wishes.on_post = self._flush_soon
+            self._adapter.previews.ask = lambda request: self._send(request, PREVIEW)
             server.protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", _refuse_step)
             server.protocol.observers.add(self._activity)
             if tokens is not None:
@@ -120,6 +123,8 @@ class TalkProcess:
                 self._driven(value)
             elif payload[:1] == ESTIMATED:
                 self._adapter.estimated(value)
+            elif payload[:1] == PREVIEWED:
+                self._adapter.previews.answered(value)
             elif isinstance(value, ReadTokens) and self._watch is not None:
                 self._watch.check_now()
             elif isinstance(value, End):
@@ -145,12 +150,12 @@ class TalkProcess:
             Wanted(tuple(self._adapter.wishes.send())) if not self._channel.waiting else None
         )
 
-    def _send(self, value: object) -> None:
+    def _send(self, value: object, kind: bytes = OTHER) -> None:
         try:
             if value is None:
                 self._channel.flush()
             else:
-                self._channel.send(pack(OTHER, value))
+                self._channel.send(pack(kind, value))
         except ChannelClosedError:
             self._ended.set()
 

@@ -30,9 +30,10 @@ from teleop.rosbridge.server.server import Server
 
 ROLES: Final[Mapping[Role, RoleRules]] = {
     **DEFAULT_RULES,
-    # Everybody who can see the robot can stop it.
+    # Everybody who can see the robot can stop it, and learn about itself and its link.
     Role.VIEW: replace(
-        DEFAULT_RULES[Role.VIEW], call=(*DEFAULT_RULES[Role.VIEW].call, "/teleop/estop")
+        DEFAULT_RULES[Role.VIEW],
+        call=(*DEFAULT_RULES[Role.VIEW].call, "/teleop/estop", "/teleop/session", "/teleop/ask"),
     ),
 }
 """What each role may do with a robot unless the token file has other rules."""

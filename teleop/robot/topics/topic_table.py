@@ -236,6 +236,25 @@ SERVICES: tuple[Interface, ...] = (
         "/teleop/take_over", "std_srvs/srv/Trigger", "take the lease from the present driver"
     ),
     Interface(
+        "/teleop/ask",
+        "std_srvs/srv/Trigger",
+        "ask the present driver for the robot; ends by an answer, by leaving, or after 30 s",
+    ),
+    Interface(
+        "/teleop/give", "std_srvs/srv/Trigger", "driver only: give the robot to the one who asks"
+    ),
+    Interface("/teleop/refuse", "std_srvs/srv/Trigger", "driver only: refuse the one who asks"),
+    Interface(
+        "/teleop/session",
+        "farsteer_msgs/srv/Session",
+        "who the caller is to the robot, and what it may do",
+    ),
+    Interface(
+        "/localization/preview_hint",
+        "farsteer_msgs/srv/PreviewHint",
+        "score a pose by the last sweep and change nothing; of each client the newest, ten a second",
+    ),
+    Interface(
         "/localization/undo",
         "std_srvs/srv/Trigger",
         "undo the last accepted hint, or the last pose that a global search set",
