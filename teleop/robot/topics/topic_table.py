@@ -15,6 +15,7 @@ from teleop.robot.topics import (
     diagnostics_messages as diagnostics,
     estimate_messages as estimate,
     ground_truth_messages as truth,
+    lean_cloud as lean,
     sensor_messages as sensors,
 )
 from teleop.robot.topics.message_parts import Message, Messages
@@ -160,6 +161,13 @@ ESTIMATE_OUTPUTS: tuple[Topic[EstimateRecord], ...] = (
         0,
         estimate.local_cloud,
         "the last sweep in `map`: x y z, intensity (always 0), distance to the map [m], NaN for points far from any mapped surface",
+    ),
+    Topic(
+        "/local_cloud/lean",
+        "farsteer_msgs/msg/LeanCloud",
+        0,
+        lean.lean_cloud,
+        "the same for slow links, twice a second: at most 400 points of 7 bytes",
     ),
     Topic(
         "/localization/status",
