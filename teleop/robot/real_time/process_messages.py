@@ -52,7 +52,7 @@ class TalkSetup:
     latched: Mapping[Interface, Message]
     """Messages that are published once."""
     map_file: Path | None
-    """File that is offered as ``/map.ply``."""
+    """File that is offered as ``/map.ply``, and by its hash."""
     undo_memory: int
     """Time for which a placement can be undone [ns]."""
 

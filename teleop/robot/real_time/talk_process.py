@@ -11,6 +11,7 @@ from contextlib import ExitStack, closing
 from typing import Final
 
 from teleop import clock
+from teleop.console.page_files import offer_page
 from teleop.robot.audit.audit_file import AuditError
 from teleop.robot.clients.activity_log import ActivityLog, configure_logging
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
@@ -75,6 +76,7 @@ class TalkProcess:
                 audit_log(config, server, self._setup.scene, lambda: self._stamp)
             )
             offer_map(server, self._setup.map_file)
+            page = offer_page(server.pages, encrypted=server.encrypted)
             self._adapter = RosbridgeAdapter(
                 server,
                 self._setup.latched,
@@ -93,7 +95,7 @@ class TalkProcess:
                 # What is there now stays: searching it for garbage holds everybody up.
                 gc.collect()
                 gc.freeze()
-                self._send(Ready(address_of(server)))
+                self._send(Ready(address_of(server, page=page)))
                 loop.add_reader(self._channel.fileno(), self._receive)
                 await self._until_ended()
             finally:

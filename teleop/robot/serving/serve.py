@@ -22,6 +22,7 @@ from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.pipeline.log_replay import config_metadata
 from localization.types import Hint
 from robot_sim import Simulation, World
+from teleop.console.page_files import offer_page
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.drive import Drive
 from teleop.robot.inbox import PoseHint
@@ -81,7 +82,7 @@ async def serve(
         cloud: Its prebuilt cloud.
         config: All other settings.
         cache: Folder for derived files.
-        map_file: File that is offered as ``/map.ply`` over HTTP, on the same port.
+        map_file: File that is offered over HTTP, on the same port, as ``/map.ply`` and by its hash.
         ready: Called once clients can connect.
         stop: Ends serving.
 
@@ -122,6 +123,7 @@ async def _serve_in_lockstep(
         )
         observers = cleanup.enter_context(_log(config, simulation, cloud))
         offer_map(server, map_file)
+        page = offer_page(server.pages, encrypted=server.encrypted)
         adapter = RosbridgeAdapter(
             server,
             latched_messages(cloud, simulation.mounts, secrets.token_hex(8)),
@@ -137,7 +139,7 @@ async def _serve_in_lockstep(
             _on_hangup(watch.check_now)
         try:
             await server.start()
-            ready(address_of(server))
+            ready(address_of(server, page=page))
             await stop.wait()
         finally:
             await server.close()

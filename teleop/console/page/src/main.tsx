@@ -1,0 +1,8 @@
+/** Puts the page together. */
+
+import { render } from "preact";
+
+const root = document.getElementById("console");
+if (root !== null) {
+  render(<main>Farsteer console</main>, root);
+}
