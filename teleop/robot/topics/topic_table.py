@@ -8,7 +8,8 @@ from typing import Any, Final, Generic, TypeVar
 
 from localization.maps.cloud import Cloud
 from localization.types import Mounts
-from robot_sim import TICK_NS
+from robot_sim import TICK_NS, SkidSteer
+from robot_sim.robot.urdf import urdf
 from teleop.robot.tick_record import DriveRecord, EstimateRecord, TickRecord
 from teleop.robot.topics import (
     control_messages as control,
@@ -214,6 +215,15 @@ MAP_INFO = Interface(
     "/map_info", "farsteer_msgs/msg/MapInfo", "name, bounds and SHA-256 of the map; latched"
 )
 
+ROBOT_DESCRIPTION = Interface(
+    "/robot_description",
+    "std_msgs/msg/String",
+    "URDF of the robot, of boxes and cylinders; latched",
+)
+
+LATCHED: Final = (TF_STATIC, MAP_INFO, ROBOT_DESCRIPTION)
+"""Topics that are published once."""
+
 INPUTS: tuple[Interface, ...] = (
     Interface(
         "/joy", "sensor_msgs/msg/Joy", "drive: `axes[1]` forward, `axes[0]` turn, deadman, turbo"
@@ -288,12 +298,19 @@ def messages_of(tick: TickRecord) -> Iterator[tuple[str, Message]]:
                 yield estimated.name, message
 
 
-def latched_messages(cloud: Cloud, mounts: Mounts, run_id: str = "") -> Mapping[Interface, Message]:
+def latched_messages(
+    cloud: Cloud, robot: SkidSteer, mounts: Mounts, run_id: str = ""
+) -> Mapping[Interface, Message]:
     """Return the messages that are published once, at the start.
 
     Args:
         cloud: The robot's map.
+        robot: Its parameters.
         mounts: ``base_from_sensor`` of each sensor.
         run_id: Identity of this run of the robot.
     """
-    return {TF_STATIC: estimate.tf_static(mounts), MAP_INFO: estimate.map_info(cloud, run_id)}
+    return {
+        TF_STATIC: estimate.tf_static(mounts),
+        MAP_INFO: estimate.map_info(cloud, run_id),
+        ROBOT_DESCRIPTION: {"data": urdf(robot, mounts)},
+    }
