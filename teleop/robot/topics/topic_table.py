@@ -268,6 +268,11 @@ SERVICES: tuple[Interface, ...] = (
         "who the caller is to the robot, and what it may do",
     ),
     Interface(
+        "/teleop/link",
+        "farsteer_msgs/srv/LinkStatistics",
+        "what has been sent to the caller and dropped for it, and its round trip",
+    ),
+    Interface(
         "/localization/preview_hint",
         "farsteer_msgs/srv/PreviewHint",
         "score a pose by the last sweep and change nothing; of each client the newest, ten a second",
