@@ -1,0 +1,62 @@
+// Builds the page: one script, one style sheet, the licences of what is bundled. Usage: node build.mjs [FOLDER]
+import { copyFile, mkdir, readdir, readFile, rm, writeFile } from "node:fs/promises";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { build, transform } from "esbuild";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const target = process.argv[2] ?? join(here, "dist");
+
+await rm(target, { recursive: true, force: true });
+await mkdir(target, { recursive: true });
+const result = await build({
+  absWorkingDir: here,
+  entryPoints: { console: "src/main.tsx", map_worker: "src/link/map_worker.ts" },
+  outdir: target,
+  bundle: true,
+  minify: true,
+  format: "esm",
+  target: ["chrome110", "firefox115", "safari16.4"],
+  jsx: "automatic",
+  jsxImportSource: "preact",
+  legalComments: "none",
+  metafile: true,
+  logLevel: "warning",
+});
+await copyFile(join(here, "index.html"), join(target, "index.html"));
+await writeFile(join(target, "style.css"), await styles());
+await writeFile(join(target, "licences.txt"), await licences(Object.keys(result.metafile.inputs)));
+
+/** All style sheets as one; the theme comes first, since the others use its colours. */
+async function styles() {
+  const names = (await readdir(join(here, "styles"))).sort();
+  const ordered = ["theme.css", ...names.filter((name) => name !== "theme.css")];
+  const texts = await Promise.all(ordered.map((name) => readFile(join(here, "styles", name), "utf8")));
+  const joined = await transform(texts.join("\n"), { loader: "css", minify: true });
+  return joined.code;
+}
+
+/** The licence texts of all packages that the bundle contains. */
+async function licences(inputs) {
+  const folders = new Set(
+    inputs.flatMap((path) => path.match(/^.*node_modules\/(?:@[^/]+\/)?[^/]+/)?.[0] ?? []),
+  );
+  const parts = [];
+  for (const folder of [...folders].sort()) {
+    const about = JSON.parse(await readFile(join(here, folder, "package.json"), "utf8"));
+    const text = await licenceText(join(here, folder));
+    parts.push(`${about.name} ${about.version} (${about.license})\n\n${text}`);
+  }
+  return parts.join(`\n${"-".repeat(80)}\n\n`);
+}
+
+async function licenceText(folder) {
+  for (const name of ["LICENSE", "LICENSE.md", "LICENSE.txt", "LICENCE", "license"]) {
+    try {
+      return await readFile(join(folder, name), "utf8");
+    } catch {
+      continue;
+    }
+  }
+  return "The package holds no licence file; its name of the licence is given above.\n";
+}

@@ -1,0 +1,112 @@
+/** What is known of the robot: one signal for each thing, written by the link and read by everybody else. */
+
+import { signal, type ReadonlySignal, type Signal } from "@preact/signals";
+import type {
+  Attitude, CameraImage, CloudPoints, ControlState, GridMap, HintVerdict, LocalizationStatus, MapInfo, MapPoints,
+  PlanarCovariance, Pose, Session, StampedPose,
+} from "../values";
+
+export type ConnectionPhase = "connecting" | "open" | "lost" | "refused";
+
+export interface Connection {
+  readonly phase: ConnectionPhase;
+  /** One sentence with the way out; empty while all is well. */
+  readonly words: string;
+  readonly sinceAt: number;
+}
+
+/** What answers at the address: a Farsteer robot, another rosbridge, or not known yet. */
+export type Dialect = "unknown" | "farsteer" | "plain";
+
+export interface RobotState {
+  readonly connection: Signal<Connection>;
+  readonly dialect: Signal<Dialect>;
+  /** Identity of this run of the robot; whoever keeps something of a run drops it when this changes. */
+  readonly run: Signal<string>;
+  readonly session: Signal<Session | undefined>;
+  readonly mapInfo: Signal<MapInfo | undefined>;
+  readonly mapPoints: Signal<MapPoints | undefined>;
+  /** Progress of the map's download, 0 to 1; undefined while there is none. */
+  readonly mapProgress: Signal<number | undefined>;
+  readonly gridMap: Signal<GridMap | undefined>;
+  readonly mapFromOdom: Signal<StampedPose | undefined>;
+  readonly mapFromBase: Signal<StampedPose | undefined>;
+  readonly odomFromBase: Signal<StampedPose | undefined>;
+  readonly covariance: Signal<PlanarCovariance | undefined>;
+  readonly cloud: Signal<CloudPoints | undefined>;
+  /** Horizontal scan as points in `base_link`, shown while there is no pose. */
+  readonly scan: Signal<CloudPoints | undefined>;
+  readonly status: Signal<LocalizationStatus | undefined>;
+  readonly candidates: Signal<readonly Pose[]>;
+  readonly verdict: Signal<HintVerdict | undefined>;
+  readonly control: Signal<ControlState | undefined>;
+  readonly attitude: Signal<Attitude | undefined>;
+  readonly truth: Signal<StampedPose | undefined>;
+  /** The robot's model as URDF. */
+  readonly description: Signal<string | undefined>;
+  /** The camera's newest picture, of a plain rosbridge that has one. */
+  readonly image: Signal<CameraImage | undefined>;
+}
+
+/** Return a state in which nothing is known. */
+export function unknownState(): RobotState {
+  return {
+    connection: signal<Connection>({ phase: "connecting", words: "", sinceAt: 0 }),
+    dialect: signal<Dialect>("unknown"),
+    run: signal(""),
+    session: signal(undefined),
+    mapInfo: signal(undefined),
+    mapPoints: signal(undefined),
+    mapProgress: signal(undefined),
+    gridMap: signal(undefined),
+    mapFromOdom: signal(undefined),
+    mapFromBase: signal(undefined),
+    odomFromBase: signal(undefined),
+    covariance: signal(undefined),
+    cloud: signal(undefined),
+    scan: signal(undefined),
+    status: signal(undefined),
+    candidates: signal<readonly Pose[]>([]),
+    verdict: signal(undefined),
+    control: signal(undefined),
+    attitude: signal(undefined),
+    truth: signal(undefined),
+    description: signal(undefined),
+    image: signal(undefined),
+  };
+}
+
+/** Forget all that belongs to a run of the robot; the connection and the dialect stay. */
+export function forgetRun(state: RobotState): void {
+  const { connection, dialect, run, session, candidates, ...rest } = state;
+  candidates.value = [];
+  for (const part of Object.values(rest) as Signal<unknown>[]) {
+    part.value = undefined;
+  }
+}
+
+/** Age and rate of one topic's messages. */
+export interface StreamStatistics {
+  readonly topic: string;
+  /** Since the last message [ms]; undefined if none came. */
+  readonly age: number | undefined;
+  /** Messages per second over the last seconds. */
+  readonly rate: number;
+  /** Messages that the robot left out for this connection. */
+  readonly dropped: number;
+}
+
+/** How good the connection is, renewed twice a second. */
+export interface LinkStatistics {
+  /** Round trip now and 95th percentile of the last minute [ms]; undefined before the first. */
+  readonly roundTrip: number | undefined;
+  readonly roundTripP95: number | undefined;
+  /** Mean difference of successive round trips [ms]. */
+  readonly jitter: number | undefined;
+  readonly bytesPerSecond: number;
+  /** Since anything at all arrived [ms]. */
+  readonly silence: number;
+  readonly streams: readonly StreamStatistics[];
+}
+
+export type LinkStatisticsSignal = ReadonlySignal<LinkStatistics>;

@@ -1,0 +1,171 @@
+/**
+ * The vocabulary of the page: plain frozen values that all parts share.
+ *
+ * Units are SI and radians, frames as in REP 103 and 105. Times are milliseconds of the page's monotonic clock
+ * (`performance.now()`) where a name ends in `At`, and seconds of the robot's clock where it is `stamp`.
+ */
+
+export interface Vector3 {
+  readonly x: number;
+  readonly y: number;
+  readonly z: number;
+}
+
+export interface Quaternion {
+  readonly x: number;
+  readonly y: number;
+  readonly z: number;
+  readonly w: number;
+}
+
+export interface Pose {
+  readonly position: Vector3;
+  readonly orientation: Quaternion;
+}
+
+/** A pose on the floor: position [m] and heading [rad], left positive. */
+export interface PlanarPose {
+  readonly x: number;
+  readonly y: number;
+  readonly yaw: number;
+}
+
+/** A pose and when it was so. */
+export interface StampedPose extends Pose {
+  readonly stamp: number;
+  readonly receivedAt: number;
+}
+
+/** Covariance of x, y and yaw in the map, row by row: 9 values [m², m rad, rad²]. */
+export type PlanarCovariance = readonly number[];
+
+/** Points of a cloud: x, y, z in turn [m], and each point's distance to the map [m], NaN where it is unknown. */
+export interface CloudPoints {
+  readonly stamp: number;
+  readonly receivedAt: number;
+  readonly frame: string;
+  readonly positions: Float32Array;
+  readonly distances: Float32Array;
+}
+
+/** The cloud that the robot localises in. */
+export interface MapInfo {
+  readonly name: string;
+  readonly frame: string;
+  readonly sha256: string;
+  readonly points: number;
+  readonly min: Vector3;
+  readonly max: Vector3;
+  readonly run: string;
+}
+
+/** The map's points: x, y, z in turn [m] in the map's frame, and normals if there are some. */
+export interface MapPoints {
+  readonly sha256: string;
+  readonly positions: Float32Array;
+  /** x, y, z of each point's unit normal in turn, times 127. */
+  readonly normals?: Int8Array;
+}
+
+/** An occupancy grid of a plain rosbridge, in place of a map of points. */
+export interface GridMap {
+  readonly frame: string;
+  readonly origin: Pose;
+  readonly resolution: number;
+  readonly width: number;
+  readonly height: number;
+  readonly cells: Int8Array;
+}
+
+export type Health =
+  | "waiting" | "tracking" | "degraded" | "slipping" | "suspect" | "lost" | "relocalising";
+
+export interface LocalizationStatus {
+  readonly stamp: number;
+  readonly health: Health;
+  readonly reasons: readonly string[];
+  readonly fit: number;
+  readonly positionSigma: number;
+  readonly headingSigma: number;
+}
+
+export interface HintVerdict {
+  readonly stamp: number;
+  readonly verdict: "accepted" | "kept" | "ambiguous" | "rejected";
+  readonly reason: string;
+  readonly hint: Pose;
+  readonly candidates: readonly Pose[];
+  readonly scores: readonly number[];
+}
+
+/** A picture of a camera: a blob's address, which holds until two newer pictures have come. */
+export interface CameraImage {
+  readonly topic: string;
+  readonly url: string;
+  readonly receivedAt: number;
+}
+
+/** Who drives and whether the robot listens: `/teleop/state`. */
+export interface ControlState {
+  readonly stamp: number;
+  readonly state: "idle" | "armed" | "disarmed" | "estop";
+  readonly reason: string;
+  readonly controller: string;
+  readonly armed: boolean;
+  readonly estop: boolean;
+  readonly commandAge: number;
+  readonly linear: number;
+  readonly angular: number;
+  readonly linkAge: number;
+  readonly slowAbove: number;
+  readonly refuseAbove: number;
+  /** Number of the client that asks for the robot; 0 if none does. */
+  readonly asking: number;
+  readonly askingName: string;
+}
+
+/** What this connection is to the robot: `/teleop/session`. */
+export interface Session {
+  readonly client: number;
+  readonly name: string;
+  readonly role: string;
+  readonly tokens: boolean;
+  readonly mayDrive: boolean;
+  readonly mayStop: boolean;
+  readonly mayReset: boolean;
+  readonly mayHint: boolean;
+  readonly maySearch: boolean;
+  readonly mayTakeOver: boolean;
+}
+
+/** Roll (left side up) and pitch (nose down) [rad], and the topic that they are from. */
+export interface Attitude {
+  readonly roll: number;
+  readonly pitch: number;
+  readonly source: string;
+  readonly receivedAt: number;
+}
+
+/** Share of a sweep's points that lie on the map, at a proposed pose and at the present one (undefined: none). */
+export interface HintPreview {
+  readonly pose: PlanarPose;
+  readonly explained: number;
+  readonly present: number | undefined;
+}
+
+/** What a service answered. */
+export interface Answer {
+  readonly success: boolean;
+  readonly message: string;
+}
+
+export type Severity = "info" | "warning" | "alarm";
+
+/** A line of the event list. */
+export interface ConsoleEvent {
+  readonly time: Date;
+  readonly severity: Severity;
+  readonly words: string;
+  /** How often it came in a row. */
+  readonly count: number;
+}
