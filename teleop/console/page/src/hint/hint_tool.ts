@@ -221,8 +221,9 @@ export class HintTool {
     let run = this.state.run.peek();
     return effect(() => {
       const now = this.state.run.value;
-      if (now !== run) {
-        run = now;
+      const another = now !== run && run !== "";
+      run = now;
+      if (another) {
         untracked(() => { this.dispatch({ type: "forget" }); });
       }
     });

@@ -125,7 +125,9 @@ describe("a hint by press and drag", () => {
   });
 
   it("ends with a new run of the robot", () => {
+    state.run.value = "one";
     dragToTheRight();
+    expect(tool.placing).toBe(true);
     state.run.value = "another";
     forgetRun(state);
     expect(tool.view.value.phase).toBe("off");
