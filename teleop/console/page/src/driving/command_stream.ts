@@ -78,19 +78,20 @@ export class CommandStream {
     if (this.phase === "silent") {
       return true;
     }
-    if (this.phase !== "ending") {
+    const first = this.phase !== "ending";
+    if (first) {
       this.phase = "ending";
       this.zerosLeft = ZEROS;
     } else if (now - this.sentAt < PERIOD - EARLY) {
       return true;
     }
     this.sentAt = now;
-    this.zerosLeft -= 1;
+    const sent = this.channel?.release() ?? false;
+    this.zerosLeft -= Number(sent); // one that cannot be sent is sent as soon as it can
     if (this.zerosLeft === 0) {
       this.phase = "silent";
     }
-    // The zeros behind the first one are for safety only: where they do not get through, the stream is over all the same.
-    return (this.channel?.release() ?? false) || this.zerosLeft < ZEROS - 1;
+    return sent || !first;
   }
 }
 

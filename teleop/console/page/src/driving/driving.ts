@@ -104,6 +104,11 @@ export class Driving {
     this.watch();
   }
 
+  /** The page's clock [ms]. */
+  now(): number {
+    return this.environment.now();
+  }
+
   /** Drive a robot that nothing guards, as the person has confirmed. */
   confirmPlain(channel: "velocity" | "joy" = "velocity"): void {
     this.plainChannel = channel;

@@ -59,6 +59,11 @@ export class ViewRig {
     return this.#view;
   }
 
+  /** Whether the camera looks with the robot's eyes. */
+  get isInside(): boolean {
+    return this.#seen() === "first";
+  }
+
   setView(view: View): void {
     if (view !== this.#view) {
       this.#depart();
@@ -73,6 +78,9 @@ export class ViewRig {
 
   /** Set what is to be seen as long as no robot is in it. */
   setWorld(world: Bounds | undefined): void {
+    if (JSON.stringify(world) === JSON.stringify(this.#world)) {
+      return;
+    }
     if (this.#anchor === undefined) {
       this.#depart();
     }
@@ -99,8 +107,8 @@ export class ViewRig {
 
   /** Turn the view [rad]: to the right and down. */
   turn(right: number, down: number): void {
-    const wish = this.#wishes[this.#view];
-    const [least, most] = HABITS[this.#view].elevations;
+    const wish = this.#wishes[this.#seen()];
+    const [least, most] = HABITS[this.#seen()].elevations;
     wish.turn = wrap(wish.turn - right);
     this.#freeAzimuth = wrap(this.#freeAzimuth - right);
     wish.elevation = Math.min(Math.max(wish.elevation + down, least), most);
@@ -109,7 +117,7 @@ export class ViewRig {
   /** Zoom by a factor (above 1: farther), about a point of the floor if there is one. */
   zoom(factor: number, about?: { readonly x: number; readonly y: number }): void {
     const before = this.#wanted();
-    const wish = this.#wishes[this.#view];
+    const wish = this.#wishes[this.#seen()];
     wish.distance = zoomedDistance(before.distance, factor) / (this.#fits() ? this.#fitted() : 1);
     if (!this.#follows() && about !== undefined) {
       const share = 1 - this.#wanted().distance / before.distance;
