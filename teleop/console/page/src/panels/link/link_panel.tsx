@@ -2,7 +2,7 @@
 
 import { colourOf, colourOfWord, LINK_THRESHOLDS, linkWord, LOST_AFTER, type LinkWord } from "../../alarms/link_grade";
 import type { LinkStatistics, LinkStatisticsSignal, RobotState, StreamStatistics } from "../../robot/robot_state";
-import { linkTexts as texts } from "../../texts/panels";
+import { linkPanelTexts as texts } from "../../texts/panels";
 import { Panel, Row } from "../panel";
 import { Tooltip } from "../tooltip";
 

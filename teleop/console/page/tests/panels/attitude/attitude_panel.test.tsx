@@ -3,6 +3,7 @@ import { AttitudePanel, horizonTransform, tiltGrade } from "../../../src/panels/
 import { LocalizationPanel } from "../../../src/panels/attitude/localization_panel";
 import { pageClock } from "../../../src/panels/use_now";
 import { unknownState, type RobotState } from "../../../src/robot/robot_state";
+import type { LocalizationStatus } from "../../../src/values";
 import { mount, type Mounted } from "../mounted";
 
 const degrees = Math.PI / 180;
@@ -58,18 +59,39 @@ describe("the attitude", () => {
 });
 
 describe("the place", () => {
+  const status: LocalizationStatus = {
+    stamp: 1, health: "suspect", reasons: ["<b>the map explains only 41%</b>"], fit: 0.41, positionSigma: 0.034, headingSigma: NaN,
+  };
+
+  function place(): void {
+    const orientation = { x: 0, y: 0, z: 0, w: 1 };
+    state.mapFromBase.value = { position: { x: 1, y: 2, z: 0 }, orientation, stamp: 1, receivedAt: Date.now() };
+  }
+
   it("is said in words with reasons, sigmas and fit", async () => {
     page = await mount(<LocalizationPanel state={state} />);
     expect(page.text()).toContain("unknown");
     await page.act(() => {
-      state.status.value = {
-        stamp: 1, health: "suspect", reasons: ["<b>the map explains only 41%</b>"], fit: 0.41, positionSigma: 0.034, headingSigma: NaN,
-      };
+      place();
+      state.status.value = status;
     });
     expect(page.text()).toContain("In doubt where it is");
     expect(page.text()).toContain("<b>the map explains only 41%</b>");
     expect(page.text()).toContain("± 3.4 cm");
     expect(page.text()).toContain("41 % of what it sees");
+    expect(page.text()).toContain("x 1.00 m, y 2.00 m, heading 0°");
     expect(page.text()).not.toContain("NaN");
+  });
+
+  it("has an old pose and no sigmas while the robot goes on without a pose", async () => {
+    place();
+    page = await mount(<LocalizationPanel state={state} />);
+    await page.act(() => {
+      vi.advanceTimersByTime(1000);
+      state.status.value = { ...status, health: "relocalising", fit: 0, positionSigma: 0, headingSigma: 0 };
+    });
+    expect(page.text()).toContain("1.0 s old");
+    expect(page.text()).not.toContain("0.0 cm");
+    expect(page.root.querySelector(".panel-health")?.textContent).toBe("Searching for its place");
   });
 });

@@ -39,7 +39,7 @@ it("leads from the first press to the verdict", async () => {
   expect(page.button("It is here").disabled).toBe(true);
   await page.act(() => {
     tool.cancel();
-    state.mapFromBase.value = POSE;
+    state.mapFromBase.value = { ...POSE, receivedAt: performance.now() };
     tool.begin();
   });
   expect(page.text()).toContain("x 1.00 m, y 2.00 m, heading 0°");
@@ -56,7 +56,7 @@ it("leads from the first press to the verdict", async () => {
     const hint = { position: POSE.position, orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } };
     state.verdict.value = { stamp: 1, verdict: "rejected", reason: "only 12 % explained", hint, candidates: [], scores: [] };
   });
-  expect(page.text()).toContain("Rejected: the robot is not there. (only 12 % explained)");
+  expect(page.text()).toContain("Rejected: the robot is not there. Only 12 % explained.");
 });
 
 it("offers the numbered places of a search", async () => {

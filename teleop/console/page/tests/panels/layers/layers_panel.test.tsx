@@ -2,10 +2,10 @@ import { signal } from "@preact/signals";
 import { afterEach, beforeEach, expect, it } from "vitest";
 import { LayersPanel } from "../../../src/panels/layers/layers_panel";
 import { LegendPanel } from "../../../src/panels/layers/legend_panel";
-import type { PictureSettings } from "../../../src/panels/layers/picture_settings";
+import type { SceneSettings } from "../../../src/scene/settings";
 import { mount, type Mounted } from "../mounted";
 
-let settings: PictureSettings;
+let settings: SceneSettings;
 let page: Mounted;
 
 beforeEach(() => {

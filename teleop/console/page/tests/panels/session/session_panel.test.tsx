@@ -68,3 +68,15 @@ it("lets a viewer without a token log in, and nobody where there are no tokens",
   expect(page.root.querySelector("input")).toBeNull();
   expect(page.text()).toContain("asks for no tokens");
 });
+
+it("does not ask for a token while the link is lost, nor at a robot without sessions", async () => {
+  await page.act(() => { state.connection.value = { phase: "lost", words: "The robot does not answer.", sinceAt: 0 }; });
+  expect(page.text()).toContain("The robot does not answer.");
+  expect(page.root.querySelector("input")).toBeNull();
+  await page.act(() => {
+    state.connection.value = { phase: "open", words: "", sinceAt: 0 };
+    state.dialect.value = "plain";
+  });
+  expect(page.text()).toContain("knows no sessions");
+  expect(page.root.querySelector("input")).toBeNull();
+});
