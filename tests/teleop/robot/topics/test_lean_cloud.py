@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.spatial import cKDTree
 from teleop.robot.topics import lean_cloud
 from teleop.robot.topics.lean_cloud import MOST_POINTS, RESOLUTION, packed
 from tests.teleop.robot.topics.test_published_messages import points_of
-from tests.teleop.support import SPAWN, Robots, hint_message, in_a_loop, peer
+from tests.teleop.support import ROOT, SPAWN, Robots, arm, drive, hint_message, in_a_loop, peer
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -108,3 +109,54 @@ async def test_lean_cloud_is_made_for_subscribers_only(
         await client.subscribe("/local_cloud/lean")
         await client.step(50)
         assert len(made) == 2
+
+
+RATES = {
+    "/tf": 100,
+    "/amcl_pose": 500,
+    "/teleop/state": 100,
+    "/localization/status": 200,
+    "/localization/candidates": 500,
+    "/local_cloud/lean": 0,
+}
+"""``throttle_rate`` [ms] that the documentation proposes for a slow link, by topic."""
+
+OVERHEAD = 4 + 52
+"""Head of a WebSocket frame, and of a TCP/IP packet of its own, with time stamps [bytes]."""
+
+
+def rates_of_the_page() -> dict[str, int]:
+    """Return the table of the documentation."""
+    text = (ROOT / "docs" / "teleoperation.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(/\S+)` \| (\d+) \| [\d.]+ \|$", text, re.MULTILINE)
+    return {topic: int(rate) for topic, rate in rows}
+
+
+@pytest.mark.slow
+@in_a_loop
+@pytest.mark.parametrize("throttled", [True, False])
+async def test_picture_for_a_slow_link_stays_within_256_kbit_a_second(
+    throttled: bool, robots: Robots
+) -> None:
+    assert rates_of_the_page() == RATES
+    seconds = 8
+    async with robots() as rig, peer(rig.server.url) as client:
+        rig.place()
+        await client.step(50)
+        for topic, rate in RATES.items():
+            options = {"throttle_rate": rate} if throttled else {}
+            await client.send(op="subscribe", topic=topic, compression="cbor", **options)
+        await arm(client)
+        before = len(client.frames)
+        await drive(client, 0.8, steps=seconds * 10)
+        spent: dict[str, int] = dict.fromkeys(RATES, 0)
+        for frame, message in zip(client.frames[before:], client.received[before:], strict=True):
+            if message["op"] == "publish":
+                spent[message["topic"]] += len(frame) + OVERHEAD
+        kbits = {topic: 8 * size / seconds / 1000 for topic, size in spent.items()}
+        assert all(kbits.values())
+        assert client.last("/local_cloud/lean")
+        if throttled:
+            assert sum(kbits.values()) <= 150
+        else:
+            assert sum(kbits.values()) - kbits["/localization/candidates"] <= 256

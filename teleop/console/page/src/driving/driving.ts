@@ -129,6 +129,7 @@ export class Driving {
       this.confirmed.value = false;
       this.stopped.value = { words: texts.plainStopped, at: this.environment.now() };
     } else {
+      this.loop.fallSilent();
       this.estop.press();
     }
   }
@@ -240,6 +241,9 @@ export class Driving {
       this.lose(loss);
     } else {
       this.releaseAll();
+    }
+    if (blocked === "estop") {
+      this.loop.fallSilent();
     }
   }
 

@@ -102,7 +102,7 @@ export class CloudLayer {
     this.#set("uSize", POINT * look.size);
     this.#set("uCut", look.cut ?? 1e6);
     this.#set("uNow", look.now);
-    const least = 3 * look.ratio * look.size;
+    const least = 3.4 * look.ratio * look.size;
     (this.object.material.uniforms["uPixels"]?.value as Vector2).set(least, 4 * least);
   }
 

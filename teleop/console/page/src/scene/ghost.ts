@@ -18,15 +18,18 @@ export class Ghost {
   readonly #robot = new Group();
   readonly #outline = new WideLine(120, { width: 3, onTop: true });
   readonly #heading = new WideLine(8, { width: 5, onTop: true });
+  /** Says by its shape what the colour says: a bad place is crossed out. */
+  readonly #cross = new WideLine(8, { width: 4, onTop: true });
   readonly #sweep: CloudLayer;
 
   constructor(buffer: PointBuffer) {
     this.#sweep = new CloudLayer(buffer);
     this.#sweep.object.matrixAutoUpdate = false;
     this.#sweep.object.renderOrder = 5;
-    this.#robot.add(this.#outline.object, this.#heading.object);
+    this.#robot.add(this.#outline.object, this.#heading.object, this.#cross.object);
     this.object.add(this.#robot, this.#sweep.object);
     this.#heading.set(arrow(0, 1.1, 0.1, 0.22));
+    this.#cross.set(joined([[-0.34, -0.34, 0.1, 0.34, 0.34, 0.1], [-0.34, 0.34, 0.1, 0.34, -0.34, 0.1]]));
     this.object.visible = false;
   }
 
@@ -56,13 +59,15 @@ export class Ghost {
     const colour: Rgb = { unknown: colours.ink, good: colours.good, bad: colours.bad }[quality];
     this.#outline.setColour(colour);
     this.#heading.setColour(colour);
+    this.#cross.setColour(colour);
+    this.#cross.visible = quality === "bad";
     this.#sweep.setColours(colours);
     this.#sweep.setTint(colour, 1);
   }
 
   setViewport(viewport: Viewport, look: CloudLook): void {
     const scale = Math.max(1, (24 * viewport.metresPerPixel) / 0.6);
-    for (const line of [this.#outline, this.#heading]) {
+    for (const line of [this.#outline, this.#heading, this.#cross]) {
       line.setViewport(viewport.width, viewport.height, viewport.ratio);
       line.object.scale.setScalar(scale);
     }
@@ -72,6 +77,7 @@ export class Ghost {
   dispose(): void {
     this.#outline.dispose();
     this.#heading.dispose();
+    this.#cross.dispose();
     this.#sweep.object.material.dispose();
   }
 }

@@ -34,7 +34,9 @@ export class Hypotheses {
       heading.set(arrow(0, 0.9, 0.05));
       const lines = [edges, heading];
       const label = new Label(String(index + 1), LABEL_HEIGHT, colours.background, colours.hypothesis);
-      label.object.position.set(0, 0, 0.9);
+      label.object.position.set(0, 0, box.max.z);
+      // Above the outline on the screen, from wherever it is seen.
+      label.object.center.set(0.5, -0.6);
       for (const line of lines) {
         line.setColour(colours.hypothesis);
         group.add(line.object);

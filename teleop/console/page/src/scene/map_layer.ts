@@ -1,7 +1,8 @@
 /** The map as points, quiet, so that what is alive stands out before it. */
 
-import { BufferAttribute, BufferGeometry, Points, ShaderMaterial, Vector2, Vector3 } from "three";
+import { BufferAttribute, BufferGeometry, Group, Points, ShaderMaterial, Vector2, Vector3 } from "three";
 import type { MapPoints } from "../values";
+import { FloorPlate } from "./floor_plate";
 import { boundsOf, floorHeight, type Bounds } from "./geometry";
 import type { SceneColours } from "./palette";
 import { MAP_FRAGMENT, MAP_VERTEX } from "./shaders";
@@ -9,7 +10,7 @@ import { MAP_FRAGMENT, MAP_VERTEX } from "./shaders";
 /** Heights above the floor below which nothing is cut away [m]. */
 const NO_CUT = 1e6;
 /** Size of a map's point [m]. */
-const POINT = 0.05;
+const POINT = 0.062;
 /** Horizontal direction of the light that gives walls their shade. */
 const LIGHT = [0.8, 0.6] as const;
 
@@ -27,7 +28,9 @@ export interface MapLook {
 }
 
 export class MapLayer {
-  readonly object: Points<BufferGeometry, ShaderMaterial>;
+  readonly object = new Group();
+  readonly #points: Points<BufferGeometry, ShaderMaterial>;
+  readonly #plate = new FloorPlate();
   bounds: Bounds | undefined;
   /** Height of the floor [m]. */
   floor = 0;
@@ -45,17 +48,19 @@ export class MapLayer {
         uHigh: { value: new Vector3() }, uBackground: { value: new Vector3() },
       },
     });
-    this.object = new Points(new BufferGeometry(), material);
-    this.object.frustumCulled = false;
+    this.#points = new Points(new BufferGeometry(), material);
+    this.#points.frustumCulled = false;
+    this.object.add(this.#plate.object, this.#points);
   }
 
   /** Show another map, or none; what the last one held on the graphics card is freed. */
   set(map: MapPoints | undefined): void {
-    this.object.geometry.dispose();
+    this.#points.geometry.dispose();
     const geometry = new BufferGeometry();
-    this.object.geometry = geometry;
+    this.#points.geometry = geometry;
     this.bounds = map && boundsOf(map.positions);
     this.floor = map && this.bounds ? floorHeight(map.positions, this.bounds) : 0;
+    this.#plate.set(this.bounds, this.floor);
     this.#count = map === undefined ? 0 : Math.floor(map.positions.length / 3);
     if (map !== undefined) {
       const order = spread(this.#count);
@@ -68,10 +73,11 @@ export class MapLayer {
   /** Draw only a share of the points, evenly spread: for graphics that are too slow while the view moves. */
   setShare(share: number): void {
     this.#share = share;
-    this.object.geometry.setDrawRange(0, Math.ceil(this.#count * share));
+    this.#points.geometry.setDrawRange(0, Math.ceil(this.#count * share));
   }
 
   setColours(colours: SceneColours): void {
+    this.#plate.setColours(colours);
     this.#vector("uFloorColour").set(...colours.floor);
     this.#vector("uLow").set(...colours.wallLow);
     this.#vector("uHigh").set(...colours.wallHigh);
@@ -79,7 +85,7 @@ export class MapLayer {
   }
 
   setLook(look: MapLook): void {
-    const { uniforms } = this.object.material;
+    const { uniforms } = this.#points.material;
     const values = {
       uPixelsPerMetre: look.pixelsPerMetre,
       uSize: (POINT * look.size) / Math.sqrt(this.#share),
@@ -92,18 +98,19 @@ export class MapLayer {
         uniform.value = value;
       }
     }
-    (uniforms["uPixels"]?.value as Vector2).set(Math.max(1.2 * look.ratio * look.size, 1), 7 * look.ratio * look.size);
+    (uniforms["uPixels"]?.value as Vector2).set(Math.max(1.5 * look.ratio * look.size, 1), 9 * look.ratio * look.size);
     (uniforms["uFade"]?.value as Vector2).set(...look.fade);
     this.#vector("uFocus").set(look.focus.x, look.focus.y, 0);
   }
 
   dispose(): void {
-    this.object.geometry.dispose();
-    this.object.material.dispose();
+    this.#plate.dispose();
+    this.#points.geometry.dispose();
+    this.#points.material.dispose();
   }
 
   #vector(name: string): Vector3 {
-    return this.object.material.uniforms[name]?.value as Vector3;
+    return this.#points.material.uniforms[name]?.value as Vector3;
   }
 }
 

@@ -25,8 +25,3 @@ export function arrow(from: number, to: number, z: number, head = 0.16): number[
     [to - head, head * 0.75, z, to, 0, z, to - head, -head * 0.75, z],
   ]);
 }
-
-/** Return a closed chevron that points along x, its back notched. */
-export function chevron(tip: number, back: number, half: number, z: number): number[] {
-  return [tip, 0, z, back, half, z, back * 0.45, 0, z, back, -half, z, tip, 0, z];
-}

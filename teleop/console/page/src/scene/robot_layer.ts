@@ -1,9 +1,10 @@
 /** The robot where it is said to be: body, ring, path, the ellipse of its covariance, and the truth in simulation. */
 
-import { AmbientLight, DirectionalLight, Group, type Box3 } from "three";
+import { AmbientLight, Color, DirectionalLight, Group, SRGBColorSpace, type Box3 } from "three";
 import type { PlanarCovariance, Pose } from "../values";
 import { ellipseOf, ellipseOutline, headingOf, SIGMAS_95_LINE } from "./geometry";
-import { boxEdges, chevron, circle, arrow } from "./outline";
+import { FlatArrow } from "./flat_arrow";
+import { boxEdges, circle, arrow } from "./outline";
 import type { Rgb, SceneColours } from "./palette";
 import { disposeModel, robotModel, type RobotModel } from "./robot_model";
 import { joined, WideLine } from "./wide_line";
@@ -21,22 +22,21 @@ export class RobotLayer {
   readonly object = new Group();
   /** Body and ring, moved with the robot. */
   readonly #body = new Group();
-  readonly #path = new WideLine(PATH_POINTS, { width: 3.5, opacity: 0.9 });
-  readonly #ellipse = new WideLine(80, { width: 2.5, onTop: true });
+  readonly #path = new WideLine(PATH_POINTS, { width: 3.5 });
+  readonly #ellipse = new WideLine(80, { width: 2, onTop: true });
   readonly #ring = new WideLine(80, { width: 3, onTop: true });
-  readonly #mark = new WideLine(16, { width: 4, onTop: true });
+  readonly #mark = new FlatArrow();
   readonly #truth = new WideLine(48, { width: 2, onTop: true });
   #model: RobotModel = robotModel(undefined);
   #lastPath: Pose["position"] | undefined;
 
   constructor() {
-    const sun = new DirectionalLight(0xffffff, 2.2);
+    const sun = new DirectionalLight(0xffffff, 2);
     sun.position.set(-2, 3, 6);
-    this.object.add(new AmbientLight(0xffffff, 1.5), sun);
+    this.object.add(new AmbientLight(0xffffff, 1.3), sun);
     this.#body.add(this.#model.object, this.#ring.object, this.#mark.object);
     this.object.add(this.#body, this.#path.object, this.#ellipse.object, this.#truth.object);
     this.#ring.set(ring(this.#model.box));
-    this.#mark.set(chevron(0.62, -0.5, 0.42, 0.3));
     this.#truth.visible = false;
   }
 
@@ -46,7 +46,7 @@ export class RobotLayer {
   }
 
   get #lines(): readonly WideLine[] {
-    return [this.#path, this.#ellipse, this.#ring, this.#mark, this.#truth];
+    return [this.#path, this.#ellipse, this.#ring, this.#truth];
   }
 
   setModel(urdf: string | undefined): void {
@@ -125,15 +125,14 @@ export class RobotLayer {
   setColours(colours: SceneColours, ringColour: Rgb, stale: boolean): void {
     const mark = stale ? colours.stale : ringColour;
     this.#ring.setColour(mark);
-    this.#mark.setColour(mark);
+    this.#mark.setColours(mark, colours.background);
     this.#ellipse.setColour(mark);
     this.#path.setColour(stale ? colours.stale : colours.path);
     this.#truth.setColour(colours.truth);
-    for (const material of this.#model.materials) {
+    for (const { material, colour } of this.#model.paints) {
+      material.color.copy(stale ? new Color().setRGB(...colours.stale, SRGBColorSpace) : colour);
       material.transparent = stale;
-      material.opacity = stale ? 0.45 : 1;
-      // A grey light of its own drowns the colours without forgetting them.
-      material.emissive.setHex(stale ? 0x707070 : 0x000000);
+      material.opacity = stale ? 0.5 : 1;
       material.needsUpdate = true;
     }
   }
@@ -143,12 +142,13 @@ export class RobotLayer {
       line.setViewport(viewport.width, viewport.height, viewport.ratio);
     }
     const length = MARK * viewport.metresPerPixel;
-    this.#mark.visible = length > 0.9;
+    this.#mark.object.visible = length > 0.9 && this.#model.object.visible;
     this.#mark.object.scale.setScalar(Math.max(length, 0.01));
   }
 
   dispose(): void {
     disposeModel(this.#model);
+    this.#mark.dispose();
     for (const line of this.#lines) {
       line.dispose();
     }

@@ -1,7 +1,7 @@
 /** The robot's body from its URDF: boxes, cylinders and spheres; nothing is fetched from anywhere. */
 
 import {
-  Box3, BoxGeometry, BufferGeometry, CylinderGeometry, Group, Mesh, MeshLambertMaterial, MeshPhongMaterial, type Object3D,
+  Box3, BoxGeometry, BufferGeometry, Color, CylinderGeometry, Group, LinearSRGBColorSpace, Mesh, MeshLambertMaterial, MeshPhongMaterial, SRGBColorSpace, type Object3D,
 } from "three";
 import URDFLoader from "urdf-loader";
 
@@ -10,10 +10,16 @@ const LONGEST_URDF = 500_000;
 /** No robot that stands on a floor is larger [m]. */
 const LARGEST = 20;
 
-/** A body, its materials that may be repainted, and its extent in its own frame [m]. */
+/** A part's material and the colour that the model gives it. */
+export interface Paint {
+  readonly material: MeshLambertMaterial;
+  readonly colour: Color;
+}
+
+/** A body, what it is painted with, and its extent in its own frame [m]. */
 export interface RobotModel {
   readonly object: Object3D;
-  readonly materials: readonly MeshLambertMaterial[];
+  readonly paints: readonly Paint[];
   readonly box: Box3;
 }
 
@@ -49,26 +55,30 @@ function fromUrdf(urdf: string): RobotModel | undefined {
 
 /** Give each part a material of its own kind, and remember them. */
 function repainted(object: Object3D): RobotModel {
-  const materials: MeshLambertMaterial[] = [];
+  const paints: Paint[] = [];
   object.updateMatrixWorld(true);
   object.traverse((part) => {
     if (part instanceof Mesh) {
       const before: unknown = part.material;
-      const colour = before instanceof MeshPhongMaterial ? before.color.getHex() : 0x888888;
+      const colour = new Color(0x888888);
+      if (before instanceof MeshPhongMaterial) {
+        // Colours of a URDF are those of a screen.
+        colour.setRGB(before.color.r, before.color.g, before.color.b, SRGBColorSpace);
+      }
       const material = new MeshLambertMaterial({ color: colour });
       part.material = material;
       part.renderOrder = 4;
-      materials.push(material);
+      paints.push({ material, colour });
     }
   });
-  return { object, materials, box: new Box3().setFromObject(object) };
+  return { object, paints, box: new Box3().setFromObject(object) };
 }
 
 /** A body of a usual size for a robot that says nothing of its own: a red box with a light bar in front. */
 function unknownRobot(): Object3D {
   const body = new Group();
   const add = (geometry: BoxGeometry | CylinderGeometry, colour: number, x: number, y: number, z: number): Mesh => {
-    const part = new Mesh(geometry, new MeshPhongMaterial({ color: colour }));
+    const part = new Mesh(geometry, new MeshPhongMaterial({ color: new Color().setHex(colour, LinearSRGBColorSpace) }));
     part.position.set(x, y, z);
     body.add(part);
     return part;
@@ -88,7 +98,7 @@ export function disposeModel(model: RobotModel): void {
       part.geometry.dispose();
     }
   });
-  for (const material of model.materials) {
+  for (const { material } of model.paints) {
     material.dispose();
   }
 }

@@ -33,6 +33,8 @@ void main() {
   colour = mix(uBackground, colour, 0.62 + 0.38 * aLook.y);
   float lying = max(1.0 - smoothstep(0.04, 0.10, abs(above)), smoothstep(0.75, 0.95, aLook.x) * (1.0 - 0.7 * share));
   colour = mix(colour, uFloorColour, lying);
+  // Ceilings, which only first person shows, step back.
+  colour = mix(colour, uBackground, 0.45 * smoothstep(2.0, 2.5, above));
   float faded = 0.8 * smoothstep(uFade.x, uFade.y, distance(position.xy, uFocus.xy));
   vColour = mix(colour, uBackground, faded);
   gl_Position = projectionMatrix * view;

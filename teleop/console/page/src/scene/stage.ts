@@ -8,8 +8,11 @@ import { FrameTimes } from "./frame_times";
 /** More pixels than this for each one of the page cost time and show nothing. */
 const MOST_RATIO = 2;
 
-/** What is done for each frame; true if there is motion left, so that another frame is wanted. */
-export type Update = (elapsed: number, followsAtOnce: boolean) => boolean;
+/**
+ * What is done for each frame, so many ms after the last one; true if there is motion left, so that another frame is
+ * wanted. `followsAtOnce` says that the last one wanted this one.
+ */
+export type Update = (interval: number, followsAtOnce: boolean) => boolean;
 
 export class Stage {
   readonly scene = new ThreeScene();
@@ -101,10 +104,7 @@ export class Stage {
   #frame(now: number): void {
     this.#request = undefined;
     const before = performance.now();
-    const elapsed = Math.min(Math.max(now - this.#last, 0), 100);
-    const followsAtOnce = this.#moving;
-    // After a pause, time begins anew: nothing leaps because nothing was drawn for a while.
-    this.#moving = this.#update(followsAtOnce ? elapsed : Math.min(elapsed, 17), followsAtOnce);
+    this.#moving = this.#update(Math.max(now - this.#last, 0), this.#moving);
     this.#last = now;
     if (this.#renderer !== undefined && !this.#renderer.getContext().isContextLost()) {
       this.#renderer.render(this.scene, this.camera);

@@ -17,6 +17,10 @@ const TRANSITION = 450;
 /** A robot that jumps farther than this [m] was found elsewhere: the camera flies there. */
 const JUMP = 1.5;
 const EYE_HEIGHT = 0.55;
+/** What is to be seen while there is no map [m]. */
+const NO_WORLD: Bounds = { min: { x: -4, y: -4, z: 0 }, max: { x: 4, y: 4, z: 1 } };
+/** Room around the whole map. */
+const MARGIN = 1.06;
 
 interface Habit {
   readonly elevation: number;
@@ -194,9 +198,22 @@ export class ViewRig {
   }
 
   #fitted(): number {
-    const radius = this.#world === undefined ? 6 : Math.max(halfDiagonal(this.#world), 2);
-    const distance = fittingDistance(radius, HABITS[this.#seen()].fieldOfView, this.#aspect);
-    return (0.92 * distance) / HABITS[this.#seen()].distance;
+    const habit = HABITS[this.#seen()];
+    const world = this.#world ?? NO_WORLD;
+    const whole = { ...this.#whole(), distance: 1 };
+    return (MARGIN * Math.max(fittingDistance(whole, world, this.#aspect), 3)) / habit.distance;
+  }
+
+  /** The view of the whole map, but for its distance. */
+  #whole(): Omit<Orbit, "distance"> {
+    const view = this.#seen();
+    const wish = this.#wishes[view];
+    return {
+      target: middle(this.#world ?? NO_WORLD),
+      azimuth: Math.PI / 2 + wish.turn,
+      elevation: Math.max(wish.elevation, 42 * DEGREE),
+      fieldOfView: HABITS[view].fieldOfView,
+    };
   }
 
   /** First person without a place is the chase view of the whole map. */
@@ -213,8 +230,7 @@ export class ViewRig {
       return { ...shared, target: this.#free, azimuth: this.#freeAzimuth, distance: wish.distance };
     }
     if (robot === undefined) {
-      const distance = wish.distance * this.#fitted();
-      return { ...shared, elevation: Math.max(elevation, 40 * DEGREE), target: middle(this.#world), azimuth: Math.PI / 2 + wish.turn, distance };
+      return { ...this.#whole(), distance: wish.distance * this.#fitted() };
     }
     if (view === "first") {
       const eye = { x: robot.x + 0.1 * Math.cos(robot.yaw), y: robot.y + 0.1 * Math.sin(robot.yaw), z: robot.z + EYE_HEIGHT };
@@ -232,12 +248,6 @@ function wishOf(view: View): Wish {
   return { turn: 0, elevation: HABITS[view].elevation, distance: HABITS[view].distance };
 }
 
-function middle(world: Bounds | undefined): Vector3 {
-  return world === undefined
-    ? { x: 0, y: 0, z: 0 }
-    : { x: (world.min.x + world.max.x) / 2, y: (world.min.y + world.max.y) / 2, z: world.min.z };
-}
-
-function halfDiagonal({ min, max }: Bounds): number {
-  return Math.hypot(max.x - min.x, max.y - min.y) / 2;
+function middle({ min, max }: Bounds): Vector3 {
+  return { x: (min.x + max.x) / 2, y: (min.y + max.y) / 2, z: min.z };
 }

@@ -15,7 +15,7 @@ const LABEL_HEIGHT = 26;
 
 export class WaitingPlace {
   readonly object = new Group();
-  readonly #edge = new WideLine(80, { width: 2, opacity: 0.6 });
+  readonly #edge = new WideLine(80, { width: 1.5 });
   #label: Label | undefined;
 
   constructor() {

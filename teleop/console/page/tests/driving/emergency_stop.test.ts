@@ -23,14 +23,16 @@ describe("the emergency stop", () => {
     page.key("keydown", "Escape");
     expect(page.last).toMatchObject({ forward: 0, deadman: false });
     expect(page.calls).toEqual(["estop"]);
+    const count = page.joys.length;
     page.wait(2100);
+    expect(page.joys.length, "a robot that is stopped complains of commands").toBe(count);
     expect(page.calls.length).toBeGreaterThanOrEqual(4);
     expect(page.driving.estop.pending.value?.attempts).toBe(page.calls.length);
     page.says(LATCHED);
     expect(page.driving.estop.pending.value).toBeUndefined();
-    const count = page.calls.length;
+    const calls = page.calls.length;
     page.wait(5000);
-    expect(page.calls.length).toBe(count);
+    expect(page.calls.length).toBe(calls);
   });
 
   it("goes on while the connection is lost, and shows why it is refused", async () => {

@@ -3,6 +3,7 @@
 import type { Driving } from "../../driving/driving";
 import { GEARS } from "../../driving/gears";
 import { drivingTexts as texts } from "../../texts/driving";
+import { press } from "./press";
 
 export function GearSwitch({ driving }: { readonly driving: Driving }) {
   return (
@@ -13,7 +14,7 @@ export function GearSwitch({ driving }: { readonly driving: Driving }) {
           key={gear}
           title={texts.gearHint[gear]}
           aria-pressed={driving.gear.value === gear}
-          onClick={() => { driving.gear.value = gear; }}
+          {...press(() => { driving.gear.value = gear; })}
         >
           {texts.gear[gear]}
         </button>

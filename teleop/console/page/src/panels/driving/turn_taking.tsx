@@ -3,6 +3,7 @@
 import type { Driving } from "../../driving/driving";
 import type { Turns } from "../../driving/turn_taking";
 import { drivingTexts as texts } from "../../texts/driving";
+import { press } from "./press";
 
 export function TurnTaking({ driving }: { readonly driving: Driving }) {
   const { turns: taking } = driving;
@@ -14,13 +15,13 @@ export function TurnTaking({ driving }: { readonly driving: Driving }) {
       {turns.askedBy !== "" && (
         <div class="driving-asked" role="alert">
           <p>{texts.asks(turns.askedBy)}</p>
-          <button type="button" onClick={() => { driving.stop(); void taking.give(); }}>{texts.give}</button>
-          <button type="button" onClick={() => { void taking.refuse(); }}>{texts.refuse}</button>
+          <button type="button" {...press(() => { driving.stop(); void taking.give(); })}>{texts.give}</button>
+          <button type="button" {...press(() => { void taking.refuse(); })}>{texts.refuse}</button>
         </div>
       )}
-      {turns.mayAsk && <button type="button" onClick={() => { void taking.ask(); }}>{texts.ask}</button>}
+      {turns.mayAsk && <button type="button" {...press(() => { void taking.ask(); })}>{texts.ask}</button>}
       {turns.driver === "other" && turns.mayTakeOver && (
-        <button type="button" onClick={() => { void taking.takeOver(); }}>{texts.takeOver}</button>
+        <button type="button" {...press(() => { void taking.takeOver(); })}>{texts.takeOver}</button>
       )}
       <p role="status" class="driving-outcome">{taking.outcome.value}</p>
     </section>

@@ -77,6 +77,17 @@ describe("the gear switch", () => {
   });
 });
 
+describe("a second finger", () => {
+  it("presses buttons while the first one holds the stick, of which browsers make no click", async () => {
+    await show(<GearSwitch driving={page.driving} />);
+    const turbo = [...root.querySelectorAll("button")].at(-1);
+    turbo?.dispatchEvent(new PointerEvent("pointerup", { pointerType: "touch", isPrimary: true, bubbles: true }));
+    expect(page.driving.gear.value).toBe("normal");
+    turbo?.dispatchEvent(new PointerEvent("pointerup", { pointerType: "touch", isPrimary: false, bubbles: true }));
+    expect(page.driving.gear.value).toBe("turbo");
+  });
+});
+
 describe("the stick", () => {
   it("takes pointers while it is shown, and shows whether they count", async () => {
     await show(<StickPad driving={page.driving} />);
