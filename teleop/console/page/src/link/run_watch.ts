@@ -1,0 +1,45 @@
+/** Notices that the robot has begun anew: another identity, another map, or a clock that went back. */
+
+import type { MapInfo } from "../values";
+
+/** Topics come from several programs, each of which is a little late in its own way [s]. */
+const CLOCK_TOLERANCE = 2;
+
+export type NewRun = "first" | "run" | "map" | "clock";
+
+export class RunWatch {
+  readonly #stamps = new Map<string, number>();
+  #info: MapInfo | undefined;
+
+  /** Why what is known of the robot is void; undefined if it is not. */
+  mapInfo(info: MapInfo): NewRun | undefined {
+    const before = this.#info;
+    this.#info = info;
+    if (before === undefined) {
+      return "first";
+    }
+    if (before.run !== info.run) {
+      this.#stamps.clear();
+      return before.sha256 === info.sha256 ? "run" : "map";
+    }
+    return before.sha256 === info.sha256 ? undefined : "map";
+  }
+
+  /** The same by a message's stamp [s]. */
+  stamp(topic: string, stamp: number): NewRun | undefined {
+    const before = this.#stamps.get(topic);
+    if (before !== undefined && stamp < before - CLOCK_TOLERANCE) {
+      this.#stamps.clear();
+      this.#stamps.set(topic, stamp);
+      return "clock";
+    }
+    this.#stamps.set(topic, stamp);
+    return undefined;
+  }
+
+  /** Know nothing: another robot answers. */
+  clear(): void {
+    this.#stamps.clear();
+    this.#info = undefined;
+  }
+}
