@@ -9,6 +9,7 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
+from teleop.robot.serving.lan_access import lan_access
 from teleop.robot.serving.serve_config import ServeConfig
 from tests.teleop.console.conftest import Pages
 from tests.teleop.robot.test_security import served
@@ -54,3 +55,21 @@ async def test_policy_refuses_inline_scripts_and_other_hosts(
         assert await visit.page.evaluate("window.inlineRan") is None
         refused = {violation.split()[0] for violation in visit.violations}
         assert refused >= {"script-src-elem", "connect-src"}
+
+
+@in_a_loop
+async def test_token_in_the_fragment_is_in_no_request(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    config, access = lan_access(ServeConfig(lan=True), tmp_path / "lan")
+    async with served(office, office_cloud, cache, config) as robot:
+        address = f"https://127.0.0.1:{robot.port}/#token={access.token}"
+        async with page_of(address, ignore_https_errors=True) as visit:
+            await soon(visit.page.wait_for_function("document.body.innerText.trim().length > 0"))
+            await visit.page.wait_for_timeout(1000)
+            assert visit.hosts == {f"127.0.0.1:{robot.port}"}
+            sent = [path.partition("#")[0] for path in visit.paths]
+            assert len(sent) >= 3
+            assert [path for path in sent if access.token in path] == []
+            assert await visit.page.evaluate("isSecureContext")
+            assert visit.violations == []
