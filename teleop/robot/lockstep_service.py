@@ -153,7 +153,7 @@ def offer_in_lockstep(robot: Robot, server: Server, cloud: Cloud) -> LockstepSer
     """
     adapter = RosbridgeAdapter(
         server,
-        latched_messages(cloud, robot.simulation.mounts),
+        latched_messages(cloud, robot.simulation.world.robot, robot.simulation.mounts),
         undo_memory=robot.localizer.config.undo_memory,
     )
     return LockstepService(robot, adapter)

@@ -11,7 +11,7 @@ await rm(target, { recursive: true, force: true });
 await mkdir(target, { recursive: true });
 const result = await build({
   absWorkingDir: here,
-  entryPoints: { console: "src/main.tsx" },
+  entryPoints: { console: "src/main.tsx", map_worker: "src/link/map_worker.ts" },
   outdir: target,
   bundle: true,
   minify: true,

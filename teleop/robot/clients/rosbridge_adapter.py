@@ -8,6 +8,7 @@ from teleop.joystick import JoystickLayout
 from teleop.link.command_age import RoundTrips
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.client_inputs import ClientInputs
+from teleop.robot.clients.link_service import serve_link
 from teleop.robot.clients.preview_service import PreviewService
 from teleop.robot.clients.robot_services import RobotServices
 from teleop.robot.clients.session_service import serve_session
@@ -76,6 +77,7 @@ class RosbridgeAdapter(Observer):
         self.previews = PreviewService(protocol)
         """Previews of hints, which what estimates answers."""
         serve_session(protocol)
+        serve_link(server)
         serve_standard(protocol)
         publish_client_traffic(server)
         protocol.observers.add(self)

@@ -126,7 +126,9 @@ async def _serve_in_lockstep(
         page = offer_page(server.pages, encrypted=server.encrypted)
         adapter = RosbridgeAdapter(
             server,
-            latched_messages(cloud, simulation.mounts, secrets.token_hex(8)),
+            latched_messages(
+                cloud, simulation.world.robot, simulation.mounts, secrets.token_hex(8)
+            ),
             undo_memory=localizer.config.undo_memory,
             round_trips=round_trips_of(server),
             audit=audit,
@@ -160,7 +162,9 @@ async def _serve_in_real_time(
     try:
         drive = _drive(world, config)
         simulation = drive.simulation
-        latched = latched_messages(cloud, simulation.mounts, secrets.token_hex(8))
+        latched = latched_messages(
+            cloud, simulation.world.robot, simulation.mounts, secrets.token_hex(8)
+        )
         undo_memory = LocalizerConfig().undo_memory
         talk = TalkSetup(config, simulation.world.name, latched, map_file, undo_memory)
         estimate = EstimateSetup(

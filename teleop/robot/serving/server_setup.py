@@ -33,7 +33,10 @@ ROLES: Final[Mapping[Role, RoleRules]] = {
     # Everybody who can see the robot can stop it, and learn about itself and its link.
     Role.VIEW: replace(
         DEFAULT_RULES[Role.VIEW],
-        call=(*DEFAULT_RULES[Role.VIEW].call, "/teleop/estop", "/teleop/session", "/teleop/ask"),
+        call=(
+            *DEFAULT_RULES[Role.VIEW].call,
+            *("/teleop/estop", "/teleop/session", "/teleop/link", "/teleop/ask"),
+        ),
     ),
 }
 """What each role may do with a robot unless the token file has other rules."""

@@ -1,6 +1,7 @@
 /** How good the connection is, from times at which things happened; times are [ms] of any steady clock. */
 
 import type { LinkStatistics } from "../robot/robot_state";
+import { SlidingSum } from "./sliding_sum";
 
 /** Round trips are judged over the last minute. */
 const ROUND_TRIP_WINDOW = 60_000;
@@ -14,16 +15,16 @@ interface RoundTrip {
   readonly took: number;
 }
 
-interface Arrival {
-  readonly at: number;
-  readonly bytes: number;
+interface StreamRecord {
+  readonly count: SlidingSum;
+  newest: number;
 }
 
 export class LinkRecorder {
   #roundTrips: RoundTrip[] = [];
   #pending: number[] = [];
-  #frames: Arrival[] = [];
-  readonly #streams = new Map<string, number[]>();
+  #bytes = new SlidingSum(RATE_WINDOW);
+  readonly #streams = new Map<string, StreamRecord>();
   #dropped: ReadonlyMap<string, number> = new Map();
   #since: number;
 
@@ -35,7 +36,7 @@ export class LinkRecorder {
   reset(now: number): void {
     this.#since = now;
     this.#pending = [];
-    this.#frames = [];
+    this.#bytes = new SlidingSum(RATE_WINDOW);
     this.#dropped = new Map();
     this.#streams.clear();
   }
@@ -54,17 +55,17 @@ export class LinkRecorder {
   }
 
   frame(bytes: number, now: number): void {
-    this.#frames.push({ at: now, bytes });
-    if (this.#frames.length > 2000) {
-      this.#frames = recent(this.#frames, now);
-    }
+    this.#bytes.add(bytes, now);
   }
 
   message(topic: string, now: number): void {
-    const times = this.#streams.get(topic) ?? [];
-    times.push(now);
-    // Old times are of no use but for the last, which gives the stream's age.
-    this.#streams.set(topic, times.length > 1000 ? times.slice(-500) : times);
+    let record = this.#streams.get(topic);
+    if (record === undefined) {
+      record = { count: new SlidingSum(RATE_WINDOW), newest: now };
+      this.#streams.set(topic, record);
+    }
+    record.count.add(1, now);
+    record.newest = now;
   }
 
   dropped(dropped: ReadonlyMap<string, number>): void {
@@ -76,35 +77,27 @@ export class LinkRecorder {
    * @param silence Since the last frame [ms].
    */
   snapshot(topics: readonly string[], silence: number, now: number): LinkStatistics {
-    this.#frames = recent(this.#frames, now);
     const trips = this.#roundTrips.filter(({ at }) => now - at <= ROUND_TRIP_WINDOW).map(({ took }) => took);
     const last = trips.at(-1);
     const overdue = this.#pending[0] === undefined ? 0 : now - this.#pending[0];
-    const window = Math.max(1, Math.min(RATE_WINDOW, now - this.#since));
-    const bytes = this.#frames.reduce((sum, frame) => sum + frame.bytes, 0);
     return {
       // A question that waits for longer than the last took is the better figure.
       roundTrip: last === undefined ? (overdue > 0 ? overdue : undefined) : Math.max(last, overdue),
       roundTripP95: percentile(trips, 0.95),
       jitter: meanDifference(trips),
-      bytesPerSecond: (bytes * 1000) / window,
+      bytesPerSecond: this.#bytes.rate(now, this.#since),
       silence,
       streams: topics.map((topic) => {
-        const times = this.#streams.get(topic) ?? [];
-        const newest = times.at(-1);
+        const record = this.#streams.get(topic);
         return {
           topic,
-          age: newest === undefined ? undefined : now - newest,
-          rate: (times.filter((at) => now - at <= RATE_WINDOW).length * 1000) / window,
+          age: record === undefined ? undefined : now - record.newest,
+          rate: record?.count.rate(now, this.#since) ?? 0,
           dropped: this.#dropped.get(topic) ?? 0,
         };
       }),
     };
   }
-}
-
-function recent(frames: readonly Arrival[], now: number): Arrival[] {
-  return frames.filter(({ at }) => now - at <= RATE_WINDOW);
 }
 
 /** Smallest value that is not below a share of all; undefined of none. */

@@ -7,7 +7,7 @@
 
 import { Quaternion, Vector3 as ThreeVector, Matrix4, type PerspectiveCamera } from "three";
 import type { Vector3 } from "../values";
-import { wrap } from "./geometry";
+import { wrap, type Bounds } from "./geometry";
 
 export interface Orbit {
   readonly target: Vector3;
@@ -69,10 +69,28 @@ export function panned(orbit: Orbit, right: number, down: number, height: number
   };
 }
 
-/** Return the distance from which a sphere of this radius fills the picture. */
-export function fittingDistance(radius: number, fieldOfView: number, aspect: number): number {
-  const vertical = Math.tan(fieldOfView / 2);
-  return radius / Math.sin(Math.atan(vertical * Math.min(aspect, 1)));
+/** Return the distance at which an orbit shows all of these bounds about its target. */
+export function fittingDistance(orbit: Orbit, { min, max }: Bounds, aspect: number): number {
+  const forward = direction(orbit);
+  const right = { x: Math.sin(orbit.azimuth), y: -Math.cos(orbit.azimuth), z: 0 };
+  const up = cross(right, forward);
+  const vertical = Math.tan(orbit.fieldOfView / 2);
+  const corners = [min.x, max.x].flatMap((x) => [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => ({ x, y, z }))));
+  const needed = corners.map((corner) => {
+    const { target } = orbit;
+    const offset = { x: corner.x - target.x, y: corner.y - target.y, z: corner.z - target.z };
+    const aside = Math.max(Math.abs(dot(offset, right)) / (vertical * aspect), Math.abs(dot(offset, up)) / vertical);
+    return aside - dot(offset, forward);
+  });
+  return Math.max(...needed, 0.1);
+}
+
+function dot(a: Vector3, b: Vector3): number {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+function cross(a: Vector3, b: Vector3): Vector3 {
+  return { x: a.y * b.z - a.z * b.y, y: a.z * b.x - a.x * b.z, z: a.x * b.y - a.y * b.x };
 }
 
 /** Put a camera where the orbit says; the basis is made directly, so that straight down is no special case. */

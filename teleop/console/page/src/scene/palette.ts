@@ -16,6 +16,8 @@ export const DISTANCE_FULL = 0.2;
 
 export interface SceneColours {
   readonly background: Rgb;
+  /** Floor that nobody scanned, and that was. */
+  readonly plate: Rgb;
   readonly floor: Rgb;
   readonly wallLow: Rgb;
   readonly wallHigh: Rgb;
@@ -49,9 +51,10 @@ export function css([red, green, blue]: Rgb): string {
 export const COLOURS: Readonly<Record<Theme, SceneColours>> = {
   night: {
     background: rgb(0x0d1117),
-    floor: rgb(0x232b36),
-    wallLow: rgb(0x3a4657),
-    wallHigh: rgb(0x8593a8),
+    plate: rgb(0x151b24),
+    floor: rgb(0x252e3a),
+    wallLow: rgb(0x3a4556),
+    wallHigh: rgb(0x718096),
     grid: rgb(0x1b222c),
     cellOccupied: rgb(0x9aa7ba),
     cellFree: rgb(0x1a212b),
@@ -69,9 +72,10 @@ export const COLOURS: Readonly<Record<Theme, SceneColours>> = {
   },
   day: {
     background: rgb(0xf4f6f9),
-    floor: rgb(0xdde2e9),
+    plate: rgb(0xe9edf2),
+    floor: rgb(0xd9dfe7),
     wallLow: rgb(0xb9c2ce),
-    wallHigh: rgb(0x6f7c8e),
+    wallHigh: rgb(0x7f8c9d),
     grid: rgb(0xe4e8ee),
     cellOccupied: rgb(0x4b5563),
     cellFree: rgb(0xffffff),

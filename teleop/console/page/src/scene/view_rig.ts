@@ -17,6 +17,10 @@ const TRANSITION = 450;
 /** A robot that jumps farther than this [m] was found elsewhere: the camera flies there. */
 const JUMP = 1.5;
 const EYE_HEIGHT = 0.55;
+/** What is to be seen while there is no map [m]. */
+const NO_WORLD: Bounds = { min: { x: -4, y: -4, z: 0 }, max: { x: 4, y: 4, z: 1 } };
+/** Room around the whole map. */
+const MARGIN = 1.06;
 
 interface Habit {
   readonly elevation: number;
@@ -59,6 +63,11 @@ export class ViewRig {
     return this.#view;
   }
 
+  /** Whether the camera looks with the robot's eyes. */
+  get isInside(): boolean {
+    return this.#seen() === "first";
+  }
+
   setView(view: View): void {
     if (view !== this.#view) {
       this.#depart();
@@ -73,6 +82,9 @@ export class ViewRig {
 
   /** Set what is to be seen as long as no robot is in it. */
   setWorld(world: Bounds | undefined): void {
+    if (JSON.stringify(world) === JSON.stringify(this.#world)) {
+      return;
+    }
     if (this.#anchor === undefined) {
       this.#depart();
     }
@@ -99,8 +111,8 @@ export class ViewRig {
 
   /** Turn the view [rad]: to the right and down. */
   turn(right: number, down: number): void {
-    const wish = this.#wishes[this.#view];
-    const [least, most] = HABITS[this.#view].elevations;
+    const wish = this.#wishes[this.#seen()];
+    const [least, most] = HABITS[this.#seen()].elevations;
     wish.turn = wrap(wish.turn - right);
     this.#freeAzimuth = wrap(this.#freeAzimuth - right);
     wish.elevation = Math.min(Math.max(wish.elevation + down, least), most);
@@ -109,7 +121,7 @@ export class ViewRig {
   /** Zoom by a factor (above 1: farther), about a point of the floor if there is one. */
   zoom(factor: number, about?: { readonly x: number; readonly y: number }): void {
     const before = this.#wanted();
-    const wish = this.#wishes[this.#view];
+    const wish = this.#wishes[this.#seen()];
     wish.distance = zoomedDistance(before.distance, factor) / (this.#fits() ? this.#fitted() : 1);
     if (!this.#follows() && about !== undefined) {
       const share = 1 - this.#wanted().distance / before.distance;
@@ -186,9 +198,22 @@ export class ViewRig {
   }
 
   #fitted(): number {
-    const radius = this.#world === undefined ? 6 : Math.max(halfDiagonal(this.#world), 2);
-    const distance = fittingDistance(radius, HABITS[this.#seen()].fieldOfView, this.#aspect);
-    return (0.92 * distance) / HABITS[this.#seen()].distance;
+    const habit = HABITS[this.#seen()];
+    const world = this.#world ?? NO_WORLD;
+    const whole = { ...this.#whole(), distance: 1 };
+    return (MARGIN * Math.max(fittingDistance(whole, world, this.#aspect), 3)) / habit.distance;
+  }
+
+  /** The view of the whole map, but for its distance. */
+  #whole(): Omit<Orbit, "distance"> {
+    const view = this.#seen();
+    const wish = this.#wishes[view];
+    return {
+      target: middle(this.#world ?? NO_WORLD),
+      azimuth: Math.PI / 2 + wish.turn,
+      elevation: Math.max(wish.elevation, 42 * DEGREE),
+      fieldOfView: HABITS[view].fieldOfView,
+    };
   }
 
   /** First person without a place is the chase view of the whole map. */
@@ -205,8 +230,7 @@ export class ViewRig {
       return { ...shared, target: this.#free, azimuth: this.#freeAzimuth, distance: wish.distance };
     }
     if (robot === undefined) {
-      const distance = wish.distance * this.#fitted();
-      return { ...shared, elevation: Math.max(elevation, 40 * DEGREE), target: middle(this.#world), azimuth: Math.PI / 2 + wish.turn, distance };
+      return { ...this.#whole(), distance: wish.distance * this.#fitted() };
     }
     if (view === "first") {
       const eye = { x: robot.x + 0.1 * Math.cos(robot.yaw), y: robot.y + 0.1 * Math.sin(robot.yaw), z: robot.z + EYE_HEIGHT };
@@ -224,12 +248,6 @@ function wishOf(view: View): Wish {
   return { turn: 0, elevation: HABITS[view].elevation, distance: HABITS[view].distance };
 }
 
-function middle(world: Bounds | undefined): Vector3 {
-  return world === undefined
-    ? { x: 0, y: 0, z: 0 }
-    : { x: (world.min.x + world.max.x) / 2, y: (world.min.y + world.max.y) / 2, z: world.min.z };
-}
-
-function halfDiagonal({ min, max }: Bounds): number {
-  return Math.hypot(max.x - min.x, max.y - min.y) / 2;
+function middle({ min, max }: Bounds): Vector3 {
+  return { x: (min.x + max.x) / 2, y: (min.y + max.y) / 2, z: min.z };
 }

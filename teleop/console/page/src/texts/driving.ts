@@ -158,6 +158,7 @@ export const drivingTexts = {
     estop: "Emergency stop", takeOver: "Take over",
   },
   mappingAxis: (axis: number, sign: number) => `axis ${axis} ${sign < 0 ? "−" : "+"}`,
+  mappingAxisName: (axis: number) => `axis ${axis}`,
   mappingButton: (button: number) => `button ${button}`,
   mappingUnset: "not set",
   mappingSet: (use: string) => `Set: ${use}`,

@@ -22,9 +22,9 @@ class Picture implements HintScene {
   }
 }
 
-function stamped(x: number, y: number, yaw: number): StampedPose {
+function stamped(x: number, y: number, yaw: number, receivedAt = performance.now()): StampedPose {
   const orientation = { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) };
-  return { position: { x, y, z: 0 }, orientation, stamp: 1, receivedAt: 0 };
+  return { position: { x, y, z: 0 }, orientation, stamp: 1, receivedAt };
 }
 
 let surface: HTMLElement;
@@ -125,7 +125,9 @@ describe("a hint by press and drag", () => {
   });
 
   it("ends with a new run of the robot", () => {
+    state.run.value = "one";
     dragToTheRight();
+    expect(tool.placing).toBe(true);
     state.run.value = "another";
     forgetRun(state);
     expect(tool.view.value.phase).toBe("off");
@@ -151,6 +153,12 @@ describe("a hint by keys", () => {
     press("Enter");
     expect(commands.hints[0]?.pose.y).toBeCloseTo(6.1);
     window.removeEventListener("keydown", driving);
+  });
+
+  it("does not begin at a pose that the robot no longer has", () => {
+    state.mapFromBase.value = stamped(5, 6, 1, performance.now() - 2000);
+    tool.begin();
+    expect(tool.view.value.pose).toBeUndefined();
   });
 
   it("leaves keys to fields, and Enter to buttons", () => {
