@@ -41,7 +41,12 @@ function hexadecimal(bytes: ArrayBuffer): string {
 
 /** Whether a value is what the worker answers. */
 export function isMapResult(value: unknown): value is MapResult {
-  return typeof value === "object" && value !== null && "kind" in value;
+  if (typeof value !== "object" || value === null || !("kind" in value)) {
+    return false;
+  }
+  return value.kind === "map"
+    ? "positions" in value && value.positions instanceof Float32Array && "verified" in value
+    : value.kind === "wrong" || (value.kind === "bad" && "reason" in value);
 }
 
 /** Whether a value is what the worker is asked. */

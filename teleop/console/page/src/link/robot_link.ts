@@ -277,7 +277,7 @@ export class RobotLink {
       this.#wantsScan = wantsScan;
       this.#want();
     }
-    if (this.#state.connection.peek().phase === "open") {
+    if (this.#calls.connected) {
       this.#probe.tick(now);
       this.#topics.tick(now);
     }

@@ -163,9 +163,8 @@ export class RosbridgeConnection {
 
   #opened(ros: Ros): void {
     clearTimeout(this.#deadline);
-    this.#failures = 0;
     this.#heardAt = this.#watchedAt = this.#parts.now();
-    this.#change("open", "");
+    // Whether it is a robot that talks to us shows with its first answer; the listener asks for one.
     this.#listener.opened(ros);
   }
 
@@ -174,17 +173,24 @@ export class RosbridgeConnection {
       this.#refuse(transport, linkTexts.notRosbridge(this.#address));
       return;
     }
-    if (!this.#understood) {
-      this.#understood = true;
-      this.#change("open", "");
-    }
     if (message.op === "status") {
       const words = "msg" in message && typeof message.msg === "string" ? message.msg.slice(0, 1000) : "";
       if (asksForToken(words)) {
         this.#refuse(transport, this.#token === "" ? linkTexts.tokenMissing : linkTexts.tokenRefused);
         return;
       }
+      this.#understand();
       this.#listener.status("level" in message && typeof message.level === "string" ? message.level : "", words);
+    } else {
+      this.#understand();
+    }
+  }
+
+  #understand(): void {
+    if (!this.#understood) {
+      this.#understood = true;
+      this.#failures = 0;
+      this.#change("open", "");
     }
   }
 
@@ -253,8 +259,8 @@ export class RosbridgeConnection {
     }
     if (this.#understood) {
       transport.abandon(linkTexts.fellSilent);
-    } else if (this.#connection.words === "") {
-      this.#change("open", linkTexts.silentServer(this.#address));
+    } else {
+      this.#change(this.#connection.phase, linkTexts.silentServer(this.#address));
     }
   }
 
