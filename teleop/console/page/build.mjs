@@ -19,6 +19,7 @@ const result = await build({
   target: ["chrome110", "firefox115", "safari16.4"],
   jsx: "automatic",
   jsxImportSource: "preact",
+  alias: { bson: "./src/link/no_bson.ts" },
   legalComments: "none",
   metafile: true,
   logLevel: "warning",
