@@ -12,7 +12,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives.hashes import SHA256
 
 from teleop import clock
-from teleop.console.lan.certificate import RENEWED_BEFORE, VALID, ensure_certificate
+from teleop.console.lan.certificate import MOST_NAMES, RENEWED_BEFORE, VALID, ensure_certificate
 from teleop.rosbridge import tls_context
 
 NAMES = ("192.168.1.7", "robot.local")
@@ -39,9 +39,18 @@ def test_certificate_is_kept_while_it_serves(tmp_path: Path) -> None:
     first = made(tmp_path)
     assert made(tmp_path) == first
     assert made(tmp_path, "192.168.1.7") == first
-    other = made(tmp_path, *NAMES, "10.0.0.2")
+    other = made(tmp_path, "10.0.0.2")
     assert other != first
-    assert made(tmp_path) == other
+    assert made(tmp_path) == other  # back in the first network
+
+
+def test_addresses_of_earlier_networks_are_forgotten_when_they_are_many(tmp_path: Path) -> None:
+    for last in range(1, 60):
+        made(tmp_path, f"10.0.0.{last}")
+        found = x509.load_pem_x509_certificate((tmp_path / "robot.crt").read_bytes())
+        names = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+        assert len(list(names)) <= MOST_NAMES
+        assert ip_address(f"10.0.0.{last}") in names.get_values_for_type(x509.IPAddress)
 
 
 def test_certificate_is_renewed_in_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -235,7 +235,7 @@ export class Driving {
 
   /** Count what is held as released, since the robot cannot be driven. */
   private block(blocked: Blockage): void {
-    const losses: Partial<Record<Blockage, Loss>> = { connecting: "connection", lost: "connection", refusedConnection: "connection", silent: "silent" };
+    const losses: Partial<Record<Blockage, Loss>> = { connecting: "connection", lost: "connection", refusedConnection: "connection", silent: "silent", others: "taken" };
     const loss = losses[blocked];
     if (this.loop.driving && loss !== undefined) {
       this.lose(loss);

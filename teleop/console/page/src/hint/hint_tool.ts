@@ -108,13 +108,14 @@ export class HintTool {
     this.dispatch({ type: "cancel" });
   }
 
-  /** End the placing of a hint, for Esc; false if none was being placed. */
+  /**
+   * End the placing of a hint, for Esc. False if none was being placed, or if the robot moves: then Esc is to stop it as
+   * well.
+   */
   escape(): boolean {
     const placing = this.placing;
-    if (placing) {
-      this.cancel();
-    }
-    return placing;
+    this.cancel();
+    return placing && !this.moving;
   }
 
   /** Send the hint, if it is complete. */
@@ -151,6 +152,9 @@ export class HintTool {
     if (event === undefined) {
       return false;
     }
+    if (event.type === "cancel") {
+      return this.escape();
+    }
     if (event.type === "confirm") {
       this.confirm();
     } else {
@@ -166,6 +170,11 @@ export class HintTool {
     }
     this.scene.showGhost(undefined, "unknown");
     this.scene.setInteraction("camera");
+  }
+
+  private get moving(): boolean {
+    const control = this.state.control.peek();
+    return control !== undefined && (control.linear !== 0 || control.angular !== 0);
   }
 
   private readonly dispatch = (event: HintEvent): void => {

@@ -12,6 +12,8 @@ export interface PageFigures {
   readonly frameTimes: readonly number[];
   readonly roundTrip: number | undefined;
   readonly bytesPerSecond: number;
+  /** Place in the map [m] that is drawn at a place of the window [CSS pixels]. */
+  floorPoint(clientX: number, clientY: number): { readonly x: number; readonly y: number } | undefined;
 }
 
 declare global {
@@ -39,5 +41,6 @@ export function publishFigures({ state, scene, statistics }: PageParts): void {
     frameTimes: scene.frameTimes(),
     roundTrip: statistics.peek().roundTrip,
     bytesPerSecond: statistics.peek().bytesPerSecond,
+    floorPoint: (x, y) => scene.floorPoint(x, y),
   });
 }

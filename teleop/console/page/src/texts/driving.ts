@@ -13,6 +13,7 @@ const lost = {
   "connection": "Stopped: the connection was lost.",
   "unsent": "Stopped: a command could not be sent.",
   "silent": "Stopped: the robot said nothing for a second.",
+  "taken": "Stopped: somebody else drives now.",
   "not-listening": "Stopped: the robot no longer listened.",
 } as const;
 

@@ -185,6 +185,23 @@ describe("a hint by keys", () => {
   });
 });
 
+describe("Esc while the robot moves", () => {
+  it("leaves the hint and stays with whoever stops the robot", () => {
+    state.mapFromBase.value = stamped(5, 6, 1);
+    state.control.value = {
+      stamp: 1, state: "armed", reason: "", controller: "client 4", armed: true, estop: false, commandAge: 0,
+      linear: 0.3, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 0, askingName: "",
+    };
+    const stop = vi.fn();
+    window.addEventListener("keydown", stop);
+    tool.begin();
+    press("Escape");
+    window.removeEventListener("keydown", stop);
+    expect(tool.view.value.phase).toBe("off");
+    expect(stop).toHaveBeenCalledTimes(1);
+  });
+});
+
 describe("finding the robot", () => {
   it("picks one of the places that the robot has found, with small sigmas", () => {
     tool.pick(stamped(7, 8, 2));

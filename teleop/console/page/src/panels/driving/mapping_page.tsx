@@ -114,11 +114,11 @@ function PadMapping({ driving, index, id }: PadMappingProps) {
             <tr key={use}>
               <th scope="row">{texts.mappingUse[use]}</th>
               <td aria-live="polite">{learning === use ? learningWords(use) : useWords(draft[use])}</td>
-              <td>
+              <td class="driving-mapping-buttons">
                 <button type="button" aria-label={texts.mappingSet(texts.mappingUse[use])} onClick={() => { learn(use); }}>
                   {texts.mappingSetButton}
                 </button>
-                {use !== "forward" && use !== "turn" && use !== "deadman" && (
+                {use !== "forward" && use !== "turn" && use !== "deadman" && draft[use] !== undefined && (
                   <button
                     type="button"
                     aria-label={texts.mappingClear(texts.mappingUse[use])}
@@ -141,8 +141,10 @@ function PadMapping({ driving, index, id }: PadMappingProps) {
       </label>
       <PadView now={now} />
       <p role="status">{outcome}</p>
-      <button type="button" onClick={save}>{texts.mappingSave}</button>
-      <button type="button" onClick={standard}>{texts.mappingStandard}</button>
+      <div class="driving-mapping-buttons">
+        <button type="button" onClick={save}>{texts.mappingSave}</button>
+        <button type="button" onClick={standard}>{texts.mappingStandard}</button>
+      </div>
     </div>
   );
 }

@@ -10,7 +10,7 @@ export function PadView({ now }: { readonly now: PadSnapshot }) {
       {now.axes.map((value, axis) => (
         <label key={axis}>
           {texts.mappingAxisName(axis)}
-          <meter min={-1} max={1} value={Number.isFinite(value) ? value : 0}>{value.toFixed(2)}</meter>
+          <progress max={2} value={Number.isFinite(value) ? 1 + value : 1}>{value.toFixed(2)}</progress>
         </label>
       ))}
       <p>{pressed.join(", ")}</p>

@@ -16,7 +16,7 @@ export function StickPad({ driving }: { readonly driving: Driving }) {
         <circle class="driving-stick-ring" r="92" />
         <path class="driving-stick-arrow" d="M0-84 10-68H-10ZM0 84 10 68H-10ZM-84 0-68 10V-10ZM84 0 68 10V-10Z" />
         <circle class="driving-stick-knob" r="34" cx={58 * (knob?.x ?? 0)} cy={58 * (knob?.y ?? 0)} />
-        {knob === undefined && <text class="driving-stick-hint" text-anchor="middle" y="5">{texts.stickHint}</text>}
+        {knob === undefined && <text class="driving-stick-hint" text-anchor="middle" y="60">{texts.stickHint}</text>}
       </svg>
     </div>
   );
