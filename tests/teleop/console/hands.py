@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Awaitable, Callable
 from typing import Any, Final
 
 import numpy as np
+import pytest
 from playwright.async_api import Page
 
 from tests.teleop.console.conftest import PATIENCE
@@ -39,6 +41,14 @@ async def says(page: Page, text: str, *, within: str = "body") -> None:
     await words.wait_for(state="visible", timeout=PATIENCE * 1000)
 
 
+async def seen(page: Page) -> None:
+    """Wait until the robot has been drawn in its map."""
+    # The page's policy forbids what Playwright's own waiting for a condition would do.
+    async with asyncio.timeout(PATIENCE):
+        while not await page.evaluate("performance.getEntriesByName('farsteer: robot seen').length"):
+            await asyncio.sleep(0.1)
+
+
 async def press(page: Page, name: str) -> None:
     """Press a button by its name."""
     await page.get_by_role("button", name=name, exact=False).first.click()
@@ -51,9 +61,41 @@ async def plug(page: Page, there: bool = True) -> None:
 
 async def pad(page: Page, forward: float, turn: float = 0.0, *, deadman: bool = True) -> None:
     """Hold the synthetic gamepad like this."""
-    await page.evaluate(
-        "([f, t, d]) => window.synthetic.set(f, t, d)", [forward, turn, deadman]
-    )
+    await page.evaluate("([f, t, d]) => window.synthetic.set(f, t, d)", [forward, turn, deadman])
+
+
+def key(page: Page, name: str) -> Callable[[bool], Awaitable[object]]:
+    """Return a function that holds a key, or lets it go."""
+
+    def hold(held: bool) -> Awaitable[object]:
+        return page.keyboard.down(name) if held else page.keyboard.up(name)
+
+    return hold
+
+
+async def hold_until(
+    page: Page,
+    hold: Callable[[bool], Awaitable[object]],
+    true: Callable[[], bool],
+    what: str,
+) -> None:
+    """Hold what drives until something has become true; let go and press again when the page asks for that.
+
+    It does where it was too busy to tell whether the hand was still there, as on a loaded machine.
+    """
+    await hold(True)
+    try:
+        async with asyncio.timeout(PATIENCE):
+            while not true():
+                await asyncio.sleep(0.05)
+                if "again" in await page.locator(".driving-status").inner_text():
+                    await hold(False)
+                    await asyncio.sleep(0.3)
+                    await hold(True)
+                    await asyncio.sleep(0.3)
+    except TimeoutError:
+        said = await page.locator("body").inner_text()
+        pytest.fail(f"waited in vain: {what}; the page says:\n{said}")
 
 
 async def place_on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
@@ -63,7 +105,9 @@ async def place_on_screen(page: Page, x: float, y: float) -> tuple[float, float]
     middle = np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
     corners = [middle, middle + (60.0, 0.0), middle + (0.0, 60.0)]
     found: list[Any] = [
-        await page.evaluate("([x, y]) => window.farsteerFigures().floorPoint(x, y)", [*map(float, c)])
+        await page.evaluate(
+            "([x, y]) => window.farsteerFigures().floorPoint(x, y)", [*map(float, c)]
+        )
         for c in corners
     ]
     places = [np.array([f["x"], f["y"]]) for f in found]

@@ -40,12 +40,12 @@ class Proxy:
 
     target: int
     port: int = 0
-    cut: bool = False
+    whole: asyncio.Event = field(default_factory=asyncio.Event)
     _writers: set[asyncio.StreamWriter] = field(default_factory=set)
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Pass one connection on."""
-        if self.cut:
+        if not self.whole.is_set():
             writer.transport.abort()
             return
         server, to_server = await asyncio.open_connection("127.0.0.1", self.target)
@@ -58,19 +58,22 @@ class Proxy:
     async def _pass(self, source: asyncio.StreamReader, sink: asyncio.StreamWriter) -> None:
         with contextlib.suppress(ConnectionError):
             while piece := await source.read(65_536):
-                while self.cut:  # what is under way waits, as in a network
-                    await asyncio.sleep(0.02)
+                await self.whole.wait()  # what is under way is held up, as in a network
                 sink.write(piece)
                 await sink.drain()
         with contextlib.suppress(ConnectionError, OSError):
             sink.write_eof()
+
+    def cut(self) -> None:
+        """Pass nothing on from now, and tell nobody."""
+        self.whole.clear()
 
     def restore(self) -> None:
         """Be whole again for new connections; those of before are gone."""
         for writer in self._writers:
             writer.transport.abort()
         self._writers.clear()
-        self.cut = False
+        self.whole.set()
 
 
 @dataclass
@@ -133,6 +136,7 @@ async def paced_robot(
     async with server:
         proxy = Proxy(server.port)
         listener = await asyncio.start_server(proxy.serve, "127.0.0.1", 0)
+        proxy.whole.set()
         proxy.port = listener.sockets[0].getsockname()[1]
         paced = PacedRobot(simulation, service, proxy)
         service.observers = (paced.observe,)

@@ -13,7 +13,7 @@ from localization.maps.cloud import Cloud
 from localization.types import Pose
 from robot_sim import World
 from tests.teleop.console.conftest import Pages, Visit
-from tests.teleop.console.hands import GAMEPAD, drag_hint, pad, plug, press, says
+from tests.teleop.console.hands import GAMEPAD, drag_hint, hold_until, key, pad, plug, press, says, seen
 from tests.teleop.console.paced_robot import PacedRobot, paced_robot
 from tests.teleop.support import PATIENCE, in_a_loop
 
@@ -27,7 +27,7 @@ async def until(true: Callable[[], bool], what: str) -> None:
     """Wait for the robot."""
     try:
         async with asyncio.timeout(PATIENCE):
-            while not true():
+            while not true():  # noqa: ASYNC110 - the robot has no event for it
                 await asyncio.sleep(0.02)
     except TimeoutError:
         pytest.fail(f"waited in vain: {what}")
@@ -42,7 +42,7 @@ async def test_person_logs_in_drives_is_carried_off_hints_stops_and_comes_back(
     tokens.write_text(TOKENS)
     async with (
         paced_robot(office, office_cloud, cache, tokens=tokens, stepper=f"{TOKEN}-2") as robot,
-        page_of(robot.page, scripts=[GAMEPAD], viewport={"width": 1400, "height": 900}) as visit,
+        page_of(robot.page, scripts=[GAMEPAD], viewport={"width": 1120, "height": 600}) as visit,
     ):
         robot.place()
         await _log_in_and_see(visit)
@@ -61,7 +61,7 @@ async def _log_in_and_see(visit: Visit) -> None:
     await page.get_by_label("Token").first.fill(TOKEN)
     await page.keyboard.press("Enter")
     await says(page, "Knows where it is")
-    await page.wait_for_function("performance.getEntriesByName('farsteer: robot seen').length > 0")
+    await seen(page)
     assert "token" not in page.url
     assert TOKEN not in await page.evaluate("JSON.stringify([{ ...localStorage }, document.title])")
 
@@ -71,11 +71,17 @@ async def _drive(visit: Visit, robot: PacedRobot) -> None:
     await plug(page)
     await pad(page, 0.0, deadman=False)
     await asyncio.sleep(0.2)
-    await pad(page, 0.8, 0.2)
+
+    async def hold(held: bool) -> None:
+        await pad(page, 0.0, deadman=held)  # the deadman first: a stick that is pushed before it does not count
+        await asyncio.sleep(0.1)
+        if held:
+            await pad(page, 0.8, 0.2)
+
+    await hold_until(page, hold, lambda: robot.speed > 0.2, "that the robot drives")
     await says(page, "You drive.")
-    await until(lambda: robot.speed > 0.2, "that the robot drives")
-    await until(lambda: _far(robot, before) > 1.0, "that it goes a metre")
-    await pad(page, 0.0, deadman=False)
+    await hold_until(page, hold, lambda: _far(robot, before) > 1.0, "that it goes a metre")
+    await hold(False)
     await until(lambda: robot.speed < 0.01, "that it stands")
     await says(page, "Ready")
 
@@ -90,13 +96,16 @@ async def _carried_off(visit: Visit, robot: PacedRobot) -> None:
     x, y = (float(v) for v in here.position[:2])
     robot.carry(x - 4.0, y, here.yaw + 2.2)
     alarms = ".panel-alarms"
-    await visit.page.locator(alarms).get_by_text("lost").or_(
-        visit.page.locator(alarms).get_by_text("in doubt")
-    ).first.wait_for(state="visible", timeout=PATIENCE * 1000)
+    await (
+        visit.page.locator(alarms)
+        .get_by_text("lost")
+        .or_(visit.page.locator(alarms).get_by_text("in doubt"))
+        .first.wait_for(state="visible", timeout=PATIENCE * 1000)
+    )
 
 
 async def _hint(visit: Visit, robot: PacedRobot) -> None:
-    page, begun = visit.page, asyncio.get_running_loop().time()
+    page = visit.page
     await page.keyboard.press("v")  # from above
     await press(page, "Show where it is")
     truth = robot.simulation.truth().map_from_base
@@ -105,19 +114,18 @@ async def _hint(visit: Visit, robot: PacedRobot) -> None:
     await says(page, "fits", within=".panel-preview")
     await page.keyboard.press("Enter")
     verdict = page.locator(".panel-hint-result")
-    await verdict.get_by_text("Accepted").or_(verdict.get_by_text("Kept")).first.wait_for(
-        timeout=PATIENCE * 1000
+    await (
+        verdict.get_by_text("Accepted")
+        .or_(verdict.get_by_text("Kept"))
+        .first.wait_for(timeout=PATIENCE * 1000)
     )
-    took = asyncio.get_running_loop().time() - begun
-    print(f"from the alarm to the verdict: {took:.1f} s")
     await says(page, "Knows where it is")
 
 
 async def _stop_and_release(visit: Visit, robot: PacedRobot) -> None:
     page = visit.page
     await page.locator("canvas").focus()
-    await page.keyboard.down("ArrowUp")
-    await until(lambda: robot.speed > 0.2, "that keys drive")
+    await hold_until(page, key(page, "ArrowUp"), lambda: robot.speed > 0.2, "that keys drive")
     await page.keyboard.press("Escape")
     await until(lambda: robot.speed < 0.01, "that the e-stop stops it")
     await page.keyboard.up("ArrowUp")
@@ -130,9 +138,8 @@ async def _stop_and_release(visit: Visit, robot: PacedRobot) -> None:
 
 async def _lose_the_network(visit: Visit, robot: PacedRobot) -> None:
     page = visit.page
-    await page.keyboard.down("w")
-    await until(lambda: robot.speed > 0.2, "that keys drive again")
-    robot.proxy.cut = True
+    await hold_until(page, key(page, "w"), lambda: robot.speed > 0.2, "that keys drive again")
+    robot.proxy.cut()
     await until(lambda: robot.speed < 0.01, "that the watchdog stops it")
     await says(page, "Nothing received for")
     robot.proxy.restore()
@@ -141,7 +148,6 @@ async def _lose_the_network(visit: Visit, robot: PacedRobot) -> None:
     await asyncio.sleep(1.0)
     assert robot.speed < 0.01, "it drives on by itself after the network is back"
     await page.keyboard.up("w")
-    await page.keyboard.down("w")
-    await until(lambda: robot.speed > 0.2, "that a new press drives")
+    await hold_until(page, key(page, "w"), lambda: robot.speed > 0.2, "that a new press drives")
     await page.keyboard.up("w")
     await until(lambda: robot.speed < 0.01, "that it stands at the end")

@@ -6,6 +6,7 @@ import { browserAlarmEnvironment } from "../alarms/browser_environment";
 import { Driving } from "../driving/driving";
 import { HintTool } from "../hint/hint_tool";
 import { RobotLink } from "../link/robot_link";
+import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
 import type { RobotCommands } from "../robot/robot_commands";
 import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
@@ -13,6 +14,7 @@ import { browserKeeper, remembered } from "../scene/remembered";
 import { Scene } from "../scene/scene";
 import { sceneSettings, type SceneSettings } from "../scene/settings";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";
+import { alarmTexts } from "../texts/alarms";
 import { watchStaleness } from "./stale_picture";
 
 /** What the components show and use. */
@@ -52,12 +54,12 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const scene = new Scene(canvas, state, settings);
   const driving = new Driving(commands, state, { window, document, navigator, now: () => performance.now() });
   const hint = new HintTool(canvas, scene, commands, state);
-  driving.onEscape = () => hint.escape();
+  driving.onEscape = () => closeTopDialog() || hint.escape();
   effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing"; });
   effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
   const alarms = new Alarms(
     state, link.statistics,
-    (alarm, ended) => { if (!ended) { events.add(alarm.severity, alarm.words); } },
+    (alarm, ended) => { events.add(ended ? "info" : alarm.severity, ended ? alarmTexts.over(alarm.words) : alarm.words); },
     browserAlarmEnvironment(),
   );
   watchStaleness(state, scene.stale);

@@ -31,8 +31,8 @@ export class FakeRobot {
   read: (job: MapJob) => Promise<MapResult> = () =>
     Promise.resolve({ kind: "map", positions: new Float32Array([1, 2, 3]), verified: true });
 
-  constructor(topics: Readonly<Record<string, string>> | undefined = ROBOT_TOPICS) {
-    this.services = topics === undefined
+  constructor(topics: Readonly<Record<string, string>> | null = ROBOT_TOPICS) {
+    this.services = topics === null
       ? {}
       : { "/rosapi/topics": { topics: Object.keys(topics), types: Object.values(topics) } };
     this.link = new RobotLink(

@@ -221,7 +221,7 @@ describe("a link to our robot", () => {
 describe("a link to a rosbridge that does not say what it has", () => {
   it("tries the usual names, and knows our robot by its state", async () => {
     vi.useFakeTimers();
-    const robot = new FakeRobot(undefined);
+    const robot = new FakeRobot(null);
     robot.services = {};
     robot.link.start();
     await vi.advanceTimersByTimeAsync(20);

@@ -126,7 +126,7 @@ describe("a connection", () => {
     await bench.open();
     const [first] = bench.clients;
     bench.socket.drop();
-    first?.callOnConnection({ op: "publish", topic: "/joy", msg: {} } as Parameters<Ros["callOnConnection"]>[0]);
+    first?.callOnConnection({ op: "publish", topic: "/joy", msg: {} });
     await vi.advanceTimersByTimeAsync(FIRST_RETRY);
     const socket = await bench.open();
     expect(socket.sent).toEqual([]);
