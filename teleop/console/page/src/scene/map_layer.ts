@@ -114,25 +114,42 @@ export class MapLayer {
   }
 }
 
-/**
- * Return an order of n points in which any first part is spread evenly over all of them.
- *
- * Steps of the golden section, made coprime to n, leave no two gaps of more than three lengths (Steinhaus).
- */
+/** Return an order of n points in which any first part is spread evenly over all of them: equal steps, round and round. */
 export function spread(n: number): Uint32Array {
   const order = new Uint32Array(n);
-  let step = Math.max(Math.round(n * 0.6180339887), 1);
-  while (n > 1 && commonDivisor(step, n) !== 1) {
-    step += 1;
-  }
+  const step = evenStep(n);
   for (let index = 0, at = 0; index < n; index += 1, at = (at + step) % n) {
     order[index] = at;
   }
   return order;
 }
 
-function commonDivisor(a: number, b: number): number {
-  return b === 0 ? a : commonDivisor(b, a % b);
+/**
+ * Return the step near the golden section of n that misses no point and leaves the most even gaps.
+ *
+ * The gaps that steps round a circle leave are the more even, the smaller the partial quotients of the continued
+ * fraction of step / n (three-gap theorem, Steinhaus). The golden section has the smallest; rounding to whole points
+ * spoils the last of them, so that the best of some neighbours is taken.
+ */
+function evenStep(n: number): number {
+  const golden = Math.max(Math.round(n * 0.6180339887), 1);
+  let best = { step: 1, quotient: Infinity };
+  for (let step = Math.max(golden - 40, 1); step <= Math.min(golden + 40, n); step += 1) {
+    const quotient = largestQuotient(step, n);
+    best = quotient < best.quotient ? { step, quotient } : best;
+  }
+  return best.step;
+}
+
+/** Return the largest partial quotient of a / b; infinite if the two have a common divisor. */
+function largestQuotient(a: number, b: number): number {
+  let largest = 0;
+  let [high, low] = [b, a];
+  while (low > 1) {
+    largest = Math.max(largest, Math.floor(high / low));
+    [high, low] = [low, high % low];
+  }
+  return low === 1 ? Math.max(largest, high) : Infinity;
 }
 
 function reordered(positions: Float32Array, order: Uint32Array): Float32Array {
