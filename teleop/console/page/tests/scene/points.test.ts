@@ -2,7 +2,8 @@ import { describe, expect, fc, points, test } from "./tools";
 import { PointBuffer } from "../../src/scene/cloud_layer";
 import { Detail } from "../../src/scene/detail";
 import { FrameTimes } from "../../src/scene/frame_times";
-import { MapLayer, spread } from "../../src/scene/map_layer";
+import { MapLayer } from "../../src/scene/map_layer";
+import { evenStep, MapGeometry, spreadIndex } from "../../src/scene/map_points";
 import { OldSweeps, thinned } from "../../src/scene/old_sweeps";
 import { COLOURS, css, distanceColour, distanceLegend, DISTANCE_FULL, rgb } from "../../src/scene/palette";
 import { WideLine, joined } from "../../src/scene/wide_line";
@@ -71,7 +72,23 @@ describe("the buffer of points", () => {
   });
 });
 
+const spread = (count: number): Uint32Array => {
+  const step = evenStep(count);
+  return Uint32Array.from({ length: count }, (_, index) => spreadIndex(index, step, count));
+};
+
 describe("the map's points", () => {
+  test("are taken in part by part, with nothing lost", () => {
+    const positions = Float32Array.from({ length: 3000 }, (_, at) => at);
+    const content = new MapGeometry({ sha256: "a", positions });
+    content.fill(300);
+    expect(content.filled).toBe(300);
+    content.fill(300);
+    content.fill(3000);
+    expect(content.filled).toBe(1000);
+    expect([...content.geometry.getAttribute("position").array].sort((a, b) => a - b)).toEqual([...positions]);
+  });
+
   test("are all drawn once", () => {
     fc.assert(fc.property(fc.integer({ min: 0, max: 3000 }), (count) => {
       expect(new Set(spread(count)).size).toBe(count);
