@@ -48,15 +48,13 @@ export interface KindParts {
 }
 
 export function messageKinds({ state, picture, pictures, mapInfo, control, complain }: KindParts): MessageKinds {
-  const newest = (transforms: readonly Transform[]): number =>
-    transforms.reduce((latest, { stamp }) => Math.max(latest, stamp), -Infinity);
   const cloud = (points: CloudPoints): void => {
     picture.cloud(points);
   };
   return {
     transforms: {
+      // Their stamps are of several programs, some of which date them ahead: no clock is judged by them.
       read: readTransforms,
-      stampOf: newest,
       use: (transforms, now) => {
         picture.transforms(transforms, false, now);
       },

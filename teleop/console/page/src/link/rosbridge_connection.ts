@@ -18,8 +18,8 @@ const SLEPT = 2500;
 const WATCH_PERIOD = 1000;
 const HUNG = "no answer to the handshake";
 
-/** Operations that only servers receive: who sends them back is an echo, no rosbridge. */
-const CLIENT_OPERATIONS = new Set(["subscribe", "unsubscribe", "advertise", "set_level", "auth"]);
+/** Operations that this page sends and none sends to it: what sends them back is an echo, no rosbridge. */
+const OWN_OPERATIONS = new Set(["subscribe", "unsubscribe", "advertise", "call_service", "auth"]);
 
 /** What the connection needs of its surroundings. */
 export interface ConnectionParts {
@@ -169,7 +169,7 @@ export class RosbridgeConnection {
   }
 
   #take(transport: SocketTransport, message: { readonly op: string }): void {
-    if (CLIENT_OPERATIONS.has(message.op)) {
+    if (OWN_OPERATIONS.has(message.op)) {
       this.#refuse(transport, linkTexts.notRosbridge(this.#address));
       return;
     }
@@ -235,13 +235,10 @@ export class RosbridgeConnection {
 
   /** Find out why an attempt failed; the first time at once, then now and then. */
   #explain(closing: Closing): void {
-    if (this.#connection.phase === "connecting") {
-      this.#change("lost", linkTexts.lost);
-    }
     if (this.#failures % 5 === 0) {
       void this.#parts.diagnose(closing.reason === HUNG).then((words) => {
         if (this.#transport?.isOpen() !== true && this.#connection.phase !== "open" && !this.#stopped) {
-          this.#change(this.#connection.phase, words);
+          this.#change(this.#connection.phase === "refused" ? "refused" : "lost", words);
         }
       });
     }

@@ -1,9 +1,10 @@
 /** The map as points, quiet, so that what is alive stands out before it. */
 
-import { BufferAttribute, BufferGeometry, Group, Points, ShaderMaterial, Vector2, Vector3 } from "three";
+import { BufferGeometry, Group, Points, ShaderMaterial, Vector2, Vector3 } from "three";
 import type { MapPoints } from "../values";
 import { FloorPlate } from "./floor_plate";
 import { boundsOf, floorHeight, type Bounds } from "./geometry";
+import { MapGeometry } from "./map_points";
 import type { SceneColours } from "./palette";
 import { MAP_FRAGMENT, MAP_VERTEX } from "./shaders";
 
@@ -11,8 +12,8 @@ import { MAP_FRAGMENT, MAP_VERTEX } from "./shaders";
 const NO_CUT = 1e6;
 /** Size of a map's point [m]. */
 const POINT = 0.062;
-/** Horizontal direction of the light that gives walls their shade. */
-const LIGHT = [0.8, 0.6] as const;
+/** Points that are taken in at once, in a few ms. */
+const PART = 50_000;
 
 /** What the points look like from here. */
 export interface MapLook {
@@ -35,9 +36,13 @@ export class MapLayer {
   /** Height of the floor [m]. */
   floor = 0;
   #share = 1;
-  #count = 0;
+  #content: MapGeometry | undefined;
+  #timer: ReturnType<typeof setTimeout> | undefined;
+  readonly #grown: () => void;
 
-  constructor() {
+  /** `grown` is called when more of a map can be drawn than before. */
+  constructor(grown: () => void = () => undefined) {
+    this.#grown = grown;
     const material = new ShaderMaterial({
       vertexShader: MAP_VERTEX,
       fragmentShader: MAP_FRAGMENT,
@@ -55,25 +60,21 @@ export class MapLayer {
 
   /** Show another map, or none; what the last one held on the graphics card is freed. */
   set(map: MapPoints | undefined): void {
+    clearTimeout(this.#timer);
     this.#points.geometry.dispose();
-    const geometry = new BufferGeometry();
-    this.#points.geometry = geometry;
+    this.#content = map && new MapGeometry(map);
+    this.#points.geometry = this.#content?.geometry ?? new BufferGeometry();
     this.bounds = map && boundsOf(map.positions);
     this.floor = map && this.bounds ? floorHeight(map.positions, this.bounds) : 0;
     this.#plate.set(this.bounds, this.floor);
-    this.#count = map === undefined ? 0 : Math.floor(map.positions.length / 3);
-    if (map !== undefined) {
-      const order = spread(this.#count);
-      geometry.setAttribute("position", new BufferAttribute(reordered(map.positions, order), 3));
-      geometry.setAttribute("aLook", new BufferAttribute(looks(map.normals, order), 4, true));
-    }
-    this.setShare(this.#share);
+    this.#fill();
   }
 
   /** Draw only a share of the points, evenly spread: for graphics that are too slow while the view moves. */
   setShare(share: number): void {
     this.#share = share;
-    this.#points.geometry.setDrawRange(0, Math.ceil(this.#count * share));
+    const { count, filled } = this.#content ?? { count: 0, filled: 0 };
+    this.#points.geometry.setDrawRange(0, Math.min(Math.ceil(count * share), filled));
   }
 
   setColours(colours: SceneColours): void {
@@ -104,58 +105,25 @@ export class MapLayer {
   }
 
   dispose(): void {
+    clearTimeout(this.#timer);
     this.#plate.dispose();
     this.#points.geometry.dispose();
     this.#points.material.dispose();
   }
 
+  #fill(): void {
+    const content = this.#content;
+    if (content !== undefined) {
+      content.fill(PART);
+      if (content.filled < content.count) {
+        this.#timer = setTimeout(() => { this.#fill(); }, 0);
+      }
+    }
+    this.setShare(this.#share);
+    this.#grown();
+  }
+
   #vector(name: string): Vector3 {
     return this.#points.material.uniforms[name]?.value as Vector3;
   }
-}
-
-/**
- * Return an order of n points in which any first part is spread evenly over all of them.
- *
- * Steps of the golden section, made coprime to n, leave no two gaps of more than three lengths (Steinhaus).
- */
-export function spread(n: number): Uint32Array {
-  const order = new Uint32Array(n);
-  let step = Math.max(Math.round(n * 0.6180339887), 1);
-  while (n > 1 && commonDivisor(step, n) !== 1) {
-    step += 1;
-  }
-  for (let index = 0, at = 0; index < n; index += 1, at = (at + step) % n) {
-    order[index] = at;
-  }
-  return order;
-}
-
-function commonDivisor(a: number, b: number): number {
-  return b === 0 ? a : commonDivisor(b, a % b);
-}
-
-function reordered(positions: Float32Array, order: Uint32Array): Float32Array {
-  const result = new Float32Array(3 * order.length);
-  for (let index = 0; index < order.length; index += 1) {
-    const at = 3 * (order[index] ?? 0);
-    result[3 * index] = positions[at] ?? 0;
-    result[3 * index + 1] = positions[at + 1] ?? 0;
-    result[3 * index + 2] = positions[at + 2] ?? 0;
-  }
-  return result;
-}
-
-/** Return for each point how much it faces up or down and its shade, both 0 to 255, and two bytes unused. */
-function looks(normals: Int8Array | undefined, order: Uint32Array): Uint8Array {
-  const result = new Uint8Array(4 * order.length);
-  const known = normals !== undefined && normals.length >= 3 * order.length;
-  for (let index = 0; index < order.length; index += 1) {
-    const at = 3 * (order[index] ?? 0);
-    const up = known ? Math.abs(normals[at + 2] ?? 0) : 0;
-    const facing = known ? Math.abs((normals[at] ?? 0) * LIGHT[0] + (normals[at + 1] ?? 0) * LIGHT[1]) : 127;
-    result[4 * index] = Math.min(2 * up, 255);
-    result[4 * index + 1] = Math.min(2 * Math.max(facing, up), 255);
-  }
-  return result;
 }

@@ -44,7 +44,7 @@ function fromUrdf(urdf: string): RobotModel | undefined {
     const loader = new URDFLoader();
     loader.parseCollision = false;
     loader.loadMeshCb = (_url, _manager, _material, done) => { done(new Group()); };
-    const model = repainted(loader.parse(document));
+    const model = repainted(loader.parse(document.documentElement));
     const { min, max } = model.box;
     const extents = [...min.toArray(), ...max.toArray()];
     return extents.every((value) => Math.abs(value) < LARGEST) ? model : undefined;

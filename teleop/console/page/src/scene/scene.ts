@@ -41,7 +41,7 @@ export class Scene {
   readonly #stage: Stage;
   readonly #control: CameraControl;
   readonly #rig = new ViewRig();
-  readonly #world = new World();
+  readonly #world = new World(() => { this.#stage.invalidate(); });
   readonly #plan = signal<{ readonly bounds: Bounds | undefined; readonly floor: number }>({ bounds: undefined, floor: 0 });
   readonly #place: ReadonlySignal<Pose | undefined>;
   readonly #isPlaced: ReadonlySignal<boolean>;

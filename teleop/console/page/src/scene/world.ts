@@ -48,7 +48,7 @@ export interface Look {
 
 export class World {
   readonly object = new Group();
-  readonly map = new MapLayer();
+  readonly map: MapLayer;
   readonly grid = new GridLayer();
   readonly live = new LivePoints();
   readonly robot = new RobotLayer();
@@ -58,7 +58,9 @@ export class World {
   #proposed: { readonly pose: PlanarPose; readonly quality: GhostQuality } | undefined;
   #paint: Paint | undefined;
 
-  constructor() {
+  /** `changed` is called when something is there to be drawn that was not there before. */
+  constructor(changed: () => void) {
+    this.map = new MapLayer(changed);
     const layers = [this.grid, this.map, this.live, this.robot, this.hypotheses, this.#ghost, this.waiting];
     this.object.add(...layers.map((layer) => layer.object));
   }

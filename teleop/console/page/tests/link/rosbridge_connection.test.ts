@@ -177,7 +177,14 @@ describe("a connection", () => {
     expect(bench.last).toMatchObject({ phase: "open", words: "" });
   });
 
-  it.each(["hello", "{}", "[1]", new ArrayBuffer(3), { op: "subscribe", topic: "/tf" }])(
+  it("does not say that it was lost before it has ever been", async () => {
+    bench.socket.drop();
+    expect(bench.changes).toEqual([]);
+    await vi.advanceTimersByTimeAsync(0);
+    expect(bench.changes.map(({ words }) => words)).toEqual(["diagnosed"]);
+  });
+
+  it.each(["hello", "{}", "[1]", new ArrayBuffer(3), { op: "subscribe", topic: "/tf" }, { op: "call_service", service: "/rosapi/topics" }])(
     "is refused by what is no rosbridge and sends %o", async (frame) => {
       const socket = await bench.handshake();
       socket.deliver(frame);
