@@ -16,7 +16,8 @@ AREA ?=
 AREAS := $(if $(AREA),$(firstword $(wildcard tests/$(AREA) tests/teleop/$(AREA)) tests/$(AREA)),)
 # One process for each core; a test's threads would only compete with the other processes. Measuring coverage
 # takes processor time of its own, so the limit for tests without a mark is wider there.
-PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --numprocesses auto --dist worksteal
+# Where PYTHONDONTWRITEBYTECODE is set, each of the hundred processes that tests start would compile our files anew.
+PYTEST := OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --numprocesses auto --dist worksteal
 
 # The console page is built from all of these; a folder is newer when a file is added to or removed from it.
 PAGE := teleop/console/page

@@ -23,6 +23,8 @@ RENEWED_BEFORE: Final = timedelta(days=30)
 """Time before its end in which a certificate is renewed."""
 _EARLY: Final = timedelta(days=1)
 """Time before its making from which a certificate is valid, for clients whose clocks are late."""
+MOST_NAMES: Final = 32
+"""Names and addresses of a certificate; with more, those of earlier networks are left out."""
 _ALWAYS: Final = ("localhost", "127.0.0.1", "::1")
 
 
@@ -43,8 +45,11 @@ def ensure_certificate(certificate: Path, key: Path, names: Sequence[str]) -> st
 
     wanted = frozenset((*_ALWAYS, *names))
     kept = _kept(certificate, key)
-    if kept is None or not _serves(kept, wanted):
-        kept = _make(certificate, key, sorted(wanted))
+    if kept is None or not _lasts(kept) or not wanted <= _names(kept):
+        # A machine that goes to and fro between networks shall not need another one each time.
+        earlier = frozenset() if kept is None else _names(kept)
+        together = wanted | earlier
+        kept = _make(certificate, key, sorted(together if len(together) <= MOST_NAMES else wanted))
     digest = hashlib.sha256(kept.public_bytes(Encoding.DER)).hexdigest().upper()
     return ":".join(digest[i : i + 2] for i in range(0, len(digest), 2))
 
@@ -65,21 +70,23 @@ def _kept(certificate: Path, key: Path) -> x509.Certificate | None:
     return found if matches else None
 
 
-def _serves(certificate: x509.Certificate, names: frozenset[str]) -> bool:
-    """Return whether a certificate is valid for these names, and for some time to come."""
+def _lasts(certificate: x509.Certificate) -> bool:
+    """Return whether a certificate is valid, and for some time to come."""
+    end = certificate.not_valid_after_utc - RENEWED_BEFORE
+    return certificate.not_valid_before_utc <= _now() < end
+
+
+def _names(certificate: x509.Certificate) -> frozenset[str]:
+    """Return the host names and addresses that a certificate is for."""
     from cryptography import x509
 
-    now = _now()
-    lasts = (
-        certificate.not_valid_before_utc <= now < certificate.not_valid_after_utc - RENEWED_BEFORE
-    )
     try:
         extension = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName)
     except x509.ExtensionNotFound:
-        return False
+        return frozenset()
     hosts = extension.value.get_values_for_type(x509.DNSName)
     addresses = extension.value.get_values_for_type(x509.IPAddress)
-    return lasts and names <= {*hosts, *map(str, addresses)}
+    return frozenset((*hosts, *map(str, addresses)))
 
 
 def _make(certificate: Path, key: Path, names: Sequence[str]) -> x509.Certificate:

@@ -11,7 +11,7 @@ await rm(target, { recursive: true, force: true });
 await mkdir(target, { recursive: true });
 const result = await build({
   absWorkingDir: here,
-  entryPoints: { console: "src/main.tsx" },
+  entryPoints: { console: "src/main.tsx", map_worker: "src/link/map_worker.ts" },
   outdir: target,
   bundle: true,
   minify: true,
@@ -19,6 +19,7 @@ const result = await build({
   target: ["chrome110", "firefox115", "safari16.4"],
   jsx: "automatic",
   jsxImportSource: "preact",
+  alias: { bson: "./src/link/no_bson.ts" },
   legalComments: "none",
   metafile: true,
   logLevel: "warning",

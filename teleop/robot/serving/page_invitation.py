@@ -55,8 +55,8 @@ def invitation(address: Address, access: LanAccess | None = None) -> str:
     lines = [f"open      {whole} on a tablet, phone or computer of this network"]
     if others:
         lines.append(f"          (also {', '.join(others)})")
-    if shown or not secret:
-        lines += [qr_text(whole)]
+    if (shown or not secret) and _can_draw():
+        lines.append(qr_text(whole))
     if secret:
         lines.append(f"token     {access.token_file} has it; keep it as you would a key")
     if access.fingerprint:
@@ -65,3 +65,12 @@ def invitation(address: Address, access: LanAccess | None = None) -> str:
             f"          SHA-256 {access.fingerprint}",
         ]
     return "\n".join(lines)
+
+
+def _can_draw() -> bool:
+    """Return whether standard output can show the blocks of a QR code."""
+    try:
+        "\u2588\u2580\u2584".encode(sys.stdout.encoding or "ascii")
+    except UnicodeEncodeError:
+        return False
+    return True

@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+import asyncio
 import shutil
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
-from dataclasses import dataclass, field
-from typing import Any, Final, TypeAlias
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Final, Protocol, TypeAlias
 from urllib.parse import urlsplit
 
 import pytest
 from playwright.async_api import Browser, ConsoleMessage, Page, Playwright, async_playwright
 
+from localization.maps.cloud import Cloud
+from robot_sim import World
+from teleop.robot.serving.address import Address
+from teleop.robot.serving.serve import serve
+from teleop.robot.serving.serve_config import ServeConfig
+from teleop.scene_clouds import scene_cloud_path
+
 FLAGS: Final = ("--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage")
 """WebGL without a graphics card; tests run as root, in containers with little shared memory."""
 PATIENCE: Final = 60.0
 """For anything that must come at all [s]; a loaded machine is no failure."""
+DEFAULT: Final = ServeConfig()
 
 
 @dataclass
@@ -91,6 +101,52 @@ async def _watch(visit: Visit) -> None:
         "addEventListener('securitypolicyviolation', event =>"
         " noteViolation(`${event.violatedDirective} ${event.blockedURI}`))"
     )
+
+
+class Served(Protocol):
+    """Serves robots in the office, with its map."""
+
+    def __call__(
+        self, config: ServeConfig = ..., *, lockstep: bool = True
+    ) -> AbstractAsyncContextManager[Address]:
+        """Serve a robot on a free port, in lockstep or in real time."""
+
+
+@pytest.fixture
+def served(office: World, office_cloud: Cloud, cache: Path) -> Served:
+    """Return a function that serves a robot: ``async with served(config) as address``."""
+
+    @asynccontextmanager
+    async def serving(
+        config: ServeConfig = DEFAULT, *, lockstep: bool = True
+    ) -> AsyncIterator[Address]:
+        ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
+        stop = asyncio.Event()
+        running = asyncio.create_task(
+            serve(
+                office,
+                office_cloud,
+                replace(config, port=0, lockstep=lockstep),
+                cache=cache,
+                map_file=scene_cloud_path("office"),
+                ready=ready.set_result,
+                stop=stop,
+            )
+        )
+        try:
+            first: set[asyncio.Future[Any]] = {ready, running}
+            await asyncio.wait(first, timeout=PATIENCE, return_when=asyncio.FIRST_COMPLETED)
+            yield ready.result()
+        finally:
+            stop.set()
+            await running
+
+    return serving
+
+
+def page_address(robot: Address) -> str:
+    """Return the address of a robot's page on this machine."""
+    return f"{'https' if robot.encrypted else 'http'}://127.0.0.1:{robot.port}/"
 
 
 @pytest.fixture

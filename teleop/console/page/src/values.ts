@@ -63,6 +63,8 @@ export interface MapInfo {
 export interface MapPoints {
   readonly sha256: string;
   readonly positions: Float32Array;
+  /** x, y, z of each point's unit normal in turn, times 127. */
+  readonly normals?: Int8Array;
 }
 
 /** An occupancy grid of a plain rosbridge, in place of a map of points. */
@@ -94,6 +96,13 @@ export interface HintVerdict {
   readonly hint: Pose;
   readonly candidates: readonly Pose[];
   readonly scores: readonly number[];
+}
+
+/** A picture of a camera: a blob's address, which holds until two newer pictures have come. */
+export interface CameraImage {
+  readonly topic: string;
+  readonly url: string;
+  readonly receivedAt: number;
 }
 
 /** Who drives and whether the robot listens: `/teleop/state`. */

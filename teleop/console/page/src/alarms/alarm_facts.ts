@@ -1,7 +1,7 @@
 /** Gathers what the alarms follow from. */
 
 import type { LinkStatistics, RobotState } from "../robot/robot_state";
-import { linkTexts } from "../texts/panels";
+import { linkPanelTexts } from "../texts/panels";
 import type { ControlState, Session } from "../values";
 import type { AlarmFacts } from "./alarm";
 import { STALE_AFTER } from "./alarm_rules";
@@ -42,7 +42,7 @@ export function alarmFacts(
       ? undefined
       : tiltOf(attitude.roll, attitude.pitch),
     link: word,
-    linkWords: link === undefined ? "" : linkTexts.summary(link.roundTrip, link.jitter),
+    linkWords: link === undefined ? "" : linkPanelTexts.summary(link.roundTrip, link.jitter),
     asking: askingUs(control, state.session.peek()),
   };
 }

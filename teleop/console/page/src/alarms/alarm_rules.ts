@@ -31,7 +31,8 @@ export function alarmsOf(facts: AlarmFacts, active: ReadonlySet<AlarmKind> = new
   const add = (kind: AlarmKind, severity: Severity, words: string): void => {
     found.push({ kind, severity, words });
   };
-  const reason = facts.reasons[0] ?? "";
+  // The first clause of the first reason: the whole ones stand in the panel of the place.
+  const reason = facts.reasons[0]?.split(";")[0] ?? "";
   if (facts.estop) {
     add("estop", "alarm", alarmTexts.estop(facts.estopReason));
   }

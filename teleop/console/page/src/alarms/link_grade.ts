@@ -35,7 +35,8 @@ export function colourOf(value: number | undefined, { green, amber }: LinkThresh
 }
 
 /**
- * Return the link as a whole: the worst of round trip (now and 95th percentile), jitter and silence.
+ * Return the link as a whole: the worst of round trip, jitter and silence. The 95th percentile of a minute makes it slow
+ * at most, since what it tells of may be over.
  *
  * @param connected Whether there is a connection at all.
  */
@@ -46,7 +47,7 @@ export function linkWord(connected: boolean, link: LinkStatistics): LinkWord {
   const { roundTrip, jitter, silence } = LINK_THRESHOLDS;
   const colours = [
     colourOf(link.roundTrip, roundTrip),
-    colourOf(link.roundTripP95, roundTrip),
+    colourOf(link.roundTripP95, { ...roundTrip, amber: Infinity }),
     colourOf(link.jitter, jitter),
     colourOf(link.silence, silence),
   ];

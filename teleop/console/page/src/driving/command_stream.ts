@@ -9,8 +9,8 @@ export const PERIOD = 50;
 export const SPACING = 20;
 /** Zeros at the end, the first one included. */
 const ZEROS = 3;
-/** Timers fire early by up to this much [ms]. */
-const EARLY = 1;
+/** A command is due this much before its period is over [ms]: half the time to the loop's next look. */
+const EARLY = 8;
 
 type Phase = "silent" | "starting" | "moving" | "ending";
 
@@ -47,8 +47,8 @@ export class CommandStream {
       this.channel = channel;
       return this.begin(now);
     }
-    const wait = this.phase === "moving" && changed(this.last, wanted) ? SPACING : PERIOD;
-    if (now - this.sentAt < wait - EARLY) {
+    const wait = this.phase === "moving" && changed(this.last, wanted) ? SPACING : PERIOD - EARLY;
+    if (now - this.sentAt < wait) {
       return true;
     }
     this.phase = "moving";
@@ -67,6 +67,13 @@ export class CommandStream {
     return this.driving ? this.rest(now) : true;
   }
 
+  /** Leave out the zeros that would follow the first one: a robot whose e-stop is latched complains of each command. */
+  fallSilent(): void {
+    if (this.phase === "ending" && this.zerosLeft < ZEROS) {
+      this.phase = "silent";
+    }
+  }
+
   private begin(now: number): boolean {
     this.phase = "starting";
     this.sentAt = now;
@@ -78,19 +85,20 @@ export class CommandStream {
     if (this.phase === "silent") {
       return true;
     }
-    if (this.phase !== "ending") {
+    const first = this.phase !== "ending";
+    if (first) {
       this.phase = "ending";
       this.zerosLeft = ZEROS;
     } else if (now - this.sentAt < PERIOD - EARLY) {
       return true;
     }
     this.sentAt = now;
-    this.zerosLeft -= 1;
+    const sent = this.channel?.release() ?? false;
+    this.zerosLeft -= Number(sent); // one that cannot be sent is sent as soon as it can
     if (this.zerosLeft === 0) {
       this.phase = "silent";
     }
-    // The zeros behind the first one are for safety only: where they do not get through, the stream is over all the same.
-    return (this.channel?.release() ?? false) || this.zerosLeft < ZEROS - 1;
+    return sent || !first;
   }
 }
 

@@ -46,6 +46,11 @@ export class DriveLoop {
     this.stream.stop(now);
   }
 
+  /** Send no more than the one command that lets go. */
+  fallSilent(): void {
+    this.stream.fallSilent();
+  }
+
   /**
    * Send what is due.
    *

@@ -104,6 +104,11 @@ export class Driving {
     this.watch();
   }
 
+  /** The page's clock [ms]. */
+  now(): number {
+    return this.environment.now();
+  }
+
   /** Drive a robot that nothing guards, as the person has confirmed. */
   confirmPlain(channel: "velocity" | "joy" = "velocity"): void {
     this.plainChannel = channel;
@@ -124,6 +129,7 @@ export class Driving {
       this.confirmed.value = false;
       this.stopped.value = { words: texts.plainStopped, at: this.environment.now() };
     } else {
+      this.loop.fallSilent();
       this.estop.press();
     }
   }
@@ -229,12 +235,15 @@ export class Driving {
 
   /** Count what is held as released, since the robot cannot be driven. */
   private block(blocked: Blockage): void {
-    const losses: Partial<Record<Blockage, Loss>> = { connecting: "connection", lost: "connection", refusedConnection: "connection", silent: "silent" };
+    const losses: Partial<Record<Blockage, Loss>> = { connecting: "connection", lost: "connection", refusedConnection: "connection", silent: "silent", others: "taken" };
     const loss = losses[blocked];
     if (this.loop.driving && loss !== undefined) {
       this.lose(loss);
     } else {
       this.releaseAll();
+    }
+    if (blocked === "estop") {
+      this.loop.fallSilent();
     }
   }
 

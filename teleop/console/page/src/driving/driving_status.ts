@@ -71,7 +71,8 @@ function guarded(view: RobotView, own: OwnInput): DrivingStatus {
   if (own.driving) {
     return status(true, control.armed ? texts.status.driving : texts.status.starting, "good");
   }
-  if (own.stopped === undefined && mine && control.state === "disarmed") {
+  // The watchdog ends each drive: that is no news to whoever let go.
+  if (own.stopped === undefined && mine && control.state === "disarmed" && !control.reason.startsWith("no command for")) {
     const [, remedy] = texts.status.readyMine;
     return status(true, [texts.because(inOurWords(control.reason, session?.name)), remedy], "good");
   }

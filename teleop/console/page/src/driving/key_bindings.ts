@@ -41,6 +41,11 @@ export function spacePresses(target: EventTarget | null): boolean {
   return target instanceof Element && target.closest(PRESSABLE) !== null;
 }
 
+/** Whether this element is the emergency stop's button. */
+export function stops(target: EventTarget | null): boolean {
+  return target instanceof Element && target.closest("[data-stops]") !== null;
+}
+
 /** Whether a dialog is open in front of the page. */
 export function dialogOpen(document: Document): boolean {
   return document.querySelector("dialog[open]") !== null;

@@ -1,6 +1,6 @@
 /** Driving by keys: a held key is the deadman. */
 
-import { dialogOpen, directionOf, gearOf, ownsKeys, spacePresses, type Direction } from "./key_bindings";
+import { dialogOpen, directionOf, gearOf, ownsKeys, spacePresses, stops, type Direction } from "./key_bindings";
 import { RESTING, type DriveSource, type SourceReading } from "./drive_source";
 import type { Gear } from "./gears";
 
@@ -72,6 +72,8 @@ export class KeyboardSource implements DriveSource {
   private special(event: KeyboardEvent): void {
     if (event.code === "Escape" && !event.repeat && !event.isComposing) {
       this.hooks.escape(event);
+    } else if (event.code === "Space" && stops(event.target)) {
+      this.hooks.stop(); // and presses the button, which stops for good
     } else if (event.code === "Space" && (this.hooks.driving() || !(ownsKeys(event.target) || spacePresses(event.target)))) {
       this.spaceTaken = true;
       event.preventDefault();

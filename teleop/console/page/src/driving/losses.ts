@@ -3,7 +3,7 @@
 /** Why everything counts as released. */
 export type Loss =
   | "hidden" | "blurred" | "closed" | "frozen-page" | "slept" | "touch" | "unplugged" | "frozen" | "connection"
-  | "unsent" | "silent" | "not-listening";
+  | "unsent" | "silent" | "taken" | "not-listening";
 
 /** Call `lose` for each event by which the page loses the person; returns what undoes it. */
 export function watchPage(window: Window, document: Document, lose: (loss: Loss) => void): () => void {
@@ -22,7 +22,7 @@ export function watchPage(window: Window, document: Document, lose: (loss: Loss)
 }
 
 /** A pause of the loop from which on the computer counts as having slept [ms]. */
-export const SLEPT = 300;
+export const SLEPT = 500;
 
 /**
  * Notices pauses of the loop. The monotonic clock of some browsers stands still while the computer sleeps, so the

@@ -22,7 +22,7 @@ const RULES: readonly Rule[] = [
   [/^e-stop by (.+) is latched; reset it first$/, texts.estop],
   [/^e-stop reset by (.+)$/, texts.reset],
   [/^e-stop by (.+)$/, texts.estop],
-  [/^no command for ([\d.]+) s$/, (time) => texts.watchdog(time.replace(/0{1,2}$/, ""))],
+  [/^no command for ([\d.]+) s$/, (time) => texts.watchdog(Number(time).toFixed(1))],
   [/^(.+) was silent for ([\d.]+) s$/, texts.silent],
   [/^commands arrive ([\d.]+) s late, /, texts.late],
   [/^(.+) taken over from (.+)$/, texts.takenOver],

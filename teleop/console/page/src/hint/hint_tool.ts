@@ -5,6 +5,7 @@ import type { RobotCommands } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
 import type { Answer, PlanarPose, Pose } from "../values";
 import { planar, type FloorPoint } from "./hint_geometry";
+import { watchKeys } from "./hint_key_watch";
 import { hintKey } from "./hint_keys";
 import { watchPointer } from "./hint_pointer";
 import { HintPreviews, type PreviewClock } from "./hint_previews";
@@ -32,6 +33,9 @@ const PICKED = { sigma: 0.1, headingSigma: (3 * Math.PI) / 180 };
 
 /** The preview is renewed this often while nothing is moved, since the robot may move [ms]. */
 const RENEW = 500;
+
+/** An older estimate is not where the robot is now [ms]: it has none any more. */
+const PRESENT = 1000;
 
 const BROWSER_CLOCK: PreviewClock = {
   now: () => performance.now(),
@@ -63,7 +67,7 @@ export class HintTool {
     );
     this.ends.push(
       watchPointer(surface, (x, y) => scene.floorPoint(x, y), () => this.placing, this.dispatch),
-      this.watchKeys(),
+      watchKeys(surface.ownerDocument.defaultView, () => this.placing, (key, shift) => this.key(key, shift)),
       effect(() => {
         const hint = this.current.value;
         untracked(() => { this.show(hint); });
@@ -91,12 +95,12 @@ export class HintTool {
 
   /** Begin to place a hint, from the present pose if there is one. */
   begin(): void {
-    const present = this.state.mapFromBase.peek();
-    this.dispatch({ type: "begin", present: present && planar(present) });
+    const pose = this.state.mapFromBase.peek();
+    const present = pose !== undefined && this.clock.now() - pose.receivedAt < PRESENT ? planar(pose) : undefined;
+    this.dispatch({ type: "begin", present });
     this.surface.focus({ preventScroll: true });
-    const { pose } = this.current.peek();
-    if (pose !== undefined) {
-      this.ask(pose);
+    if (present !== undefined) {
+      this.ask(present);
     }
   }
 
@@ -104,13 +108,14 @@ export class HintTool {
     this.dispatch({ type: "cancel" });
   }
 
-  /** End the placing of a hint, for Esc; false if none was being placed. */
+  /**
+   * End the placing of a hint, for Esc. False if none was being placed, or if the robot moves: then Esc is to stop it as
+   * well.
+   */
   escape(): boolean {
     const placing = this.placing;
-    if (placing) {
-      this.cancel();
-    }
-    return placing;
+    this.cancel();
+    return placing && !this.moving;
   }
 
   /** Send the hint, if it is complete. */
@@ -147,6 +152,9 @@ export class HintTool {
     if (event === undefined) {
       return false;
     }
+    if (event.type === "cancel") {
+      return this.escape();
+    }
     if (event.type === "confirm") {
       this.confirm();
     } else {
@@ -162,6 +170,11 @@ export class HintTool {
     }
     this.scene.showGhost(undefined, "unknown");
     this.scene.setInteraction("camera");
+  }
+
+  private get moving(): boolean {
+    const control = this.state.control.peek();
+    return control !== undefined && (control.linear !== 0 || control.angular !== 0);
   }
 
   private readonly dispatch = (event: HintEvent): void => {
@@ -199,30 +212,13 @@ export class HintTool {
     this.scene.showGhost(placing || state.phase === "waiting" ? state.pose : undefined, quality);
   }
 
-  /** Keys count before those that drive, since arrows mean both; only presses, so that releases are never lost. */
-  private watchKeys(): () => void {
-    const stop = new AbortController();
-    const handle = (event: KeyboardEvent): void => {
-      const modified = event.ctrlKey || event.altKey || event.metaKey;
-      if (!this.placing || modified || takesKeys(event.target, event.key)) {
-        return;
-      }
-      if (this.key(event.key, event.shiftKey)) {
-        event.preventDefault();
-        event.stopImmediatePropagation();
-      }
-    };
-    const view = this.surface.ownerDocument.defaultView;
-    view?.addEventListener("keydown", handle, { capture: true, signal: stop.signal });
-    return () => { stop.abort(); };
-  }
-
   private watchRun(): () => void {
     let run = this.state.run.peek();
     return effect(() => {
       const now = this.state.run.value;
-      if (now !== run) {
-        run = now;
+      const another = now !== run && run !== "";
+      run = now;
+      if (another) {
         untracked(() => { this.dispatch({ type: "forget" }); });
       }
     });
@@ -241,15 +237,6 @@ export class HintTool {
     cancel = this.clock.after(RENEW, again);
     return () => { cancel(); };
   }
-}
-
-/** Return whether a key belongs to the element that has the focus: a field, an open dialog, a button's Enter. */
-function takesKeys(target: EventTarget | null, key: string): boolean {
-  if (!(target instanceof Element)) {
-    return false;
-  }
-  const field = target.closest("input, select, textarea, [contenteditable], dialog[open]") !== null;
-  return field || (key === "Enter" && target.closest("button, a, summary") !== null);
 }
 
 /** Return the answer, or a failed one with the reason. */

@@ -13,6 +13,7 @@ const lost = {
   "connection": "Stopped: the connection was lost.",
   "unsent": "Stopped: a command could not be sent.",
   "silent": "Stopped: the robot said nothing for a second.",
+  "taken": "Stopped: somebody else drives now.",
   "not-listening": "Stopped: the robot no longer listened.",
 } as const;
 
@@ -158,6 +159,7 @@ export const drivingTexts = {
     estop: "Emergency stop", takeOver: "Take over",
   },
   mappingAxis: (axis: number, sign: number) => `axis ${axis} ${sign < 0 ? "−" : "+"}`,
+  mappingAxisName: (axis: number) => `axis ${axis}`,
   mappingButton: (button: number) => `button ${button}`,
   mappingUnset: "not set",
   mappingSet: (use: string) => `Set: ${use}`,

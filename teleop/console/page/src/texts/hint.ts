@@ -4,6 +4,10 @@ import type { HintVerdict } from "../values";
 
 const percent = (share: number): string => `${Math.round(100 * share)} %`;
 
+/** Return the robot's words as a sentence of its own. */
+const sentence = (words: string): string =>
+  words === "" ? "" : `${words.charAt(0).toUpperCase()}${words.slice(1)}${/[.!?]$/.test(words) ? "" : "."}`;
+
 export const hintTexts = {
   title: "Where is the robot?",
   begin: "Show where it is",
@@ -32,17 +36,17 @@ export const hintTexts = {
       ambiguous: "Ambiguous: two places look alike from here. Pick one of the numbered places, or drive on.",
       rejected: "Rejected: the robot is not there.",
     }[verdict];
-    return reason === "" ? meaning : `${meaning} (${reason})`;
+    return `${meaning} ${sentence(reason)}`.trim();
   },
   undone: (success: boolean, message: string): string =>
-    success ? `Undone. ${message}`.trim() : `Not undone: ${message}`,
+    success ? "The last placement is undone." : `Not undone: ${message}`,
   searched: (success: boolean, message: string): string =>
-    success ? `The whole map is searched. ${message}`.trim() : `Not searched: ${message}`,
+    success ? (message === "" ? "The whole map is searched." : sentence(message)) : `Not searched: ${message}`,
   candidates: (count: number): string =>
     `${count === 1 ? "One place explains" : `${count} places explain`} what is seen. Pick the right one, or drive on to tell them apart.`,
   pick: (number: number, x: number, y: number): string => `${number}: at ${x.toFixed(1)}, ${y.toFixed(1)} m`,
   pose: (x: number, y: number, degrees: number): string =>
-    `x ${x.toFixed(2)} m, y ${y.toFixed(2)} m, heading ${degrees.toFixed(0)}°`,
+    `x ${x.toFixed(2)} m, y ${y.toFixed(2)} m, heading ${degrees.toFixed(0).replace(/^-(0|180)$/, "$1")}°`,
   nudge: {
     title: "Move it",
     forward: "up",

@@ -21,7 +21,7 @@ export const panelTexts = {
   close: "Close",
 } as const;
 
-export const linkTexts = {
+export const linkPanelTexts = {
   title: "Link",
   words: { unknown: UNKNOWN, good: "good", slow: "slow", bad: "too slow", lost: "lost" },
   colours: { unknown: UNKNOWN, green: "green", amber: "amber", red: "red" },
@@ -30,6 +30,7 @@ export const linkTexts = {
   jitter: "Jitter",
   received: "Received",
   silence: "Last message",
+  ageWords,
   ago: (age: number): string => `${ageWords(age)} ago`,
   milliseconds,
   bitRate,
@@ -113,6 +114,7 @@ export const sessionTexts = {
     mayTakeOver: "take over",
   },
   unknown: "Not known yet.",
+  plain: "This robot knows no sessions: whoever reaches it may do everything.",
 } as const;
 
 export const layerTexts = {

@@ -103,6 +103,7 @@ describe("the link", () => {
   it("is one word by its worst figure", () => {
     expect(linkWord(true, link)).toBe("good");
     expect(linkWord(true, { ...link, roundTripP95: 250 })).toBe("slow");
+    expect(linkWord(true, { ...link, roundTripP95: 900 })).toBe("slow");
     expect(linkWord(true, { ...link, jitter: 60 })).toBe("slow");
     expect(linkWord(true, { ...link, roundTrip: 501 })).toBe("bad");
     expect(linkWord(true, { ...link, silence: 600 })).toBe("bad");

@@ -109,6 +109,7 @@ describe.each(Object.entries(INPUTS))("driving by %s", (_, input) => {
     page.wait(500);
     page.says({ controller: OTHER, state: "armed", armed: true, reason: "taken over" });
     expect(page.last).toMatchObject({ forward: 0, deadman: false });
+    expect(page.driving.stoppedBecause.value?.words).toMatch(/somebody else/);
     const count = page.joys.length;
     page.wait(500);
     page.says({ controller: "", state: "idle", armed: false });

@@ -22,9 +22,9 @@ class Picture implements HintScene {
   }
 }
 
-function stamped(x: number, y: number, yaw: number): StampedPose {
+function stamped(x: number, y: number, yaw: number, receivedAt = performance.now()): StampedPose {
   const orientation = { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) };
-  return { position: { x, y, z: 0 }, orientation, stamp: 1, receivedAt: 0 };
+  return { position: { x, y, z: 0 }, orientation, stamp: 1, receivedAt };
 }
 
 let surface: HTMLElement;
@@ -125,7 +125,9 @@ describe("a hint by press and drag", () => {
   });
 
   it("ends with a new run of the robot", () => {
+    state.run.value = "one";
     dragToTheRight();
+    expect(tool.placing).toBe(true);
     state.run.value = "another";
     forgetRun(state);
     expect(tool.view.value.phase).toBe("off");
@@ -153,6 +155,12 @@ describe("a hint by keys", () => {
     window.removeEventListener("keydown", driving);
   });
 
+  it("does not begin at a pose that the robot no longer has", () => {
+    state.mapFromBase.value = stamped(5, 6, 1, performance.now() - 2000);
+    tool.begin();
+    expect(tool.view.value.pose).toBeUndefined();
+  });
+
   it("leaves keys to fields, and Enter to buttons", () => {
     state.mapFromBase.value = stamped(5, 6, 1);
     const field = document.body.appendChild(document.createElement("input"));
@@ -174,6 +182,23 @@ describe("a hint by keys", () => {
     expect(tool.view.value.phase).toBe("off");
     expect(press("Escape").defaultPrevented).toBe(false);
     expect(tool.escape()).toBe(false);
+  });
+});
+
+describe("Esc while the robot moves", () => {
+  it("leaves the hint and stays with whoever stops the robot", () => {
+    state.mapFromBase.value = stamped(5, 6, 1);
+    state.control.value = {
+      stamp: 1, state: "armed", reason: "", controller: "client 4", armed: true, estop: false, commandAge: 0,
+      linear: 0.3, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 0, askingName: "",
+    };
+    const stop = vi.fn();
+    window.addEventListener("keydown", stop);
+    tool.begin();
+    press("Escape");
+    window.removeEventListener("keydown", stop);
+    expect(tool.view.value.phase).toBe("off");
+    expect(stop).toHaveBeenCalledTimes(1);
   });
 });
 

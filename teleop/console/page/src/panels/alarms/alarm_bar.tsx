@@ -48,7 +48,7 @@ export function MuteButton({ alarms }: { alarms: Alarms }) {
     <button
       type="button"
       class="panel-mute"
-      aria-pressed={muted}
+      data-muted={muted}
       disabled={sound === "unavailable"}
       title={muted ? texts.unmute : texts.mute}
       onClick={() => { alarms.muted.value = !alarms.muted.peek(); }}

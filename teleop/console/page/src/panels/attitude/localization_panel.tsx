@@ -6,7 +6,7 @@ import { hintTexts } from "../../texts/hint";
 import { localizationTexts as texts, panelTexts } from "../../texts/panels";
 import type { Health } from "../../values";
 import { Panel, Row } from "../panel";
-import { MaybeStale } from "../staleness";
+import { MaybeStale, staleness } from "../staleness";
 import { useArrival } from "../use_arrival";
 import { useNow } from "../use_now";
 
@@ -20,11 +20,13 @@ const GRADES: Readonly<Record<Health, string>> = {
   relocalising: "amber",
 };
 
+/** Sigmas and fit belong to a pose: without one the robot reports zeros, which are not shown. */
 export function LocalizationPanel({ state }: { state: RobotState }) {
   const now = useNow();
   const status = state.status.value;
   const pose = state.mapFromBase.value;
   const receivedAt = useArrival(state.status);
+  const placed = !staleness(pose?.receivedAt, now).stale;
   const degrees = pose === undefined ? 0 : (headingOf(pose.orientation) * 180) / Math.PI;
   return (
     <Panel title={texts.title} name="localization">
@@ -39,15 +41,19 @@ export function LocalizationPanel({ state }: { state: RobotState }) {
           <Row name={texts.pose}>
             {pose === undefined
               ? panelTexts.unknown
-              : hintTexts.pose(pose.position.x, pose.position.y, degrees)}
+              : (
+                <MaybeStale receivedAt={pose.receivedAt} now={now}>
+                  {hintTexts.pose(pose.position.x, pose.position.y, degrees)}
+                </MaybeStale>
+              )}
           </Row>
           <Row name={texts.position}>
-            <span title={texts.sigma}>{texts.metres(status?.positionSigma ?? NaN)}</span>
+            <span title={texts.sigma}>{texts.metres(placed ? status?.positionSigma ?? NaN : NaN)}</span>
           </Row>
           <Row name={texts.heading}>
-            <span title={texts.sigma}>{texts.degrees(status?.headingSigma ?? NaN)}</span>
+            <span title={texts.sigma}>{texts.degrees(placed ? status?.headingSigma ?? NaN : NaN)}</span>
           </Row>
-          <Row name={texts.fit}>{texts.share(status?.fit ?? NaN)}</Row>
+          <Row name={texts.fit}>{texts.share(placed ? status?.fit ?? NaN : NaN)}</Row>
         </dl>
       </MaybeStale>
     </Panel>

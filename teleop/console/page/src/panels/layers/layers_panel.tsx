@@ -1,17 +1,21 @@
 /** What the picture shows and how. */
 
-import type { Signal } from "@preact/signals";
+import type { ReadonlySignal, Signal } from "@preact/signals";
 import { useId } from "preact/hooks";
+import {
+  DECAY_RANGE, LAYERS, POINT_SIZE_RANGE, THEMES, VIEWS, withLayer, type Layer, type SceneSettings,
+} from "../../scene/settings";
 import { layerTexts as texts } from "../../texts/panels";
 import { Panel } from "../panel";
-import type { Layer, LeanSetting, PictureSettings } from "./picture_settings";
 
-const VIEWS = ["chase", "top", "first"] as const;
-const THEMES = ["day", "night"] as const;
-const LAYERS = ["map", "cloud", "oldSweeps", "path", "covariance", "hypotheses", "truth", "grid"] as const;
+/** The setting that saves bandwidth, which belongs to the link. */
+export interface LeanSetting {
+  readonly lean: ReadonlySignal<boolean>;
+  readonly setLean: (lean: boolean) => void;
+}
 
 export interface LayersPanelProps {
-  readonly settings: PictureSettings;
+  readonly settings: SceneSettings;
   readonly lean?: LeanSetting | undefined;
   /** Layers that the robot has nothing for, such as the truth of a real one; they are not offered. */
   readonly absent?: readonly Layer[];
@@ -22,8 +26,8 @@ export function LayersPanel({ settings, lean, absent = [] }: LayersPanelProps) {
     <Panel title={texts.title} name="layers">
       <ViewSwitch view={settings.view} />
       <Choice title={texts.theme} options={THEMES} names={texts.themes} chosen={settings.theme} />
-      <Slider title={texts.pointSize} value={settings.pointSize} min={0.5} max={4} step={0.1} words={texts.factor} />
-      <Slider title={texts.decay} value={settings.decay} min={0} max={30} step={1} words={texts.seconds} />
+      <Slider title={texts.pointSize} value={settings.pointSize} range={POINT_SIZE_RANGE} step={0.1} words={texts.factor} />
+      <Slider title={texts.decay} value={settings.decay} range={DECAY_RANGE} step={1} words={texts.seconds} />
       <fieldset>
         <legend>{texts.layers}</legend>
         {LAYERS.filter((layer) => !absent.includes(layer)).map((layer) => (
@@ -32,7 +36,7 @@ export function LayersPanel({ settings, lean, absent = [] }: LayersPanelProps) {
               type="checkbox"
               checked={settings.layers.value[layer]}
               onChange={({ currentTarget }) => {
-                settings.layers.value = { ...settings.layers.peek(), [layer]: currentTarget.checked };
+                settings.layers.value = withLayer(settings.layers.peek(), layer, currentTarget.checked);
               }}
             />
             {texts.names[layer]}
@@ -54,7 +58,7 @@ export function LayersPanel({ settings, lean, absent = [] }: LayersPanelProps) {
 }
 
 /** The three views of the picture, also for the page's bar. */
-export function ViewSwitch({ view }: { view: PictureSettings["view"] }) {
+export function ViewSwitch({ view }: { view: SceneSettings["view"] }) {
   return <Choice title={texts.view} options={VIEWS} names={texts.views} chosen={view} />;
 }
 
@@ -82,8 +86,11 @@ function Choice<T extends string>(
 }
 
 function Slider(
-  { title, value, min, max, step, words }:
-  { title: string; value: Signal<number>; min: number; max: number; step: number; words: (value: number) => string },
+  { title, value, range, step, words }:
+  {
+    title: string; value: Signal<number>; range: { readonly min: number; readonly max: number }; step: number;
+    words: (value: number) => string;
+  },
 ) {
   const id = useId();
   return (
@@ -92,8 +99,8 @@ function Slider(
       <input
         id={id}
         type="range"
-        min={min}
-        max={max}
+        min={range.min}
+        max={range.max}
         step={step}
         value={value.value}
         aria-valuetext={words(value.value)}

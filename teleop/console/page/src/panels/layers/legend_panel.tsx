@@ -1,7 +1,7 @@
 /** What the colours of the live points mean. */
 
+import type { LegendEntry } from "../../scene/palette";
 import { layerTexts as texts } from "../../texts/panels";
-import type { LegendEntry } from "./picture_settings";
 
 /** @param entries Distances in ascending order, then "unknown". */
 export function LegendPanel({ entries }: { entries: readonly LegendEntry[] }) {

@@ -2,7 +2,7 @@
 
 import { colourOf, colourOfWord, LINK_THRESHOLDS, linkWord, LOST_AFTER, type LinkWord } from "../../alarms/link_grade";
 import type { LinkStatistics, LinkStatisticsSignal, RobotState, StreamStatistics } from "../../robot/robot_state";
-import { linkTexts as texts } from "../../texts/panels";
+import { linkPanelTexts as texts } from "../../texts/panels";
 import { Panel, Row } from "../panel";
 import { Tooltip } from "../tooltip";
 
@@ -84,7 +84,7 @@ function Stream({ stream }: { stream: StreamStatistics }) {
   return (
     <tr data-grade={grade}>
       <th scope="row">{stream.topic}</th>
-      <td>{stream.age === undefined ? texts.never : texts.ago(stream.age)}</td>
+      <td>{stream.age === undefined ? texts.never : texts.ageWords(stream.age)}</td>
       <td>{stream.rate.toFixed(1)}</td>
       <td>{stream.dropped}</td>
     </tr>

@@ -21,10 +21,29 @@ export function SessionPanel({ state, commands, onLogout }: SessionPanelProps) {
   return (
     <Panel title={texts.title} name="session">
       {session === undefined
-        ? <Login words={state.connection.value.words} onToken={logIn} />
+        ? <Stranger state={state} onToken={logIn} />
         : <Identity session={session} onToken={logIn} onLogout={onLogout} />}
     </Panel>
   );
+}
+
+/** Nobody yet: refused, not yet recognised, or at a robot that knows no sessions. */
+function Stranger({ state, onToken }: { state: RobotState; onToken: (token: string) => void }) {
+  const { phase, words } = state.connection.value;
+  if (phase === "refused") {
+    return <Login words={words} onToken={onToken} />;
+  }
+  if (phase !== "open") {
+    return <p>{words === "" ? texts.unknown : words}</p>;
+  }
+  return state.dialect.value === "plain"
+    ? <p>{texts.plain}</p>
+    : (
+      <details>
+        <summary>{texts.another}</summary>
+        <Login words={words} onToken={onToken} />
+      </details>
+    );
 }
 
 function Identity(

@@ -1,0 +1,77 @@
+/** What a person may set about the picture; remembered by the browser. */
+
+import type { Signal } from "@preact/signals";
+import { browserKeeper, remembered, type Keeper } from "./remembered";
+
+export const VIEWS = ["chase", "top", "first"] as const;
+/** From behind the robot, from above with north (y) up, or with the robot's eyes. */
+export type View = (typeof VIEWS)[number];
+
+export const THEMES = ["day", "night"] as const;
+export type Theme = (typeof THEMES)[number];
+
+export const LAYERS = [
+  "map", "cloud", "oldSweeps", "path", "covariance", "hypotheses", "truth", "grid",
+] as const;
+export type Layer = (typeof LAYERS)[number];
+export type Layers = Readonly<Record<Layer, boolean>>;
+
+export const POINT_SIZE_RANGE = { min: 0.5, max: 4, initial: 1 } as const;
+export const DECAY_RANGE = { min: 0, max: 30, initial: 4 } as const;
+
+export interface SceneSettings {
+  readonly view: Signal<View>;
+  readonly theme: Signal<Theme>;
+  /** Factor on the size of all points. */
+  readonly pointSize: Signal<number>;
+  readonly layers: Signal<Layers>;
+  /** How long old sweeps stay in the picture [s]; 0 keeps none. */
+  readonly decay: Signal<number>;
+}
+
+const ALL_LAYERS: Layers = {
+  map: true, cloud: true, oldSweeps: true, path: true, covariance: true, hypotheses: true, truth: true, grid: true,
+};
+
+/** Return the settings as they were kept, else the defaults; the theme follows the system at first. */
+export function sceneSettings(
+  keeper: Keeper | undefined = browserKeeper(),
+  prefersDark: boolean = systemPrefersDark(),
+): SceneSettings {
+  return {
+    view: remembered("farsteer.view", "chase", oneOf(VIEWS), keeper),
+    theme: remembered("farsteer.theme", prefersDark ? "night" : "day", oneOf(THEMES), keeper),
+    pointSize: remembered("farsteer.pointSize", POINT_SIZE_RANGE.initial, within(POINT_SIZE_RANGE), keeper),
+    layers: remembered("farsteer.layers", ALL_LAYERS, asLayers, keeper),
+    decay: remembered("farsteer.decay", DECAY_RANGE.initial, within(DECAY_RANGE), keeper),
+  };
+}
+
+/** Return the layers with one of them shown or hidden. */
+export function withLayer(layers: Layers, layer: Layer, shown: boolean): Layers {
+  return { ...layers, [layer]: shown };
+}
+
+function systemPrefersDark(): boolean {
+  return typeof window.matchMedia === "function" && window.matchMedia("(prefers-color-scheme: dark)").matches;
+}
+
+function oneOf<T extends string>(known: readonly T[]): (kept: unknown) => T | undefined {
+  return (kept) => known.find((each) => each === kept);
+}
+
+function within(range: { readonly min: number; readonly max: number }): (kept: unknown) => number | undefined {
+  return (kept) =>
+    typeof kept === "number" && kept >= range.min && kept <= range.max ? kept : undefined;
+}
+
+function asLayers(kept: unknown): Layers | undefined {
+  if (typeof kept !== "object" || kept === null) {
+    return undefined;
+  }
+  const entries = new Map<string, unknown>(Object.entries(kept));
+  return LAYERS.reduce<Layers>((layers, layer) => {
+    const shown = entries.get(layer);
+    return typeof shown === "boolean" ? withLayer(layers, layer, shown) : layers;
+  }, ALL_LAYERS);
+}

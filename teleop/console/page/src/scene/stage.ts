@@ -1,0 +1,117 @@
+/** The canvas: renderer, size, lost and restored context, and frames drawn only when something has changed. */
+
+import { signal, type ReadonlySignal } from "@preact/signals";
+import { PerspectiveCamera, Scene as ThreeScene, WebGLRenderer } from "three";
+import { sceneTexts } from "../texts/scene";
+import { FrameTimes } from "./frame_times";
+
+/** More pixels than this for each one of the page cost time and show nothing. */
+const MOST_RATIO = 2;
+
+/**
+ * What is done for each frame, so many ms after the last one; true if there is motion left, so that another frame is
+ * wanted. `followsAtOnce` says that the last one wanted this one.
+ */
+export type Update = (interval: number, followsAtOnce: boolean) => boolean;
+
+export class Stage {
+  readonly scene = new ThreeScene();
+  readonly camera = new PerspectiveCamera();
+  readonly frameTimes = new FrameTimes();
+  readonly #trouble = signal("");
+  readonly #canvas: HTMLCanvasElement;
+  readonly #update: Update;
+  readonly #renderer: WebGLRenderer | undefined;
+  readonly #observer: ResizeObserver | undefined;
+  readonly #ended = new AbortController();
+  #request: number | undefined;
+  #last = 0;
+  #moving = false;
+  #size = { width: 300, height: 150, ratio: 1 };
+
+  constructor(canvas: HTMLCanvasElement, update: Update) {
+    this.#canvas = canvas;
+    this.#update = update;
+    this.#renderer = this.#makeRenderer();
+    const { signal: ended } = this.#ended;
+    canvas.addEventListener("webglcontextlost", () => { this.#trouble.value = sceneTexts.contextLost; }, { signal: ended });
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.#trouble.value = "";
+      this.invalidate();
+    }, { signal: ended });
+    if (typeof ResizeObserver === "function") {
+      this.#observer = new ResizeObserver(() => { this.resize(); });
+      this.#observer.observe(canvas);
+    }
+    this.resize();
+  }
+
+  /** One sentence on what is wrong with the picture; empty while all is well. */
+  get trouble(): ReadonlySignal<string> {
+    return this.#trouble;
+  }
+
+  /** Size of the picture in pixels of the page, and pixels of the screen for each of these. */
+  get size(): { readonly width: number; readonly height: number; readonly ratio: number } {
+    return this.#size;
+  }
+
+  /** Have a frame drawn soon. */
+  invalidate(): void {
+    if (this.#request === undefined && !this.#ended.signal.aborted) {
+      this.#request = requestAnimationFrame((now) => { this.#frame(now); });
+    }
+  }
+
+  /** Take the canvas's size; a picture of the new size is drawn at once, for a resized canvas is empty. */
+  resize(): void {
+    const { clientWidth, clientHeight } = this.#canvas;
+    const ratio = Math.min(window.devicePixelRatio || 1, MOST_RATIO);
+    const size = { width: Math.max(clientWidth, 1), height: Math.max(clientHeight, 1), ratio };
+    const { width, height } = this.#size;
+    if (size.width !== width || size.height !== height || ratio !== this.#size.ratio) {
+      this.#size = size;
+      this.#renderer?.setPixelRatio(ratio);
+      this.#renderer?.setSize(size.width, size.height, false);
+      this.invalidate();
+    }
+  }
+
+  dispose(): void {
+    this.#ended.abort();
+    this.#observer?.disconnect();
+    if (this.#request !== undefined) {
+      cancelAnimationFrame(this.#request);
+    }
+    this.#renderer?.dispose();
+  }
+
+  #makeRenderer(): WebGLRenderer | undefined {
+    // Tried first, because three reports a missing WebGL to the console as an error of its own.
+    const antialias = window.devicePixelRatio < 2;
+    const context = this.#canvas.getContext("webgl2", { antialias, powerPreference: "high-performance" });
+    try {
+      if (context !== null) {
+        return new WebGLRenderer({ canvas: this.#canvas, context, antialias });
+      }
+    } catch {
+      // The same as no context.
+    }
+    this.#trouble.value = sceneTexts.noWebGl;
+    return undefined;
+  }
+
+  #frame(now: number): void {
+    this.#request = undefined;
+    const before = performance.now();
+    this.#moving = this.#update(Math.max(now - this.#last, 0), this.#moving);
+    this.#last = now;
+    if (this.#renderer !== undefined && !this.#renderer.getContext().isContextLost()) {
+      this.#renderer.render(this.scene, this.camera);
+    }
+    this.frameTimes.add(performance.now() - before);
+    if (this.#moving) {
+      this.invalidate();
+    }
+  }
+}

@@ -1,0 +1,141 @@
+/** All that is in the picture, layer by layer, without any signal: how it is painted, shown and freed. */
+
+import { Group } from "three";
+import type { PlanarPose } from "../values";
+import { Ghost, type GhostQuality } from "./ghost";
+import { GridLayer } from "./grid_layer";
+import { Hypotheses } from "./hypotheses";
+import { LivePoints } from "./live_points";
+import { MapLayer } from "./map_layer";
+import type { SceneColours } from "./palette";
+import { RobotLayer } from "./robot_layer";
+import type { Layers, View } from "./settings";
+import type { SmoothPose } from "./smooth_pose";
+import type { Viewport } from "./viewport";
+import { WaitingPlace } from "./waiting_place";
+
+/** What is higher above the robot's top is cut away, so that ceilings hide nothing [m]. */
+const HEADROOM = 1.5;
+/** From above, walls are as thin as their points: these are drawn larger. */
+const LARGER_FROM_ABOVE = 1.3;
+/** Distances of the focus from which the map fades, at least [m]. */
+const CLEAR = { inside: 12, outside: 22 };
+
+/** What is painted in which way. */
+export interface Paint {
+  readonly colours: SceneColours;
+  /** Everything alive is older than it should be. */
+  readonly stale: boolean;
+  /** The robot's place is not known, or doubted by the robot itself. */
+  readonly doubtful: boolean;
+}
+
+/** From where and how the world is looked at. */
+export interface Look {
+  readonly viewport: Viewport;
+  /** From the camera to its target [m]. */
+  readonly distance: number;
+  /** With the robot's eyes. */
+  readonly inside: boolean;
+  readonly view: View;
+  readonly located: boolean;
+  readonly floor: number;
+  /** Factor on the size of points. */
+  readonly size: number;
+  /** Of old sweeps [s]. */
+  readonly decay: number;
+}
+
+export class World {
+  readonly object = new Group();
+  readonly map: MapLayer;
+  readonly grid = new GridLayer();
+  readonly live = new LivePoints();
+  readonly robot = new RobotLayer();
+  readonly hypotheses = new Hypotheses();
+  readonly waiting = new WaitingPlace();
+  readonly #ghost = new Ghost(this.live.cloud);
+  #proposed: { readonly pose: PlanarPose; readonly quality: GhostQuality } | undefined;
+  #paint: Paint | undefined;
+
+  /** `changed` is called when something is there to be drawn that was not there before. */
+  constructor(changed: () => void) {
+    this.map = new MapLayer(changed);
+    const layers = [this.grid, this.map, this.live, this.robot, this.hypotheses, this.#ghost, this.waiting];
+    this.object.add(...layers.map((layer) => layer.object));
+  }
+
+  paint(paint: Paint): void {
+    const { colours, stale, doubtful } = paint;
+    this.#paint = paint;
+    this.map.setColours(colours);
+    this.grid.setColours(colours);
+    // Beside the ghost of the sweep, the sweep itself steps back.
+    this.live.setColours(colours, stale || this.#proposed !== undefined);
+    this.robot.setColours(colours, doubtful ? colours.doubtful : colours.robot, stale);
+    this.#ghost.setColours(colours, this.#proposed?.quality ?? "unknown");
+    this.waiting.setColours(colours);
+  }
+
+  /** Show the layers that are wanted, as far as there is something to be shown. */
+  show(layers: Layers, has: { readonly place: boolean; readonly cloud: boolean; readonly truth: boolean }, view: View): void {
+    const outside = view !== "first";
+    const withCloud = has.place && has.cloud;
+    this.map.object.visible = layers.map;
+    this.grid.object.visible = layers.grid;
+    this.hypotheses.object.visible = layers.hypotheses;
+    this.live.show(layers.cloud && withCloud, layers.cloud && !withCloud, layers.oldSweeps && has.place);
+    this.robot.show({ ...layers, covariance: layers.covariance && outside }, outside && has.truth);
+  }
+
+  /** Propose a pose, or none. */
+  propose(pose: PlanarPose | undefined, quality: GhostQuality, floor: number): void {
+    const [before, after] = [this.#proposed, pose && { pose, quality }];
+    this.#proposed = after;
+    this.placeGhost(floor);
+    if (this.#paint !== undefined && before?.quality !== after?.quality) {
+      this.live.setColours(this.#paint.colours, this.#paint.stale || after !== undefined);
+      this.#ghost.setColours(this.#paint.colours, quality);
+    }
+  }
+
+  /** Put the ghost on the floor [m], with the newest sweep. */
+  placeGhost(floor: number): void {
+    if (this.#proposed === undefined) {
+      this.#ghost.hide();
+      return;
+    }
+    const { cloudPose } = this.live;
+    const withCloud = this.live.hasCloud && cloudPose !== undefined;
+    const buffer = withCloud ? this.live.cloud : this.live.scan;
+    this.#ghost.show(this.#proposed.pose, floor, this.robot.box, buffer, withCloud ? cloudPose : undefined);
+  }
+
+  look(look: Look, pose: SmoothPose, now: number): void {
+    const { viewport, inside, size } = look;
+    const { pixelsPerMetre, ratio } = viewport;
+    const { x, y } = pose.position;
+    const cut = inside ? undefined : look.floor + this.robot.box.max.z + HEADROOM;
+    const near = Math.max(inside ? CLEAR.inside : CLEAR.outside, 3 * look.distance);
+    const fade: readonly [number, number] = look.located && look.view !== "top" ? [near, 3 * near] : [1e5, 2e5];
+    const mapSize = look.view === "top" ? LARGER_FROM_ABOVE * size : size;
+    this.map.setLook({ cut, focus: { x, y }, fade, pixelsPerMetre, size: mapSize, ratio });
+    const cloudLook = { cut, pixelsPerMetre, size, ratio, now: now / 1000 };
+    this.live.placeScan(pose.position, pose.orientation);
+    this.live.setLook(cloudLook, look.decay);
+    this.grid.setMetres(this.map.bounds === undefined, x, y, look.floor);
+    this.robot.setPose(pose.known ? pose.value() : undefined);
+    this.robot.setBodyVisible(!inside);
+    this.#ghost.setViewport(viewport, cloudLook);
+    for (const layer of [this.robot, this.hypotheses, this.waiting]) {
+      layer.setViewport(viewport);
+    }
+  }
+
+  dispose(): void {
+    this.hypotheses.clear();
+    for (const part of [this.map, this.grid, this.live, this.robot, this.#ghost, this.waiting]) {
+      part.dispose();
+    }
+  }
+}
