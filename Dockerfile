@@ -1,7 +1,7 @@
 # Farsteer in a container; tools/check-dockerfile runs these steps without Docker, in a bare Debian root.
 #   docker build -t farsteer .
 #   docker run --rm -v "$PWD/runs:/farsteer/runs" farsteer              # a drive, its files in runs/
-#   docker run --rm -p 127.0.0.1:9090:9090 farsteer farsteer serve --host 0.0.0.0
+#   docker run --rm -p 127.0.0.1:9090:9090 farsteer farsteer serve --host 0.0.0.0   # http://127.0.0.1:9090/
 
 FROM debian:bookworm-slim AS system
 RUN apt-get update \

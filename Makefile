@@ -16,21 +16,28 @@ AREA ?=
 AREAS := $(if $(AREA),$(firstword $(wildcard tests/$(AREA) tests/teleop/$(AREA)) tests/$(AREA)),)
 # One process for each core; a test's threads would only compete with the other processes. Measuring coverage
 # takes processor time of its own, so the limit for tests without a mark is wider there.
-PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --numprocesses auto --dist worksteal
+# Where PYTHONDONTWRITEBYTECODE is set, each of the hundred processes that tests start would compile our files anew.
+PYTEST := OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --numprocesses auto --dist worksteal
+
+# The console page is built from all of these; a folder is newer when a file is added to or removed from it.
+PAGE := teleop/console/page
+PAGE_SOURCES := $(shell find $(PAGE) \( -name node_modules -o -name dist \) -prune -o -print 2>/dev/null)
+# pip would build it as well, in an environment that is thrown away afterwards.
+export FARSTEER_SKIP_CONSOLE := 1
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
 	@echo "All commands, also those without a target: .venv/bin/farsteer --help"
 
-env: .venv/.env ## Make .venv with what running needs, in pinned versions
+env: .venv/.env .venv/.page ## Make .venv with what running needs, in pinned versions, and the console page
 
 sim: .venv/.env ## Drive the robot in simulation (ARGS="--help" says what else)
 	@$(BIN)/farsteer sim $(ARGS)
 
-serve: .venv/.env ## Serve a robot on ws://127.0.0.1:9090 in real time (ARGS="--port 9091")
+serve: .venv/.env .venv/.page ## Serve a robot and the page to drive it; it prints the address (ARGS="--lan")
 	@$(BIN)/farsteer serve $(ARGS)
 
-operate: .venv/.env ## Operate it: display and keyboard (ARGS="ws://host:port --no-viewer --record x.rrd")
+operate: .venv/.env ## Operate it from a terminal: rerun and keyboard (ARGS="ws://host:port --no-viewer --record x.rrd")
 	@$(BIN)/farsteer operate $(ARGS)
 
 map: .venv/.map ## Build the office's map from a simulated drive (ARGS="...")
@@ -57,6 +64,7 @@ check: .venv/.dev ## Check format, lint, types, layers and spelling; changes not
 	@$(BIN)/lint-imports
 	@$(BIN)/codespell
 	@tools/check-words
+	@$(BIN)/python tools/build-console --fetch-node --dev check
 
 format: .venv/.dev ## Format the code and mend what can be mended
 	@$(BIN)/ruff format
@@ -72,22 +80,26 @@ bench: .venv/.dev ## Run the benchmarks (ARGS="...")
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks $(ARGS)
 
 clean: ## Remove .venv and everything that was generated
-	rm -rf .venv .cache .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist
+	rm -rf $(PAGE)/dist $(PAGE)/node_modules .venv .cache .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The stamps are renewed only when what they depend on has changed.
 .venv/.env: pyproject.toml constraints.txt
 	@test -x $(BIN)/pip || { python=$$(tools/find-python $(PYTHON)) && "$$python" -m venv .venv; }
 	@echo "Installing what running needs into .venv: downloads 330 MB, takes 1.2 GB and a minute or more"
-	@$(INSTALL) '.[sim,operator]'
+	@$(INSTALL) '.[sim,operator,lan]'
 	@touch $@
+
+# Without the page the robot drives all the same, so that a failure is no error; it is tried again the next time.
+.venv/.page: .venv/.env $(PAGE_SOURCES) tools/build-console
+	@if $(BIN)/python tools/build-console --fetch-node; then touch $@; fi
 
 .venv/.map: .venv/.env
 	@echo "Installing what building maps needs: downloads another 130 MB"
-	@$(INSTALL) '.[sim,operator,map]'
+	@$(INSTALL) '.[sim,operator,lan,map]'
 	@touch $@
 
-.venv/.dev: .venv/.env
+.venv/.dev: .venv/.env | .venv/.page
 	@echo "Installing what tests and checks need: downloads another 200 MB, with those for maps"
-	@$(INSTALL) '.[sim,operator,map,dev]'
+	@$(INSTALL) '.[sim,operator,lan,map,dev]'
 	@touch $@

@@ -110,7 +110,7 @@ async def drive_over(words: tuple[str, ...], *, limited: bool) -> list[Moment]:
     server = build_server(config, None, lambda: simulation.stamp)
     adapter = RosbridgeAdapter(
         server,
-        latched_messages(cloud, simulation.mounts),
+        latched_messages(cloud, simulation.world.robot, simulation.mounts),
         undo_memory=0,
         round_trips=round_trips_of(server),
     )

@@ -11,6 +11,8 @@ from typing import Final
 from localization.errors import LocalizationError
 
 EXTRAS: Final = {
+    "cryptography": "lan",
+    "segno": "lan",
     "cbor2": "wire",
     "embreex": "sim",
     "matplotlib": "report",

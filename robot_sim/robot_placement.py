@@ -31,6 +31,29 @@ def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose)
         )
 
 
+def carry_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose) -> None:
+    """Set the robot down at rest at ``map_from_base``; the rest of the world, and its wheels, stay as they are.
+
+    Raises:
+        WorldError: it would stand inside an obstacle; the message names it, and the robot stays where it was.
+    """
+    joint = model.joint("base_link")
+    place, rates = joint.qposadr[0], joint.dofadr[0]
+    before = data.qpos[place : place + 7].copy(), data.qvel[rates : rates + 6].copy()
+    data.qpos[place : place + 3] = map_from_base.position
+    data.qpos[place + 3 : place + 7] = map_from_base.quaternion_wxyz
+    data.qvel[rates : rates + 6] = 0.0
+    mujoco.mj_forward(model, data)
+    touched = obstacles_touched(model, data, movers=False)
+    if touched:
+        data.qpos[place : place + 7], data.qvel[rates : rates + 6] = before
+        mujoco.mj_forward(model, data)
+        x, y = map_from_base.position[:2]
+        raise WorldError(
+            f"the robot at x {x:.2f}, y {y:.2f} would stand inside {', '.join(touched)}"
+        )
+
+
 def obstacles_touched(
     model: mujoco.MjModel, data: mujoco.MjData, *, movers: bool = True
 ) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from robot_sim.drive.wheel_slip import Slip, slip_of
 from robot_sim.physics import Physics, TickMotion
 from robot_sim.raycasting import caster_for
 from robot_sim.robot.mujoco_body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
-from robot_sim.robot_placement import obstacles_touched
+from robot_sim.robot_placement import carry_robot, obstacles_touched
 from robot_sim.sensors.imu import InertialConfig, InertialUnit
 from robot_sim.sensors.lidar import Scanner, ScannerConfig, scans_until
 from robot_sim.sensors.pose_history import PoseRecorder
@@ -188,6 +188,19 @@ class Simulation:
             self._monitor.stall_detector.clear()
         reported = self._firmware.take(speeds, dt)
         return () if reported is None else (reported,)
+
+    def carry_to(self, map_from_base: Pose) -> None:
+        """Set the robot down at rest elsewhere, as if somebody had carried it there between two ticks.
+
+        Time, commands and noise go on; neither wheels nor gyro notice anything of it.
+
+        Args:
+            map_from_base: Where it stands then; its height and tilt should be those of a robot at rest there.
+
+        Raises:
+            WorldError: It would stand inside an obstacle; the message names it, and the robot stays where it was.
+        """
+        carry_robot(self._model, self._data, map_from_base)
 
     def truth(self) -> Truth:
         """Return the true pose and velocity of ``base_link``, and the slip of its wheels."""

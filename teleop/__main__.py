@@ -11,6 +11,8 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # rerun warns of each file that it writes on request; it reads this when imported.
 os.environ.setdefault("RUST_LOG", "error")
+# MuJoCo would load a window library that asks another Python for its version; no command draws with it.
+os.environ.setdefault("MUJOCO_GL", "disable")
 
 import sys
 

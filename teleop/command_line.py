@@ -10,6 +10,7 @@ import tyro
 from localization.cli.calibrate import Calibrate
 from localization.cli.localize import Localize
 from localization.cli.terminal import fitted
+from teleop.console.commands import Console
 from teleop.operator.commands import Operate
 from teleop.robot.commands import Serve, Validate
 from teleop.scenario.commands import Evaluate, Sim
@@ -24,6 +25,7 @@ COMMANDS: Final = {
     "map": Map,
     "world": Worlds,
     "serve": Serve,
+    "console": Console,
     "operate": Operate,
     "validate": Validate,
 }
@@ -37,6 +39,7 @@ Command: TypeAlias = (
     | Annotated[Map, tyro.conf.subcommand("map")]
     | Annotated[Worlds, tyro.conf.subcommand("world")]
     | Annotated[Serve, tyro.conf.subcommand("serve")]
+    | Annotated[Console, tyro.conf.subcommand("console")]
     | Annotated[Operate, tyro.conf.subcommand("operate")]
     | Annotated[Validate, tyro.conf.subcommand("validate")]
 )
@@ -77,7 +80,9 @@ examples:
   farsteer map drive.mcap --out map.ply
                                      a cloud from the readings of any drive
   farsteer world generate --seed 7   a generated building to drive in
-  farsteer serve --port 9090         a robot for any rosbridge client
+  farsteer serve --open              a robot, and the page to drive it
+  farsteer serve --lan               the same for a tablet in this network
+  farsteer console ws://host:9090    the page for another rosbridge server
   farsteer operate ws://127.0.0.1:9090
                                      watch it in rerun, drive it by keyboard
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from collections.abc import Generator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
+from coverage import Coverage
 from hypothesis import settings
 
 if TYPE_CHECKING:
@@ -46,6 +48,30 @@ def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest
     report = yield
     _forbid_skip(report)
     return report
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any, error: object) -> None:
+    """Say how a worker of xdist ended that should not have: a signal leaves no other trace."""
+    process = getattr(node.gateway._io, "popen", None)
+    if error and process is not None:
+        status = process.wait(20)
+        name = signal.Signals(-status).name if status < 0 else f"status {status}"
+        node.config.get_terminal_writer().line(f"{node.gateway.id} ended with {name}")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Measure no coverage in tests marked so and what is set up for them: tracing adds half to their time."""
+    untraced = item.get_closest_marker("untraced") and item.config.pluginmanager.hasplugin("_cov")
+    measured = Coverage.current() if untraced else None
+    if measured is None:
+        return (yield)
+    measured.stop()
+    try:
+        return (yield)
+    finally:
+        measured.start()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -74,3 +74,49 @@ def test_test_that_takes_long_without_a_mark_fails(
         "test_spins_and_says_so",
         "test_rests",
     }
+
+
+TRACED = """
+import sys
+import pytest
+
+@pytest.fixture
+def tracer():
+    return sys.gettrace()
+
+def test_traced(tracer):
+    assert None not in (tracer, sys.gettrace())
+
+@pytest.mark.untraced
+def test_untraced(tracer):
+    assert (tracer, sys.gettrace()) == (None, None)
+
+def test_traced_again(tracer):
+    assert None not in (tracer, sys.gettrace())
+"""
+
+
+@pytest.mark.process
+def test_coverage_is_measured_in_all_tests_but_those_that_say_so(ruled: pytest.Pytester) -> None:
+    ruled.makeini("[pytest]\nmarkers = untraced: marked\n")
+    ruled.makepyfile(TRACED)
+    run = ruled.runpytest_subprocess("--cov=.", "--cov-report=", "-p", "no:dash", "-p", "no:xdist")
+    run.assert_outcomes(passed=3)
+
+
+DYING = """
+import os
+import signal
+
+def test_dies():
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.mark.process
+def test_signal_that_ended_a_worker_is_named(ruled: pytest.Pytester) -> None:
+    ruled.makepyfile(DYING)
+    run = ruled.runpytest_subprocess(
+        "-n1", "--max-worker-restart=0", "-p", "no:dash", "-p", "no:cov"
+    )
+    run.stdout.fnmatch_lines(["*gw0 ended with SIGKILL"])

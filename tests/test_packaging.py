@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import runpy
 import site
 import subprocess
 import sys
+import tarfile
 import tomllib
 import venv
 import zipfile
@@ -18,6 +20,7 @@ from localization.logs.mcap_log import read_log
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("localization", "robot_sim", "teleop")
+PAGE = "teleop/console/page"
 DATA = {"assets": "teleop/assets", "scenes": "robot_sim/scenes"}
 """Folders of the repository that a wheel has inside a package."""
 
@@ -77,9 +80,61 @@ def test_wheel_holds_every_file_of_the_packages(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         inside = {name for name in archive.namelist() if ".dist-info/" not in name}
     tracked = run("git", "ls-files", *PACKAGES, *DATA, cwd=ROOT).split("\n")
-    missing = {in_wheel(name) for name in tracked if name and (ROOT / name).is_file()} - inside
+    wanted = {n for n in tracked if (ROOT / n).is_file() and not n.startswith(f"{PAGE}/")}
+    missing = {in_wheel(name) for name in wanted} - inside
     assert not missing
     assert {name.split("/")[0] for name in inside} <= set(PACKAGES)
+
+
+def test_wheel_holds_the_built_page_and_not_what_it_is_made_of(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        inside = {name for name in archive.namelist() if name.startswith(f"{PAGE}/")}
+    built = {
+        f"{PAGE}/dist/{name}" for name in ("index.html", "console.js", "style.css", "licences.txt")
+    }
+    assert built <= inside
+    assert all(name.startswith(f"{PAGE}/dist/") for name in inside)
+
+
+def test_source_distribution_holds_the_page_built_and_as_it_is_written(wheel: Path) -> None:
+    (archive,) = wheel.parent.glob("farsteer-*.tar.gz")
+    with tarfile.open(archive) as tar:
+        inside = {name.partition("/")[2] for name in tar.getnames()}
+    wanted = ("dist/index.html", "src/main.tsx", "package-lock.json", ".npmrc", "build.mjs")
+    assert {f"{PAGE}/{name}" for name in wanted} | {
+        "hatch_build.py",
+        "tools/build-console",
+    } <= inside
+    assert not any("node_modules" in name for name in inside)
+
+
+def test_wheel_is_built_from_the_source_distribution_without_node(
+    wheel: Path, tmp_path: Path
+) -> None:
+    (archive,) = wheel.parent.glob("farsteer-*.tar.gz")
+    with tarfile.open(archive) as tar:
+        tar.extractall(tmp_path, filter="data")
+    (source,) = tmp_path.iterdir()
+    tool = runpy.run_path(str(source / "tools/build-console"))
+    assert tool["is_built"]()
+    # Without a Node in reach the tool succeeds as long as there is nothing to build.
+    command = [sys.executable, "-I", "-S", str(source / "tools/build-console")]
+    bare = {"PATH": "/nowhere"}
+    assert subprocess.run(command, env=bare, check=False).returncode == 0
+    (source / PAGE / "src/main.tsx").write_text("")
+    done = subprocess.run(command, env=bare, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith("build-console: it needs Node 22.12 or newer")
+    assert len(done.stderr.splitlines()) == 1
+    assert (source / PAGE / "dist/index.html").is_file()
+
+
+def test_page_is_found_in_the_wheel(installed: Path, tmp_path: Path) -> None:
+    code = (
+        "from teleop.console.page_files import built_page\n"
+        "print((built_page() / 'index.html').read_text())"
+    )
+    assert "<!doctype html>" in run(installed / "python", "-c", code, cwd=tmp_path)
 
 
 def test_packages_come_from_the_wheel(installed: Path, tmp_path: Path) -> None:

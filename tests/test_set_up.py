@@ -16,6 +16,10 @@ from types import ModuleType
 import pytest
 
 ROOT = Path(__file__).parents[1]
+TOOL = """\
+#!/bin/sh
+echo "$@" >> tool.log
+"""
 PIP = """\
 #!/bin/sh
 echo "$@" >> pip.log
@@ -40,9 +44,19 @@ def clone(tmp_path: Path) -> Path:
     (folder / ".venv/bin").mkdir(parents=True)
     for name in ("Makefile", "pyproject.toml", "constraints.txt"):
         shutil.copy(ROOT / name, folder / name)
-    pip = folder / ".venv/bin/pip"
-    pip.write_text(PIP)
-    pip.chmod(0o755)
+    (folder / "tools").mkdir()
+    for name, program in (
+        (".venv/bin/pip", PIP),
+        (".venv/bin/python", 'exec sh "$@"'),
+        ("tools/build-console", TOOL),
+    ):
+        (folder / name).write_text(
+            program if program.startswith("#") else f"#!/bin/sh\n{program}\n"
+        )
+        (folder / name).chmod(0o755)
+    page = folder / "teleop/console/page"
+    page.mkdir(parents=True)
+    (page / "index.html").write_text("")
     return folder
 
 
@@ -51,8 +65,35 @@ def test_environment_is_made_in_a_path_with_blanks_and_its_size_said_before(clon
     done = make(clone, "env")
     assert done.returncode == 0, done.stderr
     assert re.fullmatch(r"Installing what running needs .*: downloads \d+ MB, .*\n", done.stdout)
-    assert (clone / "pip.log").read_text() == "install -qq --editable .[sim,operator]\n"
+    assert (clone / "pip.log").read_text() == "install -qq --editable .[sim,operator,lan]\n"
     assert make(clone, "env").stdout.startswith("make: Nothing to be done")
+
+
+@pytest.mark.process
+def test_page_is_built_again_only_when_its_sources_change(clone: Path) -> None:
+    log = clone / "tool.log"
+    assert make(clone, "env").returncode == 0
+    assert log.read_text() == "--fetch-node\n"
+    make(clone, "env")
+    assert log.read_text() == "--fetch-node\n"
+    added = clone / "teleop/console/page/style.css"
+    for change in (lambda: added.write_text("p {}"), added.unlink):
+        later = (clone / ".venv/.page").stat().st_mtime + 5
+        change()
+        os.utime(added if added.exists() else added.parent, (later, later))
+        log.unlink()
+        assert make(clone, "env").returncode == 0
+        assert log.read_text() == "--fetch-node\n"
+        os.utime(clone / ".venv/.page", (later + 5, later + 5))
+
+
+@pytest.mark.process
+def test_page_that_cannot_be_built_is_tried_again_and_no_error(clone: Path) -> None:
+    tool = clone / "tools/build-console"
+    tool.write_text(f"{TOOL}exit 1\n")
+    for _ in range(2):
+        assert make(clone, "env").returncode == 0
+    assert (clone / "tool.log").read_text() == "--fetch-node\n" * 2
 
 
 @pytest.mark.process

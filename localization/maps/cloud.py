@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,8 @@ class Cloud:
     heading_noise: float = 0.0
     """The same of the direction of the surfaces, one sigma [rad]; 0 if the map does not say."""
 
+    _bounds: tuple[FloatArray, FloatArray] | None = field(default=None, init=False, repr=False)
+
     def __post_init__(self) -> None:
         for name, kind in (("points", np.float64), ("normals", np.float32)):
             array = np.array(getattr(self, name), dtype=kind)
@@ -51,4 +53,10 @@ class Cloud:
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Smallest and largest coordinates, (3,) each [m]."""
-        return self.points.min(axis=0), self.points.max(axis=0)
+        if self._bounds is None:  # takes milliseconds
+            found = self.points.min(axis=0), self.points.max(axis=0)
+            for corner in found:
+                corner.flags.writeable = False
+            object.__setattr__(self, "_bounds", found)
+            return found
+        return self._bounds

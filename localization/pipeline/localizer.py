@@ -24,7 +24,9 @@ from localization.pipeline.resources import Resources, Stage as Stage
 from localization.pipeline.state import State
 from localization.pipeline.step import Command, Input, step
 from localization.pipeline.validation import ReadingValidator
-from localization.types import SECOND, Estimate, Health, Hint, Mounts, Reading
+from localization.relocalization.preview import Preview, PreviewError, explained_share
+from localization.relocalization.verification import explain
+from localization.types import SECOND, Estimate, Health, Hint, Mounts, Pose, Reading
 
 
 class Localizer:
@@ -61,6 +63,11 @@ class Localizer:
         self._extrinsics = ExtrinsicsMonitor(
             self._resources.world, mounts, config.extrinsics_monitor
         )
+        self._sweep: SweepProcessed | None = None
+        """The newest sweep."""
+        self._present: tuple[SweepProcessed, Pose, float] | None = None
+        """The sweep that was scored last for a preview, the estimate then, and the share that it explains."""
+        self._same = config.late_readings.same
         self._last = self._estimate()
 
     def add(self, reading: Reading) -> Estimate:
@@ -122,6 +129,32 @@ class Localizer:
         self._take(Command.UNDO)
         return self._estimate(late=True)
 
+    def preview(self, map_from_base: Pose) -> Preview:
+        """Return what the last sweep says of a pose at which the robot may be now; changes nothing.
+
+        Args:
+            map_from_base: The proposed pose; only its position and heading count.
+
+        Raises:
+            PreviewError: If there is no sweep yet, or the pose is outside the map.
+        """
+        last, state, world = self._sweep, self._state, self._resources.world
+        if last is None:
+            raise PreviewError("no sweep yet: no scanner has delivered a whole scan")
+        back = state.odom_from_base.inverse() @ last.odom_from_base
+        current, config = state.filter.pose, self.config.search
+        explained = explained_share(map_from_base @ back, last.sweep, world, current, config)
+        present = self._present_share(last, current @ back) if state.placed else None
+        return Preview(last.sweep.stamp, explained, present)
+
+    def _present_share(self, last: SweepProcessed, map_from_base: Pose) -> float:
+        """Return the share of a sweep that the estimate explains; it is the same for all previews of a sweep."""
+        known = self._present
+        if known is None or known[0] is not last or not self._same(known[1], map_from_base):
+            share = explain(last.sweep, self._resources.world, map_from_base).score
+            known = self._present = (last, map_from_base, share)
+        return known[2]
+
     @property
     def refused(self) -> int:
         """Number of readings that were rejected as invalid."""
@@ -134,6 +167,7 @@ class Localizer:
         for event in events:
             self._events.add(event)
             if isinstance(event, SweepProcessed):
+                self._sweep = event
                 with self._resources.stage("mounts"):
                     self._extrinsics.take(
                         event.scans,

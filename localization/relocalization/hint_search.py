@@ -14,7 +14,12 @@ from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window, window_of
 from localization.relocalization.search_work import ResumableSearch
-from localization.relocalization.verification import distinguishable, explain, same_place
+from localization.relocalization.verification import (
+    distinguishable,
+    explain,
+    outside_map,
+    same_place,
+)
 from localization.types import SECOND, Candidate, Hint, HintVerdict, Pose, Sweep, Verdict
 
 TICK = SECOND // 50
@@ -140,12 +145,7 @@ class HintSearch:
         """
         x, y = float(hint.map_from_base.position[0]), float(hint.map_from_base.position[1])
         reach = window_of(hint.map_from_base, hint.covariance, self.config).half_width
-        if not self._world.contains(x, y, margin=reach):
-            low, high = self._world.cloud.bounds
-            reason = (
-                f"({x:.1f}, {y:.1f}) lies outside the map, which spans x {low[0]:.1f} to {high[0]:.1f} "
-                f"and y {low[1]:.1f} to {high[1]:.1f} m"
-            )
+        if (reason := outside_map(self._world, x, y, margin=reach)) is not None:
             return state, (HintVerdict(now, hint, Verdict.REJECTED, reason),)
         old = state.task.hint if state.task else None
         if state.waiting is not None:

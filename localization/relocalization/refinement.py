@@ -16,6 +16,7 @@ from localization.relocalization.verification import (
     explain,
     same_place,
     settled,
+    standing,
 )
 from localization.types import Candidate, Pose, Sweep
 
@@ -66,7 +67,7 @@ def refined_places(
     found: list[Candidate] = []
     for x, y, yaw in peaks:
         yield REFINEMENT
-        start = _standing(world, x, y, yaw, level)
+        start = standing(world, x, y, yaw, level)
         candidate = _refined(sweep, world, start, config)
         # The third rows are the map's vertical in the robot's axes.
         upright = candidate.map_from_base.rotation[2] @ start.rotation[2] > np.cos(max_tilt)
@@ -119,12 +120,4 @@ def _refined(sweep: Sweep, world: PreparedMap, start: Pose, config: SearchConfig
     # A wall that is too far away from the start can be reached by pitch as well. The robot's tilt is known
     # better than that: restore it, and settle the rest.
     x, y = float(near.position[0]), float(near.position[1])
-    return explain(sweep, world, _standing(world, x, y, near.yaw, start))
-
-
-def _standing(world: PreparedMap, x: float, y: float, yaw: float, level: Pose) -> Pose:
-    """Return the pose of a robot that stands on the ground: on its slope if uneven, else with the tilt given."""
-    if not world.ground.level:
-        return world.ground.stand(x, y, yaw)
-    roll, pitch, _ = level.euler
-    return Pose.from_euler([x, y, level.position[2]], roll=roll, pitch=pitch, yaw=yaw)
+    return explain(sweep, world, standing(world, x, y, near.yaw, start))

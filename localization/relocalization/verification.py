@@ -27,6 +27,25 @@ def distinguishable(best: float, second: float, config: SearchConfig) -> bool:
     return clear or 1.0 - second >= config.decisive_ratio * (1.0 - best) + config.decisive_floor
 
 
+def outside_map(world: PreparedMap, x: float, y: float, *, margin: float) -> str | None:
+    """Return that a place is farther outside the map than ``margin`` [m], with the map's extent; None if it is not."""
+    if world.contains(x, y, margin=margin):
+        return None
+    low, high = world.cloud.bounds
+    return (
+        f"({x:.1f}, {y:.1f}) lies outside the map, which spans x {low[0]:.1f} to {high[0]:.1f} "
+        f"and y {low[1]:.1f} to {high[1]:.1f} m"
+    )
+
+
+def standing(world: PreparedMap, x: float, y: float, yaw: float, level: Pose) -> Pose:
+    """Return the pose of a robot that stands on the ground: on its slope if uneven, else with the tilt given."""
+    if not world.ground.level:
+        return world.ground.stand(x, y, yaw)
+    roll, pitch, _ = level.euler
+    return Pose.from_euler([x, y, level.position[2]], roll=roll, pitch=pitch, yaw=yaw)
+
+
 def explain(sweep: Sweep, world: PreparedMap, pose: Pose) -> Candidate:
     """Settle a pose on the cloud within a few centimetres and return the share that it explains there.
 

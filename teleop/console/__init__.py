@@ -1,1 +1,1 @@
-"""The operator's console: a page for any browser, and what serves it."""
+"""The operator's console in the browser: the page, serving it, and access from the local network."""

@@ -14,7 +14,8 @@ from teleop.operator.operate_config import OperateConfig
 class Operate:
     """Operate a robot: rerun shows the live cloud over the map; keyboard or gamepad drive.
 
-    It reconnects by itself. Without a screen, --record writes the display to a file.
+    It reconnects by itself. Without a screen, --record writes the display to a file. To see and drive a
+    robot without all this, open the page that `farsteer serve` names in a browser.
     """
 
     operator: tyro.conf.OmitArgPrefixes[OperateConfig] = field(default_factory=OperateConfig)

@@ -52,7 +52,8 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
     screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     if config.viewer and sys.platform == "linux" and not screen:
         raise SettingError(
-            "there is no screen for rerun's viewer: use --no-viewer --record FILE.rrd"
+            "there is no screen for rerun's viewer: use --no-viewer --record FILE.rrd,"
+            " or open the robot's own page in a browser"
         )
     if config.map is not None and not config.map.is_file():
         raise SettingError(f"there is no map {config.map}; without --map the robot's is fetched")

@@ -10,12 +10,15 @@ from localization.types import Inertial, Reading
 from robot_sim.simulation import Simulation
 from teleop.robot.attitude_filter import AttitudeFilter
 from teleop.robot.inbox import (
+    Ask,
     Disconnected,
     DriveCommand,
     EStop,
     EStopReset,
+    Give,
     InboxMessage,
     PoseHint,
+    Refuse,
     TakeOver,
 )
 from teleop.robot.safety.safety import Safety
@@ -108,6 +111,12 @@ class Drive:
                         why = self.safety.request(message, now)
                 case TakeOver():
                     self.safety.take_over(message.client, now)
+                case Ask():
+                    why = self.safety.ask(message, now)
+                case Give():
+                    why = self.safety.give(message, now)
+                case Refuse():
+                    why = self.safety.refuse(message, now)
                 case EStop():
                     self.safety.stop(message)
                 case EStopReset():

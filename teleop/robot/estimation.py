@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Final
+
+from localization.errors import LocalizationError
 from localization.pipeline.localizer import Localizer
-from localization.types import Inertial
+from localization.types import SECOND, Estimate, Inertial
 from teleop.robot.inbox import Relocalize, Undo
+from teleop.robot.preview import PreviewAnswer, PreviewRequest
 from teleop.robot.tick_record import DriveRecord, EstimateRecord
+
+_LEAN_PERIOD: Final = SECOND // 2
+"""Time of which the first sweep is published on ``/local_cloud/lean`` [ns]."""
 
 
 class Estimation:
@@ -15,6 +23,7 @@ class Estimation:
         self.localizer = localizer
         self._fit: float | None = None
         self._nis: float | None = None
+        self._half_second = -1
 
     def take(self, tick: DriveRecord) -> EstimateRecord:
         """Process the hints, requests and readings of one tick."""
@@ -35,4 +44,20 @@ class Estimation:
             nis=self._nis,
             undoable=self.localizer.undoable,
             searching=self.localizer.searching,
+            lean=self._begins_half_second(estimates),
         )
+
+    def _begins_half_second(self, estimates: Sequence[Estimate]) -> bool:
+        sweep = estimates[-1].sweep if estimates else None
+        if sweep is None or sweep.stamp // _LEAN_PERIOD == self._half_second:
+            return False
+        self._half_second = sweep.stamp // _LEAN_PERIOD
+        return True
+
+    def preview(self, request: PreviewRequest) -> PreviewAnswer:
+        """Return what the last sweep says of a pose; changes nothing."""
+        try:
+            return PreviewAnswer(request.number, self.localizer.preview(request.pose))
+        # What a client asks about must never end the process that knows where the robot is.
+        except (LocalizationError, ArithmeticError, ValueError) as error:
+            return PreviewAnswer(request.number, problem=str(error))

@@ -49,6 +49,32 @@ class TakeOver:
 
 
 @dataclass(frozen=True, slots=True)
+class Ask:
+    """A client asks the driver for the robot."""
+
+    client: str
+    """Name of the client."""
+    number: int
+    """Number of its connection."""
+
+
+@dataclass(frozen=True, slots=True)
+class Give:
+    """The driver gives the robot to the client that asks for it."""
+
+    client: str
+    """Name of the driver."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refuse:
+    """The driver refuses the client that asks for the robot."""
+
+    client: str
+    """Name of the driver."""
+
+
+@dataclass(frozen=True, slots=True)
 class EStop:
     """A client latches the e-stop."""
 
@@ -97,6 +123,16 @@ class Disconnected:
 
 
 InboxMessage: TypeAlias = (
-    DriveCommand | PoseHint | TakeOver | EStop | EStopReset | Undo | Relocalize | Disconnected
+    DriveCommand
+    | PoseHint
+    | TakeOver
+    | Ask
+    | Give
+    | Refuse
+    | EStop
+    | EStopReset
+    | Undo
+    | Relocalize
+    | Disconnected
 )
 """Everything that clients can send to the robot."""

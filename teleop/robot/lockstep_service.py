@@ -66,6 +66,7 @@ class LockstepService(Observer):
         self._last_stamp, self._deferred = last_stamp, deferred
         self._owner: int | None = None
         self._busy = False
+        adapter.previews.answer_at_once = robot.estimation.preview
         self.error: Exception | None = None
         """The error that ended the simulation, if one did."""
         step = adapter.server.async_handlers.wrap(self._step)
@@ -152,7 +153,7 @@ def offer_in_lockstep(robot: Robot, server: Server, cloud: Cloud) -> LockstepSer
     """
     adapter = RosbridgeAdapter(
         server,
-        latched_messages(cloud, robot.simulation.mounts),
+        latched_messages(cloud, robot.simulation.world.robot, robot.simulation.mounts),
         undo_memory=robot.localizer.config.undo_memory,
     )
     return LockstepService(robot, adapter)

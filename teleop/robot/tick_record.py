@@ -98,6 +98,8 @@ class EstimateRecord:
     """Whether the last placement can still be undone."""
     searching: bool = False
     """Whether a search of the whole map is under way."""
+    lean: bool = False
+    """Whether the newest estimate has a sweep that is the first of its half second."""
 
     @property
     def estimate(self) -> Estimate:

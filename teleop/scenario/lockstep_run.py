@@ -92,7 +92,7 @@ async def _serve_and_operate(
     protocol.observers.add(meter)
     adapter = RosbridgeAdapter(
         server,
-        latched_messages(cloud, simulation.mounts),
+        latched_messages(cloud, simulation.world.robot, simulation.mounts),
         undo_memory=robot.localizer.config.undo_memory,
     )
     service = LockstepService(

@@ -17,8 +17,7 @@ from teleop.scenario.mission_run import run_in_process
 from teleop.scenario.run_recorder import RunRecord
 from teleop.scenario.run_summary import RunSummary
 
-# Whole drives, of which each line of code is run by other tests too: tracing them would take minutes.
-pytestmark = [pytest.mark.slow, pytest.mark.no_cover, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.slow, pytest.mark.untraced, pytest.mark.timeout(600)]
 
 
 def drive(
@@ -27,11 +26,10 @@ def drive(
     return run_in_process(mission, office, cloud, folder, cache=cache)
 
 
-@pytest.mark.parametrize("seed", [0, 7])
 def test_robot_stays_localised_all_the_way_round_the_office(
-    seed: int, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
-    summary, record = drive(Mission(seed=seed), office, office_cloud, cache, tmp_path)
+    summary, record = drive(Mission(seed=0), office, office_cloud, cache, tmp_path)
     assert summary.passed, summary.checks
     assert summary.distance >= 80.0
     assert [v.verdict for v in record.verdicts] == [Verdict.ACCEPTED]
@@ -43,7 +41,8 @@ def test_robot_stays_localised_all_the_way_round_the_office(
 def test_slipping_wheels_do_not_carry_the_estimate_away(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
-    mission = Mission(seed=3, slip=(20.0, 31.03, 47.05, 62.5))
+    # What a slip did to the estimate shows at once; ten seconds after the last the drive may end.
+    mission = Mission(seed=3, slip=(20.0, 31.03, 47.05, 62.5), duration=75.0)
     summary, _ = drive(mission, office, office_cloud, cache, tmp_path)
     assert summary.ate is not None
     assert summary.ate.position.max <= 0.10

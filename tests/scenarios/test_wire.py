@@ -98,6 +98,7 @@ def test_robot_and_operator_drive_together_over_the_wire(
 
 
 @pytest.mark.process
+@pytest.mark.untraced
 def test_same_seed_gives_the_same_bits_over_the_wire(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
@@ -144,7 +145,7 @@ def test_interrupted_run_leaves_readable_files_and_no_operator(tenth: int, tmp_p
     folder = tmp_path / "run"
     process = subprocess.Popen(
         [
-            *(sys.executable, "-m", "teleop", "sim", "--duration", "60"),
+            *(sys.executable, "-m", "teleop", "sim", "--duration", "30"),
             *("--out", str(folder), "--no-picture"),
         ],
         cwd=ROOT,
@@ -168,7 +169,7 @@ def test_interrupted_run_leaves_readable_files_and_no_operator(tenth: int, tmp_p
     assert operators(folder) == []
 
     seconds = json.loads((folder / "summary.json").read_text())["facts"]["robot_seconds"]
-    assert tenth * 6.0 <= seconds < 60.0
+    assert tenth * 3.0 <= seconds < 30.0
     readings = list(read_log(folder / "readings.mcap"))
     assert len(readings) > seconds * 100
     truth = read_tum(folder / "truth.tum")

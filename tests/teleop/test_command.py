@@ -228,6 +228,28 @@ def test_errors_of_the_environment_are_reported_in_one_line(
 
 
 @pytest.mark.process
+def test_simulator_is_imported_without_starting_another_program(tmp_path: Path) -> None:
+    """Ctrl-C would end that program as well, whose traceback came after our last line."""
+    code = (
+        "import sys; started = []\n"
+        "sys.addaudithook(lambda name, args: started.append(args) if name == 'subprocess.Popen' else None)\n"
+        "import teleop.__main__, mujoco; print(started)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env={
+            **{k: v for k, v in os.environ.items() if k != "MUJOCO_GL"},
+            "PYTHONPATH": str(Path(__file__).parents[2]),
+        },
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "[]\n"
+
+
+@pytest.mark.process
 def test_ctrl_c_in_the_first_second_is_one_line(tmp_path: Path) -> None:
     """Wherever it meets the imports, the status is 130 and nothing stays behind."""
     for delay in (0.1, 0.3, 0.6, 1.0):
@@ -237,7 +259,7 @@ def test_ctrl_c_in_the_first_second_is_one_line(tmp_path: Path) -> None:
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
         assert (process.returncode, out) == (130, ""), err
-        assert err.splitlines()[-1] == "farsteer: interrupted"
+        assert err.splitlines()[-1] == "farsteer: interrupted", err
         assert "Traceback" not in err
         assert not list(tmp_path.iterdir())
 

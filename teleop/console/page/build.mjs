@@ -1,8 +1,8 @@
 // Builds the page: one script, one style sheet, the licences of what is bundled. Usage: node build.mjs [FOLDER]
-import { copyFile, mkdir, readFile, rm, writeFile } from "node:fs/promises";
+import { copyFile, mkdir, readdir, readFile, rm, writeFile } from "node:fs/promises";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { build } from "esbuild";
+import { build, transform } from "esbuild";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const target = process.argv[2] ?? join(here, "dist");
@@ -11,7 +11,7 @@ await rm(target, { recursive: true, force: true });
 await mkdir(target, { recursive: true });
 const result = await build({
   absWorkingDir: here,
-  entryPoints: { console: "src/main.tsx" },
+  entryPoints: { console: "src/main.tsx", map_worker: "src/link/map_worker.ts" },
   outdir: target,
   bundle: true,
   minify: true,
@@ -19,14 +19,23 @@ const result = await build({
   target: ["chrome110", "firefox115", "safari16.4"],
   jsx: "automatic",
   jsxImportSource: "preact",
+  alias: { bson: "./src/link/no_bson.ts" },
   legalComments: "none",
   metafile: true,
   logLevel: "warning",
 });
-for (const file of ["index.html", "style.css"]) {
-  await copyFile(join(here, file), join(target, file));
-}
+await copyFile(join(here, "index.html"), join(target, "index.html"));
+await writeFile(join(target, "style.css"), await styles());
 await writeFile(join(target, "licences.txt"), await licences(Object.keys(result.metafile.inputs)));
+
+/** All style sheets as one; the theme comes first, since the others use its colours. */
+async function styles() {
+  const names = (await readdir(join(here, "styles"))).sort();
+  const ordered = ["theme.css", ...names.filter((name) => name !== "theme.css")];
+  const texts = await Promise.all(ordered.map((name) => readFile(join(here, "styles", name), "utf8")));
+  const joined = await transform(texts.join("\n"), { loader: "css", minify: true });
+  return joined.code;
+}
 
 /** The licence texts of all packages that the bundle contains. */
 async function licences(inputs) {

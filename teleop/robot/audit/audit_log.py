@@ -28,6 +28,9 @@ _HARMLESS: Final = ("subscribe", "unsubscribe", "unadvertise", "set_level", "sta
 _MAX_HINTS: Final = 64
 """Number of hints whose senders are remembered until the verdict."""
 
+_TURNS: Final = ("ask", "give", "refuse")
+"""Actions of clients that take turns; they share a rate."""
+
 SUPPRESSED: Final = "suppressed"
 """Kind of the line that reports how many lines were suppressed."""
 
@@ -72,8 +75,12 @@ class AuditLog(Observer):
         )
 
     def action(self, client: str, action: str, rejection: str | None = None) -> None:
-        """Log an e-stop, its reset, a take-over, an undo or a search, and why it was rejected if it was."""
-        self._line(action, client, **({"refused": rejection} if rejection else {}))
+        """Log an e-stop, its reset, a take-over, an undo or a search, and why it was rejected if it was.
+
+        A request for the robot, and the driver's answer to one, are logged as well.
+        """
+        kind = "turn" if action in _TURNS else action
+        self._line(action, client, kind=kind, **({"refused": rejection} if rejection else {}))
 
     def tokens_renewed(self, disconnected: Sequence[str]) -> None:
         """Log that the token file was read again, and which clients it disconnected."""

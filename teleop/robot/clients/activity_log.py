@@ -52,6 +52,8 @@ class ActivityLog(Observer):
         self._last = state
         if last is None:
             return
+        if state.asking is not None and last.asking is None:
+            _LOG.info("%s asks for the robot", state.asking.client)
         if state.estop is not None and last.estop is None:
             _LOG.warning("e-stop by %s", state.estop.holder or state.estop.client)
         elif state.estop is None and last.estop is not None:

@@ -1,4 +1,4 @@
-"""The services that the robot offers: e-stop, take-over, undo, search."""
+"""The services that the robot offers: e-stop, taking turns, undo, search."""
 
 from __future__ import annotations
 
@@ -6,16 +6,21 @@ from typing import Any, Final
 
 from localization.types import SECOND
 from teleop.robot.audit.audit_log import AuditLog
+from teleop.robot.clients.session_service import may_drive
 from teleop.robot.clients.wishes import Wishes
 from teleop.robot.inbox import (
+    Ask,
     EStop,
     EStopReset,
+    Give,
     InboxMessage,
+    Refuse,
     Relocalize,
     TakeOver,
     Undo,
 )
 from teleop.robot.safety.estop import estop_after, reset_rejection
+from teleop.robot.safety.turns import Turn
 from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.rosbridge.auth.permissions import Role
 from teleop.rosbridge.errors import ServiceError
@@ -48,16 +53,20 @@ class RobotServices:
         self._undo_memory = undo_memory
         self._search_requests: dict[int, int] = {}
         self._estop: EStop | None = None
+        self._turn = Turn()
         self._undoable = self._searching = False
         protocol.services.serve("/teleop/estop", _TRIGGER, self._stop)
         protocol.services.serve("/teleop/estop_reset", _TRIGGER, self._reset)
         protocol.services.serve("/teleop/take_over", _TRIGGER, self._take_over)
+        protocol.services.serve("/teleop/ask", _TRIGGER, self._ask)
+        protocol.services.serve("/teleop/give", _TRIGGER, self._give)
+        protocol.services.serve("/teleop/refuse", _TRIGGER, self._refuse)
         protocol.services.serve("/localization/undo", _TRIGGER, self._undo)
         protocol.services.serve("/localization/relocalize", _TRIGGER, self._relocalize)
 
     def driven(self, tick: DriveRecord) -> None:
         """Note the state of the command path."""
-        self._estop = tick.control.estop
+        self._estop, self._turn = tick.control.estop, tick.control.turn
 
     def estimated(self, tick: EstimateRecord) -> None:
         """Note what the localiser can do."""
@@ -94,6 +103,39 @@ class RobotServices:
         self._record(name, "take-over")
         self._post(TakeOver(name))
         return {"success": True, "message": "you hold the lease; send a neutral stick to drive"}
+
+    def _ask(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        message = Ask(self._connections.name(client), client)
+        rejection, turn = None, self._turn.after(self._wishes.outstanding())
+        access = self._connections.access(client)
+        if access is None or not may_drive(access):
+            role = f"role {access.role}" if access else "the caller"
+            rejection = f"{role} may not drive; connect with a token that may"
+        answer = f"asked; {turn.controller} gives the robot, or refuses"
+        return self._take_turn("ask", message, rejection or turn.rejection(message), answer)
+
+    def _give(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        message = Give(self._connections.name(client))
+        turn = self._turn.after(self._wishes.outstanding())
+        who = turn.asking.client if turn.asking else ""
+        answer = f"{who} has the robot, and drives after a neutral stick"
+        return self._take_turn("give", message, turn.rejection(message), answer)
+
+    def _refuse(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        message = Refuse(self._connections.name(client))
+        turn = self._turn.after(self._wishes.outstanding())
+        return self._take_turn(
+            "refuse", message, turn.rejection(message), "refused; you go on driving"
+        )
+
+    def _take_turn(
+        self, action: str, message: Ask | Give | Refuse, rejection: str | None, answer: str
+    ) -> dict[str, Any]:
+        self._record(message.client, action, rejection)
+        if rejection is not None:
+            return {"success": False, "message": rejection}
+        self._post(message)
+        return {"success": True, "message": answer}
 
     def _undo(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
         name, rejection = self._connections.name(client), None

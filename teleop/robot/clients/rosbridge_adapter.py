@@ -8,7 +8,10 @@ from teleop.joystick import JoystickLayout
 from teleop.link.command_age import RoundTrips
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.client_inputs import ClientInputs
+from teleop.robot.clients.link_service import serve_link
+from teleop.robot.clients.preview_service import PreviewService
 from teleop.robot.clients.robot_services import RobotServices
+from teleop.robot.clients.session_service import serve_session
 from teleop.robot.clients.wishes import Wishes
 from teleop.robot.inbox import Disconnected
 from teleop.robot.tick_record import DriveRecord, EstimateRecord, Rejection
@@ -71,6 +74,10 @@ class RosbridgeAdapter(Observer):
             audit=audit,
         )
         self._services = RobotServices(protocol, self.wishes, undo_memory, audit)
+        self.previews = PreviewService(protocol)
+        """Previews of hints, which what estimates answers."""
+        serve_session(protocol)
+        serve_link(server)
         serve_standard(protocol)
         publish_client_traffic(server)
         protocol.observers.add(self)
@@ -120,4 +127,5 @@ class RosbridgeAdapter(Observer):
         self._reported.pop(connection.id, None)
         self._inputs.forget(connection.id)
         self._services.forget(connection.id)
+        self.previews.forget(connection.id)
         self.wishes.post(Disconnected(connection.name))

@@ -22,6 +22,8 @@ from teleop.robot.real_time.process_messages import (
     DRIVEN,
     ESTIMATED,
     OTHER,
+    PREVIEW,
+    PREVIEWED,
     End,
     ReadTokens,
     Wanted,
@@ -123,10 +125,7 @@ class DriveProcess:
         record = self._drive.tick(now, inbox, pacing)
         payload = pack(DRIVEN, record)
         self._publish(payload)
-        try:
-            self.estimate.channel.send(payload)
-        except ChannelClosedError:
-            self._restart_estimate()
+        self._send_estimate(payload)
         return record
 
     def end(self) -> None:
@@ -139,6 +138,9 @@ class DriveProcess:
         try:
             for payload in self.talk.channel.receive():
                 self._alive = self._now
+                if payload[:1] == PREVIEW:
+                    self._send_estimate(payload)
+                    continue
                 value = unpack(payload)
                 if isinstance(value, Wanted):
                     self._patience = _HUNG
@@ -156,10 +158,16 @@ class DriveProcess:
         except ChannelClosedError:
             self._restart_talk("the server has ended")
 
+    def _send_estimate(self, payload: bytes) -> None:
+        try:
+            self.estimate.channel.send(payload)
+        except ChannelClosedError:
+            self._restart_estimate()
+
     def _pass_on_estimates(self) -> None:
         try:
             for payload in self.estimate.channel.receive():
-                if payload[:1] == ESTIMATED:
+                if payload[:1] in (ESTIMATED, PREVIEWED):
                     self._publish(payload)
                 elif isinstance(value := unpack(payload), Exception):
                     _LOG.error("the localiser failed: %s", value)

@@ -16,11 +16,14 @@ from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import Localizer
 from teleop.robot.estimation import Estimation
 from teleop.robot.inbox import InboxMessage, PoseHint
+from teleop.robot.preview import PreviewRequest
 from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
 from teleop.robot.real_time.process_messages import (
     DRIVEN,
     ESTIMATED,
     OTHER,
+    PREVIEW,
+    PREVIEWED,
     TALK_BOUND,
     EstimateSetup,
     Ready,
@@ -50,14 +53,21 @@ def run(channel: Channel) -> None:
                 )
             )
         channel.send(pack(OTHER, Ready()))
+        previews: dict[int, PreviewRequest] = {}
         while True:
             records = [unpack(payload) for payload in payloads if payload[:1] == DRIVEN]
-            ended = len(records) < len(payloads)
+            asked = [unpack(payload) for payload in payloads if payload[:1] == PREVIEW]
+            ended = len(records) + len(asked) < len(payloads)
+            previews.update((request.client, request) for request in asked)
             for record in newest_hints(records):
                 channel.send(pack(ESTIMATED, estimation.take(record)))
                 if log is not None:
                     for reading in record.readings:
                         log.write(reading, record.stamp)
+            # One for each tick at most, in turn: however many clients ask, the estimate has its time.
+            if records and previews:
+                request = previews.pop(next(iter(previews)))
+                channel.send(pack(PREVIEWED, estimation.preview(request)))
             if ended:
                 return
             payloads = channel.wait()

@@ -26,6 +26,12 @@ DRIVEN: Final = b"D"
 ESTIMATED: Final = b"E"
 """An ``EstimateRecord``, from what estimates to what drives, which passes it on to what talks."""
 
+PREVIEW: Final = b"P"
+"""A ``PreviewRequest``, from what talks to what drives, which passes it on unread to what estimates."""
+
+PREVIEWED: Final = b"Q"
+"""A ``PreviewAnswer``, on the same way back."""
+
 OTHER: Final = b"O"
 """One of the classes below, or an exception that ended the process before it was ready."""
 
@@ -46,7 +52,7 @@ class TalkSetup:
     latched: Mapping[Interface, Message]
     """Messages that are published once."""
     map_file: Path | None
-    """File that is offered as ``/map.ply``."""
+    """File that is offered as ``/map.ply``, and by its hash."""
     undo_memory: int
     """Time for which a placement can be undone [ns]."""
 

@@ -11,6 +11,7 @@ from contextlib import ExitStack, closing
 from typing import Final
 
 from teleop import clock
+from teleop.console.page_files import offer_page
 from teleop.robot.audit.audit_file import AuditError
 from teleop.robot.clients.activity_log import ActivityLog, configure_logging
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
@@ -19,6 +20,8 @@ from teleop.robot.real_time.process_messages import (
     DRIVEN,
     ESTIMATED,
     OTHER,
+    PREVIEW,
+    PREVIEWED,
     TALK_BOUND,
     End,
     ReadTokens,
@@ -73,6 +76,7 @@ class TalkProcess:
                 audit_log(config, server, self._setup.scene, lambda: self._stamp)
             )
             offer_map(server, self._setup.map_file)
+            page = offer_page(server.pages, encrypted=server.encrypted)
             self._adapter = RosbridgeAdapter(
                 server,
                 self._setup.latched,
@@ -81,6 +85,7 @@ class TalkProcess:
                 audit=audit,
             )
             self._adapter.wishes.on_post = self._flush_soon
+            self._adapter.previews.ask = lambda request: self._send(request, PREVIEW)
             server.protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", _refuse_step)
             server.protocol.observers.add(self._activity)
             if tokens is not None:
@@ -90,7 +95,7 @@ class TalkProcess:
                 # What is there now stays: searching it for garbage holds everybody up.
                 gc.collect()
                 gc.freeze()
-                self._send(Ready(address_of(server)))
+                self._send(Ready(address_of(server, page=page)))
                 loop.add_reader(self._channel.fileno(), self._receive)
                 await self._until_ended()
             finally:
@@ -118,6 +123,8 @@ class TalkProcess:
                 self._driven(value)
             elif payload[:1] == ESTIMATED:
                 self._adapter.estimated(value)
+            elif payload[:1] == PREVIEWED:
+                self._adapter.previews.answered(value)
             elif isinstance(value, ReadTokens) and self._watch is not None:
                 self._watch.check_now()
             elif isinstance(value, End):
@@ -143,12 +150,12 @@ class TalkProcess:
             Wanted(tuple(self._adapter.wishes.send())) if not self._channel.waiting else None
         )
 
-    def _send(self, value: object) -> None:
+    def _send(self, value: object, kind: bytes = OTHER) -> None:
         try:
             if value is None:
                 self._channel.flush()
             else:
-                self._channel.send(pack(OTHER, value))
+                self._channel.send(pack(kind, value))
         except ChannelClosedError:
             self._ended.set()
 

@@ -8,6 +8,7 @@ from enum import StrEnum
 from localization.types import SECOND, Twist
 from teleop.robot.inbox import EStop
 from teleop.robot.safety.stale_commands import StaleLimits
+from teleop.robot.safety.turns import Asking, Turn
 
 
 class ControlMode(StrEnum):
@@ -57,3 +58,12 @@ class ControlState:
     """Age of the driver's last command at its arrival [ns]; 0 if there is no driver."""
     stale: StaleLimits = field(default_factory=StaleLimits)
     """The limits on old commands that hold."""
+    asking: Asking | None = None
+    """The client that asks for the robot; None if none does."""
+    asking_age: int = 0
+    """Time since it asked [ns]; 0 if none does."""
+
+    @property
+    def turn(self) -> Turn:
+        """Who drives, and who asks for the robot."""
+        return Turn(self.controller, self.asking)

@@ -8,11 +8,12 @@ it. A client's own stamp only ever makes its commands older.
 from __future__ import annotations
 
 from localization.types import SECOND, Twist
-from teleop.robot.inbox import DriveCommand, EStop, EStopReset
+from teleop.robot.inbox import Ask, DriveCommand, EStop, EStopReset, Give, Refuse
 from teleop.robot.safety.arming import ArmingRules
 from teleop.robot.safety.control_state import ControlMode, ControlState, SafetyConfig
 from teleop.robot.safety.estop import reset_rejection
 from teleop.robot.safety.speed_limits import SpeedLimits
+from teleop.robot.safety.turns import Asking, Turn
 
 _STANDSTILL = Twist.planar(0.0, 0.0)
 
@@ -36,6 +37,7 @@ class Safety:
         self._estop: EStop | None = None
         self._reason = "no driver yet"
         self._arming = ArmingRules()
+        self._asking: Asking | None = None
 
     @property
     def estop(self) -> EStop | None:
@@ -83,15 +85,40 @@ class Safety:
         self._give_lease(client, f"taken over from {self._controller or 'nobody'}")
         self._arrival = now
 
+    def ask(self, message: Ask, now: int) -> str | None:
+        """Note that a client asks the driver for the robot; return why it may not, or None."""
+        rejection = self._turn(now).rejection(message)
+        if rejection is None and self._asking is None:
+            self._asking = Asking(message.client, message.number, now)
+        return rejection
+
+    def give(self, message: Give, now: int) -> str | None:
+        """Give the lease to the client that asks for it, which must re-arm; return why not, or None."""
+        rejection, asking = self._turn(now).rejection(message), self._asking
+        if rejection is None and asking is not None:
+            self._arming.taken_over(asking.client, message.client)
+            self._give_lease(asking.client, f"was given the robot by {message.client}")
+            self._arrival = now
+        return rejection
+
+    def refuse(self, message: Refuse, now: int) -> str | None:
+        """End the request of the client that asks for the robot; return why not, or None."""
+        rejection = self._turn(now).rejection(message)
+        if rejection is None:
+            self._asking = None
+        return rejection
+
     def disconnected(self, client: str) -> None:
         """Note that a client has disconnected; if it was the driver, the robot brakes at once."""
         self._arming.forget(client)
+        self._asking = Turn(client, self._asking).without(client).asking
         if client == self._controller:
             self._end(f"{client} disconnected")
 
     def server_lost(self, reason: str) -> None:
         """Note that what connects the clients has stopped: all of them are gone."""
         self._arming.forget_all()
+        self._asking = None
         self._end(reason)
 
     def stop(self, order: EStop) -> None:
@@ -113,6 +140,8 @@ class Safety:
 
     def expire(self, now: int) -> None:
         """Apply the timeouts: silence first stops the robot, then ends the lease."""
+        if self._asking is not None and self._asking.expired(now):
+            self._asking = None
         silence = now - self._arrival
         if self._controller and silence > self.config.lease:
             if self._armed:
@@ -146,7 +175,13 @@ class Safety:
             self._estop,
             self._age if driven else 0,
             self.config.stale,
+            self._asking,
+            now - self._asking.since if self._asking else 0,
         )
+
+    def _turn(self, now: int) -> Turn:
+        self.expire(now)
+        return Turn(self._controller, self._asking)
 
     def _take_neutral(self, command: DriveCommand, now: int) -> str | None:
         """Stop, and arm unless the link is too slow."""
@@ -166,6 +201,7 @@ class Safety:
     def _give_lease(self, client: str, reason: str) -> None:
         self._controller, self._reason, self._age = client, f"{client} {reason}", 0
         self._armed, self._twist = False, _STANDSTILL
+        self._asking = Turn("", self._asking).given(client).asking
 
     def _disarm(self, reason: str) -> None:
         """Stop the robot; the driver keeps the lease and must arm again."""

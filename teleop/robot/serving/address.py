@@ -21,3 +21,5 @@ class Address:
     """Whether clients need a token to drive."""
     lockstep: bool
     """Whether time is simulated."""
+    page: bool = False
+    """Whether the console page is served, and not only a line that says how to build it."""

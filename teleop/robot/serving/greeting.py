@@ -8,6 +8,8 @@ from typing import Final
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.robot.serving.address import Address
+from teleop.robot.serving.lan_access import LanAccess
+from teleop.robot.serving.page_invitation import invitation
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.topics.topic_table import INPUTS, OUTPUTS, SERVICES
 from teleop.rosbridge.auth.origins import LOOPBACK
@@ -27,7 +29,12 @@ _LOCKSTEP: Final = (
 
 
 def greeting(
-    address: Address, world: World, cloud: Cloud, map_path: Path, config: ServeConfig
+    address: Address,
+    world: World,
+    cloud: Cloud,
+    map_path: Path,
+    config: ServeConfig,
+    access: LanAccess | None = None,
 ) -> str:
     """Return address, map, topics, and a client that works.
 
@@ -37,6 +44,7 @@ def greeting(
         cloud: The robot's map.
         map_path: File of the map.
         config: Settings.
+        access: What was made for the network; None without ``--lan``.
     """
     lockstep = address.lockstep
     services = ", ".join(s.name for s in SERVICES if lockstep or s.name != "/sim/step")
@@ -45,6 +53,7 @@ def greeting(
         how = _GUARDED
     return f"""\
 {world.name} at {address.url}{_warning(address)}
+{invitation(address, access)}
 map       {map_path}
           {len(cloud.points)} points, sha256 {cloud.sha256[:16]}...
 topics    {", ".join(t.name for t in OUTPUTS)}

@@ -22,6 +22,7 @@ from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.pipeline.log_replay import config_metadata
 from localization.types import Hint
 from robot_sim import Simulation, World
+from teleop.console.page_files import offer_page
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.drive import Drive
 from teleop.robot.inbox import PoseHint
@@ -81,7 +82,7 @@ async def serve(
         cloud: Its prebuilt cloud.
         config: All other settings.
         cache: Folder for derived files.
-        map_file: File that is offered as ``/map.ply`` over HTTP, on the same port.
+        map_file: File that is offered over HTTP, on the same port, as ``/map.ply`` and by its hash.
         ready: Called once clients can connect.
         stop: Ends serving.
 
@@ -122,9 +123,12 @@ async def _serve_in_lockstep(
         )
         observers = cleanup.enter_context(_log(config, simulation, cloud))
         offer_map(server, map_file)
+        page = offer_page(server.pages, encrypted=server.encrypted)
         adapter = RosbridgeAdapter(
             server,
-            latched_messages(cloud, simulation.mounts, secrets.token_hex(8)),
+            latched_messages(
+                cloud, simulation.world.robot, simulation.mounts, secrets.token_hex(8)
+            ),
             undo_memory=localizer.config.undo_memory,
             round_trips=round_trips_of(server),
             audit=audit,
@@ -137,7 +141,7 @@ async def _serve_in_lockstep(
             _on_hangup(watch.check_now)
         try:
             await server.start()
-            ready(address_of(server))
+            ready(address_of(server, page=page))
             await stop.wait()
         finally:
             await server.close()
@@ -158,7 +162,9 @@ async def _serve_in_real_time(
     try:
         drive = _drive(world, config)
         simulation = drive.simulation
-        latched = latched_messages(cloud, simulation.mounts, secrets.token_hex(8))
+        latched = latched_messages(
+            cloud, simulation.world.robot, simulation.mounts, secrets.token_hex(8)
+        )
         undo_memory = LocalizerConfig().undo_memory
         talk = TalkSetup(config, simulation.world.name, latched, map_file, undo_memory)
         estimate = EstimateSetup(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import tyro
 
@@ -16,13 +16,16 @@ from teleop.robot.serving.robot_options import RobotOptions, check_slip_times
 if TYPE_CHECKING:
     from teleop.link.emulation import LinkConfig
 
+LOOPBACK: Final = ("localhost", "127.0.0.1", "::1")
+"""Addresses that only this machine can reach; not imported, for the socket's libraries take time."""
+
 
 @dataclass(frozen=True, slots=True)
 class ServeConfig:
     """How a robot is served; each setting is an option of the command."""
 
-    host: str = "127.0.0.1"
-    """Address to listen on; any but loopback is open to the network."""
+    host: str | None = None
+    """Address to listen on, 127.0.0.1 unless given; any but loopback is open to the network."""
     port: int = 9090
     """Port to listen on; 0 takes a free one."""
     seed: int = 0
@@ -35,6 +38,10 @@ class ServeConfig:
     """Start without a pose: the robot takes a hint on /initialpose, or searches the map after 5 s."""
     record: Path | None = None
     """Write all sensor readings to this file (MCAP)."""
+    open: bool = False
+    """Open the console page in a browser."""
+    lan: bool = False
+    """Listen on the network, with a token and a certificate that are made once and kept; print the page's QR code."""
     lockstep: bool = False
     """Advance time only when a client calls the service /sim/step."""
     robot: tyro.conf.OmitArgPrefixes[RobotOptions] = field(default_factory=RobotOptions)
@@ -75,6 +82,15 @@ class ServeConfig:
         _ = self.stale_limits, self.link_config
         if (self.tls_cert is None) != (self.tls_key is None):
             raise SettingError("TLS needs both, a certificate and its key")
+        if self.lan and self.host in LOOPBACK:
+            raise SettingError(
+                f"--lan is for the network, --host {self.host} for this machine only: leave one out"
+            )
+
+    @property
+    def listening_host(self) -> str:
+        """Address to listen on."""
+        return self.host or ("0.0.0.0" if self.lan else "127.0.0.1")
 
     @property
     def stale_limits(self) -> StaleLimits:

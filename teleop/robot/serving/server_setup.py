@@ -30,9 +30,13 @@ from teleop.rosbridge.server.server import Server
 
 ROLES: Final[Mapping[Role, RoleRules]] = {
     **DEFAULT_RULES,
-    # Everybody who can see the robot can stop it.
+    # Everybody who can see the robot can stop it, and learn about itself and its link.
     Role.VIEW: replace(
-        DEFAULT_RULES[Role.VIEW], call=(*DEFAULT_RULES[Role.VIEW].call, "/teleop/estop")
+        DEFAULT_RULES[Role.VIEW],
+        call=(
+            *DEFAULT_RULES[Role.VIEW].call,
+            *("/teleop/estop", "/teleop/session", "/teleop/link", "/teleop/ask"),
+        ),
     ),
 }
 """What each role may do with a robot unless the token file has other rules."""
@@ -76,7 +80,7 @@ def build_server(config: ServeConfig, tokens: TokenFile | None, now: Callable[[]
         protocol.observers.add(link)
     return Server(
         protocol,
-        config.host,
+        config.listening_host,
         config.port,
         clock=now,
         lockstep=config.lockstep,
@@ -104,17 +108,19 @@ def round_trips_of(server: Server) -> Callable[[int], RoundTrips | None]:
 
 
 def offer_map(server: Server, map_file: Path | None) -> None:
-    """Offer the map over HTTP on the same port, as ``/map.ply``."""
+    """Offer the map over HTTP on the same port, as ``/map.ply`` and by its hash."""
     if map_file is not None:
-        server.pages.add_file("/map.ply", map_file.read_bytes())
+        body = map_file.read_bytes()
+        digest = server.pages.add_file("/map.ply", body)
+        server.pages.add_file(f"/map/{digest}.ply", body, immutable=True)
 
 
-def address_of(server: Server) -> Address:
-    """Return where clients find a server that has started."""
+def address_of(server: Server, *, page: bool = False) -> Address:
+    """Return where clients find a server that has started; ``page`` says whether it has the console."""
     gate = server.protocol.authenticator
     drives = gate is None or (gate.anonymous is not None and gate.anonymous.role is not Role.VIEW)
     return Address(
-        server.url, server.host, server.port, server.encrypted, not drives, server.lockstep
+        server.url, server.host, server.port, server.encrypted, not drives, server.lockstep, page
     )
 
 
@@ -137,7 +143,7 @@ def audit_log(
         yield None
         return
     first = {"time": clock.utc_text(), "stamp": stamp(), "what": "begin"}
-    file = AuditFile(config.audit, {**first, "scene": scene, "host": config.host})
+    file = AuditFile(config.audit, {**first, "scene": scene, "host": config.listening_host})
     audit = AuditLog(file.add, server, stamp=stamp, wall=clock.utc_text)
     try:
         yield audit

@@ -30,5 +30,8 @@ def teleop_state(tick: DriveRecord) -> Messages:
             "link_age": state.link_age / 1e9,
             "slow_above": state.stale.slow / 1e9,
             "refuse_above": state.stale.refuse / 1e9,
+            "asking": state.asking.number if state.asking else 0,
+            "asking_name": state.asking.client if state.asking else "",
+            "asking_age": state.asking_age / 1e9,
         },
     )

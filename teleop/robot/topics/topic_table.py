@@ -8,13 +8,15 @@ from typing import Any, Final, Generic, TypeVar
 
 from localization.maps.cloud import Cloud
 from localization.types import Mounts
-from robot_sim import TICK_NS
+from robot_sim import TICK_NS, SkidSteer
+from robot_sim.robot.urdf import urdf
 from teleop.robot.tick_record import DriveRecord, EstimateRecord, TickRecord
 from teleop.robot.topics import (
     control_messages as control,
     diagnostics_messages as diagnostics,
     estimate_messages as estimate,
     ground_truth_messages as truth,
+    lean_cloud as lean,
     sensor_messages as sensors,
 )
 from teleop.robot.topics.message_parts import Message, Messages
@@ -162,6 +164,13 @@ ESTIMATE_OUTPUTS: tuple[Topic[EstimateRecord], ...] = (
         "the last sweep in `map`: x y z, intensity (always 0), distance to the map [m], NaN for points far from any mapped surface",
     ),
     Topic(
+        "/local_cloud/lean",
+        "farsteer_msgs/msg/LeanCloud",
+        0,
+        lean.lean_cloud,
+        "the same for slow links, twice a second: at most 400 points of 7 bytes",
+    ),
+    Topic(
         "/localization/status",
         "farsteer_msgs/msg/LocalizationStatus",
         5,
@@ -206,6 +215,15 @@ MAP_INFO = Interface(
     "/map_info", "farsteer_msgs/msg/MapInfo", "name, bounds and SHA-256 of the map; latched"
 )
 
+ROBOT_DESCRIPTION = Interface(
+    "/robot_description",
+    "std_msgs/msg/String",
+    "URDF of the robot, of boxes and cylinders; latched",
+)
+
+LATCHED: Final = (TF_STATIC, MAP_INFO, ROBOT_DESCRIPTION)
+"""Topics that are published once."""
+
 INPUTS: tuple[Interface, ...] = (
     Interface(
         "/joy", "sensor_msgs/msg/Joy", "drive: `axes[1]` forward, `axes[0]` turn, deadman, turbo"
@@ -236,6 +254,30 @@ SERVICES: tuple[Interface, ...] = (
         "/teleop/take_over", "std_srvs/srv/Trigger", "take the lease from the present driver"
     ),
     Interface(
+        "/teleop/ask",
+        "std_srvs/srv/Trigger",
+        "ask the present driver for the robot; ends by an answer, by leaving, or after 30 s",
+    ),
+    Interface(
+        "/teleop/give", "std_srvs/srv/Trigger", "driver only: give the robot to the one who asks"
+    ),
+    Interface("/teleop/refuse", "std_srvs/srv/Trigger", "driver only: refuse the one who asks"),
+    Interface(
+        "/teleop/session",
+        "farsteer_msgs/srv/Session",
+        "who the caller is to the robot, and what it may do",
+    ),
+    Interface(
+        "/teleop/link",
+        "farsteer_msgs/srv/LinkStatistics",
+        "what has been sent to the caller and dropped for it, and its round trip",
+    ),
+    Interface(
+        "/localization/preview_hint",
+        "farsteer_msgs/srv/PreviewHint",
+        "score a pose by the last sweep and change nothing; of each client the newest, ten a second",
+    ),
+    Interface(
         "/localization/undo",
         "std_srvs/srv/Trigger",
         "undo the last accepted hint, or the last pose that a global search set",
@@ -261,12 +303,19 @@ def messages_of(tick: TickRecord) -> Iterator[tuple[str, Message]]:
                 yield estimated.name, message
 
 
-def latched_messages(cloud: Cloud, mounts: Mounts, run_id: str = "") -> Mapping[Interface, Message]:
+def latched_messages(
+    cloud: Cloud, robot: SkidSteer, mounts: Mounts, run_id: str = ""
+) -> Mapping[Interface, Message]:
     """Return the messages that are published once, at the start.
 
     Args:
         cloud: The robot's map.
+        robot: Its parameters.
         mounts: ``base_from_sensor`` of each sensor.
         run_id: Identity of this run of the robot.
     """
-    return {TF_STATIC: estimate.tf_static(mounts), MAP_INFO: estimate.map_info(cloud, run_id)}
+    return {
+        TF_STATIC: estimate.tf_static(mounts),
+        MAP_INFO: estimate.map_info(cloud, run_id),
+        ROBOT_DESCRIPTION: {"data": urdf(robot, mounts)},
+    }

@@ -10,10 +10,9 @@ from typing import Any
 
 from teleop.robot.topics.topic_table import (
     INPUTS,
-    MAP_INFO,
+    LATCHED,
     OUTPUTS,
     SERVICES,
-    TF_STATIC,
     Interface,
     Topic,
 )
@@ -25,7 +24,7 @@ def markdown() -> str:
         f"| `{t.name}` | `{t.type}` | {_rate(t)}{', latched' if t.latch else ''} | {t.description} |"
         for t in OUTPUTS
     ]
-    once = [f"| `{i.name}` | `{i.type}` | once | {i.description} |" for i in (TF_STATIC, MAP_INFO)]
+    once = [f"| `{i.name}` | `{i.type}` | once | {i.description} |" for i in LATCHED]
     lines = [
         "# Topics",
         "",

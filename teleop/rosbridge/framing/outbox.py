@@ -44,6 +44,9 @@ class Outbox:
         self.dropped = 0
         """Number of messages replaced by newer ones."""
 
+        self.accepted = 0
+        """Bytes of all frames so far, but for the messages replaced by newer ones."""
+
     def __len__(self) -> int:
         return len(self._control) + len(self._data)
 
@@ -54,6 +57,9 @@ class Outbox:
 
     def push(self, frame: OutgoingFrame) -> str | None:
         """Add a frame; return the reason to disconnect the client on overflow, otherwise None."""
+        self.accepted += len(frame.payload)
+        if frame.tally is not None:
+            frame.tally.sent += 1
         if frame.kind is FrameKind.DATA and not frame.lossless:
             self._push_data(frame)
             return None
@@ -102,8 +108,12 @@ class Outbox:
             self._drop(next(iter(self._data)))
 
     def _drop(self, number: int) -> None:
-        self._remove(number)
+        frame = self._remove(number)
         self.dropped += 1
+        self.accepted -= len(frame.payload)
+        if frame.tally is not None:
+            frame.tally.sent -= 1
+            frame.tally.dropped += 1
 
     def _remove(self, number: int) -> OutgoingFrame:
         frame = self._data.pop(number)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final, TypeAlias
 
@@ -43,6 +43,17 @@ class ReplyFormat:
 PLAIN: Final = ReplyFormat()
 
 
+@dataclass(slots=True, eq=False)
+class MessageTally:
+    """What has become of the messages of one subscription."""
+
+    sent: int = 0
+    """Number of messages that were sent, or are queued."""
+
+    dropped: int = 0
+    """Number of queued messages that newer ones replaced."""
+
+
 @dataclass(frozen=True, slots=True)
 class OutgoingFrame:
     """A frame for one client; its payload is shared with other clients that receive the same."""
@@ -64,6 +75,9 @@ class OutgoingFrame:
 
     fragment_id: str = ""
     """Id of the fragments; empty if the frame is not fragmented."""
+
+    tally: MessageTally | None = field(default=None, compare=False, repr=False)
+    """Counts the messages of the subscription that the frame is for."""
 
     @property
     def text(self) -> str:

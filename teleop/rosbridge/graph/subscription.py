@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from teleop.rosbridge.framing.outgoing_frames import FrameKind, OutgoingFrame
+from teleop.rosbridge.framing.outgoing_frames import FrameKind, MessageTally, OutgoingFrame
 from teleop.rosbridge.graph.publication import ENCODINGS, Encoding, Publication
 from teleop.rosbridge.messages.ros_serialization import RosVersion
 from teleop.rosbridge.ros_time import MILLISECOND
@@ -42,6 +42,9 @@ class Subscription:
 
     timer: Timer | None = None
     """Timer of the held-back message."""
+
+    tally: MessageTally = field(default_factory=MessageTally)
+    """Counts its messages."""
 
     _merged: SubscribeOptions = field(default_factory=SubscribeOptions)
     _sent: int | None = None
@@ -106,4 +109,5 @@ class Subscription:
             topic=self.topic,
             depth=merged.depth,
             fragment=0 if binary else merged.fragment,
+            tally=self.tally,
         )

@@ -8,7 +8,7 @@ from typing import Final, TypeAlias
 
 from teleop.rosbridge.errors import OperationError
 from teleop.rosbridge.framing.operation_fields import check_name
-from teleop.rosbridge.framing.outgoing_frames import Output
+from teleop.rosbridge.framing.outgoing_frames import MessageTally, Output
 from teleop.rosbridge.graph.publication import Publication
 from teleop.rosbridge.graph.subscription import Subscription
 from teleop.rosbridge.graph.topic import Monitor, Topic, TopicHandler
@@ -55,6 +55,11 @@ class Topics:
     def find(self, name: str) -> Topic | None:
         """Return the topic of a name; None if there is none."""
         return self._topics.get(canonical(name))
+
+    def tallies(self, client: int) -> dict[str, MessageTally]:
+        """Return the counts of a client's subscriptions, by the topics' names as the client spells them."""
+        found = (topic.subscriptions.get(client) for topic in self._topics.values())
+        return {each.topic: each.tally for each in found if each is not None}
 
     # The host's topics
 

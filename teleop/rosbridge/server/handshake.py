@@ -20,7 +20,7 @@ from teleop.rosbridge.server.http_connection import (
     page_response,
     wants_websocket,
 )
-from teleop.rosbridge.server.http_pages import OPEN_PAGES, HttpPages
+from teleop.rosbridge.server.http_pages import HttpPages, Page
 
 _MAX_DOWNLOADS: Final = 32
 """Simultaneous downloads of large files."""
@@ -31,8 +31,19 @@ _MAX_DOWNLOADS_OF_ADDRESS: Final = 4
 _STANDSTILL: Final = 2.0
 """Time without a piece after which a download stands still [s]."""
 
-_SINGLE: Final = ("Host", "Origin", "If-None-Match")
+_SINGLE: Final = ("Host", "Origin", "If-None-Match", "Accept-Encoding")
 """Headers that a request may have only once, since proxies disagree on which one counts."""
+
+_PREFLIGHT: Final = Page(
+    HTTPStatus.NO_CONTENT,
+    {
+        "Vary": "Origin",
+        "Access-Control-Allow-Methods": "GET, HEAD",
+        "Access-Control-Allow-Headers": "Authorization",
+        "Access-Control-Max-Age": "600",
+    },
+)
+"""Allows a page of another origin to send its token in a header: browsers ask first, without it."""
 
 
 class Handshake:
@@ -63,6 +74,8 @@ class Handshake:
             return socket.respond(HTTPStatus.FORBIDDEN, f"host {host[:80]} is not this machine\n")
         if origin is not None and not self._origins.allow(origin, host):
             return socket.respond(HTTPStatus.FORBIDDEN, f"origin {origin} is not allowed\n")
+        if origin is not None and _is_preflight(request):
+            return page_response(_PREFLIGHT, {"Access-Control-Allow-Origin": origin})
         if refusal := self._authenticate(socket, request):
             return refusal
         if not wants_websocket(request):
@@ -107,8 +120,8 @@ class Handshake:
                 guesses.wrong(socket.host, self._now)
             else:
                 guesses.accepted(socket.host, token, self._now)
-        open_page = request.path.partition("?")[0] in OPEN_PAGES
-        may_follow = token is None and (wants_websocket(request) or open_page)
+        no_token_needed = wants_websocket(request) or self._pages.is_public(request.path)
+        may_follow = token is None and no_token_needed
         if socket.access is not None or may_follow:
             return None
         text = "a token is required\n" if token is None else "the token is not accepted\n"
@@ -125,7 +138,8 @@ class Handshake:
             if request.path.partition("?")[0] == "/":
                 return None  # websockets responds that a WebSocket is expected
             return socket.respond(HTTPStatus.NOT_FOUND, "page not found\n")
-        headers = {"Vary": "Origin"}
+        varies = (page.headers.get("Vary"), "Origin")
+        headers = {"Vary": ", ".join(name for name in varies if name)}
         if origin is not None:
             headers["Access-Control-Allow-Origin"] = origin
             headers["Access-Control-Expose-Headers"] = "ETag"
@@ -152,6 +166,11 @@ class Handshake:
         oldest.transport.abort()
         self._downloads.discard(oldest)
         return True
+
+
+def _is_preflight(request: Request) -> bool:
+    """Return whether a browser asks what a page of another origin may request."""
+    return request.method == "OPTIONS" and "Access-Control-Request-Method" in request.headers
 
 
 def _token(request: Request) -> str | None:

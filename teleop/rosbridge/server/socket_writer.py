@@ -40,6 +40,9 @@ class Traffic:
     dropped: int
     """Number of messages replaced by newer ones since the client connected."""
 
+    bytes: int
+    """Bytes of all frames since the client connected, those that are queued included."""
+
     round_trip: float
     """Round-trip time of the last ping [s]; 0 before the first."""
 
@@ -69,7 +72,8 @@ class SocketWriter:
 
     def traffic(self, round_trip: float) -> Traffic:
         """Return the state of the connection, with its round-trip time [s]."""
-        return Traffic(self._outbox.size, self._outbox.dropped, round_trip)
+        outbox = self._outbox
+        return Traffic(outbox.size, outbox.dropped, outbox.accepted, round_trip)
 
     def push(self, output: Output) -> None:
         """Queue a frame; the client is disconnected if its queue overflows."""

@@ -256,6 +256,7 @@ def settled(bias: np.ndarray, seed: int, seconds: float) -> DrivenFilter:
     return ekf
 
 
+@pytest.mark.untraced
 def test_robot_that_stands_for_ten_minutes_neither_drifts_nor_grows_unsure() -> None:
     bias = np.deg2rad([0.1, -0.2, 0.3])
     yaw = settled(bias, 0, 10.0).pose.yaw
@@ -676,6 +677,7 @@ def test_reading_that_is_not_finite_leaves_the_prediction_as_it_was() -> None:
 @given(seed=st.integers(0, 100_000))
 @settings(max_examples=30)
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_covariance_stays_symmetric_and_positive_whatever_comes(seed: int) -> None:
     rng = np.random.default_rng(seed)
     ekf = DrivenFilter()

@@ -93,6 +93,7 @@ def errors(poses: FloatArray, truth: FloatArray) -> FloatArray:
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_loop_closure_removes_drift() -> None:
     truth = around_the_block(1.4)
     odometry = strayed(truth, 0.01, np.deg2rad(0.15))
@@ -219,6 +220,7 @@ def test_drive_is_tracked_without_a_map(drive: Drive, survey: Survey) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_map_of_a_drive_localises_the_robot_on_another(survey: Survey) -> None:
     cloud = survey.cloud("hall")
     assert cloud.name == "hall"
@@ -239,6 +241,7 @@ def test_map_of_a_drive_localises_the_robot_on_another(survey: Survey) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_map_begins_at_its_origin_by_default(readings: list[Reading], survey: Survey) -> None:
     short = readings[: len(readings) // 2]
     here = map_drive(short, MOUNTS, LEVEL)
@@ -253,6 +256,7 @@ def test_map_begins_at_its_origin_by_default(readings: list[Reading], survey: Su
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_same_readings_give_the_same_bits(readings: list[Reading]) -> None:
     part = readings[: len(readings) // 3]
     one, two = (map_drive(part, MOUNTS, LEVEL) for _ in range(2))
@@ -261,6 +265,7 @@ def test_same_readings_give_the_same_bits(readings: list[Reading]) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 @pytest.mark.parametrize("motion", [Motion.WHEELS, Motion.GYRO, Motion.SCANNER])
 def test_drive_is_followed_with_fewer_sensors(
     motion: Motion, drive: Drive, readings: list[Reading]
@@ -272,6 +277,7 @@ def test_drive_is_followed_with_fewer_sensors(
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_invalid_readings_are_skipped(readings: list[Reading]) -> None:
     bad = Inertial(5 * TICK, np.array([np.nan, 0.0, 0.0]), np.array([0.0, 0.0, 9.81]))
     survey = map_drive([*readings[:900], bad, *readings[900:1500]], MOUNTS, LEVEL)

@@ -15,7 +15,7 @@ from localization.types import Estimate, Hint, Odometry, Pose, Reading, WheelSpe
 from tests.localization.pipeline.wheel_log import block, upright
 from tests.support_rooms import MOUNTS, Drive, Face, Place, box
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.untraced]
 
 SCANNER = "laser_horizontal"
 START = Pose.planar(-1.5, -1.4, 0.0)

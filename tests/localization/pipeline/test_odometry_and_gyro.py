@@ -21,24 +21,15 @@ from tests.localization.pipeline.wheel_log import (
     Wheels,
     follow,
     gyro_of,
-    lap,
     moments,
     summary,
 )
-from tests.support_grid import grid_of
 from tests.support_rooms import MOUNTS, Drive
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.untraced]
 
 DRIVE = Drive(OFFICE, LAP_START, *ROUNDS, begin=BEGIN)
 DEGREE = float(np.deg2rad(1.0))
-
-
-@pytest.fixture(scope="module")
-def grid(tmp_path_factory: pytest.TempPathFactory) -> PreparedMap:
-    going = Drive(OFFICE, LAP_START, *lap(), begin=BEGIN)
-    seen_from = [going.pose(stamp) for stamp in range(BEGIN, going.end, SECOND)]
-    return grid_of(OFFICE, seen_from, tmp_path_factory.mktemp("grid"))
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +43,11 @@ def rms(followed: Followed) -> tuple[float, float]:
     return float(np.sqrt(np.mean(followed.off**2))), float(np.sqrt(np.mean(followed.turned**2)))
 
 
-@pytest.mark.parametrize("ratio", [0.7, 1.85])
-@pytest.mark.parametrize("bias", [0.0, DEGREE, -DEGREE], ids=["unbiased", "left", "right"])
+@pytest.mark.parametrize(
+    ("ratio", "bias"),
+    [(0.7, 0.0), (0.7, DEGREE), (1.85, -DEGREE)],
+    ids=["less-unbiased", "less-left", "more-right"],
+)
 def test_gyro_makes_wrong_turns_of_wheels_as_good_as_right_ones(
     grid: PreparedMap, right_turns: Followed, ratio: float, bias: float
 ) -> None:

@@ -22,10 +22,9 @@ from tests.localization.pipeline.wheel_log import (
     moments,
     summary,
 )
-from tests.support_grid import grid_of
 from tests.support_rooms import Drive
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.untraced]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -41,11 +40,9 @@ class Logged:
 
 
 @pytest.fixture(scope="module")
-def logged(tmp_path_factory: pytest.TempPathFactory) -> Logged:
+def logged(grid: PreparedMap) -> Logged:
     drive = Drive(OFFICE, LAP_START, *lap(), begin=BEGIN)
-    seen_from = [drive.pose(stamp) for stamp in range(BEGIN, drive.end, SECOND)]
-    world = grid_of(OFFICE, seen_from, tmp_path_factory.mktemp("grid"))
-    return Logged(world, drive, moments(OFFICE, drive, Wheels()))
+    return Logged(grid, drive, moments(OFFICE, drive, Wheels()))
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from localization.maps.prepared_map import PreparedMap
-from localization.types import SECOND, Health
+from localization.types import Health
 from tests.localization.pipeline.wheel_log import (
     BEGIN,
     LAP_START,
@@ -17,19 +17,11 @@ from tests.localization.pipeline.wheel_log import (
     moments,
     summary,
 )
-from tests.support_grid import grid_of
 from tests.support_rooms import Drive
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.untraced]
 
 DRIVES = {speed: Drive(OFFICE, LAP_START, *lap(speed), begin=BEGIN) for speed in (0.33, 0.6)}
-
-
-@pytest.fixture(scope="module")
-def grid(tmp_path_factory: pytest.TempPathFactory) -> PreparedMap:
-    drive = DRIVES[0.6]
-    seen_from = [drive.pose(stamp) for stamp in range(BEGIN, drive.end, SECOND)]
-    return grid_of(OFFICE, seen_from, tmp_path_factory.mktemp("grid"))
 
 
 @pytest.mark.parametrize(

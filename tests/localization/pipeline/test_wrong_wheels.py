@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from localization.maps.prepared_map import PreparedMap
-from localization.types import SECOND, Health
+from localization.types import Health
 from tests.localization.pipeline.wheel_log import (
     BEGIN,
     LAP_START,
@@ -18,19 +18,12 @@ from tests.localization.pipeline.wheel_log import (
     moments,
     summary,
 )
-from tests.support_grid import grid_of
 from tests.support_rooms import Drive
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.untraced]
 
 TURNING = Drive(OFFICE, LAP_START, *ROUNDS, begin=BEGIN)
 GOING = Drive(OFFICE, LAP_START, *lap(), begin=BEGIN)
-
-
-@pytest.fixture(scope="module")
-def grid(tmp_path_factory: pytest.TempPathFactory) -> PreparedMap:
-    seen_from = [GOING.pose(stamp) for stamp in range(BEGIN, GOING.end, SECOND)]
-    return grid_of(OFFICE, seen_from, tmp_path_factory.mktemp("grid"))
 
 
 @pytest.mark.parametrize("ratio", [0.7, 1.27, 1.85])

@@ -49,6 +49,7 @@ def finish(work: SearchWork) -> tuple[tuple[Candidate, ...], int]:
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_robot_is_found_anywhere_in_the_hall_from_one_sweep(hall: PreparedMap) -> None:
     pyramid = Pyramid(plan_of(hall))
     rng = np.random.default_rng(1)
@@ -77,6 +78,7 @@ def test_bound_of_a_block_is_never_less_than_any_of_its_places(hall: PreparedMap
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_branch_and_bound_finds_what_trying_every_place_finds(hall: PreparedMap) -> None:
     plan = plan_of(hall)
     sweep = HALL.sweep(Pose.planar(3.1, 2.2, 0.7), noise=0.012)

@@ -51,6 +51,7 @@ def finish(
 )
 @settings(max_examples=12)
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_robot_is_found_a_metre_and_twenty_degrees_from_where_it_was_said_to_be(
     hall: PreparedMap,
     plan: FloorPlan,

@@ -46,6 +46,7 @@ def first(estimates: Sequence[Estimate], health: Health) -> float:
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_robot_without_a_pose_searches_after_five_seconds_and_places_itself_once_it_drove(
     hall: PreparedMap,
 ) -> None:
@@ -97,6 +98,7 @@ def test_hint_outside_the_map_begins_a_search_too(hall: PreparedMap) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_rejected_hint_leaves_a_good_pose_alone(hall: PreparedMap) -> None:
     drive = Drive(HALL, START, (1.0, 0.0, 0.0), (2.0, 0.4, 0.3), noise=0.012, seed=4)
     readings = list(drive.readings())
@@ -135,6 +137,7 @@ def test_robot_that_stands_where_places_look_alike_proposes_them_all_and_takes_n
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_carried_robot_that_stands_is_not_placed_anew_and_finds_itself_within_a_metre_of_driving(
     hall: PreparedMap,
 ) -> None:
@@ -155,6 +158,7 @@ def test_carried_robot_that_stands_is_not_placed_anew_and_finds_itself_within_a_
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_longest_reading_of_a_search_takes_a_tenth_of_a_second_at_most(hall: PreparedMap) -> None:
     localizer = Localizer(hall, MOUNTS)
     localizer.relocalize()

@@ -139,6 +139,7 @@ PROPERTIES = (
 
 
 @pytest.mark.sweep
+@pytest.mark.untraced
 @pytest.mark.parametrize("seed", MORE_SEEDS)
 def test_buildings_of_more_seeds_have_the_same_properties(seed: int) -> None:
     for has_property in PROPERTIES:
@@ -161,7 +162,9 @@ def test_same_seed_and_area_give_the_same_text_and_others_do_not() -> None:
 
 
 @pytest.mark.parametrize(
-    "seeds", [SEEDS, pytest.param(range(32), marks=pytest.mark.sweep)], ids=["few", "many"]
+    "seeds",
+    [SEEDS, pytest.param(range(32), marks=[pytest.mark.sweep, pytest.mark.untraced])],
+    ids=["few", "many"],
 )
 def test_most_rooms_are_furnished_and_the_tour_sees_most_of_them(seeds: Sequence[int]) -> None:
     rooms = visited = furnished = 0

@@ -69,7 +69,10 @@ def drive(
     driver = TourDriver(world.tour)
     hint = Mission().hint(simulation.truth().map_from_base)
     latched: tuple[Published, ...] = tuple(
-        (kind.name, message) for kind, message in latched_messages(cloud, simulation.mounts).items()
+        (kind.name, message)
+        for kind, message in latched_messages(
+            cloud, simulation.world.robot, simulation.mounts
+        ).items()
     )
     inbox: list[InboxMessage] = [DriveCommand("test", _NEUTRAL)]
     twist = Twist.planar(0.0, 0.0)

@@ -38,6 +38,7 @@ def _euler(filter_: AttitudeFilter) -> tuple[float, float, float]:
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 @pytest.mark.parametrize("seed", [0, 1])
 def test_tilt_on_the_courtyards_ramps_is_within_a_degree_and_within_its_sigma(seed: int) -> None:
     world = load_world("courtyard")

@@ -108,6 +108,7 @@ def test_quality_describes_the_written_files(mapped: Path, plan: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.untraced
 def test_log_of_the_drive_gives_the_same_map(
     mapped: Path, plan: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -98,6 +98,13 @@ export interface HintVerdict {
   readonly scores: readonly number[];
 }
 
+/** A picture of a camera: a blob's address, which holds until two newer pictures have come. */
+export interface CameraImage {
+  readonly topic: string;
+  readonly url: string;
+  readonly receivedAt: number;
+}
+
 /** Who drives and whether the robot listens: `/teleop/state`. */
 export interface ControlState {
   readonly stamp: number;

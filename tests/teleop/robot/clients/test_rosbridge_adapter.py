@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 from localization.maps.cloud import Cloud
 from teleop.robot.inbox import EStop
-from teleop.robot.topics.topic_table import MAP_INFO, OUTPUTS, TF_STATIC
+from teleop.robot.topics.topic_table import LATCHED, OUTPUTS
 from tests.teleop.support import (
     SPAWN,
     Robots,
@@ -343,13 +344,19 @@ async def test_late_subscriber_gets_latched_messages(robots: Robots, office_clou
         await client.hint(hint_message(*SPAWN))
         await client.step(60)
         async with peer(rig.server.url) as late:
-            await late.subscribe("/map_info", "/tf_static", "/localization/hint_verdict")
+            latched = [topic.name for topic in LATCHED]
+            await late.subscribe(*latched, "/localization/hint_verdict")
             await late.settle()
             info = late.last("/map_info")
             assert info["sha256"] == office_cloud.sha256
             assert info["points"] == len(office_cloud.points)
             frames = {t["child_frame_id"] for t in late.last("/tf_static")["transforms"]}
             assert frames >= {"laser_horizontal", "laser_vertical"}
+            links = {
+                link.get("name")
+                for link in ElementTree.fromstring(late.last("/robot_description")["data"])
+            }
+            assert links >= frames | {"base_link", "imu_link", "front_left_wheel"}
             assert late.last("/localization/hint_verdict")["verdict"] == "accepted"
 
 
@@ -363,7 +370,7 @@ async def test_clients_cannot_publish_on_the_robots_topics(robots: Robots) -> No
         peer(rig.server.url) as client,
         peer(rig.server.url) as other,
     ):
-        owned = [*((t.name, t.type) for t in OUTPUTS), (TF_STATIC.name, TF_STATIC.type), (MAP_INFO.name, MAP_INFO.type)]  # fmt: skip
+        owned = [(t.name, t.type) for t in OUTPUTS] + [(t.name, t.type) for t in LATCHED]
         await other.subscribe(*(name for name, _ in owned))
         before = len(await other.settle()), len(other.received)
         for name, kind in owned:

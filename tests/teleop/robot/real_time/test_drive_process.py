@@ -68,7 +68,7 @@ class Robot:
 @asynccontextmanager
 async def robot(world: World, cloud: Cloud, cache: Path) -> AsyncIterator[Robot]:
     simulation = Simulation(world, seed=0)
-    latched = latched_messages(cloud, simulation.mounts, "run")
+    latched = latched_messages(cloud, simulation.world.robot, simulation.mounts, "run")
     config = ServeConfig(port=0, log_level="error")
     talk = TalkSetup(config, world.name, latched, None, SECOND)
     estimate = EstimateSetup(cloud, simulation.mounts, cache, None, {}, 0.11)

@@ -11,10 +11,9 @@ import pytest
 from teleop.interfaces import registry
 from teleop.robot.topics.topic_table import (
     INPUTS,
-    MAP_INFO,
+    LATCHED,
     OUTPUTS,
     SERVICES,
-    TF_STATIC,
     Interface,
     Topic,
 )
@@ -22,7 +21,7 @@ from teleop.robot.topics.topics_page import markdown
 
 ROOT = Path(__file__).resolve().parents[4]
 REGISTRY = registry()
-TABLE: tuple[Topic[Any] | Interface, ...] = (*OUTPUTS, *INPUTS, TF_STATIC, MAP_INFO)
+TABLE: tuple[Topic[Any] | Interface, ...] = (*OUTPUTS, *INPUTS, *LATCHED)
 TOPICS = [(t.name, t.type) for t in TABLE]
 
 

@@ -304,3 +304,27 @@ def test_certificate_errors_are_one_line(tmp_path: Path) -> None:
 def test_invalid_origins_are_rejected(origin: str) -> None:
     with pytest.raises(ServerError, match=r"is not a valid origin such as https://lab\.example"):
         Server(Protocol(REGISTRY), origins=(origin,))
+
+
+@in_a_loop
+async def test_public_files_need_no_token_and_others_do() -> None:
+    def status(server: Server, path: str, token: str = "") -> int:
+        connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
+        connection.request(
+            "GET", path, headers={"Authorization": f"Bearer {token}"} if token else {}
+        )
+        found = connection.getresponse().status
+        connection.close()
+        return found
+
+    async with guarded() as server:
+        server.pages.add_file("/", b"a page", public=True)
+        for path, token, wanted in (
+            ("/", "", 200),
+            ("/?x=1", "", 200),
+            ("/", GUESS, 401),
+            ("/map.ply", "", 401),
+            ("/map.ply", VIEW, 200),
+            ("/nothing", "", 401),
+        ):
+            assert await asyncio.to_thread(status, server, path, token) == wanted, path

@@ -31,7 +31,7 @@ from tests.teleop.rosbridge.support import REGISTRY
 pytestmark = pytest.mark.process
 
 PACKAGES = ("roslib@2.1.0", "roslib-old@npm:roslib@1.4.1", "@foxglove/roslibjs@0.0.3")
-NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+NAMES = ("chromium", "chromium-browser", "google-chrome")
 BROWSER = next((found for name in NAMES if (found := shutil.which(name))), None)
 PATIENCE = 90.0
 """Time for a browser to start and three clients to connect on a loaded machine [s]."""

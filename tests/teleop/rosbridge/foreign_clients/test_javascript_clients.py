@@ -7,22 +7,15 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import os
-import re
 import shutil
 import subprocess
-import sys
-import tarfile
 from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
-from importlib.metadata import version
+from concurrent.futures import Future
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 
-from tests.teleop.rosbridge.support import ROOT
+from tests.teleop.rosbridge.foreign_clients.roslibpy_suite import Runs, conformance_server
 
 pytestmark = pytest.mark.process
 
@@ -50,21 +43,6 @@ roslibpy = pytest.mark.skipif(
 )
 
 
-@contextmanager
-def conformance_server() -> Iterator[str]:
-    """Run ``python -m teleop.rosbridge --conformance``; yield its address."""
-    command = [sys.executable, "-m", "teleop.rosbridge", "--conformance", "--port", "0"]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None
-            found = re.search(r"ws://127\.0\.0\.1:\d+", process.stdout.readline())
-            assert found is not None
-            yield found[0]
-        finally:
-            process.terminate()
-            assert process.wait(20) == 0
-
-
 @pytest.fixture(scope="module")
 def url() -> Iterator[str]:
     with conformance_server() as address:
@@ -72,81 +50,6 @@ def url() -> Iterator[str]:
 
 
 # roslibpy
-
-
-@dataclass
-class Suite:
-    """A run of some of roslibpy's own tests."""
-
-    process: subprocess.Popen[str]
-    report: Path
-
-    def outcome(self) -> tuple[int, int, int]:
-        """Wait for the end; return the numbers of passed, failed and skipped tests."""
-        said, _ = self.process.communicate(timeout=200)
-        assert self.report.exists(), said
-        suite = ElementTree.parse(self.report).getroot().find("testsuite")
-        assert suite is not None
-        total, bad = int(suite.attrib["tests"]), 0
-        for kind in ("failures", "errors"):
-            bad += int(suite.attrib[kind])
-        skipped = int(suite.attrib["skipped"])
-        if bad:
-            sys.stderr.write(said)
-        return total - bad - skipped, bad, skipped
-
-
-def begin(source: Path, folder: Path, transport: str, tests: list[str], port: str) -> Suite:
-    """Start tests of the source distribution, in which only the port is changed."""
-    shutil.copytree(source, folder)
-    for file in (folder / "tests").rglob("*.py"):
-        text = file.read_text(encoding="utf-8")
-        file.write_text(text.replace("9090", port), encoding="utf-8")
-    report = folder / "report.xml"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "pytest", *tests, "-q", f"--junitxml={report}"]
-        + ["-p", "no:cacheprovider", "-p", "no:dash", "-p", "no:xdist"],
-        cwd=folder,
-        env={**os.environ, "ROSLIBPY_TRANSPORT": transport},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    return Suite(process, report)
-
-
-@pytest.fixture(scope="module")
-def suites(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, tuple[Suite, Suite]]]:
-    """Run roslibpy's tests for all transports simultaneously, as they mostly sleep."""
-    folder = tmp_path_factory.mktemp("roslibpy")
-    wanted = f"roslibpy=={version('roslibpy')}"
-    subprocess.run(
-        [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check"]
-        + ["--no-deps", "--no-binary", ":all:", "--dest", str(folder), wanted],
-        check=True,
-    )
-    (archive,) = folder.glob("*.tar.gz")
-    with tarfile.open(archive) as tar:
-        tar.extractall(folder, filter="data")
-    (source,) = (path for path in folder.iterdir() if path.is_dir())
-    with conformance_server() as one, conformance_server() as two:
-        found: dict[str, tuple[Suite, Suite]] = {}
-        for transport, address in (("twisted", one), ("asyncio", two)):
-            port = address.rpartition(":")[2]
-            # Not tests/test_ws_headers.py: it connects to a server of its own, and hangs where
-            # that server's loop is idle when the test sets its asyncio.Event from another thread.
-            rest = ["tests/ros2", "tests/test_transport.py"]
-            found[transport] = (
-                begin(source, folder / f"{transport}1", transport, ["tests/ros1"], port),
-                begin(source, folder / f"{transport}2", transport, rest, port),
-            )
-        try:
-            yield found
-        finally:
-            for pair in found.values():
-                for suite in pair:
-                    suite.process.kill()
-                    suite.process.wait()
 
 
 @pytest.mark.slow
@@ -157,12 +60,12 @@ def suites(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, tuple
     [("twisted", (25, 0, 0), (29, 0, 2)), ("asyncio", (25, 0, 0), (31, 0, 0))],
 )
 def test_roslibpys_own_tests_pass(
-    suites: dict[str, tuple[Suite, Suite]],
+    roslibpy_runs: Future[Runs],
     transport: str,
     first: tuple[int, int, int],
     second: tuple[int, int, int],
 ) -> None:
-    one, two = suites[transport]
+    one, two = roslibpy_runs.result()[transport]
     assert (one.outcome(), two.outcome()) == (first, second)
 
 

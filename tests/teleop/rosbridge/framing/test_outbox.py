@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hypothesis import given, strategies as st
 
 from teleop.rosbridge.framing.outbox import BULK_BYTES, Outbox, QueueLimits
-from teleop.rosbridge.framing.outgoing_frames import FrameKind, OutgoingFrame
+from teleop.rosbridge.framing.outgoing_frames import FrameKind, MessageTally, OutgoingFrame
 
 
 def data(text: str, topic: str = "/a", depth: int = 0, lossless: bool = False) -> OutgoingFrame:
@@ -118,3 +120,23 @@ def test_queue_stays_within_limits_and_counts_correctly(
     assert [frame.kind for frame in frames] == sorted(
         (frame.kind for frame in frames), key=lambda kind: kind is FrameKind.DATA
     )
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from("ab"), st.integers(1, 40), st.integers(0, 3)), max_size=60)
+)
+def test_tallies_and_bytes_are_those_of_the_frames_that_leave(
+    given: list[tuple[str, int, int]],
+) -> None:
+    outbox = Outbox(QueueLimits(data=200))
+    tallies = {topic: MessageTally() for topic in "ab"}
+    for topic, size, depth in given:
+        outbox.push(replace(data("x" * size, topic, depth), tally=tallies[topic]))
+        outbox.push(control("response"))
+    left = []
+    while frame := outbox.pop():
+        left.append(frame)
+    for topic, tally in tallies.items():
+        assert tally.sent == sum(frame.topic == topic for frame in left)
+        assert tally.sent + tally.dropped == sum(name == topic for name, _, _ in given)
+    assert outbox.accepted == sum(len(frame.payload) for frame in left)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gzip
 import hashlib
 import http.client
 import json
@@ -11,6 +12,7 @@ import socket
 import pytest
 
 from teleop.rosbridge.server import http_connection as opening
+from teleop.rosbridge.server.http_pages import HttpPages
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving
 
@@ -133,3 +135,98 @@ async def test_simultaneous_downloads_are_limited() -> None:
             taker.close()
         await asyncio.sleep(0.2)
         assert (await fetch(server, "/map.ply"))[0] == 200
+
+
+TEXT = b"text of a page " * 10_000
+"""More than a socket takes at once, and easily compressed."""
+
+
+@in_a_loop
+async def test_clients_that_accept_gzip_are_sent_it_under_a_tag_of_its_own() -> None:
+    async with serving() as server:
+        digest = server.pages.add_file("/page.txt", TEXT, "text/plain", compress=True)
+        for accepted in ("gzip, br", "br;q=1, GZIP ;q=0.5", "x-gzip"):
+            status, headers, body = await fetch(server, "/page.txt", accept_encoding=accepted)
+            assert (status, gzip.decompress(body)) == (200, TEXT)
+            assert headers["content-encoding"] == "gzip"
+            assert headers["etag"] == f'"{digest}-gzip"'
+            assert headers["vary"] == "Accept-Encoding, Origin"
+        for accepted in ("identity", "br", "gzip;q=0", "gzip; q=0.000"):
+            status, headers, body = await fetch(server, "/page.txt", accept_encoding=accepted)
+            assert (status, body, headers["etag"]) == (200, TEXT, f'"{digest}"')
+            assert "content-encoding" not in headers
+            assert headers["vary"] == "Accept-Encoding, Origin"
+        for tag, status in ((f'"{digest}-gzip"', 304), (f'"{digest}"', 200)):
+            answer = await fetch(server, "/page.txt", accept_encoding="gzip", if_none_match=tag)
+            assert answer[0] == status
+
+
+@in_a_loop
+async def test_files_that_do_not_shrink_are_sent_as_they_are() -> None:
+    async with serving() as server:
+        server.pages.add_file("/one", b"x", compress=True)
+        _, headers, body = await fetch(server, "/one", accept_encoding="gzip")
+        assert (body, "content-encoding" in headers) == (b"x", False)
+
+
+@in_a_loop
+async def test_files_under_their_hash_may_be_kept_for_ever() -> None:
+    async with serving() as server:
+        server.pages.add_file("/map/1.ply", MAP, immutable=True)
+        server.pages.add_file("/open/1.ply", MAP, immutable=True, public=True)
+        server.pages.add_file("/map.ply", MAP)
+        for path, caching in (
+            ("/map/1.ply", "private, max-age=31536000, immutable"),
+            ("/open/1.ply", "public, max-age=31536000, immutable"),
+            ("/map.ply", "no-cache"),
+        ):
+            assert (await fetch(server, path, "HEAD"))[1]["cache-control"] == caching
+
+
+@pytest.mark.parametrize(
+    ("host", "seen"),
+    [
+        ("127.0.0.1:9090", "127.0.0.1:9090"),
+        ("[::1]:9090", "[::1]:9090"),
+        ("localhost", "localhost"),
+        ("localhost; script-src *", ""),
+        ("[::1", ""),
+        ("[nothing]", ""),
+    ],
+)
+def test_headers_of_a_file_may_name_the_host_but_nothing_else(host: str, seen: str) -> None:
+    pages = HttpPages(lambda: 0)
+    pages.add_file("/", b"page", headers=lambda name: {"X-Host": name})
+    page = pages.respond("GET", "/", {"Host": host})
+    assert page is not None
+    assert page.headers["X-Host"] == seen
+
+
+@in_a_loop
+async def test_a_page_at_the_root_leaves_the_websocket_there_as_it_is() -> None:
+    async with serving() as server:
+        server.pages.add_file("/", b"<!doctype html>", "text/html")
+        assert (await fetch(server, "/"))[::2] == (200, b"<!doctype html>")
+        assert (await fetch(server, "/?token=x"))[0] == 200
+        async with client(server) as connected:
+            await connected.ping()
+
+
+@in_a_loop
+async def test_local_pages_may_send_a_token_in_a_header_and_foreign_may_not() -> None:
+    async with serving() as server:
+        server.pages.add_file("/map.ply", MAP)
+        asked = {
+            "access_control_request_method": "GET",
+            "access_control_request_headers": "authorization",
+        }
+        origin = "http://127.0.0.1:9080"
+        status, headers, body = await fetch(server, "/map.ply", "OPTIONS", origin=origin, **asked)
+        assert (status, body) == (204, b"")
+        assert headers["access-control-allow-origin"] == origin
+        assert headers["access-control-allow-headers"] == "Authorization"
+        status, headers, _ = await fetch(
+            server, "/map.ply", "OPTIONS", origin="http://evil.example", **asked
+        )
+        assert (status, "access-control-allow-origin" in headers) == (403, False)
+        assert (await fetch(server, "/map.ply", "OPTIONS"))[0] == 405

@@ -2,7 +2,7 @@
 
 import { signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import type {
-  Attitude, CloudPoints, ControlState, GridMap, HintVerdict, LocalizationStatus, MapInfo, MapPoints,
+  Attitude, CameraImage, CloudPoints, ControlState, GridMap, HintVerdict, LocalizationStatus, MapInfo, MapPoints,
   PlanarCovariance, Pose, Session, StampedPose,
 } from "../values";
 
@@ -44,6 +44,8 @@ export interface RobotState {
   readonly truth: Signal<StampedPose | undefined>;
   /** The robot's model as URDF. */
   readonly description: Signal<string | undefined>;
+  /** The camera's newest picture, of a plain rosbridge that has one. */
+  readonly image: Signal<CameraImage | undefined>;
 }
 
 /** Return a state in which nothing is known. */
@@ -70,6 +72,7 @@ export function unknownState(): RobotState {
     attitude: signal(undefined),
     truth: signal(undefined),
     description: signal(undefined),
+    image: signal(undefined),
   };
 }
 

@@ -1,0 +1,1 @@
+"""Access from the local network: token, certificate, addresses, QR code."""

@@ -1,0 +1,118 @@
+/** How good the connection is, from times at which things happened; times are [ms] of any steady clock. */
+
+import type { LinkStatistics } from "../robot/robot_state";
+import { SlidingSum } from "./sliding_sum";
+
+/** Round trips are judged over the last minute. */
+const ROUND_TRIP_WINDOW = 60_000;
+/** Rates are of the last five seconds. */
+const RATE_WINDOW = 5000;
+/** Questions without an answer that are kept. */
+const MOST_PENDING = 120;
+
+interface RoundTrip {
+  readonly at: number;
+  readonly took: number;
+}
+
+interface StreamRecord {
+  readonly count: SlidingSum;
+  newest: number;
+}
+
+export class LinkRecorder {
+  #roundTrips: RoundTrip[] = [];
+  #pending: number[] = [];
+  #bytes = new SlidingSum(RATE_WINDOW);
+  readonly #streams = new Map<string, StreamRecord>();
+  #dropped: ReadonlyMap<string, number> = new Map();
+  #since: number;
+
+  constructor(now: number) {
+    this.#since = now;
+  }
+
+  /** Begin anew with a new connection: its rates, and no question waits; round trips stay. */
+  reset(now: number): void {
+    this.#since = now;
+    this.#pending = [];
+    this.#bytes = new SlidingSum(RATE_WINDOW);
+    this.#dropped = new Map();
+    this.#streams.clear();
+  }
+
+  /** A question was sent. */
+  asked(now: number): void {
+    this.#pending.push(now);
+    this.#pending = this.#pending.slice(-MOST_PENDING);
+  }
+
+  /** A question of `askedAt` was answered. */
+  answered(askedAt: number, now: number): void {
+    this.#pending = this.#pending.filter((at) => at !== askedAt);
+    this.#roundTrips.push({ at: now, took: now - askedAt });
+    this.#roundTrips = this.#roundTrips.filter(({ at }) => now - at <= ROUND_TRIP_WINDOW);
+  }
+
+  frame(bytes: number, now: number): void {
+    this.#bytes.add(bytes, now);
+  }
+
+  message(topic: string, now: number): void {
+    let record = this.#streams.get(topic);
+    if (record === undefined) {
+      record = { count: new SlidingSum(RATE_WINDOW), newest: now };
+      this.#streams.set(topic, record);
+    }
+    record.count.add(1, now);
+    record.newest = now;
+  }
+
+  dropped(dropped: ReadonlyMap<string, number>): void {
+    this.#dropped = dropped;
+  }
+
+  /**
+   * @param topics What the page listens to.
+   * @param silence Since the last frame [ms].
+   */
+  snapshot(topics: readonly string[], silence: number, now: number): LinkStatistics {
+    const trips = this.#roundTrips.filter(({ at }) => now - at <= ROUND_TRIP_WINDOW).map(({ took }) => took);
+    const last = trips.at(-1);
+    const overdue = this.#pending[0] === undefined ? 0 : now - this.#pending[0];
+    return {
+      // A question that waits for longer than the last took is the better figure.
+      roundTrip: last === undefined ? (overdue > 0 ? overdue : undefined) : Math.max(last, overdue),
+      roundTripP95: percentile(trips, 0.95),
+      jitter: meanDifference(trips),
+      bytesPerSecond: this.#bytes.rate(now, this.#since),
+      silence,
+      streams: topics.map((topic) => {
+        const record = this.#streams.get(topic);
+        return {
+          topic,
+          age: record === undefined ? undefined : now - record.newest,
+          rate: record?.count.rate(now, this.#since) ?? 0,
+          dropped: this.#dropped.get(topic) ?? 0,
+        };
+      }),
+    };
+  }
+}
+
+/** Smallest value that is not below a share of all; undefined of none. */
+export function percentile(values: readonly number[], share: number): number | undefined {
+  const sorted = [...values].sort((a, b) => a - b);
+  return sorted[Math.max(0, Math.ceil(share * sorted.length) - 1)];
+}
+
+function meanDifference(values: readonly number[]): number | undefined {
+  if (values.length < 2) {
+    return undefined;
+  }
+  let sum = 0;
+  for (let i = 1; i < values.length; i++) {
+    sum += Math.abs((values[i] ?? 0) - (values[i - 1] ?? 0));
+  }
+  return sum / (values.length - 1);
+}

@@ -1,0 +1,81 @@
+/** Messages of a Farsteer robot's own types. */
+
+import type { ControlState, Health, HintVerdict, LocalizationStatus, MapInfo } from "../../values";
+import type { Field } from "./field";
+import { frame, headerStamp, pose, vector } from "./geometry";
+
+const HEALTH: readonly Health[] = [
+  "waiting", "tracking", "degraded", "slipping", "suspect", "lost", "relocalising",
+];
+const SENTENCE = 1000;
+/** A model of primitive shapes has a few kB; one with meshes inside is not for this page. */
+const LONGEST_DESCRIPTION = 1_000_000;
+
+/** `farsteer_msgs/MapInfo`. */
+export function readMapInfo(message: Field): MapInfo {
+  const sha256 = message.at("sha256").text().toLowerCase();
+  if (!/^[0-9a-f]{64}$/.test(sha256)) {
+    message.at("sha256").fail("is not a SHA-256");
+  }
+  return {
+    name: message.at("name").text(),
+    frame: frame(message.at("frame_id")),
+    sha256,
+    points: message.at("points").count(0xffffffff),
+    min: vector(message.at("min")),
+    max: vector(message.at("max")),
+    run: message.at("run_id").text(),
+  };
+}
+
+/** `farsteer_msgs/LocalizationStatus`. */
+export function readStatus(message: Field): LocalizationStatus {
+  return {
+    stamp: headerStamp(message),
+    health: message.at("health").word(HEALTH),
+    reasons: message.at("reasons").list(100).map((reason) => reason.text(SENTENCE)),
+    fit: message.at("fit").within(0, 1),
+    positionSigma: message.at("position_sigma").within(0, 1e7),
+    headingSigma: message.at("heading_sigma").within(0, 1e3),
+  };
+}
+
+/** `farsteer_msgs/HintVerdict`. */
+export function readVerdict(message: Field): HintVerdict {
+  return {
+    stamp: headerStamp(message),
+    verdict: message.at("verdict").word(["accepted", "kept", "ambiguous", "rejected"]),
+    reason: message.at("reason").text(SENTENCE),
+    hint: pose(message.at("hint")),
+    candidates: message.at("candidates").list(1000).map(pose),
+    scores: Array.from(message.at("scores").numbers(1000), (score) => (score >= 0 && score <= 1 ? score : 0)),
+  };
+}
+
+/** `farsteer_msgs/TeleopState`; a robot that knows of no asking is one of which nobody asks. */
+export function readControl(message: Field): ControlState {
+  const seconds = (name: string): number => message.at(name).within(0, 1e12);
+  const asking = message.at("asking");
+  const askingName = message.at("asking_name");
+  return {
+    stamp: headerStamp(message),
+    state: message.at("state").word(["idle", "armed", "disarmed", "estop"]),
+    reason: message.at("reason").text(SENTENCE),
+    controller: message.at("controller").text(),
+    armed: message.at("armed").boolean(),
+    estop: message.at("estop").boolean(),
+    commandAge: seconds("command_age"),
+    linear: message.at("linear").within(-1e3, 1e3),
+    angular: message.at("angular").within(-1e3, 1e3),
+    linkAge: seconds("link_age"),
+    slowAbove: seconds("slow_above"),
+    refuseAbove: seconds("refuse_above"),
+    asking: asking.missing ? 0 : asking.count(0xffffffff),
+    askingName: askingName.missing ? "" : askingName.text(),
+  };
+}
+
+/** `std_msgs/String` with the robot's model as URDF. */
+export function readDescription(message: Field): string {
+  return message.at("data").text(LONGEST_DESCRIPTION, false);
+}

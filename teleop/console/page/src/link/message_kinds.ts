@@ -1,0 +1,156 @@
+/** The kinds of messages that the page understands, and the part of the state that each fills. */
+
+import type { RobotState } from "../robot/robot_state";
+import type {
+  CloudPoints, ControlState, GridMap, HintVerdict, LocalizationStatus, MapInfo, Pose,
+} from "../values";
+import type { CameraPictures } from "./camera_pictures";
+import type { Kind } from "./message_intake";
+import { readLeanCloud } from "./message_checks/lean_cloud";
+import { readPointCloud2 } from "./message_checks/point_cloud2";
+import {
+  type Estimate, type Inertial, type Odometry, readEstimate, readInertial, readOdometry, readPoses, readTransforms,
+  type Transform,
+} from "./message_checks/pose_messages";
+import { readControl, readDescription, readMapInfo, readStatus, readVerdict } from "./message_checks/robot_messages";
+import { readCompressedImage, readLaserScan, readOccupancyGrid } from "./message_checks/sensor_messages";
+import type { RobotPicture } from "./robot_picture";
+
+export interface MessageKinds {
+  readonly transforms: Kind<readonly Transform[]>;
+  readonly fixedTransforms: Kind<readonly Transform[]>;
+  readonly estimate: Kind<Estimate>;
+  readonly odometry: Kind<Odometry>;
+  readonly truth: Kind<Odometry>;
+  readonly inertial: Kind<Inertial>;
+  readonly cloud: Kind<CloudPoints>;
+  readonly leanCloud: Kind<CloudPoints>;
+  readonly scan: Kind<CloudPoints>;
+  readonly grid: Kind<GridMap>;
+  readonly image: Kind<{ readonly type: string; readonly data: Uint8Array }>;
+  readonly status: Kind<LocalizationStatus>;
+  readonly verdict: Kind<HintVerdict>;
+  readonly candidates: Kind<readonly Pose[]>;
+  readonly control: Kind<ControlState>;
+  readonly mapInfo: Kind<MapInfo>;
+  readonly description: Kind<string>;
+}
+
+/** What the kinds need besides the state. */
+export interface KindParts {
+  readonly state: RobotState;
+  readonly picture: RobotPicture;
+  readonly pictures: CameraPictures;
+  readonly mapInfo: (info: MapInfo) => void;
+  /** Called with each state of the robot's control, which only our robot sends. */
+  readonly control: () => void;
+  readonly complain: (topic: string, complaint: string) => void;
+}
+
+export function messageKinds({ state, picture, pictures, mapInfo, control, complain }: KindParts): MessageKinds {
+  const cloud = (points: CloudPoints): void => {
+    picture.cloud(points);
+  };
+  return {
+    transforms: {
+      // Their stamps are of several programs, some of which date them ahead: no clock is judged by them.
+      read: readTransforms,
+      use: (transforms, now) => {
+        picture.transforms(transforms, false, now);
+      },
+    },
+    fixedTransforms: {
+      read: readTransforms,
+      use: (transforms, now) => {
+        picture.transforms(transforms, true, now);
+      },
+    },
+    estimate: {
+      read: readEstimate,
+      stampOf: ({ pose }) => pose.stamp,
+      use: (estimate) => {
+        picture.estimate(estimate);
+      },
+    },
+    odometry: {
+      read: readOdometry,
+      stampOf: ({ pose }) => pose.stamp,
+      use: (odometry) => {
+        picture.odometry(odometry);
+      },
+    },
+    truth: {
+      read: readOdometry,
+      use: ({ pose }) => {
+        state.truth.value = pose;
+      },
+    },
+    inertial: {
+      read: readInertial,
+      stampOf: ({ stamp }) => stamp,
+      use: (inertial, now, topic) => {
+        picture.inertial(inertial, topic, now);
+      },
+    },
+    cloud: { read: readPointCloud2, stampOf: ({ stamp }) => stamp, use: cloud },
+    leanCloud: { read: readLeanCloud, stampOf: ({ stamp }) => stamp, use: cloud },
+    scan: {
+      read: readLaserScan,
+      stampOf: ({ stamp }) => stamp,
+      use: (scan, _now, topic) => {
+        if (!picture.scan(scan)) {
+          complain(topic, `no transform says where ${scan.frame} is; it is drawn about the robot's middle`);
+        }
+      },
+    },
+    grid: {
+      read: readOccupancyGrid,
+      use: (grid) => {
+        state.gridMap.value = grid;
+      },
+    },
+    image: {
+      read: readCompressedImage,
+      use: ({ type, data }, now, topic) => {
+        state.image.value = pictures.show(topic, type, data, now);
+      },
+    },
+    status: {
+      read: readStatus,
+      stampOf: ({ stamp }) => stamp,
+      use: (status) => {
+        state.status.value = status;
+      },
+    },
+    verdict: {
+      read: readVerdict,
+      use: (verdict) => {
+        state.verdict.value = verdict;
+      },
+    },
+    candidates: {
+      read: readPoses,
+      use: (poses) => {
+        // Ten times a second there are none: readers need not run for that.
+        if (poses.length > 0 || state.candidates.peek().length > 0) {
+          state.candidates.value = poses;
+        }
+      },
+    },
+    control: {
+      read: readControl,
+      stampOf: ({ stamp }) => stamp,
+      use: (value) => {
+        control();
+        state.control.value = value;
+      },
+    },
+    mapInfo: { read: readMapInfo, use: mapInfo },
+    description: {
+      read: readDescription,
+      use: (description) => {
+        state.description.value = description;
+      },
+    },
+  };
+}

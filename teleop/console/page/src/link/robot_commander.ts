@@ -1,0 +1,156 @@
+/** What the page asks of the robot, as messages and calls. Nothing is kept for later: what cannot leave now is not sent. */
+
+import { type Ros, Topic } from "roslib";
+import type { RobotCommands } from "../robot/robot_commands";
+import type { RobotState } from "../robot/robot_state";
+import type { Answer, HintPreview, PlanarPose } from "../values";
+import { canonicalType, readPreview } from "./message_checks/answers";
+import { check } from "./message_checks/field";
+import type { ServiceCalls } from "./service_calls";
+
+/** What the commands need of the connection. */
+export interface CommandParts {
+  readonly calls: ServiceCalls;
+  readonly state: RobotState;
+  /** Whether what is sent now leaves now. */
+  readonly flows: () => boolean;
+  readonly authenticate: (token: string) => void;
+  /** The robot's type of a topic; undefined if it has not said so. */
+  readonly typeOf: (topic: string) => string | undefined;
+  /** Time of the page's steady clock since 1970 [ms]. */
+  readonly epoch: () => number;
+}
+
+const JOY = "sensor_msgs/Joy";
+const TWIST = "geometry_msgs/Twist";
+const TWIST_STAMPED = "geometry_msgs/TwistStamped";
+const HINT = "geometry_msgs/PoseWithCovarianceStamped";
+const DEADMAN_BUTTON = 4;
+const TURBO_BUTTON = 5;
+
+export class RobotCommander implements RobotCommands {
+  readonly #parts: CommandParts;
+  readonly #topics = new Map<string, Topic>();
+  #ros: Ros | undefined;
+
+  constructor(parts: CommandParts) {
+    this.#parts = parts;
+  }
+
+  attach(ros: Ros): void {
+    this.#topics.clear();
+    this.#ros = ros;
+  }
+
+  detach(): void {
+    this.#topics.clear();
+    this.#ros = undefined;
+  }
+
+  joy(forward: number, turn: number, deadman: boolean, turbo: boolean): boolean {
+    const buttons = Array<number>(6).fill(0);
+    buttons[DEADMAN_BUTTON] = Number(deadman);
+    buttons[TURBO_BUTTON] = Number(turbo);
+    return this.#publish("/joy", JOY, { ...this.#header(), axes: [turn, forward], buttons });
+  }
+
+  velocity(linear: number, angular: number): boolean {
+    const twist = { linear: { x: linear, y: 0, z: 0 }, angular: { x: 0, y: 0, z: angular } };
+    const stamped = canonicalType(this.#parts.typeOf("/cmd_vel") ?? TWIST) === TWIST_STAMPED;
+    return stamped
+      ? this.#publish("/cmd_vel", TWIST_STAMPED, { header: { frame_id: "base_link" }, twist })
+      : this.#publish("/cmd_vel", TWIST, twist);
+  }
+
+  hint(pose: PlanarPose, sigma: number, headingSigma: number): boolean {
+    const covariance = Array<number>(36).fill(0);
+    covariance[0] = covariance[7] = sigma * sigma;
+    covariance[35] = headingSigma * headingSigma;
+    return this.#publish("/initialpose", HINT, {
+      header: { frame_id: "map" },
+      pose: { pose: poseMessage(pose), covariance },
+    });
+  }
+
+  async previewHint(pose: PlanarPose): Promise<HintPreview | undefined> {
+    const request = { pose: poseMessage(pose) };
+    const reply = await this.#parts.calls.call("/localization/preview_hint", "farsteer_msgs/PreviewHint", request, 3);
+    if (!reply.ok) {
+      return undefined;
+    }
+    const preview = check((values) => readPreview(values, pose), reply.values);
+    return preview.ok ? preview.value : undefined;
+  }
+
+  estop(): Promise<Answer> {
+    return this.#parts.calls.trigger("/teleop/estop");
+  }
+
+  resetEstop(): Promise<Answer> {
+    return this.#parts.calls.trigger("/teleop/estop_reset");
+  }
+
+  takeOver(): Promise<Answer> {
+    return this.#parts.calls.trigger("/teleop/take_over");
+  }
+
+  askForControl(): Promise<Answer> {
+    return this.#parts.calls.trigger("/teleop/ask");
+  }
+
+  giveControl(): Promise<Answer> {
+    return this.#parts.calls.trigger("/teleop/give");
+  }
+
+  refuseControl(): Promise<Answer> {
+    return this.#parts.calls.trigger("/teleop/refuse");
+  }
+
+  undoHint(): Promise<Answer> {
+    return this.#parts.calls.trigger("/localization/undo");
+  }
+
+  findRobot(): Promise<Answer> {
+    return this.#parts.calls.trigger("/localization/relocalize");
+  }
+
+  authenticate(token: string): void {
+    this.#parts.authenticate(token);
+  }
+
+  /**
+   * A header with the time of sending, by which our robot estimates how old a command is.
+   *
+   * Others fill in their own: the names of a stamp's parts differ between ROS 1 and ROS 2.
+   */
+  #header(): object {
+    if (this.#parts.state.dialect.peek() !== "farsteer") {
+      return {};
+    }
+    const milliseconds = this.#parts.epoch();
+    const sec = Math.floor(milliseconds / 1000);
+    const nanosec = Math.min(999_999_999, Math.floor((milliseconds - 1000 * sec) * 1e6));
+    return { header: { stamp: { sec, nanosec }, frame_id: "" } };
+  }
+
+  #publish(name: string, type: string, message: object): boolean {
+    const ros = this.#ros;
+    if (ros?.isConnected !== true || !this.#parts.flows()) {
+      return false;
+    }
+    let topic = this.#topics.get(name);
+    if (topic === undefined) {
+      topic = new Topic({ ros, name, messageType: this.#parts.typeOf(name) ?? type, reconnect_on_close: false });
+      this.#topics.set(name, topic);
+    }
+    topic.publish(message);
+    return true;
+  }
+}
+
+function poseMessage({ x, y, yaw }: PlanarPose): object {
+  return {
+    position: { x, y, z: 0 },
+    orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) },
+  };
+}

@@ -1,0 +1,126 @@
+/** The page: a bar, the picture with what must always be in reach, and the panels beside it. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { DrivingPanel, EstopButton, GearSwitch, MappingPage, StickPad, TurnTaking } from "../panels/driving";
+import { AlarmBar, MuteButton } from "../panels/alarms/alarm_bar";
+import { AttitudePanel } from "../panels/attitude/attitude_panel";
+import { LocalizationPanel } from "../panels/attitude/localization_panel";
+import { Dialog } from "../panels/dialog";
+import { EventList } from "../panels/events/event_list";
+import { HintPanel } from "../panels/hint/hint_panel";
+import { LayersPanel } from "../panels/layers/layers_panel";
+import { LegendPanel } from "../panels/layers/legend_panel";
+import type { Layer } from "../scene/settings";
+import { LinkLamp, LinkPanel } from "../panels/link/link_panel";
+import { AboutDialog } from "../panels/session/about_dialog";
+import { SessionPanel } from "../panels/session/session_panel";
+import { distanceLegend } from "../scene/palette";
+import { pageTexts as texts } from "../texts/page";
+import { Fold } from "./fold";
+import { Guarded } from "./guarded";
+import { Notices } from "./notices";
+import type { PageParts } from "./page_parts";
+
+export function App({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
+  const drawer = useSignal(false);
+  return (
+    <div class="page" data-drawer={drawer.value ? "open" : "closed"}>
+      <Bar parts={parts} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
+      <main class="page-scene" aria-label={texts.picture}>
+        <Canvas canvas={canvas} />
+        <div class="page-top">
+          <Guarded name={texts.alarms}><AlarmBar alarms={parts.alarms} /></Guarded>
+          <Notices parts={parts} />
+        </div>
+        <Camera parts={parts} />
+        <div class="page-bottom">
+          <div class="page-stick"><StickPad driving={parts.driving} /></div>
+          <div class="page-middle">
+            <GearSwitch driving={parts.driving} />
+            <LegendPanel entries={distanceLegend(parts.settings.theme.value)} />
+          </div>
+          <div class="page-estop"><EstopButton driving={parts.driving} state={parts.state} /></div>
+        </div>
+      </main>
+      <Panels parts={parts} />
+    </div>
+  );
+}
+
+function Bar(
+  { parts, drawer, onDrawer }: { readonly parts: PageParts; readonly drawer: boolean; readonly onDrawer: () => void },
+) {
+  const about = useSignal(false);
+  const { state, scene } = parts;
+  return (
+    <header class="page-bar">
+      <h1>{texts.robot(state.mapInfo.value?.name ?? "")}</h1>
+      <LinkLamp link={parts.statistics} state={state} />
+      <span class="page-space" />
+      {!scene.following.value && (
+        <button type="button" onClick={() => { scene.recentre(); }}>{texts.follow}</button>
+      )}
+      <MuteButton alarms={parts.alarms} />
+      <button type="button" onClick={() => { about.value = true; }}>{texts.about}</button>
+      <button type="button" class="page-drawer-button" aria-expanded={drawer} onClick={onDrawer}>
+        {drawer ? texts.hidePanels : texts.panels}
+      </button>
+      <AboutDialog version={parts.version} open={about.value} onClose={() => { about.value = false; }} keys={texts.keys} />
+    </header>
+  );
+}
+
+function Panels({ parts }: { readonly parts: PageParts }) {
+  const { state, driving, settings } = parts;
+  const refused = state.connection.value.phase === "refused";
+  const pads = useSignal(false);
+  return (
+    <>
+      <aside class="page-panels page-left" aria-label={texts.driving}>
+        <Guarded name={texts.driving}><DrivingPanel driving={driving} state={state} /></Guarded>
+        <Guarded name={texts.turns}><TurnTaking driving={driving} /></Guarded>
+        <Guarded name={texts.place}><LocalizationPanel state={state} /></Guarded>
+        <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>
+      </aside>
+      <aside class="page-panels page-right" aria-label={texts.information}>
+        <Guarded name={texts.attitude}><AttitudePanel state={state} /></Guarded>
+        <Fold title={texts.folds.link}><LinkPanel link={parts.statistics} state={state} /></Fold>
+        <Fold title={texts.folds.picture}>
+          <LayersPanel
+            settings={settings}
+            lean={state.dialect.value === "plain" ? undefined : { lean: parts.lean, setLean: parts.setLean }}
+            absent={absentLayers(parts)}
+          />
+        </Fold>
+        <Fold title={texts.folds.session} open={refused}>
+          <SessionPanel state={state} commands={{ authenticate: parts.logIn }} onLogout={parts.logOut} />
+        </Fold>
+        <button type="button" class="page-tool" onClick={() => { pads.value = true; }}>{texts.gamepads}</button>
+        <Dialog title={texts.gamepads} open={pads.value} onClose={() => { pads.value = false; }}>
+          <MappingPage driving={driving} secure={window.isSecureContext} onClose={() => { pads.value = false; }} />
+        </Dialog>
+        <Fold title={texts.folds.events} open><EventList log={parts.events} /></Fold>
+      </aside>
+    </>
+  );
+}
+
+function absentLayers({ state }: PageParts): readonly Layer[] {
+  return [
+    ...(state.truth.value === undefined ? ["truth" as const] : []),
+    ...(state.dialect.value === "plain" ? ["hypotheses" as const] : []),
+  ];
+}
+
+/** The picture's element is made before the page is drawn, since the scene owns it. */
+function Canvas({ canvas }: { readonly canvas: HTMLCanvasElement }) {
+  const place = useRef<HTMLDivElement>(null);
+  useEffect(() => { place.current?.append(canvas); }, [canvas]);
+  return <div class="page-canvas" ref={place} />;
+}
+
+function Camera({ parts }: { readonly parts: PageParts }) {
+  const image = parts.state.image.value;
+  return image === undefined ? null : <img class="page-camera" src={image.url} alt={texts.camera(image.topic)} />;
+}

@@ -1,0 +1,46 @@
+/** Figures of the page for whoever measures it, in the browser's own terms: performance marks and a function. */
+
+import { effect } from "@preact/signals";
+import type { PageParts } from "./page_parts";
+
+/** Name of the mark that is set when the first picture of a located robot in its map has been drawn. */
+const SEEN = "farsteer: robot seen";
+
+/** What `window.farsteerFigures()` returns. */
+export interface PageFigures {
+  /** Script time of the last pictures [ms], oldest first. */
+  readonly frameTimes: readonly number[];
+  readonly roundTrip: number | undefined;
+  readonly bytesPerSecond: number;
+  /** Place in the map [m] that is drawn at a place of the window [CSS pixels]. */
+  floorPoint(clientX: number, clientY: number): { readonly x: number; readonly y: number } | undefined;
+}
+
+declare global {
+  interface Window {
+    farsteerFigures?: () => PageFigures;
+  }
+}
+
+/** Set the mark when it is time, and offer the function. */
+export function publishFigures({ state, scene, statistics }: PageParts): void {
+  const stop = effect(() => {
+    const map = state.mapPoints.value !== undefined || state.gridMap.value !== undefined;
+    if (map && state.mapFromBase.value !== undefined) {
+      // Two frames on, the picture that shows both has been drawn.
+      requestAnimationFrame(() => { requestAnimationFrame(() => { mark(); }); });
+    }
+  });
+  const mark = (): void => {
+    if (performance.getEntriesByName(SEEN).length === 0) {
+      performance.mark(SEEN);
+      stop();
+    }
+  };
+  window.farsteerFigures = () => ({
+    frameTimes: scene.frameTimes(),
+    roundTrip: statistics.peek().roundTrip,
+    bytesPerSecond: statistics.peek().bytesPerSecond,
+    floorPoint: (x, y) => scene.floorPoint(x, y),
+  });
+}

@@ -1,0 +1,76 @@
+/** The long-lived parts of the page, made once and joined: link, picture, driving, hint, alarms, events. */
+
+import { effect, signal, type ReadonlySignal, type Signal } from "@preact/signals";
+import { Alarms } from "../alarms/alarms";
+import { browserAlarmEnvironment } from "../alarms/browser_environment";
+import { Driving } from "../driving/driving";
+import { HintTool } from "../hint/hint_tool";
+import { RobotLink } from "../link/robot_link";
+import { closeTopDialog } from "../panels/dialog";
+import { EventLog } from "../panels/events/event_log";
+import type { RobotCommands } from "../robot/robot_commands";
+import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
+import { browserKeeper, remembered } from "../scene/remembered";
+import { Scene } from "../scene/scene";
+import { sceneSettings, type SceneSettings } from "../scene/settings";
+import { keepToken, takeToken, type TokenPlaces } from "../session/token";
+import { alarmTexts } from "../texts/alarms";
+import { watchStaleness } from "./stale_picture";
+
+/** What the components show and use. */
+export interface PageParts {
+  readonly address: string;
+  readonly version: string;
+  readonly state: RobotState;
+  readonly commands: RobotCommands;
+  readonly statistics: LinkStatisticsSignal;
+  readonly scene: Scene;
+  readonly settings: SceneSettings;
+  readonly driving: Driving;
+  readonly hint: HintTool;
+  readonly alarms: Alarms;
+  readonly events: EventLog;
+  readonly lean: ReadonlySignal<boolean>;
+  readonly setLean: (lean: boolean) => void;
+  /** Log in with a token, which this tab keeps. */
+  readonly logIn: (token: string) => void;
+  /** Forget the token, and begin anew without one. */
+  readonly logOut: () => void;
+}
+
+const PLACES: TokenPlaces = { location, history, storage: () => sessionStorage };
+
+/** Make all parts and connect to the robot. */
+export function startParts(address: string, version: string, canvas: HTMLCanvasElement): PageParts {
+  const state = unknownState();
+  const events = new EventLog();
+  const settings = sceneSettings();
+  const lean: Signal<boolean> = remembered(
+    "farsteer.lean", false, (kept) => (typeof kept === "boolean" ? kept : undefined), browserKeeper(),
+  );
+  const token = takeToken(PLACES);
+  const link = new RobotLink(address, { ...(token === "" ? {} : { token }), lean: lean.peek() }, state, events.add);
+  const { commands } = link;
+  const scene = new Scene(canvas, state, settings);
+  const driving = new Driving(commands, state, { window, document, navigator, now: () => performance.now() });
+  const hint = new HintTool(canvas, scene, commands, state);
+  driving.onEscape = () => closeTopDialog() || hint.escape();
+  effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing"; });
+  effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
+  const alarms = new Alarms(
+    state, link.statistics,
+    (alarm, ended) => { events.add(ended ? "info" : alarm.severity, ended ? alarmTexts.over(alarm.words) : alarm.words); },
+    browserAlarmEnvironment(),
+  );
+  watchStaleness(state, scene.stale);
+  link.start();
+  return {
+    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, alarms, events, lean,
+    setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
+    logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },
+    logOut: () => { keepToken(PLACES, ""); location.reload(); },
+  };
+}
+
+/** Whether the browser withholds what it gives to safe pages only: gamepads, clipboard, digests. */
+export const insecure = signal(!window.isSecureContext);

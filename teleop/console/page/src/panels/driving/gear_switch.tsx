@@ -1,0 +1,24 @@
+/** The three gears as buttons. */
+
+import type { Driving } from "../../driving/driving";
+import { GEARS } from "../../driving/gears";
+import { drivingTexts as texts } from "../../texts/driving";
+import { press } from "./press";
+
+export function GearSwitch({ driving }: { readonly driving: Driving }) {
+  return (
+    <div class="driving-gears" role="group" aria-label={texts.gears}>
+      {GEARS.map((gear) => (
+        <button
+          type="button"
+          key={gear}
+          title={texts.gearHint[gear]}
+          aria-pressed={driving.gear.value === gear}
+          {...press(() => { driving.gear.value = gear; })}
+        >
+          {texts.gear[gear]}
+        </button>
+      ))}
+    </div>
+  );
+}

@@ -1,0 +1,54 @@
+/** The page's list of events: what happened, when, and how often in a row. */
+
+import { signal, type ReadonlySignal } from "@preact/signals";
+import type { ConsoleEvent, Severity } from "../../values";
+
+/** The oldest events are dropped beyond so many. */
+export const MOST_EVENTS = 500;
+
+/** Longer sentences are cut: words from the wire may be of any length. */
+export const LONGEST_WORDS = 500;
+
+/** Return the events with one more; the same sentence again counts up the last one, and gives it the new time. */
+export function withEvent(
+  events: readonly ConsoleEvent[],
+  severity: Severity,
+  words: string,
+  time: Date,
+): readonly ConsoleEvent[] {
+  const text = words.length > LONGEST_WORDS ? `${words.slice(0, LONGEST_WORDS)}…` : words;
+  const last = events.at(-1);
+  if (last?.words === text && last.severity === severity) {
+    return [...events.slice(0, -1), { ...last, time, count: last.count + 1 }];
+  }
+  return [...events.slice(1 - MOST_EVENTS), { time, severity, words: text, count: 1 }];
+}
+
+/** Return an event's time of day, to the second. */
+export function timeOfDay(time: Date): string {
+  const two = (value: number): string => String(value).padStart(2, "0");
+  return `${two(time.getHours())}:${two(time.getMinutes())}:${two(time.getSeconds())}`;
+}
+
+/** Return the events as text, one a line, with whole times for a report. */
+export function eventsAsText(events: readonly ConsoleEvent[]): string {
+  return events
+    .map(({ time, severity, words, count }) =>
+      [time.toISOString(), severity, words, ...(count > 1 ? [`(${count}x)`] : [])].join(" "))
+    .join("\n");
+}
+
+/** Holds the events. */
+export class EventLog {
+  private readonly kept = signal<readonly ConsoleEvent[]>([]);
+
+  constructor(private readonly clock: () => Date = () => new Date()) {}
+
+  get events(): ReadonlySignal<readonly ConsoleEvent[]> {
+    return this.kept;
+  }
+
+  readonly add = (severity: Severity, words: string): void => {
+    this.kept.value = withEvent(this.kept.peek(), severity, words, this.clock());
+  };
+}

@@ -1,0 +1,82 @@
+import { afterEach, beforeEach, expect, it } from "vitest";
+import { SessionPanel } from "../../../src/panels/session/session_panel";
+import { unknownState, type RobotState } from "../../../src/robot/robot_state";
+import type { Session } from "../../../src/values";
+import { RecordingCommands } from "../../hint/recording_commands";
+import { mount, type Mounted } from "../mounted";
+
+const VIEWER: Session = {
+  client: 4, name: "client 4", role: "view", tokens: true,
+  mayDrive: false, mayStop: true, mayReset: false, mayHint: false, maySearch: false, mayTakeOver: false,
+};
+
+let state: RobotState;
+let commands: RecordingCommands;
+let page: Mounted;
+let loggedOut: number;
+
+beforeEach(async () => {
+  state = unknownState();
+  state.connection.value = { phase: "refused", words: "The robot asks for a token.", sinceAt: 0 };
+  commands = new RecordingCommands();
+  loggedOut = 0;
+  page = await mount(<SessionPanel state={state} commands={commands} onLogout={() => { loggedOut += 1; }} />);
+});
+
+afterEach(() => { page.unmount(); });
+
+async function enter(token: string): Promise<void> {
+  const field = page.root.querySelector("input");
+  if (field === null) {
+    throw new Error("no field for the token");
+  }
+  field.value = token;
+  await page.act(() => { page.root.querySelector("form")?.requestSubmit(); });
+}
+
+it("hands the token to the link and keeps it nowhere", async () => {
+  expect(page.text()).toContain("The robot asks for a token.");
+  await enter("  secret-token ");
+  expect(commands.tokens).toEqual(["secret-token"]);
+  expect(page.root.querySelector("input")?.value).toBe("");
+  expect(page.text()).not.toContain("secret-token");
+  expect([localStorage.length, sessionStorage.length]).toEqual([0, 0]);
+  expect(document.title + location.href).not.toContain("secret-token");
+});
+
+it("asks for a token if the field is empty", async () => {
+  await enter(" ");
+  expect(commands.tokens).toEqual([]);
+  expect(page.text()).toContain("Enter the token");
+});
+
+it("says who one is and what one may do, and logs out", async () => {
+  await page.act(() => { state.session.value = VIEWER; });
+  expect(page.text()).toContain("You are client 4. Role: view");
+  expect(page.text()).toContain("You may: stop the robot");
+  await page.act(() => { page.button("Log out").click(); });
+  expect(loggedOut).toBe(1);
+  await page.act(() => { state.session.value = { ...VIEWER, mayStop: false }; });
+  expect(page.text()).toContain("You may: only watch");
+});
+
+it("lets a viewer without a token log in, and nobody where there are no tokens", async () => {
+  await page.act(() => { state.session.value = VIEWER; });
+  await enter("another");
+  expect(commands.tokens).toEqual(["another"]);
+  await page.act(() => { state.session.value = { ...VIEWER, tokens: false }; });
+  expect(page.root.querySelector("input")).toBeNull();
+  expect(page.text()).toContain("asks for no tokens");
+});
+
+it("does not ask for a token while the link is lost, nor at a robot without sessions", async () => {
+  await page.act(() => { state.connection.value = { phase: "lost", words: "The robot does not answer.", sinceAt: 0 }; });
+  expect(page.text()).toContain("The robot does not answer.");
+  expect(page.root.querySelector("input")).toBeNull();
+  await page.act(() => {
+    state.connection.value = { phase: "open", words: "", sinceAt: 0 };
+    state.dialect.value = "plain";
+  });
+  expect(page.text()).toContain("knows no sessions");
+  expect(page.root.querySelector("input")).toBeNull();
+});

@@ -1,0 +1,159 @@
+"""The console page in Debian's Chromium, over a real robot."""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Final, Protocol, TypeAlias
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.async_api import Browser, ConsoleMessage, Page, Playwright, async_playwright
+
+from localization.maps.cloud import Cloud
+from robot_sim import World
+from teleop.robot.serving.address import Address
+from teleop.robot.serving.serve import serve
+from teleop.robot.serving.serve_config import ServeConfig
+from teleop.scene_clouds import scene_cloud_path
+
+FLAGS: Final = ("--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage")
+"""WebGL without a graphics card; tests run as root, in containers with little shared memory."""
+PATIENCE: Final = 60.0
+"""For anything that must come at all [s]; a loaded machine is no failure."""
+DEFAULT: Final = ServeConfig()
+
+
+@dataclass
+class Visit:
+    """A page in a browser, and what went on below it."""
+
+    page: Page
+    hosts: set[str] = field(default_factory=set)
+    """Host and port of all requests, of WebSockets too."""
+    paths: list[str] = field(default_factory=list)
+    """Addresses of all requests, whole."""
+    violations: list[str] = field(default_factory=list)
+    """What the Content-Security-Policy has refused."""
+    errors: list[str] = field(default_factory=list)
+    """Exceptions, and lines of level error on the page's console."""
+
+
+Pages: TypeAlias = Callable[..., AbstractAsyncContextManager[Visit]]
+
+
+def chromium() -> str:
+    """Return the path of Chromium; a test that needs it fails without it."""
+    found = shutil.which("chromium") or shutil.which("chromium-browser")
+    if found is None:
+        pytest.fail("Chromium is not installed: tools/test-setup fetches it")
+    return found
+
+
+async def launched(playwright: Playwright) -> Browser:
+    """Start a browser without a window."""
+    return await playwright.chromium.launch(executable_path=chromium(), args=[*FLAGS])
+
+
+@asynccontextmanager
+async def _page_of(
+    address: str, *, scripts: Sequence[str] = (), wait: str = "load", **context: Any
+) -> AsyncIterator[Visit]:
+    async with async_playwright() as playwright:
+        browser = await launched(playwright)
+        try:
+            opened = await browser.new_context(**context)
+            opened.set_default_timeout(PATIENCE * 1000)
+            page = await opened.new_page()
+            visit = Visit(page)
+            await _watch(visit)
+            for script in scripts:
+                await page.add_init_script(script)
+            await page.goto(address, wait_until=wait)  # type: ignore[arg-type]
+            yield visit
+        finally:
+            await browser.close()
+
+
+async def _watch(visit: Visit) -> None:
+    """Note requests, violations and errors from the first one on."""
+
+    def note(address: str) -> None:
+        if not address.startswith(("data:", "blob:")):
+            visit.paths.append(address)
+            visit.hosts.add(urlsplit(address).netloc)
+
+    def printed(message: ConsoleMessage) -> None:
+        if message.type == "error":
+            visit.errors.append(message.text)
+
+    page = visit.page
+    page.on("request", lambda request: note(request.url))
+    page.on("websocket", lambda socket: note(socket.url))
+    page.on("pageerror", lambda error: visit.errors.append(str(error)))
+    page.on("console", printed)
+    await page.expose_function("noteViolation", lambda text: visit.violations.append(text))
+    await page.add_init_script(
+        "addEventListener('securitypolicyviolation', event =>"
+        " noteViolation(`${event.violatedDirective} ${event.blockedURI}`))"
+    )
+
+
+class Served(Protocol):
+    """Serves robots in the office, with its map."""
+
+    def __call__(
+        self, config: ServeConfig = ..., *, lockstep: bool = True
+    ) -> AbstractAsyncContextManager[Address]:
+        """Serve a robot on a free port, in lockstep or in real time."""
+
+
+@pytest.fixture
+def served(office: World, office_cloud: Cloud, cache: Path) -> Served:
+    """Return a function that serves a robot: ``async with served(config) as address``."""
+
+    @asynccontextmanager
+    async def serving(
+        config: ServeConfig = DEFAULT, *, lockstep: bool = True
+    ) -> AsyncIterator[Address]:
+        ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
+        stop = asyncio.Event()
+        running = asyncio.create_task(
+            serve(
+                office,
+                office_cloud,
+                replace(config, port=0, lockstep=lockstep),
+                cache=cache,
+                map_file=scene_cloud_path("office"),
+                ready=ready.set_result,
+                stop=stop,
+            )
+        )
+        try:
+            first: set[asyncio.Future[Any]] = {ready, running}
+            await asyncio.wait(first, timeout=PATIENCE, return_when=asyncio.FIRST_COMPLETED)
+            yield ready.result()
+        finally:
+            stop.set()
+            await running
+
+    return serving
+
+
+def page_address(robot: Address) -> str:
+    """Return the address of a robot's page on this machine."""
+    return f"{'https' if robot.encrypted else 'http'}://127.0.0.1:{robot.port}/"
+
+
+@pytest.fixture
+def page_of() -> Pages:
+    """Return a function that opens an address: ``async with page_of(address, scripts=...) as visit``.
+
+    ``scripts`` run in the page before its own; further arguments are those of a browser context, such as
+    ``viewport``, ``has_touch`` or ``ignore_https_errors``.
+    """
+    return _page_of

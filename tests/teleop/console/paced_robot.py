@@ -1,0 +1,167 @@
+"""A robot for the page: simulated time, stepped at the pace of the clock, with hands that reach into its world.
+
+Its link goes through a proxy that a test can cut, as a network does that is gone without a word.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from websockets.asyncio.client import connect
+
+from localization.maps.cloud import Cloud
+from localization.maps.prepared_map import prepare
+from localization.pipeline.localizer import Localizer
+from localization.types import Hint, Pose
+from robot_sim import Simulation, World
+from teleop.console.page_files import offer_page
+from teleop.robot.inbox import PoseHint
+from teleop.robot.lockstep_service import LockstepService, offer_in_lockstep
+from teleop.robot.robot import Robot
+from teleop.robot.serving.serve_config import ServeConfig
+from teleop.robot.serving.server_setup import build_server, offer_map, token_file
+from teleop.robot.tick_record import TickRecord
+from teleop.scene_clouds import scene_cloud_path
+from tests.teleop.support import Peer
+
+TICK = 0.02
+"""Time between two ticks [s]."""
+
+
+@dataclass
+class Proxy:
+    """Passes connections on to a port of this machine, until it is cut."""
+
+    target: int
+    port: int = 0
+    whole: asyncio.Event = field(default_factory=asyncio.Event)
+    _writers: set[asyncio.StreamWriter] = field(default_factory=set)
+
+    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Pass one connection on."""
+        if not self.whole.is_set():
+            writer.transport.abort()
+            return
+        server, to_server = await asyncio.open_connection("127.0.0.1", self.target)
+        self._writers |= {writer, to_server}
+        await asyncio.gather(self._pass(reader, to_server), self._pass(server, writer))
+        for one in (writer, to_server):
+            one.close()
+            self._writers.discard(one)
+
+    async def _pass(self, source: asyncio.StreamReader, sink: asyncio.StreamWriter) -> None:
+        with contextlib.suppress(ConnectionError):
+            while piece := await source.read(65_536):
+                await self.whole.wait()  # what is under way is held up, as in a network
+                sink.write(piece)
+                await sink.drain()
+        with contextlib.suppress(ConnectionError, OSError):
+            sink.write_eof()
+
+    def cut(self) -> None:
+        """Pass nothing on from now, and tell nobody."""
+        self.whole.clear()
+
+    def restore(self) -> None:
+        """Be whole again for new connections; those of before are gone."""
+        for writer in self._writers:
+            writer.transport.abort()
+        self._writers.clear()
+        self.whole.set()
+
+
+@dataclass
+class PacedRobot:
+    """A robot in the office, and where its page is."""
+
+    simulation: Simulation
+    service: LockstepService
+    proxy: Proxy
+    ticks: list[tuple[float, float]] = field(default_factory=list)
+    """Forward speed and turn rate in force, tick by tick [m/s, rad/s]."""
+
+    @property
+    def page(self) -> str:
+        """Address of the page, through the proxy."""
+        return f"http://127.0.0.1:{self.proxy.port}/"
+
+    def place(self) -> None:
+        """Tell the robot where it is."""
+        truth = self.simulation.truth().map_from_base
+        self.service.adapter.wishes.post(PoseHint("", Hint(0, truth, np.zeros((6, 6)))))
+
+    def carry(self, x: float, y: float, heading: float) -> None:
+        """Carry the robot off; x and y [m], heading [rad]."""
+        height = float(self.simulation.truth().map_from_base.position[2])
+        there = Pose.planar(x, y, heading)
+        self.simulation.carry_to(Pose((x, y, height), there.quaternion_wxyz))
+
+    @property
+    def speed(self) -> float:
+        """True speed [m/s]."""
+        return float(np.linalg.norm(self.simulation.truth().twist.linear[:2]))
+
+    def observe(self, tick: TickRecord) -> None:
+        """Note what is in force."""
+        twist = tick.drive.control.twist
+        self.ticks.append((float(twist.linear[0]), float(twist.angular[2])))
+
+
+@asynccontextmanager
+async def paced_robot(
+    world: World, cloud: Cloud, cache: Path, *, tokens: Path | None = None, stepper: str = ""
+) -> AsyncIterator[PacedRobot]:
+    """Serve a robot with its page, stepped at the pace of the clock.
+
+    Args:
+        world: The world, of which a cloud is shipped.
+        cloud: The cloud.
+        cache: Folder of prepared maps.
+        tokens: File of tokens; without one everybody may do everything.
+        stepper: Token of the client that steps the robot.
+    """
+    simulation = Simulation(world, seed=0)
+    robot = Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
+    config = ServeConfig(port=0, lockstep=True, tokens=tokens)
+    server = build_server(config, token_file(config), lambda: simulation.stamp)
+    service = offer_in_lockstep(robot, server, cloud)
+    offer_map(server, scene_cloud_path("office"))
+    assert offer_page(server.pages), "the page is not built: make env builds it"
+    async with server:
+        proxy = Proxy(server.port)
+        listener = await asyncio.start_server(proxy.serve, "127.0.0.1", 0)
+        proxy.whole.set()
+        proxy.port = listener.sockets[0].getsockname()[1]
+        paced = PacedRobot(simulation, service, proxy)
+        service.observers = (paced.observe,)
+        pacing = asyncio.create_task(_pace(server.url, stepper))
+        try:
+            yield paced
+        finally:
+            pacing.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await pacing
+            listener.close()
+            proxy.restore()
+
+
+async def _pace(url: str, token: str) -> None:
+    """Step the robot a tick each 20 ms; time that was lost is lost."""
+    headers = {"Authorization": f"Bearer {token}"} if token else {}
+    async with connect(
+        url, additional_headers=headers, compression=None, ping_interval=None, proxy=None
+    ) as connection:
+        client, loop = Peer(connection), asyncio.get_running_loop()
+        due = loop.time()
+        while True:
+            await client.step()
+            client.received.clear()
+            client.frames.clear()
+            due = max(due + TICK, loop.time())
+            await asyncio.sleep(due - loop.time())

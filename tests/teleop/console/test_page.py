@@ -1,0 +1,109 @@
+"""The built page in a real browser: where it connects to, and what its security policy has to refuse."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+from localization.maps.cloud import Cloud
+from teleop.console.console_server import ConsoleServer
+from teleop.robot.serving.lan_access import lan_access
+from teleop.robot.serving.serve_config import ServeConfig
+from tests.teleop.console.conftest import Pages, Served, page_address
+from tests.teleop.robot.test_security import DRIVER, tokens
+from tests.teleop.support import in_a_loop, soon
+
+pytestmark = [pytest.mark.process, pytest.mark.slow]
+
+HOSTILE = """
+addEventListener('load', async () => {
+  const inline = document.createElement('script');
+  inline.textContent = 'window.inlineRan = true';
+  document.body.append(inline);
+  await fetch('http://127.0.0.1:1/').catch(() => {});
+});
+"""
+"""What a script from the wire would do: run what it brings along, and send what it sees elsewhere."""
+
+
+@in_a_loop
+async def test_page_opens_and_connects_to_its_robot_only(page_of: Pages, served: Served) -> None:
+    async with (
+        served() as robot,
+        page_of(page_address(robot)) as visit,
+    ):
+        await soon(visit.page.wait_for_function("document.body.innerText.trim().length > 0"))
+        await visit.page.wait_for_timeout(1000)
+        assert visit.hosts == {urlsplit(robot.url).netloc}
+        assert visit.violations == []
+        assert visit.errors == []
+
+
+@in_a_loop
+async def test_policy_refuses_inline_scripts_and_other_hosts(
+    page_of: Pages, served: Served
+) -> None:
+    async with (
+        served() as robot,
+        page_of(page_address(robot), scripts=[HOSTILE]) as visit,
+    ):
+        await visit.page.wait_for_timeout(1000)
+        assert await visit.page.evaluate("window.inlineRan") is None
+        refused = {violation.split()[0] for violation in visit.violations}
+        assert refused >= {"script-src-elem", "connect-src"}
+
+
+@in_a_loop
+async def test_token_in_the_fragment_is_in_no_request(
+    page_of: Pages, served: Served, tmp_path: Path
+) -> None:
+    config, access = lan_access(ServeConfig(lan=True), tmp_path / "lan")
+    async with served(config) as robot:
+        address = f"{page_address(robot)}#token={access.token}"
+        async with page_of(address, ignore_https_errors=True) as visit:
+            await soon(visit.page.wait_for_function("document.body.innerText.trim().length > 0"))
+            await visit.page.wait_for_timeout(1000)
+            assert visit.hosts == {f"127.0.0.1:{robot.port}"}
+            sent = [path.partition("#")[0] for path in visit.paths]
+            assert len(sent) >= 3
+            assert [path for path in sent if access.token in path] == []
+            assert await visit.page.evaluate("isSecureContext")
+            assert visit.violations == []
+
+
+REACH = """async ([socket, map, token]) => {
+  const opened = await new Promise(done => {
+    const trial = new WebSocket(socket);
+    trial.onopen = () => { trial.close(); done(true); };
+    trial.onerror = () => done(false);
+  });
+  const headers = { Authorization: `Bearer ${token}` };
+  const answer = await fetch(map, { headers }).catch(() => null);
+  return [opened, answer && answer.status, answer && answer.headers.get("ETag")];
+}"""
+"""Opens a WebSocket, and fetches a map with a token, as the page's scripts may."""
+
+
+@in_a_loop
+async def test_page_of_another_server_reaches_its_robot_and_no_other(
+    page_of: Pages, served: Served, office_cloud: Cloud, tmp_path: Path
+) -> None:
+    config = ServeConfig(tokens=tokens(tmp_path))
+    async with served(config) as robot, served(config) as other:
+        with ConsoleServer(robot.url, 0) as server:
+            thread = threading.Thread(target=server.serve_forever, args=(0.05,))
+            thread.start()
+            try:
+                async with page_of(server.url) as visit:
+                    seen = []
+                    for address in (robot.url, other.url):
+                        file = f"{address.replace('ws', 'http', 1)}/map.ply"
+                        seen.append(await visit.page.evaluate(REACH, [address, file, DRIVER]))
+                    assert seen == [[True, 200, f'"{office_cloud.sha256}"'], [False, None, None]]
+                    assert {v.split()[0] for v in visit.violations} == {"connect-src"}
+            finally:
+                server.shutdown()
+                thread.join()

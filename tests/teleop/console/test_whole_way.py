@@ -1,0 +1,153 @@
+"""A person's whole way with the page, in Debian's Chromium, with a robot that is carried off on it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from localization.maps.cloud import Cloud
+from localization.types import Pose
+from robot_sim import World
+from tests.teleop.console.conftest import Pages, Visit
+from tests.teleop.console.hands import GAMEPAD, drag_hint, hold_until, key, pad, plug, press, says, seen
+from tests.teleop.console.paced_robot import PacedRobot, paced_robot
+from tests.teleop.support import PATIENCE, in_a_loop
+
+pytestmark = [pytest.mark.process, pytest.mark.slow]
+
+TOKEN = "a-token-that-nobody-guesses"
+TOKENS = f'[tokens.hand]\nrole = "operate"\ntoken = "{TOKEN}"\n[tokens.clock]\nrole = "admin"\ntoken = "{TOKEN}-2"\n'
+
+
+async def until(true: Callable[[], bool], what: str) -> None:
+    """Wait for the robot."""
+    try:
+        async with asyncio.timeout(PATIENCE):
+            while not true():  # noqa: ASYNC110 - the robot has no event for it
+                await asyncio.sleep(0.02)
+    except TimeoutError:
+        pytest.fail(f"waited in vain: {what}")
+
+
+@in_a_loop
+async def test_person_logs_in_drives_is_carried_off_hints_stops_and_comes_back(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    tokens = tmp_path / "tokens.toml"
+    tokens.touch(mode=0o600)
+    tokens.write_text(TOKENS)
+    async with (
+        paced_robot(office, office_cloud, cache, tokens=tokens, stepper=f"{TOKEN}-2") as robot,
+        page_of(robot.page, scripts=[GAMEPAD], viewport={"width": 1120, "height": 600}) as visit,
+    ):
+        robot.place()
+        await _log_in_and_see(visit)
+        await _drive(visit, robot)
+        await _carried_off(visit, robot)
+        await _hint(visit, robot)
+        await _stop_and_release(visit, robot)
+        await _lose_the_network(visit, robot)
+        assert visit.violations == []
+        assert [e for e in visit.errors if "ERR_" not in e and "401" not in e] == []
+
+
+async def _log_in_and_see(visit: Visit) -> None:
+    page = visit.page
+    await says(page, "Log in")
+    await page.get_by_label("Token").first.fill(TOKEN)
+    await page.keyboard.press("Enter")
+    await says(page, "Knows where it is")
+    await seen(page)
+    assert "token" not in page.url
+    assert TOKEN not in await page.evaluate("JSON.stringify([{ ...localStorage }, document.title])")
+
+
+async def _drive(visit: Visit, robot: PacedRobot) -> None:
+    page, before = visit.page, robot.simulation.truth().map_from_base
+    await plug(page)
+    await pad(page, 0.0, deadman=False)
+    await asyncio.sleep(0.2)
+
+    async def hold(held: bool) -> None:
+        await pad(page, 0.0, deadman=held)  # the deadman first: a stick that is pushed before it does not count
+        await asyncio.sleep(0.1)
+        if held:
+            await pad(page, 0.8, 0.2)
+
+    await hold_until(page, hold, lambda: robot.speed > 0.2, "that the robot drives")
+    await says(page, "You drive.")
+    await hold_until(page, hold, lambda: _far(robot, before) > 1.0, "that it goes a metre")
+    await hold(False)
+    await until(lambda: robot.speed < 0.01, "that it stands")
+    await says(page, "Ready")
+
+
+def _far(robot: PacedRobot, there: Pose) -> float:
+    here = robot.simulation.truth().map_from_base
+    return float(np.hypot(*(here.position - there.position)[:2]))
+
+
+async def _carried_off(visit: Visit, robot: PacedRobot) -> None:
+    here = robot.simulation.truth().map_from_base
+    x, y = (float(v) for v in here.position[:2])
+    robot.carry(x - 4.0, y, here.yaw + 2.2)
+    alarms = ".panel-alarms"
+    await (
+        visit.page.locator(alarms)
+        .get_by_text("lost")
+        .or_(visit.page.locator(alarms).get_by_text("in doubt"))
+        .first.wait_for(state="visible", timeout=PATIENCE * 1000)
+    )
+
+
+async def _hint(visit: Visit, robot: PacedRobot) -> None:
+    page = visit.page
+    await page.keyboard.press("v")  # from above
+    await press(page, "Show where it is")
+    truth = robot.simulation.truth().map_from_base
+    x, y = (float(v) for v in truth.position[:2])
+    await drag_hint(page, x + 0.2, y - 0.15, truth.yaw + 0.1)
+    await says(page, "fits", within=".panel-preview")
+    await page.keyboard.press("Enter")
+    verdict = page.locator(".panel-hint-result")
+    await (
+        verdict.get_by_text("Accepted")
+        .or_(verdict.get_by_text("Kept"))
+        .first.wait_for(timeout=PATIENCE * 1000)
+    )
+    await says(page, "Knows where it is")
+
+
+async def _stop_and_release(visit: Visit, robot: PacedRobot) -> None:
+    page = visit.page
+    await page.locator("canvas").focus()
+    await hold_until(page, key(page, "ArrowUp"), lambda: robot.speed > 0.2, "that keys drive")
+    await page.keyboard.press("Escape")
+    await until(lambda: robot.speed < 0.01, "that the e-stop stops it")
+    await page.keyboard.up("ArrowUp")
+    await says(page, "E-stop, pressed by you")
+    await press(page, "Release e-stop")
+    await says(page, "Are people and things clear")
+    await press(page, "Release it")
+    await says(page, "Ready")
+
+
+async def _lose_the_network(visit: Visit, robot: PacedRobot) -> None:
+    page = visit.page
+    await hold_until(page, key(page, "w"), lambda: robot.speed > 0.2, "that keys drive again")
+    robot.proxy.cut()
+    await until(lambda: robot.speed < 0.01, "that the watchdog stops it")
+    await says(page, "Nothing received for")
+    robot.proxy.restore()
+    await says(page, "Knows where it is")
+    await says(page, "Press again to drive")
+    await asyncio.sleep(1.0)
+    assert robot.speed < 0.01, "it drives on by itself after the network is back"
+    await page.keyboard.up("w")
+    await hold_until(page, key(page, "w"), lambda: robot.speed > 0.2, "that a new press drives")
+    await page.keyboard.up("w")
+    await until(lambda: robot.speed < 0.01, "that it stands at the end")

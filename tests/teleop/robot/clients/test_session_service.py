@@ -1,0 +1,67 @@
+"""The service ``/teleop/session``, with and without tokens."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from localization.maps.cloud import Cloud
+from robot_sim import World
+from teleop.robot.serving.serve_config import ServeConfig
+from teleop.rosbridge import Client
+from tests.teleop.robot.test_security import ADMIN, DRIVER, VIEWER, served, tokens
+from tests.teleop.support import Robots, arm, in_a_loop, peer
+
+RIGHTS = ("may_drive", "may_stop", "may_reset", "may_hint", "may_search", "may_take_over")
+SESSION = "/teleop/session"
+
+
+@in_a_loop
+async def test_client_without_tokens_learns_its_number_name_and_all_rights(robots: Robots) -> None:
+    async with robots() as rig, peer(rig.server.url) as first, peer(rig.server.url) as client:
+        await client.subscribe("/teleop/state")
+        good, session = await client.ask(SESSION)
+        assert good
+        assert (session["role"], session["tokens"]) == ("admin", False)
+        assert all(session[right] for right in RIGHTS)
+        other = (await first.ask(SESSION))[1]
+        assert {session["client"], other["client"]} == {1, 2}
+        assert session["name"] != other["name"]
+        await arm(client)
+        await client.step(5)
+        assert client.last("/teleop/state")["controller"] == session["name"]
+
+
+@in_a_loop
+async def test_rights_in_a_session_are_those_of_the_token(
+    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    config = ServeConfig(tokens=tokens(tmp_path))
+    async with served(office, office_cloud, cache, config) as server:
+        found = {}
+        for token in (VIEWER, DRIVER, ADMIN):
+            async with Client(server.url, token=token) as client:
+                found[token] = await client.call(SESSION)
+    assert [session["role"] for session in found.values()] == ["view", "operate", "admin"]
+    assert all(session["tokens"] for session in found.values())
+    assert [right for right in RIGHTS if found[VIEWER][right]] == ["may_stop"]
+    for token in (DRIVER, ADMIN):
+        assert all(found[token][right] for right in RIGHTS)
+
+
+@in_a_loop
+async def test_rights_in_a_session_follow_the_rules_of_the_token_file(
+    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    path = tokens(tmp_path)
+    rules = '[roles.operate]\npublish = ["/cmd_vel"]\ncall = ["*", "!/teleop/estop*"]\n'
+    path.write_text(path.read_text() + rules)
+    async with (
+        served(office, office_cloud, cache, ServeConfig(tokens=path)) as server,
+        Client(server.url, token=DRIVER) as driver,
+    ):
+        session = await driver.call(SESSION)
+    assert [right for right in RIGHTS if session[right]] == [
+        "may_drive",
+        "may_search",
+        "may_take_over",
+    ]
