@@ -84,7 +84,7 @@ async def hold_until(
 ) -> None:
     """Hold what drives until something has become true; let go and press again when the page asks for that.
 
-    It does where it was too busy to tell whether the hand was still there, as on a loaded machine.
+    It does where it was too busy to know whether the hand was still there, as on a loaded machine.
     """
     await hold(True)
     try:
