@@ -100,7 +100,7 @@ class PacedRobot:
         """Carry the robot off; x and y [m], heading [rad]."""
         height = float(self.simulation.truth().map_from_base.position[2])
         there = Pose.planar(x, y, heading)
-        self.simulation.carry_to(Pose((x, y, height), there.quaternion_wxyz))
+        self.simulation.carry_to(Pose(np.array([x, y, height]), there.quaternion_wxyz))
 
     @property
     def speed(self) -> float:
