@@ -38,9 +38,16 @@ def grid_message(cloud: Cloud) -> dict[str, Any]:
     grid = np.zeros((rows, columns), int)
     tall = (points[:, 2] > HEIGHTS[0]) & (points[:, 2] < HEIGHTS[1])
     grid[cells[tall, 1], cells[tall, 0]] = 100
-    pose = {"position": {"x": float(low[0]), "y": float(low[1]), "z": 0.0}, "orientation": {"w": 1.0}}
+    pose = {
+        "position": {"x": float(low[0]), "y": float(low[1]), "z": 0.0},
+        "orientation": {"w": 1.0},
+    }
     info = {"resolution": RESOLUTION, "width": int(columns), "height": int(rows), "origin": pose}
     return {"header": {"frame_id": "map"}, "info": info, "data": grid.ravel().tolist()}
+
+
+def _pass_on(protocol: Protocol, topic: str, message: dict[str, Any]) -> None:
+    protocol.topics.publish(topic, message, 0)
 
 
 @asynccontextmanager
@@ -57,12 +64,11 @@ async def plain_page(robot: str, cloud: Cloud) -> AsyncIterator[str]:
         protocol.topics.publish("/map", grid_message(cloud), 0)
         for topic, type in TOPICS.items():
             protocol.topics.advertise(topic, type, latch=topic == "/tf_static")
-            publish = partial(protocol.topics.publish, topic)
-            await client.subscribe(topic, type, lambda message, publish=publish: publish(message, 0))
-        tasks: set[asyncio.Task[None]] = set()
+            await client.subscribe(topic, type, partial(_pass_on, protocol, topic))
+        tasks: set[asyncio.Task[bool]] = set()
 
         def command(_client: int, message: dict[str, Any], _now: int) -> None:
-            task = asyncio.ensure_future(client.publish("/cmd_vel", message))
+            task = asyncio.create_task(client.publish("/cmd_vel", message))
             tasks.add(task)
             task.add_done_callback(tasks.discard)
 

@@ -32,7 +32,12 @@ REST: Final = 1.0
 TOKEN: Final = "a-token-of-"
 TOKENS: Final = "".join(
     f'[tokens.{name}]\nrole = "{role}"\ntoken = "{TOKEN}{name}"\n'
-    for name, role in (("anna", "operate"), ("boris", "operate"), ("visitor", "view"), ("clock", "admin"))
+    for name, role in (
+        ("anna", "operate"),
+        ("boris", "operate"),
+        ("visitor", "view"),
+        ("clock", "admin"),
+    )
 )
 
 
@@ -47,7 +52,9 @@ class Studio:
     """Folder of the pictures."""
 
     @asynccontextmanager
-    async def robot(self, scene: str = "office", *, tokens: bool = False) -> AsyncIterator[PacedRobot]:
+    async def robot(
+        self, scene: str = "office", *, tokens: bool = False
+    ) -> AsyncIterator[PacedRobot]:
         """Serve a robot; with tokens, its people are anna, boris and a visitor."""
         file = None
         if tokens:
