@@ -262,7 +262,7 @@ async def plain(studio: Studio, name: str) -> None:
         address = robot.page.replace("http", "ws").rstrip("/")
         async with plain_page(address, cloud) as url, studio.page(url) as page:
             await says(page, "Nothing guards this robot")
-            await press(page, "by velocity")
+            await press(page, "Drive by /cmd_vel")
             await drive(page, robot, "ArrowUp", 3.0)
             await studio.shoot(page, name)
 
