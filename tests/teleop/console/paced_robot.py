@@ -82,7 +82,7 @@ class Proxy:
             sink.write_eof()
 
     def cut(self) -> None:
-        """Pass nothing on from now, and tell nobody."""
+        """Pass nothing on from now, without closing anything."""
         self.whole.clear()
 
     def restore(self) -> None:
@@ -109,7 +109,7 @@ class PacedRobot:
         return f"http://127.0.0.1:{self.proxy.port}/"
 
     def place(self) -> None:
-        """Tell the robot where it is."""
+        """Give the robot its true pose as a hint."""
         truth = self.simulation.truth().map_from_base
         self.service.adapter.wishes.post(PoseHint("", Hint(0, truth, np.zeros((6, 6)))))
 
@@ -117,7 +117,7 @@ class PacedRobot:
         """Carry the robot off; x and y [m], heading [rad]."""
         height = float(self.simulation.truth().map_from_base.position[2])
         there = Pose.planar(x, y, heading)
-        self.simulation.carry_to(Pose((x, y, height), there.quaternion_wxyz))
+        self.simulation.carry_to(Pose(np.array([x, y, height]), there.quaternion_wxyz))
 
     @property
     def speed(self) -> float:
