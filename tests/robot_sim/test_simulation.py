@@ -246,7 +246,9 @@ def test_carried_robot_stands_where_it_was_put_and_its_wheels_notice_nothing(off
         simulation.step()
     here = simulation.truth().map_from_base
     there = Pose.planar(float(here.position[0]) - 3.0, float(here.position[1]), 1.0)
-    simulation.carry_to(Pose((*there.position[:2], here.position[2]), there.quaternion_wxyz))
+    simulation.carry_to(
+        Pose(np.array([*there.position[:2], here.position[2]]), there.quaternion_wxyz)
+    )
     readings = [r for _ in range(10) for r in simulation.step()]
     assert simulation.stamp == 20 * TICK_NS
     now = simulation.truth().map_from_base
@@ -260,5 +262,5 @@ def test_robot_that_would_stand_in_a_wall_is_not_carried(office: World) -> None:
     simulation = Simulation(office, seed=4)
     here = simulation.truth().map_from_base
     with pytest.raises(WorldError, match="would stand inside"):
-        simulation.carry_to(Pose((0.0, 0.0, here.position[2]), here.quaternion_wxyz))
+        simulation.carry_to(Pose(np.array([0.0, 0.0, here.position[2]]), here.quaternion_wxyz))
     np.testing.assert_array_equal(simulation.truth().map_from_base.position, here.position)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Final
@@ -68,9 +68,7 @@ class PreviewService:
     """Answers a request, where estimating is done in the same process."""
     _queues: dict[int, _Queue] = field(default_factory=dict)
     # Answers to a server that is no more must not fit requests to this one.
-    _numbers: itertools.count[int] = field(
-        default_factory=lambda: itertools.count(secrets.randbits(62))
-    )
+    _numbers: Iterator[int] = field(default_factory=lambda: itertools.count(secrets.randbits(62)))
 
     def __post_init__(self) -> None:
         self.protocol.services.serve(

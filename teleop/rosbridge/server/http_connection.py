@@ -184,6 +184,8 @@ class HttpConnection(ServerConnection):
                 self.progress = self.loop.time()
                 async with asyncio.timeout(DOWNLOAD_STALL):
                     await self.drain()
+                if self.transport.is_closing():  # the client has left; asyncio logs further writes
+                    return
         except (TimeoutError, ConnectionError):
             self.transport.abort()
             return

@@ -12,6 +12,9 @@ from playwright.async_api import Page
 
 from tests.teleop.console.conftest import PATIENCE
 
+SEEN: Final = "performance.getEntriesByName('farsteer: robot seen').length"
+"""Whether the robot has been drawn in its map."""
+
 GAMEPAD: Final = """
 (() => {
   const pad = { id: 'synthetic pad', index: 0, connected: true, mapping: 'standard', timestamp: 1,
@@ -45,7 +48,7 @@ async def seen(page: Page) -> None:
     """Wait until the robot has been drawn in its map."""
     # The page's policy forbids what Playwright's own waiting for a condition would do.
     async with asyncio.timeout(PATIENCE):
-        while not await page.evaluate("performance.getEntriesByName('farsteer: robot seen').length"):
+        while not await page.evaluate(SEEN):  # noqa: ASYNC110 - a page has no event of ours
             await asyncio.sleep(0.1)
 
 
@@ -81,7 +84,7 @@ async def hold_until(
 ) -> None:
     """Hold what drives until something has become true; let go and press again when the page asks for that.
 
-    It does where it was too busy to tell whether the hand was still there, as on a loaded machine.
+    It does where it was too busy to know whether the hand was still there, as on a loaded machine.
     """
     await hold(True)
     try:

@@ -13,7 +13,17 @@ from localization.maps.cloud import Cloud
 from localization.types import Pose
 from robot_sim import World
 from tests.teleop.console.conftest import Pages, Visit
-from tests.teleop.console.hands import GAMEPAD, drag_hint, hold_until, key, pad, plug, press, says, seen
+from tests.teleop.console.hands import (
+    GAMEPAD,
+    drag_hint,
+    hold_until,
+    key,
+    pad,
+    plug,
+    press,
+    says,
+    seen,
+)
 from tests.teleop.console.paced_robot import PacedRobot, paced_robot
 from tests.teleop.support import PATIENCE, in_a_loop
 
@@ -73,7 +83,8 @@ async def _drive(visit: Visit, robot: PacedRobot) -> None:
     await asyncio.sleep(0.2)
 
     async def hold(held: bool) -> None:
-        await pad(page, 0.0, deadman=held)  # the deadman first: a stick that is pushed before it does not count
+        # The deadman first: a stick that is pushed before it does not count.
+        await pad(page, 0.0, deadman=held)
         await asyncio.sleep(0.1)
         if held:
             await pad(page, 0.8, 0.2)

@@ -8,6 +8,7 @@ import hashlib
 import http.client
 import json
 import socket
+import struct
 
 import pytest
 
@@ -104,6 +105,22 @@ async def test_slow_downloads_complete_without_blocking_others() -> None:
         answer = await reader.read()
         assert answer.partition(b"\r\n\r\n")[2] == MAP
         writer.close()
+
+
+@in_a_loop
+async def test_client_that_leaves_during_a_download_is_not_logged(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    async with serving() as server:
+        server.pages.add_file("/map.ply", MAP)
+        for _ in range(10):
+            taker = socket.create_connection(("127.0.0.1", server.port))
+            taker.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            taker.sendall(b"GET /map.ply HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+            taker.close()  # with a reset, as nothing of the answer is read
+            await asyncio.sleep(0.05)
+        assert (await fetch(server, "/map.ply"))[2] == MAP
+    assert [record.getMessage() for record in caplog.records] == []
 
 
 @in_a_loop

@@ -1,6 +1,6 @@
 /** A map's file: verified, then read. The same in a worker and, where there is none, in the page. */
 
-import { PlyError, readPly } from "./ply";
+import { PlyError, readPly, readPlyNormals } from "./ply";
 
 /** A map that was asked for, as the worker gets it. */
 export interface MapJob {
@@ -9,7 +9,12 @@ export interface MapJob {
 }
 
 export type MapResult =
-  | { readonly kind: "map"; readonly positions: Float32Array<ArrayBuffer>; readonly verified: boolean }
+  | {
+    readonly kind: "map";
+    readonly positions: Float32Array<ArrayBuffer>;
+    readonly normals?: Int8Array<ArrayBuffer>;
+    readonly verified: boolean;
+  }
   | { readonly kind: "wrong" }
   | { readonly kind: "bad"; readonly reason: string };
 
@@ -20,7 +25,9 @@ export async function readMapFile({ file, sha256 }: MapJob): Promise<MapResult> 
     return { kind: "wrong" };
   }
   try {
-    return { kind: "map", positions: readPly(file), verified: subtle !== undefined };
+    const map = { kind: "map", positions: readPly(file), verified: subtle !== undefined } as const;
+    const normals = readPlyNormals(file);
+    return normals === undefined ? map : { ...map, normals };
   } catch (error) {
     if (error instanceof PlyError) {
       return { kind: "bad", reason: error.message };
@@ -45,7 +52,8 @@ export function isMapResult(value: unknown): value is MapResult {
     return false;
   }
   return value.kind === "map"
-    ? "positions" in value && value.positions instanceof Float32Array && "verified" in value
+    ? "positions" in value && value.positions instanceof Float32Array && "verified" in value &&
+      (!("normals" in value) || value.normals instanceof Int8Array)
     : value.kind === "wrong" || (value.kind === "bad" && "reason" in value);
 }
 

@@ -106,7 +106,8 @@ export class MapLoader {
     if (result.kind === "bad") {
       return linkTexts.events.mapBad(result.reason);
     }
-    this.#points = { sha256, positions: result.positions };
+    const { positions, normals } = result;
+    this.#points = normals === undefined ? { sha256, positions } : { sha256, positions, normals };
     state.mapPoints.value = this.#points;
     if (result.verified) {
       void keepMap(caches, sha256, file);

@@ -47,7 +47,7 @@ export function readPly(file: ArrayBuffer): Float32Array<ArrayBuffer> {
     const px = x(at);
     const py = y(at);
     const pz = z(at);
-    if (Math.abs(px) < 1e7 && Math.abs(py) < 1e7 && Math.abs(pz) < 1e7) {
+    if (isPlace(px, py, pz)) {
       positions[kept] = px;
       positions[kept + 1] = py;
       positions[kept + 2] = pz;
@@ -55,6 +55,40 @@ export function readPly(file: ArrayBuffer): Float32Array<ArrayBuffer> {
     }
   }
   return kept === positions.length ? positions : positions.slice(0, kept);
+}
+
+/**
+ * Return the unit normals of the vertices that `readPly` returns, times 127, or undefined if there are none.
+ *
+ * @throws PlyError as `readPly` does.
+ */
+export function readPlyNormals(file: ArrayBuffer): Int8Array<ArrayBuffer> | undefined {
+  const { start, count, stride, properties } = readHeader(file);
+  const view = new DataView(file, start, count * stride);
+  const [x, y, z, nx, ny, nz] = ["x", "y", "z", "nx", "ny", "nz"].map((name) => reader(view, properties, name));
+  if (x === undefined || y === undefined || z === undefined || nx === undefined || ny === undefined || nz === undefined) {
+    return undefined;
+  }
+  const normals = new Int8Array(3 * count);
+  let kept = 0;
+  for (let i = 0, at = 0; i < count; i++, at += stride) {
+    if (isPlace(x(at), y(at), z(at))) {
+      normals[kept] = asByte(nx(at));
+      normals[kept + 1] = asByte(ny(at));
+      normals[kept + 2] = asByte(nz(at));
+      kept += 3;
+    }
+  }
+  return kept === normals.length ? normals : normals.slice(0, kept);
+}
+
+function isPlace(x: number, y: number, z: number): boolean {
+  return Math.abs(x) < 1e7 && Math.abs(y) < 1e7 && Math.abs(z) < 1e7;
+}
+
+/** A part of a unit vector; what is none, or not finite, becomes the nearest that can be. */
+function asByte(part: number): number {
+  return Math.round(127 * Math.min(Math.max(part || 0, -1), 1));
 }
 
 function reader(view: DataView, properties: readonly Property[], name: string): ((at: number) => number) | undefined {

@@ -55,6 +55,13 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const driving = new Driving(commands, state, { window, document, navigator, now: () => performance.now() });
   const hint = new HintTool(canvas, scene, commands, state);
   driving.onEscape = () => closeTopDialog() || hint.escape();
+  canvas.addEventListener("click", ({ clientX, clientY }) => {
+    const number = hint.placing ? undefined : scene.hypothesisAt(clientX, clientY);
+    const candidate = number === undefined ? undefined : state.candidates.peek()[number];
+    if (candidate !== undefined && state.session.peek()?.mayHint !== false) {
+      hint.pick(candidate);
+    }
+  });
   effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing"; });
   effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
   const alarms = new Alarms(

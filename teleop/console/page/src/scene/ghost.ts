@@ -16,10 +16,10 @@ export type GhostQuality = "unknown" | "good" | "bad";
 export class Ghost {
   readonly object = new Group();
   readonly #robot = new Group();
-  readonly #outline = new WideLine(120, { width: 3, onTop: true });
-  readonly #heading = new WideLine(8, { width: 5, onTop: true });
+  readonly #outline = new WideLine(120, { width: 3, overlaid: true });
+  readonly #heading = new WideLine(8, { width: 5, overlaid: true });
   /** Says by its shape what the colour says: a bad place is crossed out. */
-  readonly #cross = new WideLine(8, { width: 4, onTop: true });
+  readonly #cross = new WideLine(8, { width: 4, overlaid: true });
   readonly #sweep: CloudLayer;
 
   constructor(buffer: PointBuffer) {

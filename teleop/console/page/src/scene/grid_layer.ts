@@ -12,6 +12,7 @@ import { place } from "./robot_layer";
 
 /** Half the side of the grid of metres [m]. */
 const HALF = 30;
+const PIECE = 2;
 
 export class GridLayer {
   readonly object = new Group();
@@ -23,11 +24,14 @@ export class GridLayer {
   constructor() {
     const lines: number[] = [];
     for (let at = -HALF; at <= HALF; at += 1) {
-      lines.push(-HALF, at, 0, HALF, at, 0, at, -HALF, 0, at, HALF, 0);
+      // In pieces, for software renderers drop lines that begin behind the camera.
+      for (let from = -HALF; from < HALF; from += PIECE) {
+        lines.push(from, at, 0, from + PIECE, at, 0, at, from, 0, at, from + PIECE, 0);
+      }
     }
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(new Float32Array(lines), 3));
-    this.#metres = new LineSegments(geometry, new LineBasicMaterial());
+    this.#metres = new LineSegments(geometry, new LineBasicMaterial({ depthWrite: false }));
     this.#metres.renderOrder = -1;
     this.object.add(this.#metres);
   }
@@ -44,7 +48,8 @@ export class GridLayer {
       texture.magFilter = NearestFilter;
       texture.needsUpdate = true;
       const plane = new PlaneGeometry(wide, tall).translate(wide / 2, tall / 2, 0);
-      this.#plane = new Mesh(plane, new MeshBasicMaterial({ map: texture, transparent: true, depthWrite: false }));
+      // Cells are opaque or missing, so that the floor is drawn before all that stands or lies on it.
+      this.#plane = new Mesh(plane, new MeshBasicMaterial({ map: texture, alphaTest: 0.5, depthWrite: false }));
       this.#plane.renderOrder = -2;
       place(this.#plane, grid.origin);
       this.object.add(this.#plane);

@@ -28,9 +28,9 @@ export class Hypotheses {
     this.#marks = poses.slice(0, MOST).map((pose, index) => {
       const group = new Group();
       place(group, pose);
-      const edges = new WideLine(48, { width: 2.5, onTop: true });
+      const edges = new WideLine(48, { width: 2.5, overlaid: true });
       edges.set(boxEdges(box));
-      const heading = new WideLine(8, { width: 3, onTop: true });
+      const heading = new WideLine(8, { width: 3, overlaid: true });
       heading.set(arrow(0, 0.9, 0.05));
       const lines = [edges, heading];
       const label = new Label(String(index + 1), LABEL_HEIGHT, colours.background, colours.hypothesis);

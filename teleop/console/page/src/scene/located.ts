@@ -27,14 +27,17 @@ export function worldFromBase(state: RobotState): Pose | undefined {
   return located ?? (odometryIsWorld ? state.odomFromBase.value : undefined);
 }
 
-/** Return where a robot waits that does not know its place: beside the map, at its middle. */
-export function waitingPose(map: Bounds | undefined, floor: number): Pose {
+/** Return where a robot waits that does not know its place: left of the map, or below it in an upright picture. */
+export function waitingPose(map: Bounds | undefined, floor: number, isUpright: boolean): Pose {
   const orientation = { x: 0, y: 0, z: 0, w: 1 };
   if (map === undefined) {
     return { position: { x: 0, y: 0, z: floor }, orientation };
   }
-  const x = map.min.x - WAITING_RADIUS - 1;
-  return { position: { x, y: (map.min.y + map.max.y) / 2, z: floor }, orientation };
+  const aside = WAITING_RADIUS + 1;
+  const [x, y] = isUpright
+    ? [(map.min.x + map.max.x) / 2, map.min.y - aside]
+    : [map.min.x - aside, (map.min.y + map.max.y) / 2];
+  return { position: { x, y, z: floor }, orientation };
 }
 
 /** Return the bounds of the map together with the place where a robot waits. */

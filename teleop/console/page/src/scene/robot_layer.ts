@@ -23,10 +23,10 @@ export class RobotLayer {
   /** Body and ring, moved with the robot. */
   readonly #body = new Group();
   readonly #path = new WideLine(PATH_POINTS, { width: 3.5 });
-  readonly #ellipse = new WideLine(80, { width: 2, onTop: true });
-  readonly #ring = new WideLine(80, { width: 3, onTop: true });
+  readonly #ellipse = new WideLine(80, { width: 2, overlaid: true });
+  readonly #ring = new WideLine(80, { width: 3, overlaid: true });
   readonly #mark = new FlatArrow();
-  readonly #truth = new WideLine(48, { width: 2, onTop: true });
+  readonly #truth = new WideLine(48, { width: 2, overlaid: true });
   #model: RobotModel = robotModel(undefined);
   #lastPath: Pose["position"] | undefined;
 

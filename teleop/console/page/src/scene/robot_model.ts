@@ -10,6 +10,10 @@ const LONGEST_URDF = 500_000;
 /** No robot that stands on a floor is larger [m]. */
 const LARGEST = 20;
 
+/** Black wheels are to be seen at night, too: this share of every colour is that of dust. */
+const LIFT = 0.1;
+const DUST = new Color(0x9aa4b2);
+
 /** A part's material and the colour that the model gives it. */
 export interface Paint {
   readonly material: MeshLambertMaterial;
@@ -63,7 +67,7 @@ function repainted(object: Object3D): RobotModel {
       const colour = new Color(0x888888);
       if (before instanceof MeshPhongMaterial) {
         // Colours of a URDF are those of a screen.
-        colour.setRGB(before.color.r, before.color.g, before.color.b, SRGBColorSpace);
+        colour.setRGB(before.color.r, before.color.g, before.color.b, SRGBColorSpace).lerp(DUST, LIFT);
       }
       const material = new MeshLambertMaterial({ color: colour });
       part.material = material;

@@ -179,7 +179,8 @@ export class Scene {
   #setPose(): void {
     const pose = this.#place.value;
     const { bounds, floor } = this.#plan.value;
-    const waiting = pose === undefined ? waitingPose(bounds, floor) : undefined;
+    const { width, height } = this.#stage.size;
+    const waiting = pose === undefined ? waitingPose(bounds, floor, width < height) : undefined;
     const atOnce = waiting !== undefined || !this.#located || this.#rig.reducedMotion;
     this.#located = pose !== undefined;
     this.#pose.set(pose ?? waiting, atOnce);

@@ -30,7 +30,7 @@ interface Habit {
 }
 
 const HABITS: Readonly<Record<View, Habit>> = {
-  chase: { elevation: 33 * DEGREE, elevations: [4 * DEGREE, 89 * DEGREE], distance: 5.5, fieldOfView: 50 * DEGREE },
+  chase: { elevation: 33 * DEGREE, elevations: [4 * DEGREE, 89 * DEGREE], distance: 4.9, fieldOfView: 50 * DEGREE },
   top: { elevation: 90 * DEGREE, elevations: [90 * DEGREE, 90 * DEGREE], distance: 62, fieldOfView: 18 * DEGREE },
   first: { elevation: 6 * DEGREE, elevations: [-60 * DEGREE, 60 * DEGREE], distance: 0.001, fieldOfView: 75 * DEGREE },
 };

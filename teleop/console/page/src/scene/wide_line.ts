@@ -19,7 +19,7 @@ export interface LineLook {
   readonly width: number;
   readonly opacity?: number;
   /** Seen through everything else. */
-  readonly onTop?: boolean;
+  readonly overlaid?: boolean;
 }
 
 /** A line through points, which may be appended to until the capacity is reached. */
@@ -52,13 +52,13 @@ export class WideLine {
         uColour: { value: new Vector3() },
         uOpacity: { value: opacity },
       },
-      transparent: opacity < 1 || look.onTop === true,
-      depthTest: look.onTop !== true,
+      transparent: opacity < 1 || look.overlaid === true,
+      depthTest: look.overlaid !== true,
       depthWrite: false,
     });
     this.object = new Mesh(geometry, material);
     this.object.frustumCulled = false;
-    this.object.renderOrder = look.onTop === true ? 6 : 2;
+    this.object.renderOrder = look.overlaid === true ? 6 : 2;
   }
 
   get count(): number {

@@ -1,6 +1,6 @@
 import fc from "fast-check";
 import { describe, expect, it } from "vitest";
-import { PlyError, readPly } from "../../src/link/ply";
+import { PlyError, readPly, readPlyNormals } from "../../src/link/ply";
 import { ply, type Property, TYPES, XYZ } from "./ply_files";
 
 describe("a PLY", () => {
@@ -14,6 +14,19 @@ describe("a PLY", () => {
         ["x", "y", "z"].map((axis) => row + 10 * columns.findIndex(([name]) => name === axis)));
       expect(Array.from(readPly(ply(columns, count, before)))).toEqual(expected.flat());
     }));
+  });
+
+  it("has the normals of the vertices that are kept, as bytes, or none", () => {
+    expect(readPlyNormals(ply(XYZ, 2))).toBeUndefined();
+    const columns: Property[] = ["x", "y", "z", "nx", "ny", "nz"].map((name) => [name, "float"]);
+    const file = ply(columns, 3);
+    const values = new DataView(file, file.byteLength - 72);
+    // The second vertex is nowhere; the last has a normal that is none.
+    [[0, 0, 0, 0.5, -1, 0], [NaN, 0, 0, 1, 1, 1], [0, 0, 0, NaN, 7, -7]].flat().forEach((value, at) => {
+      values.setFloat32(4 * at, value, true);
+    });
+    expect(Array.from(readPlyNormals(file) ?? [])).toEqual([64, -127, 0, 0, 127, -127]);
+    expect(readPly(file).length).toBe(6);
   });
 
   it("loses vertices that are not finite", () => {

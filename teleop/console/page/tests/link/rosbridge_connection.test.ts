@@ -1,86 +1,10 @@
-import type { Ros } from "roslib";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import {
   FIRST_RETRY, NEXT_RETRY, OPEN_TIMEOUT, RosbridgeConnection, SILENCE_LIMIT,
 } from "../../src/link/rosbridge_connection";
 import type { Connection } from "../../src/robot/robot_state";
 import { linkTexts } from "../../src/texts/link";
-import { FakeSocket } from "./fake_socket";
-
-const ADDRESS = "ws://robot:9090";
-const PUBLISHED = { op: "publish", topic: "/t", msg: {} };
-
-class Bench {
-  readonly sockets: FakeSocket[] = [];
-  readonly changes: Connection[] = [];
-  readonly clients: Ros[] = [];
-  readonly statuses: string[] = [];
-  closed = 0;
-  unreadable = 0;
-  hung: boolean[] = [];
-  readonly connection: RosbridgeConnection;
-
-  constructor(token = "") {
-    this.connection = new RosbridgeConnection(
-      ADDRESS, token,
-      {
-        openSocket: () => {
-          const socket = new FakeSocket();
-          this.sockets.push(socket);
-          return socket;
-        },
-        diagnose: (hung) => {
-          this.hung.push(hung);
-          return Promise.resolve("diagnosed");
-        },
-        now: () => performance.now(),
-      },
-      {
-        opened: (ros) => {
-          this.clients.push(ros);
-        },
-        closed: () => {
-          this.closed += 1;
-        },
-        changed: (connection) => {
-          this.changes.push(connection);
-        },
-        received: () => undefined,
-        status: (level, words) => {
-          this.statuses.push(`${level}: ${words}`);
-        },
-        unreadable: () => {
-          this.unreadable += 1;
-        },
-      },
-    );
-  }
-
-  get socket(): FakeSocket {
-    const socket = this.sockets.at(-1);
-    if (socket === undefined) {
-      throw new Error("no socket was opened");
-    }
-    return socket;
-  }
-
-  get last(): Connection | undefined {
-    return this.changes.at(-1);
-  }
-
-  /** The handshake succeeds, and nothing is said yet. */
-  async handshake(): Promise<FakeSocket> {
-    await vi.advanceTimersByTimeAsync(0);
-    this.socket.accept();
-    return this.socket;
-  }
-
-  async open(): Promise<FakeSocket> {
-    const socket = await this.handshake();
-    socket.deliver(PUBLISHED);
-    return socket;
-  }
-}
+import { ADDRESS, Bench, PUBLISHED } from "./connection_bench";
 
 describe("a connection", () => {
   let bench: Bench;

@@ -89,12 +89,13 @@ describe("the robot's place", () => {
 
   test("is beside the map while it is not known, and all is in view", () => {
     const map = { min: { x: 0, y: 0, z: -1 }, max: { x: 20, y: 10, z: 3 } };
-    const waiting = waitingPose(map, 0);
+    const waiting = waitingPose(map, 0, false);
     expect(waiting.position.x).toBeLessThan(0);
     const bounds = worldBounds(map, 0, waiting);
     expect(bounds?.min.x).toBeLessThan(waiting.position.x);
     expect(bounds?.max.x).toBe(20);
-    expect(waitingPose(undefined, 0).position).toEqual({ x: 0, y: 0, z: 0 });
+    expect(waitingPose(map, 0, true).position.y).toBeLessThan(0);
+    expect(waitingPose(undefined, 0, false).position).toEqual({ x: 0, y: 0, z: 0 });
   });
 });
 
