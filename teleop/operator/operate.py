@@ -7,6 +7,7 @@ import os
 import ssl
 import sys
 from collections.abc import Callable
+from urllib.parse import urlsplit, urlunsplit
 
 from localization.display.rerun_sink import Sink
 from teleop.errors import SettingError
@@ -33,6 +34,13 @@ def client_for(config: OperateConfig) -> Client:
         SettingError: If token or certificate cannot be used.
     """
     return Client(config.url, registry=registry(), token=_token(config), tls=_trust(config))
+
+
+def page_address(url: str) -> str:
+    """Return where a robot at a WebSocket's address serves its page."""
+    parts = urlsplit(url)
+    scheme = "https" if parts.scheme == "wss" else "http"
+    return urlunsplit((scheme, parts.netloc, "/", "", ""))
 
 
 async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> int:
@@ -89,6 +97,7 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
     if config.duration is not None:
         loop.call_later(config.duration, session.end)
     hint = None if config.hint is None else pose_of(list(config.hint))
+    say(f"the robot's own page, to drive from any browser: {page_address(config.url)}")
     try:
         await session.run(connection_changed=connection_changed, hint=hint, find=config.find)
     finally:

@@ -11,6 +11,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from websockets.asyncio.client import connect
@@ -18,7 +19,7 @@ from websockets.asyncio.client import connect
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import Localizer
-from localization.types import Hint, Pose
+from localization.types import SECOND, Hint, Pose
 from robot_sim import Simulation, World
 from teleop.console.page_files import offer_page
 from teleop.robot.inbox import PoseHint
@@ -32,6 +33,22 @@ from tests.teleop.support import Peer
 
 TICK = 0.02
 """Time between two ticks [s]."""
+
+
+class Tick(NamedTuple):
+    """What was in force in one tick."""
+
+    forward: float
+    """Forward speed of the command in force [m/s]."""
+    turn: float
+    """Its turn rate [rad/s]."""
+    age: float
+    """Time since the driver's last command [s]; 0 without a driver."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether the command is any but zero."""
+        return self.forward != 0.0 or self.turn != 0.0
 
 
 @dataclass
@@ -83,8 +100,8 @@ class PacedRobot:
     simulation: Simulation
     service: LockstepService
     proxy: Proxy
-    ticks: list[tuple[float, float]] = field(default_factory=list)
-    """Forward speed and turn rate in force, tick by tick [m/s, rad/s]."""
+    ticks: list[Tick] = field(default_factory=list)
+    """What was in force, tick by tick."""
 
     @property
     def page(self) -> str:
@@ -109,8 +126,9 @@ class PacedRobot:
 
     def observe(self, tick: TickRecord) -> None:
         """Note what is in force."""
-        twist = tick.drive.control.twist
-        self.ticks.append((float(twist.linear[0]), float(twist.angular[2])))
+        control = tick.drive.control
+        forward, turn = float(control.twist.linear[0]), float(control.twist.angular[2])
+        self.ticks.append(Tick(forward, turn, control.command_age / SECOND))
 
 
 @asynccontextmanager

@@ -42,6 +42,7 @@ def test_farsteer_types_are_read_from_their_folder() -> None:
         "farsteer_msgs/BumperState",
         "farsteer_msgs/Condition",
         "farsteer_msgs/HintVerdict",
+        "farsteer_msgs/LeanCloud",
         "farsteer_msgs/LocalizationStatus",
         "farsteer_msgs/MapInfo",
         "farsteer_msgs/Slip",

@@ -82,6 +82,7 @@ export class Driving {
     const check = () => { this.check(); };
     this.keyboard = new KeyboardSource(window, document, now, {
       changed: check,
+      lost: () => { this.lose("menu"); },
       stop: () => { this.stop(); },
       gear: (gear) => { this.gear.value = gear; },
       escape: () => { this.escape(); },

@@ -10,6 +10,8 @@ const QUIET = 500;
 export interface KeyHooks {
   /** Something was pressed or released. */
   changed(): void;
+  /** The end of what is pressed would not be seen. */
+  lost(): void;
   /** The space bar: stop. */
   stop(): void;
   gear(gear: Gear): void;
@@ -37,8 +39,12 @@ export class KeyboardSource implements DriveSource {
     window.addEventListener("keydown", (event) => { this.special(event); }, { signal, capture: true });
     window.addEventListener("keydown", (event) => { this.down(event); }, { signal });
     window.addEventListener("keyup", (event) => { this.up(event); }, { signal, capture: true });
-    // A menu swallows the key-up.
-    window.addEventListener("contextmenu", () => { this.letGo(); }, { signal });
+    // A menu swallows the key-up; over the picture none opens.
+    window.addEventListener("contextmenu", (event) => {
+      if (!event.defaultPrevented) {
+        this.letGo();
+      }
+    }, { signal });
     // Doubt begins when keys can arrive again.
     window.addEventListener("focus", () => { this.stillDoubtful(); }, { signal });
   }
@@ -120,8 +126,7 @@ export class KeyboardSource implements DriveSource {
 
   private letGo(): void {
     if (this.pressed.size > 0) {
-      this.release();
-      this.hooks.changed();
+      this.hooks.lost();
     }
   }
 

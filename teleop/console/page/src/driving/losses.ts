@@ -2,7 +2,7 @@
 
 /** Why everything counts as released. */
 export type Loss =
-  | "hidden" | "blurred" | "closed" | "frozen-page" | "slept" | "touch" | "unplugged" | "frozen" | "connection"
+  | "hidden" | "blurred" | "menu" | "closed" | "frozen-page" | "slept" | "touch" | "unplugged" | "frozen" | "connection"
   | "unsent" | "silent" | "taken" | "not-listening";
 
 /** Call `lose` for each event by which the page loses the person; returns what undoes it. */

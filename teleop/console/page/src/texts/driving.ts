@@ -4,6 +4,7 @@
 const lost = {
   "hidden": "Stopped: the tab was hidden.",
   "blurred": "Stopped: another window took the keys.",
+  "menu": "Stopped: a menu took the keys, or a shortcut did.",
   "closed": "Stopped: the page was left.",
   "frozen-page": "Stopped: the browser suspended the page.",
   "slept": "Stopped: the computer slept, or was too busy to drive.",

@@ -229,6 +229,17 @@ describe("keys", () => {
     page.wait(200);
     window.dispatchEvent(new Event("contextmenu"));
     expect(page.last?.deadman).toBe(false);
+    expect(page.driving.stoppedBecause.value?.words).toMatch(/menu/);
+  });
+
+  it("drive on when the right button turns the picture, where no menu opens", () => {
+    page.key("keydown", "KeyW");
+    page.wait(200);
+    const prevented = new Event("contextmenu", { cancelable: true });
+    prevented.preventDefault();
+    window.dispatchEvent(prevented);
+    page.wait(100);
+    expect(page.moving).toBe(true);
   });
 
   it("drive on for as long as they are held, with repetition or without", () => {
