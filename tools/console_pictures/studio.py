@@ -29,7 +29,7 @@ UPRIGHT: Final[dict[str, Any]] = {**PHONE, "viewport": {"width": 390, "height": 
 REST: Final = 1.0
 """Time after which nothing on the page moves any more [s]."""
 
-TOKEN: Final = "a-token-of-"
+TOKEN: Final = "the-secret-token-of-"
 TOKENS: Final = "".join(
     f'[tokens.{name}]\nrole = "{role}"\ntoken = "{TOKEN}{name}"\n'
     for name, role in (
