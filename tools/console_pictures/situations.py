@@ -168,8 +168,8 @@ async def two_operators(studio: Studio, name: str) -> None:
         studio.placed(robot, person="anna") as page,
         studio.page(robot.page, person="boris") as other,
     ):
-        await drive(page, robot, "ArrowUp", 1.0)
-        await page.keyboard.up("ArrowUp")
+        await says(other, "Knows where it is")
+        await drive(page, robot, "ArrowUp", 0.5)
         await press(other, "Ask for the robot")
         await says(page, "asks for the robot")
         await asyncio.sleep(REST)

@@ -31,6 +31,7 @@ interface LaidOut {
 export function App({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
   const drawer = useSignal(false);
   const layout = useMemo(() => pageLayout(), []).value;
+  const mayDrive = parts.state.session.value?.mayDrive !== false;
   return (
     <div class="page" data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
       <Bar parts={parts} layout={layout} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
@@ -43,9 +44,9 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
         </div>
         <Camera parts={parts} />
         <div class="page-bottom">
-          <div class="page-stick"><StickPad driving={parts.driving} /></div>
+          <div class="page-stick">{mayDrive && <StickPad driving={parts.driving} />}</div>
           <div class="page-middle">
-            <GearSwitch driving={parts.driving} />
+            {mayDrive && <GearSwitch driving={parts.driving} />}
             {layout === "wide" && <Legend parts={parts} />}
           </div>
           <div class="page-estop"><EstopButton driving={parts.driving} state={parts.state} /></div>
@@ -89,7 +90,7 @@ function DrivingCard({ parts: { driving, state } }: { readonly parts: PageParts 
   return (
     <div class="panel page-driving">
       <Guarded name={texts.driving}><DrivingPanel driving={driving} state={state} /></Guarded>
-      <Guarded name={texts.turns}><TurnTaking driving={driving} /></Guarded>
+      {state.dialect.value !== "plain" && <Guarded name={texts.turns}><TurnTaking driving={driving} /></Guarded>}
     </div>
   );
 }
@@ -109,7 +110,7 @@ function Panels({ parts, layout }: LaidOut) {
   const refused = state.connection.value.phase === "refused";
   const pads = useSignal(false);
   return (
-    <>
+    <div class="page-drawer">
       <aside class="page-panels page-left" aria-label={texts.driving}>
         {layout !== "phone" && <DrivingCard parts={parts} />}
         <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>
@@ -135,7 +136,7 @@ function Panels({ parts, layout }: LaidOut) {
         </Dialog>
         <Fold title={texts.folds.events} open><EventList log={parts.events} /></Fold>
       </aside>
-    </>
+    </div>
   );
 }
 
