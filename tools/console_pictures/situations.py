@@ -58,6 +58,9 @@ async def _stand(page: Page, robot: PacedRobot) -> None:
     await _through_the_door(page, robot)
     await page.keyboard.up("ArrowRight")
     await page.keyboard.up("ArrowUp")
+    await asyncio.sleep(REST)
+    if "again" in await page.locator(".driving-status").inner_text():
+        await page.keyboard.press("ArrowUp")  # the page was too busy to know whether the key was held
     await says(page, "Ready")
     await asyncio.sleep(2 * REST)
 
