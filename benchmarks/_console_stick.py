@@ -25,7 +25,7 @@ CLIENTS = 8
 GOAL = 0.040
 """Longest time from the pointer to the wheels' command at p95 [s]."""
 SIMILAR = 0.020
-"""What further clients may add to it [s]: a tick, which is what can be told apart."""
+"""What further clients may add to it [s]: a tick, which is the resolution."""
 MOVES = """
 window.pointerMoves = [];
 addEventListener('pointermove', event => {

@@ -84,7 +84,7 @@ async def first_person(studio: Studio, name: str) -> None:
 
 
 async def waiting(studio: Studio, name: str) -> None:
-    """A robot that has not been told where it is."""
+    """A robot that has no pose yet."""
     async with studio.robot() as robot, studio.page(robot.page) as page:
         await says(page, "Ready")
         await asyncio.sleep(5 * REST)

@@ -27,7 +27,7 @@ PHONE: Final[dict[str, Any]] = {
 }
 UPRIGHT: Final[dict[str, Any]] = {**PHONE, "viewport": {"width": 390, "height": 844}}
 REST: Final = 1.0
-"""Time in which what moved on the page comes to rest [s]."""
+"""Time in which what moved on the page stops [s]."""
 
 TOKEN: Final = "a-token-of-"
 TOKENS: Final = "".join(
