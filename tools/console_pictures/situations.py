@@ -4,66 +4,62 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
-from typing import Any, Final
+from typing import Final
 
 from playwright.async_api import Page
 
 from teleop.scene_clouds import load_scene_cloud
-from tests.teleop.console.hands import drag_hint, hold_until, key, press, says
+from tests.teleop.console.hands import press, says
 from tests.teleop.console.paced_robot import PacedRobot
+from tools.console_pictures.handling import carry_off, drive, place_hint
 from tools.console_pictures.plain_rosbridge import plain_page
-from tools.console_pictures.studio import (
-    PHONE,
-    REST,
-    TABLET,
-    UPRIGHT,
-    Studio,
+from tools.console_pictures.studio import REST, Studio
+from tools.console_pictures.touch_situations import (
+    phone,
+    phone_hint,
+    phone_panels,
+    phone_upright,
+    tablet,
 )
 
 Situation = Callable[[Studio, str], Awaitable[None]]
 """Makes a picture of the given name."""
 
 
-async def drive(page: Page, robot: PacedRobot, held: str, seconds: float) -> None:
-    """Hold a key for a time."""
-    await page.locator("canvas").click(position={"x": 300, "y": 120})
-    await hold_until(page, key(page, held), lambda: robot.speed > 0.1, "that the robot drives")
-    await asyncio.sleep(seconds)
-
-
-async def carry_off(page: Page, robot: PacedRobot) -> None:
-    """Carry the robot to another place and wait until it no longer knows where it is."""
-    robot.carry(16.0, 3.2, 0.9)
-    await says(page, "In doubt where it is")
-
-
-async def place_hint(page: Page, robot: PacedRobot, aside: float, turned: float) -> None:
-    """Drag a hint that is wrong by so much [m, rad], and wait for what the robot makes of it."""
-    await press(page, "Show where it is")
-    await asyncio.sleep(REST)
-    truth = robot.simulation.truth().map_from_base
-    x, y = (float(v) for v in truth.position[:2])
-    await drag_hint(page, x + aside, y - 0.3 * aside, truth.yaw + turned)
-    await says(page, "fits" if aside < 0.5 else "does not fit", within=".panel-preview")
-    await asyncio.sleep(REST)
+async def driving(studio: Studio, name: str) -> None:
+    """Driving by keys, seen from behind."""
+    async with studio.robot() as robot, studio.placed(robot) as page:
+        await _through_the_door(page, robot)
+        await studio.shoot(page, name)
 
 
 async def normal(studio: Studio, name: str) -> None:
-    """Driving by keys, seen from behind."""
+    """A robot that has just been driven."""
     async with studio.robot() as robot, studio.placed(robot) as page:
-        await drive(page, robot, "ArrowUp", 5.0)
-        await page.keyboard.down("ArrowRight")
-        await asyncio.sleep(2.0)
+        await _stand(page, robot)
         await studio.shoot(page, name)
 
 
 async def night(studio: Studio, name: str) -> None:
     """The same at night."""
     async with studio.robot() as robot, studio.placed(robot, color_scheme="dark") as page:
-        await drive(page, robot, "ArrowUp", 5.0)
-        await page.keyboard.down("ArrowRight")
-        await asyncio.sleep(2.0)
+        await _stand(page, robot)
         await studio.shoot(page, name)
+
+
+async def _through_the_door(page: Page, robot: PacedRobot) -> None:
+    await drive(page, robot, "ArrowUp", 5.0)
+    await page.keyboard.down("ArrowRight")
+    await asyncio.sleep(2.0)
+
+
+async def _stand(page: Page, robot: PacedRobot) -> None:
+    """Drive, and stand until the picture is complete again."""
+    await _through_the_door(page, robot)
+    await page.keyboard.up("ArrowRight")
+    await page.keyboard.up("ArrowUp")
+    await says(page, "Ready")
+    await asyncio.sleep(2 * REST)
 
 
 async def from_above(studio: Studio, name: str) -> None:
@@ -84,7 +80,7 @@ async def first_person(studio: Studio, name: str) -> None:
 
 
 async def waiting(studio: Studio, name: str) -> None:
-    """A robot that has no pose yet."""
+    """A robot that does not know where it is yet."""
     async with studio.robot() as robot, studio.page(robot.page) as page:
         await says(page, "Ready")
         await asyncio.sleep(5 * REST)
@@ -118,11 +114,12 @@ async def hint_bad(studio: Studio, name: str) -> None:
 async def ambiguous(studio: Studio, name: str) -> None:
     """A search that finds several places alike."""
     async with studio.robot("corridor") as robot, studio.page(robot.page) as page:
+        robot.carry(20.0, 4.0, 0.0)
         await says(page, "Ready")
         await page.keyboard.press("v")
         await asyncio.sleep(2 * REST)
         await press(page, "Find it in the whole map")
-        await says(page, "Pick the right one")
+        await says(page, "places explain")
         await asyncio.sleep(REST)
         await studio.shoot(page, name)
 
@@ -200,60 +197,6 @@ async def login(studio: Studio, name: str) -> None:
         await studio.shoot(page, name)
 
 
-async def _touched(studio: Studio, name: str, device: dict[str, Any]) -> None:
-    """Drive by a finger on the stick."""
-    async with studio.robot() as robot, studio.placed(robot, **device) as page:
-        box = await page.locator(".driving-stick").bounding_box()
-        assert box is not None
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        session = await page.context.new_cdp_session(page)
-
-        async def finger(kind: str, *points: tuple[float, float]) -> None:
-            touches = [{"x": at[0], "y": at[1], "id": 1} for at in points]
-            await session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
-
-        await finger("touchStart", (x, y))
-        for share in (0.1, 0.25, 0.4):
-            await asyncio.sleep(0.2)
-            await finger("touchMove", (x + 0.1 * box["width"], y - share * box["height"]))
-        await asyncio.sleep(4.0)
-        await studio.shoot(page, name)
-        await finger("touchEnd")
-
-
-async def tablet(studio: Studio, name: str) -> None:
-    """A tablet held upright, driven by a finger."""
-    await _touched(studio, name, TABLET)
-
-
-async def phone(studio: Studio, name: str) -> None:
-    """A phone held across, driven by a finger."""
-    await _touched(studio, name, PHONE)
-
-
-async def phone_upright(studio: Studio, name: str) -> None:
-    """A phone held upright, driven by a finger."""
-    await _touched(studio, name, UPRIGHT)
-
-
-async def phone_panels(studio: Studio, name: str) -> None:
-    """A phone whose robot is lost, with the panels opened."""
-    async with studio.robot() as robot, studio.placed(robot, **PHONE) as page:
-        await carry_off(page, robot)
-        await press(page, "Panels")
-        await asyncio.sleep(REST)
-        await studio.shoot(page, name)
-
-
-async def phone_hint(studio: Studio, name: str) -> None:
-    """A hint on a phone."""
-    async with studio.robot() as robot, studio.placed(robot, **PHONE) as page:
-        await carry_off(page, robot)
-        await press(page, "Panels")
-        await place_hint(page, robot, 0.15, 0.06)
-        await studio.shoot(page, name)
-
-
 async def plain(studio: Studio, name: str) -> None:
     """A rosbridge of standard types that knows nothing of the page."""
     async with studio.robot() as robot:
@@ -262,7 +205,7 @@ async def plain(studio: Studio, name: str) -> None:
         address = robot.page.replace("http", "ws").rstrip("/")
         async with plain_page(address, cloud) as url, studio.page(url) as page:
             await says(page, "Nothing guards this robot")
-            await press(page, "by velocity")
+            await press(page, "Drive by /cmd_vel")
             await drive(page, robot, "ArrowUp", 3.0)
             await studio.shoot(page, name)
 
@@ -271,6 +214,7 @@ SITUATIONS: Final[Mapping[str, Situation]] = {
     name.replace("_", "-"): situation
     for name, situation in {
         "normal": normal,
+        "driving": driving,
         "night": night,
         "from_above": from_above,
         "first_person": first_person,

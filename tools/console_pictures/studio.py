@@ -27,9 +27,9 @@ PHONE: Final[dict[str, Any]] = {
 }
 UPRIGHT: Final[dict[str, Any]] = {**PHONE, "viewport": {"width": 390, "height": 844}}
 REST: Final = 1.0
-"""Time in which what moved on the page stops [s]."""
+"""Time after which nothing on the page moves any more [s]."""
 
-TOKEN: Final = "a-token-of-"
+TOKEN: Final = "the-secret-token-of-"
 TOKENS: Final = "".join(
     f'[tokens.{name}]\nrole = "{role}"\ntoken = "{TOKEN}{name}"\n'
     for name, role in (

@@ -1,6 +1,7 @@
 /** Gathers what the alarms follow from. */
 
 import type { LinkStatistics, RobotState } from "../robot/robot_state";
+import { alarmTexts } from "../texts/alarms";
 import { linkPanelTexts } from "../texts/panels";
 import type { ControlState, Session } from "../values";
 import type { AlarmFacts } from "./alarm";
@@ -37,7 +38,7 @@ export function alarmFacts(
     health: status?.health,
     reasons: status?.reasons ?? [],
     estop: control?.estop ?? false,
-    estopReason: control?.reason ?? "",
+    estopReason: pressedBy(control?.reason ?? "", state.session.peek()?.name),
     tilt: attitude === undefined || now - attitude.receivedAt > ATTITUDE_HOLDS
       ? undefined
       : tiltOf(attitude.roll, attitude.pitch),
@@ -45,6 +46,12 @@ export function alarmFacts(
     linkWords: link === undefined ? "" : linkPanelTexts.summary(link.roundTrip, link.jitter),
     asking: askingUs(control, state.session.peek()),
   };
+}
+
+/** Return who pressed the e-stop, in words; another reason of the robot as it is. */
+export function pressedBy(reason: string, me: string | undefined): string {
+  const who = /^e-stop by (.{1,100})$/.exec(reason)?.[1];
+  return who === undefined ? reason : alarmTexts.pressedBy(who === me ? undefined : who);
 }
 
 /** Return the angle between the robot's up and the vertical [rad] of a roll and a pitch [rad]. */

@@ -9,6 +9,7 @@ export const alarmTexts = {
   connection: (words: string): string => (words === "" ? "No connection to the robot." : words),
   stale: (silence: number): string => `Nothing received for ${seconds(silence)}: the picture is old.`,
   estop: (reason: string): string => `E-stop${because(reason)}`,
+  pressedBy: (who: string | undefined): string => `pressed by ${who ?? "you"}`,
   tipping: (degrees: number): string => `About to tip over: tilted by ${degrees.toFixed(0)}°. Drive back the way it came.`,
   tilt: (degrees: number): string => `Tilted by ${degrees.toFixed(0)}°`,
   lost: (reason: string): string => `The robot is lost${because(reason)}: show where it is, or have it found.`,

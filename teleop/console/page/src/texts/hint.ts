@@ -43,7 +43,9 @@ export const hintTexts = {
   searched: (success: boolean, message: string): string =>
     success ? (message === "" ? "The whole map is searched." : sentence(message)) : `Not searched: ${message}`,
   candidates: (count: number): string =>
-    `${count === 1 ? "One place explains" : `${count} places explain`} what is seen. Pick the right one, or drive on to tell them apart.`,
+    count === 1
+      ? "One place explains what is seen. Choose it if it is right, or drive on to make sure."
+      : `${count} places explain what is seen. Pick the right one, or drive on to tell them apart.`,
   pick: (number: number, x: number, y: number): string => `${number}: at ${x.toFixed(1)}, ${y.toFixed(1)} m`,
   pose: (x: number, y: number, degrees: number): string =>
     `x ${x.toFixed(2)} m, y ${y.toFixed(2)} m, heading ${degrees.toFixed(0).replace(/^-(0|180)$/, "$1")}°`,

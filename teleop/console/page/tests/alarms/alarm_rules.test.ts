@@ -1,7 +1,7 @@
 import fc from "fast-check";
 import { describe, expect, it } from "vitest";
 import type { AlarmFacts, AlarmKind } from "../../src/alarms/alarm";
-import { askingUs, tiltOf } from "../../src/alarms/alarm_facts";
+import { askingUs, pressedBy, tiltOf } from "../../src/alarms/alarm_facts";
 import { alarmsOf } from "../../src/alarms/alarm_rules";
 import { colourOf, LINK_THRESHOLDS, linkWord } from "../../src/alarms/link_grade";
 import type { LinkStatistics } from "../../src/robot/robot_state";
@@ -57,6 +57,14 @@ describe("alarms", () => {
     expect(words({ health: "lost", reasons: ["the map explains only 41 %"] })).toContain("the map explains only 41 %");
     expect(words({ connected: false, connectionWords: "Nothing answers there." })).toBe("Nothing answers there.");
     expect(words({ silence: 1234 })).toContain("1.2 s");
+  });
+});
+
+describe("who pressed the e-stop", () => {
+  it("is said in words, and is \"you\" for this page", () => {
+    expect(pressedBy("e-stop by anna", "anna")).toBe("pressed by you");
+    expect(pressedBy("e-stop by anna", "boris")).toBe("pressed by anna");
+    expect(pressedBy("it has fallen over", "anna")).toBe("it has fallen over");
   });
 });
 

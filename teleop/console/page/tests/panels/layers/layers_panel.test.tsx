@@ -28,10 +28,10 @@ function field(label: string): HTMLInputElement {
 
 it("binds to the settings of the picture both ways", async () => {
   page = await mount(<LayersPanel settings={settings} />);
-  await page.act(() => { field("From above").click(); });
+  await page.act(() => { field("Above").click(); });
   expect(settings.view.value).toBe("top");
   await page.act(() => { settings.view.value = "first"; });
-  expect(field("From the robot").checked).toBe(true);
+  expect(field("On board").checked).toBe(true);
   await page.act(() => { field("Grid of metres").click(); });
   expect(settings.layers.value).toMatchObject({ grid: true, map: true });
   await page.act(() => {
