@@ -27,7 +27,7 @@ GOAL = 0.040
 PRESSED, MOST_VAIN = 2.0, 10
 """Time after which a press has come to nothing [s], and how many of them may."""
 SIMILAR = 0.020
-"""What further clients may add to it [s]: a tick, which is what can be told apart."""
+"""What further clients may add to it [s]: a tick, which is the resolution."""
 MOVES = """
 window.pointerMoves = [];
 addEventListener('pointermove', event => {
