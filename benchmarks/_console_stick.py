@@ -30,11 +30,13 @@ SIMILAR = 0.020
 """What further clients may add to it [s]: a tick, which is the resolution."""
 MOVES = """
 window.pointerMoves = [];
-addEventListener('pointermove', event => {
-  for (const one of event.getCoalescedEvents?.() ?? [event]) {
-    window.pointerMoves.push(performance.timeOrigin + one.timeStamp);
-  }
-}, true);
+for (const kind of ['pointerrawupdate', 'pointermove']) {
+  addEventListener(kind, event => {
+    for (const one of event.getCoalescedEvents?.() ?? [event]) {
+      window.pointerMoves.push(performance.timeOrigin + one.timeStamp);
+    }
+  }, true);
+}
 """
 """Notes when the pointer was moved [ms, Unix time], by the events' own stamps."""
 
