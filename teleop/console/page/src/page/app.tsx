@@ -24,6 +24,7 @@ import type { PageParts } from "./page_parts";
 
 export function App({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
   const drawer = useSignal(false);
+  const mayDrive = parts.state.session.value?.mayDrive !== false;
   return (
     <div class="page" data-drawer={drawer.value ? "open" : "closed"}>
       <Bar parts={parts} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
@@ -35,9 +36,9 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
         </div>
         <Camera parts={parts} />
         <div class="page-bottom">
-          <div class="page-stick"><StickPad driving={parts.driving} /></div>
+          <div class="page-stick">{mayDrive && <StickPad driving={parts.driving} />}</div>
           <div class="page-middle">
-            <GearSwitch driving={parts.driving} />
+            {mayDrive && <GearSwitch driving={parts.driving} />}
             <LegendPanel entries={distanceLegend(parts.settings.theme.value)} />
           </div>
           <div class="page-estop"><EstopButton driving={parts.driving} state={parts.state} /></div>
