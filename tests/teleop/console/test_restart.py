@@ -50,6 +50,7 @@ async def test_new_run_clears_what_belonged_to_the_last_and_does_not_drive_on(
         robot = await last.enter_async_context(paced_robot(office, office_cloud, cache))
         door.target = robot.proxy.port
         door.whole.set()
+        robot.place()
         async with page_of(f"http://127.0.0.1:{door.port}/", viewport=SIZE) as visit:
             page = visit.page
             await seen(page)

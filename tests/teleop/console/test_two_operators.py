@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -53,6 +54,15 @@ async def opened(page: Page, robot: PacedRobot, name: str) -> Page:
     return page
 
 
+async def named(page: Page) -> str:
+    """Return the name by which the robot knows a page."""
+    await page.locator("summary", has_text="Session").first.click()
+    words = page.get_by_text("You are ")
+    found = re.search(r"You are (.+?)\.? Role", await words.first.inner_text())
+    assert found is not None
+    return found[1]
+
+
 async def stands(robot: PacedRobot) -> None:
     """Wait until the command in force is zero."""
     async with asyncio.timeout(PATIENCE):
@@ -75,9 +85,10 @@ async def test_robot_changes_hands_by_asking_and_taking_over(
     ):
         anna = await opened(visit.page, robot, "anna")
         bert = await opened(await visit.page.context.new_page(), robot, "bert")
+        of_anna, of_bert = await named(anna), await named(bert)
 
         await hold_until(anna, key(anna, "w"), lambda: robot.speed > 0.2, "that Anna drives")
-        await says(bert, "anna", within=STATUS)
+        await says(bert, f"{of_anna} drives", within=STATUS)
         await bert.keyboard.down("ArrowLeft")
         await asyncio.sleep(0.3)
         assert robot.ticks[-1].turn == 0.0, "Bert turns the robot that Anna drives"
@@ -85,7 +96,7 @@ async def test_robot_changes_hands_by_asking_and_taking_over(
 
         await press(bert, "Ask for the robot")
         await says(bert, "You have asked for the robot", within=TURNS)
-        await says(anna, "asks for the robot", within=TURNS)
+        await says(anna, f"{of_bert} asks for the robot", within=TURNS)
         assert robot.ticks[-1].moves, "asking disturbs the driver"
         await press(anna, "Refuse")
         await says(bert, "Ask for the robot", within=TURNS)
@@ -95,7 +106,7 @@ async def test_robot_changes_hands_by_asking_and_taking_over(
         await says(anna, "asks for the robot", within=TURNS)
         await press(anna, "Give")
         await says(bert, "You drive", within=TURNS)
-        await says(anna, "bert", within=STATUS)
+        await says(anna, f"{of_bert} drives", within=TURNS)
         await stands(robot)
         await asyncio.sleep(0.5)
         assert not robot.ticks[-1].moves, "Anna's key still drives"
@@ -104,7 +115,7 @@ async def test_robot_changes_hands_by_asking_and_taking_over(
         await hold_until(bert, key(bert, "w"), lambda: robot.speed > 0.2, "that Bert drives")
         await press(anna, "Take over")
         await says(anna, "You drive", within=TURNS)
-        await says(bert, "anna", within=STATUS)
+        await says(bert, f"{of_anna} drives", within=TURNS)
         await stands(robot)
         await asyncio.sleep(0.5)
         assert not robot.ticks[-1].moves, "Bert's key still drives"
@@ -128,17 +139,26 @@ async def test_onlooker_is_offered_no_controls_but_the_stop_which_others_release
         assert await offered(anna, "Turbo")
 
         await hold_until(anna, key(anna, "w"), lambda: robot.speed > 0.2, "that Anna drives")
-        await says(vera, "anna drives", within=TURNS)
+        await says(vera, f"{await named(anna)} drives", within=TURNS)
         await vera.keyboard.press("ArrowLeft")
         await vera.keyboard.press("h")
         await vera.get_by_role("button", name="Emergency stop").click()
         await stands(robot)
-        await says(anna, "E-stop, pressed by vera", within=STATUS)
-        await says(vera, "latched", within="body")
+        await says(anna, f"E-stop, pressed by {await named(vera)}", within=STATUS)
+        await vera.get_by_role("button", name="Emergency stop is latched").wait_for()
         assert not await offered(vera, "Release e-stop")
         await anna.keyboard.up("w")
-        await press(anna, "Release e-stop")
-        await press(anna, "Release it")
+        await release(anna)
+        await says(anna, "Not released:")
+        boss = await visit.page.context.new_page()
+        await boss.goto(f"{robot.page}#token={token('clock')}")
+        await release(boss)
         await says(anna, "Ready", within=STATUS)
         await vera.get_by_role("button", name="Emergency stop (Esc)").wait_for()
         assert not any(tick.turn for tick in robot.ticks)
+
+
+async def release(page: Page) -> None:
+    """Ask for the release of the e-stop, and confirm it."""
+    await press(page, "Release e-stop")
+    await press(page, "Release it")
