@@ -150,7 +150,7 @@ async def library_robot() -> AsyncIterator[PlainRobot]:
         async def publish() -> None:
             while True:
                 for name, (_kind, make) in STANDARD.items():
-                    protocol.topics.publish(name, make, server.now())
+                    protocol.topics.publish(name, make, server.now)
                 await asyncio.sleep(PERIOD)
 
         robot.url = server.url
@@ -159,6 +159,8 @@ async def library_robot() -> AsyncIterator[PlainRobot]:
             yield robot
         finally:
             publishing.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await publishing
 
 
 @asynccontextmanager

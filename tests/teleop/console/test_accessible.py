@@ -97,7 +97,8 @@ async def test_axe_finds_nothing_in_any_situation(
         found["night"] = await findings(page)
         await page.set_viewport_size({"width": 390, "height": 780})
         found["narrow"] = await findings(page)
-    assert {where: what for where, what in found.items() if what} == {}
+    lines = [f"{where}: {what}" for where, whats in found.items() for what in whats]
+    assert not lines, "\n".join(lines)
 
 
 @in_a_loop
