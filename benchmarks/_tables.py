@@ -5,18 +5,21 @@ They stand between markers, so that no figure is typed by hand.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from benchmarks import _real_table, localization
 from benchmarks._ablation_table import ablation, unmeasured
 from benchmarks._alarms import by_the_hour, by_world
+from benchmarks._console_table import console
 from benchmarks._figures import OURS, Figure, Sheet, digits, say, share
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "accuracy.md"
-"""The page that holds the tables."""
+"""The page that holds the tables of the localiser."""
+CONSOLE_PAGE = ROOT / "docs" / "console.md"
+"""The page that holds those of the console page."""
 
 DRIVES = ("nominal", "occluded", "furniture", "courtyard", "slips", "corridor", "latency")
 """Parts whose cases are drives that every method was replayed."""
@@ -140,6 +143,8 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "ablation-facts": facts,
 }
 """By the name of the marker that they stand behind."""
+CONSOLE_TABLES: dict[str, Callable[[Sheet], str]] = {"console": console, "console-facts": facts}
+"""The same of the console page's."""
 
 
 def filled(text: str, marker: str, table: str) -> str:
@@ -171,9 +176,9 @@ def _signs(goal: str) -> str:
     return goal.replace(">=", "≥").replace("<=", "≤").replace(" to ", "-")
 
 
-def page(text: str) -> str:
-    """Return the page of figures with all tables renewed that there are sheets for."""
-    for marker, table in TABLES.items():
+def page(text: str, tables: Mapping[str, Callable[[Sheet], str]] = TABLES) -> str:
+    """Return a page with all its tables renewed that there are sheets for."""
+    for marker, table in tables.items():
         sheet = Sheet(ROOT / "benchmarks" / "results" / f"{marker.partition('-')[0]}.json")
         if sheet.parts:
             text = filled(text, marker, table(sheet))
@@ -182,9 +187,10 @@ def page(text: str) -> str:
 
 def main() -> None:
     """Fill the docs with what there are figures of."""
-    text = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(page(text), encoding="utf-8")
-    say(f"{PAGE.name}: tables renewed")
+    for path, tables in ((PAGE, TABLES), (CONSOLE_PAGE, CONSOLE_TABLES)):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(page(text, tables), encoding="utf-8")
+        say(f"{path.name}: tables renewed")
 
 
 if __name__ == "__main__":

@@ -160,7 +160,7 @@ async def paced_robot(
     config = ServeConfig(port=0, lockstep=True, tokens=tokens)
     server = build_server(config, token_file(config), lambda: simulation.stamp)
     service = offer_in_lockstep(robot, server, cloud)
-    offer_map(server, scene_cloud_path("office"))
+    offer_map(server, scene_cloud_path(world.name))
     assert offer_page(server.pages), "the page is not built: make env builds it"
     async with server:
         proxy = Proxy(server.port)

@@ -3,7 +3,7 @@
 import type { Severity } from "../values";
 
 export type AlarmKind =
-  | "connection" | "stale" | "estop" | "tipping" | "tilt" | "lost" | "suspect" | "link" | "asking";
+  | "connection" | "stale" | "estop" | "tipping" | "tilt" | "lost" | "suspect" | "searching" | "link" | "asking";
 
 export interface Alarm {
   readonly kind: AlarmKind;

@@ -51,6 +51,8 @@ export function alarmsOf(facts: AlarmFacts, active: ReadonlySet<AlarmKind> = new
     add("lost", "alarm", alarmTexts.lost(reason));
   } else if (facts.health === "suspect") {
     add("suspect", "warning", alarmTexts.suspect(reason));
+  } else if (facts.health === "relocalising") {
+    add("searching", "info", alarmTexts.searching(reason));
   }
   if (exceeds("tilt", TILT_WARNING) && found.every((alarm) => alarm.kind !== "tipping")) {
     add("tilt", "warning", alarmTexts.tilt(tilt / RADIANS));

@@ -1,64 +1,77 @@
 /** The page: a bar, the picture with what must always be in reach, and the panels beside it. */
 
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useMemo, useRef } from "preact/hooks";
 import { DrivingPanel, EstopButton, GearSwitch, MappingPage, StickPad, TurnTaking } from "../panels/driving";
 import { AlarmBar, MuteButton } from "../panels/alarms/alarm_bar";
 import { AttitudePanel } from "../panels/attitude/attitude_panel";
-import { LocalizationPanel } from "../panels/attitude/localization_panel";
+import { HealthLamp, LocalizationPanel } from "../panels/attitude/localization_panel";
 import { Dialog } from "../panels/dialog";
 import { EventList } from "../panels/events/event_list";
 import { HintPanel } from "../panels/hint/hint_panel";
-import { LayersPanel } from "../panels/layers/layers_panel";
+import { LayersPanel, ViewSwitch } from "../panels/layers/layers_panel";
 import { LegendPanel } from "../panels/layers/legend_panel";
 import type { Layer } from "../scene/settings";
 import { LinkLamp, LinkPanel } from "../panels/link/link_panel";
 import { AboutDialog } from "../panels/session/about_dialog";
 import { SessionPanel } from "../panels/session/session_panel";
-import { distanceLegend } from "../scene/palette";
+import { COLOURS, css, distanceLegend } from "../scene/palette";
 import { pageTexts as texts } from "../texts/page";
 import { Fold } from "./fold";
 import { Guarded } from "./guarded";
+import { pageLayout, type Layout } from "./layout";
 import { Notices } from "./notices";
 import type { PageParts } from "./page_parts";
+
+interface LaidOut {
+  readonly parts: PageParts;
+  readonly layout: Layout;
+}
 
 export function App({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
   const drawer = useSignal(false);
   const mayDrive = parts.state.session.value?.mayDrive !== false;
+  const layout = useMemo(() => pageLayout(), []).value;
   return (
-    <div class="page" data-drawer={drawer.value ? "open" : "closed"}>
-      <Bar parts={parts} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
+    <div class="page" data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
+      <Bar parts={parts} layout={layout} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
       <main class="page-scene" aria-label={texts.picture}>
         <Canvas canvas={canvas} />
         <div class="page-top">
           <Guarded name={texts.alarms}><AlarmBar alarms={parts.alarms} /></Guarded>
           <Notices parts={parts} />
+          {layout === "phone" && <DrivingCard parts={parts} />}
         </div>
         <Camera parts={parts} />
         <div class="page-bottom">
           <div class="page-stick">{mayDrive && <StickPad driving={parts.driving} />}</div>
           <div class="page-middle">
             {mayDrive && <GearSwitch driving={parts.driving} />}
-            <LegendPanel entries={distanceLegend(parts.settings.theme.value)} />
+            {layout === "wide" && <Legend parts={parts} />}
           </div>
           <div class="page-estop"><EstopButton driving={parts.driving} state={parts.state} /></div>
         </div>
       </main>
-      <Panels parts={parts} />
+      <Panels parts={parts} layout={layout} />
     </div>
   );
 }
 
-function Bar(
-  { parts, drawer, onDrawer }: { readonly parts: PageParts; readonly drawer: boolean; readonly onDrawer: () => void },
-) {
+interface BarProps extends LaidOut {
+  readonly drawer: boolean;
+  readonly onDrawer: () => void;
+}
+
+function Bar({ parts, layout, drawer, onDrawer }: BarProps) {
   const about = useSignal(false);
-  const { state, scene } = parts;
+  const { state, scene, settings } = parts;
   return (
     <header class="page-bar">
       <h1>{texts.robot(state.mapInfo.value?.name ?? "")}</h1>
       <LinkLamp link={parts.statistics} state={state} />
+      <HealthLamp state={state} />
       <span class="page-space" />
+      {layout !== "phone" && <ViewSwitch view={settings.view} />}
       {!scene.following.value && (
         <button type="button" onClick={() => { scene.recentre(); }}>{texts.follow}</button>
       )}
@@ -72,17 +85,36 @@ function Bar(
   );
 }
 
-function Panels({ parts }: { readonly parts: PageParts }) {
+/** What the page sends and the robot does, and who drives. */
+function DrivingCard({ parts: { driving, state } }: { readonly parts: PageParts }) {
+  return (
+    <div class="panel page-driving">
+      <Guarded name={texts.driving}><DrivingPanel driving={driving} state={state} /></Guarded>
+      <Guarded name={texts.turns}><TurnTaking driving={driving} /></Guarded>
+    </div>
+  );
+}
+
+function Legend({ parts }: { readonly parts: PageParts }) {
+  const colours = COLOURS[parts.settings.theme.value];
+  const truth = parts.state.truth.value !== undefined;
+  const marks = [
+    { name: texts.path, colour: css(colours.path) },
+    ...(truth ? [{ name: texts.truth, colour: css(colours.truth) }] : []),
+  ];
+  return <LegendPanel entries={distanceLegend(parts.settings.theme.value)} marks={marks} />;
+}
+
+function Panels({ parts, layout }: LaidOut) {
   const { state, driving, settings } = parts;
   const refused = state.connection.value.phase === "refused";
   const pads = useSignal(false);
   return (
     <>
       <aside class="page-panels page-left" aria-label={texts.driving}>
-        <Guarded name={texts.driving}><DrivingPanel driving={driving} state={state} /></Guarded>
-        <Guarded name={texts.turns}><TurnTaking driving={driving} /></Guarded>
-        <Guarded name={texts.place}><LocalizationPanel state={state} /></Guarded>
+        {layout !== "phone" && <DrivingCard parts={parts} />}
         <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>
+        <Guarded name={texts.place}><LocalizationPanel state={state} /></Guarded>
       </aside>
       <aside class="page-panels page-right" aria-label={texts.information}>
         <Guarded name={texts.attitude}><AttitudePanel state={state} /></Guarded>
@@ -93,6 +125,7 @@ function Panels({ parts }: { readonly parts: PageParts }) {
             lean={state.dialect.value === "plain" ? undefined : { lean: parts.lean, setLean: parts.setLean }}
             absent={absentLayers(parts)}
           />
+          {layout !== "wide" && <Legend parts={parts} />}
         </Fold>
         <Fold title={texts.folds.session} open={refused}>
           <SessionPanel state={state} commands={{ authenticate: parts.logIn }} onLogout={parts.logOut} />

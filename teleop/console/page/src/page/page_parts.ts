@@ -15,6 +15,7 @@ import { Scene } from "../scene/scene";
 import { sceneSettings, type SceneSettings } from "../scene/settings";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";
 import { alarmTexts } from "../texts/alarms";
+import { viewHintsFromAbove } from "./hint_view";
 import { watchStaleness } from "./stale_picture";
 
 /** What the components show and use. */
@@ -62,6 +63,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
       hint.pick(candidate);
     }
   });
+  viewHintsFromAbove(hint.view, settings.view);
   effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing"; });
   effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
   const alarms = new Alarms(

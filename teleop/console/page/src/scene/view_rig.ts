@@ -17,6 +17,8 @@ const TRANSITION = 450;
 /** A robot that jumps farther than this [m] was found elsewhere: the camera flies there. */
 const JUMP = 1.5;
 const EYE_HEIGHT = 0.55;
+/** A map that would be seen from farther than this [m] is not shown whole from above while the robot is in it. */
+const WHOLE_FROM = 190;
 /** What is to be seen while there is no map [m]. */
 const NO_WORLD: Bounds = { min: { x: -4, y: -4, z: 0 }, max: { x: 4, y: 4, z: 1 } };
 /** Room around the whole map. */
@@ -236,11 +238,26 @@ export class ViewRig {
       const eye = { x: robot.x + 0.1 * Math.cos(robot.yaw), y: robot.y + 0.1 * Math.sin(robot.yaw), z: robot.z + EYE_HEIGHT };
       return { ...shared, target: eye, azimuth: robot.yaw + wish.turn, distance: habit.distance };
     }
-    const azimuth = view === "top" ? Math.PI / 2 + wish.turn : robot.yaw + wish.turn;
+    if (view === "top") {
+      return { ...shared, ...this.#fromAbove(robot, wish.distance), azimuth: Math.PI / 2 + wish.turn };
+    }
     // Looking a little ahead of the robot leaves more of the picture to where it is going.
-    const ahead = view === "top" ? 0 : 0.8;
-    const target = { x: robot.x + ahead * Math.cos(robot.yaw), y: robot.y + ahead * Math.sin(robot.yaw), z: robot.z + 0.2 };
-    return { ...shared, target, azimuth, distance: wish.distance };
+    const target = { x: robot.x + 0.8 * Math.cos(robot.yaw), y: robot.y + 0.8 * Math.sin(robot.yaw), z: robot.z + 0.2 };
+    return { ...shared, target, azimuth: robot.yaw + wish.turn, distance: wish.distance };
+  }
+
+  /** The whole map until a person zooms in on the robot; of a map that is too large, the robot's surroundings. */
+  #fromAbove(robot: Anchor, wished: number): Pick<Orbit, "target" | "distance"> {
+    const habit = HABITS.top.distance;
+    const fitted = this.#world === undefined ? Infinity : this.#fitted() * habit;
+    const near = { x: robot.x, y: robot.y, z: robot.z + 0.2 };
+    if (fitted > WHOLE_FROM) {
+      return { target: near, distance: wished };
+    }
+    const distance = wished === habit ? fitted : Math.min(wished, fitted);
+    const share = Math.min((1 - distance / fitted) / 0.3, 1);
+    const { x, y } = middle(this.#world ?? NO_WORLD);
+    return { target: { x: x + (near.x - x) * share, y: y + (near.y - y) * share, z: near.z }, distance };
   }
 }
 

@@ -13,6 +13,7 @@ export const alarmTexts = {
   tilt: (degrees: number): string => `Tilted by ${degrees.toFixed(0)}°`,
   lost: (reason: string): string => `The robot is lost${because(reason)}: show where it is, or have it found.`,
   suspect: (reason: string): string => `The pose is in doubt${because(reason)}`,
+  searching: (reason: string): string => `The robot does not know where it is${because(reason)}: show it, or drive slowly.`,
   link: (words: string): string => `The link is bad: ${words}`,
   asking: (name: string): string => `${name} asks for the robot: give it or refuse.`,
   over: (words: string): string => `Over: ${words}`,

@@ -54,7 +54,7 @@ export const drivingTexts = {
   // Stick
   stick: "Stick",
   stickHelp: "Put a finger here and drag: the robot drives while you hold it. With a keyboard: arrow keys or W A S D; space stops.",
-  stickHint: "hold and drag",
+  stickHint: ["hold,", "drag"],
 
   // Status: words and the way out
   status: {

@@ -72,6 +72,7 @@ export const localizationTexts = {
     lost: "Lost",
     relocalising: "Searching for its place",
   },
+  oldHealth: (words: string): string => `${words} (old)`,
   position: "Position",
   heading: "Heading",
   sigma: "one sigma",

@@ -29,6 +29,7 @@ describe("alarms", () => {
   it.each<[string, Partial<AlarmFacts>, string[]]>([
     ["lost", { health: "lost" }, ["alarm lost"]],
     ["in doubt", { health: "suspect" }, ["warning suspect"]],
+    ["searching", { health: "relocalising" }, ["info searching"]],
     ["e-stop", { estop: true }, ["alarm estop"]],
     ["silence of 0.5 s", { silence: 500 }, []],
     ["more silence", { silence: 501 }, ["alarm stale"]],

@@ -121,6 +121,37 @@ describe("the views", () => {
     expect(settle(rig).azimuth).toBeCloseTo(1, 6);
   });
 
+  test("show the whole map from above, and the robot once a person zooms in", () => {
+    const rig = new ViewRig();
+    rig.setAspect(1.6);
+    rig.setWorld(WORLD);
+    rig.setView("top");
+    rig.setAnchor({ x: 24, y: 3, z: 0, yaw: 1 });
+    const camera = cameraOf(settle(rig));
+    for (const [x, y] of [[0, 0], [26, 16]] as const) {
+      const seen = new Vector3(x, y, 0).project(camera);
+      expect(Math.max(Math.abs(seen.x), Math.abs(seen.y))).toBeLessThan(1);
+    }
+    const whole = rig.orbit().distance;
+    rig.zoom(2);
+    expect(rig.orbit().distance).toBe(whole);
+    rig.zoom(0.5);
+    expect(rig.orbit().distance).toBeCloseTo(whole / 2, 6);
+    expect(rig.orbit().target.x).toBeCloseTo(24, 6);
+    expect(rig.following).toBe(true);
+    rig.recentre();
+    expect(settle(rig).distance).toBe(whole);
+  });
+
+  test("show the robot's surroundings from above in a map that is too large", () => {
+    const rig = new ViewRig();
+    rig.setWorld({ min: { x: -500, y: -500, z: 0 }, max: { x: 500, y: 500, z: 3 } });
+    rig.setView("top");
+    rig.setAnchor({ x: 24, y: 3, z: 0, yaw: 1 });
+    expect(settle(rig).target.x).toBeCloseTo(24, 6);
+    expect(settle(rig).distance).toBeLessThan(100);
+  });
+
   test("stay where a person moved them, until they are called back", () => {
     const rig = new ViewRig();
     rig.setView("top");

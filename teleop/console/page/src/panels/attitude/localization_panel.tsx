@@ -20,6 +20,22 @@ const GRADES: Readonly<Record<Health, string>> = {
   relocalising: "amber",
 };
 
+/** Whether the robot knows its place, for the page's bar. */
+export function HealthLamp({ state }: { state: RobotState }) {
+  const now = useNow();
+  const health = state.status.value?.health;
+  const old = staleness(useArrival(state.status), now).stale;
+  if (health === undefined) {
+    return null;
+  }
+  return (
+    <span class="panel-lamp" data-grade={old ? "unknown" : GRADES[health]}>
+      <span class="panel-lamp-mark" aria-hidden="true" />
+      {old ? texts.oldHealth(texts.health[health]) : texts.health[health]}
+    </span>
+  );
+}
+
 /** Sigmas and fit belong to a pose: without one the robot reports zeros, which are not shown. */
 export function LocalizationPanel({ state }: { state: RobotState }) {
   const now = useNow();

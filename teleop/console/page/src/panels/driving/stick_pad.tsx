@@ -15,8 +15,12 @@ export function StickPad({ driving }: { readonly driving: Driving }) {
       <svg viewBox="-100 -100 200 200" aria-hidden="true">
         <circle class="driving-stick-ring" r="92" />
         <path class="driving-stick-arrow" d="M0-84 10-68H-10ZM0 84 10 68H-10ZM-84 0-68 10V-10ZM84 0 68 10V-10Z" />
-        <circle class="driving-stick-knob" r="34" cx={58 * (knob?.x ?? 0)} cy={58 * (knob?.y ?? 0)} />
-        {knob === undefined && <text class="driving-stick-hint" text-anchor="middle" y="60">{texts.stickHint}</text>}
+        <circle class="driving-stick-knob" r="38" cx={58 * (knob?.x ?? 0)} cy={58 * (knob?.y ?? 0)} />
+        {knob === undefined && (
+          <text class="driving-stick-hint" text-anchor="middle">
+            {texts.stickHint.map((word, line) => <tspan key={word} x="0" y={-4 + 19 * line}>{word}</tspan>)}
+          </text>
+        )}
       </svg>
     </div>
   );

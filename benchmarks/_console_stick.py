@@ -1,0 +1,146 @@
+"""From the stick on the screen to the wheels' command, for one page and beside seven further clients."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import random
+import tempfile
+from collections.abc import AsyncIterator, Iterator, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+from pathlib import Path
+
+import numpy as np
+from playwright.async_api import Page, WebSocket
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import WebSocketException
+
+from benchmarks._console_browser import chromium, context_of, seen, soon
+from benchmarks._console_robot import Served, serving
+from benchmarks._figures import Figure, share
+
+PRESSES = 100
+CLIENTS = 8
+"""All clients of the robot, the page among them; one of the others reads nothing."""
+GOAL = 0.040
+"""Longest time from the pointer to the wheels' command at p95 [s]."""
+SIMILAR = 0.020
+"""What further clients may add to it [s]: a tick, which is the resolution."""
+MOVES = """
+window.pointerMoves = [];
+addEventListener('pointermove', event => {
+  for (const one of event.getCoalescedEvents?.() ?? [event]) {
+    window.pointerMoves.push(performance.timeOrigin + one.timeStamp);
+  }
+}, true);
+"""
+"""Notes when the pointer was moved [ms, Unix time], by the events' own stamps."""
+
+
+def stick() -> Iterator[Figure]:
+    """Yield the time from a pointer's move to the first tick whose wheel command moves."""
+    found, _ = asyncio.run(_stick(0))
+    yield from _figures("the page alone", found, GOAL)
+
+
+def clients() -> Iterator[Figure]:
+    """Yield the same beside seven further clients with the page's subscriptions, and the difference."""
+    alone, _ = asyncio.run(_stick(0))
+    among, alive = asyncio.run(_stick(CLIENTS - 1))
+    case = f"{CLIENTS} clients with the page's subscriptions, one stalled"
+    yield from _figures("the page alone, just before", alone, None)
+    yield from _figures(case, among, GOAL)
+    more = 1e3 * float(np.percentile(among, 95) - np.percentile(alone, 95))
+    yield Figure(case, "stick", "p95 more than alone", more, "ms", len(among), most=1e3 * SIMILAR)
+    yield share(case, "further clients", "still served at the end", alive, CLIENTS - 2)
+
+
+def _figures(case: str, times: Sequence[float], goal: float | None) -> Iterator[Figure]:
+    for share_of in (50, 95):
+        most = None if goal is None or share_of == 50 else 1e3 * goal
+        value = 1e3 * float(np.percentile(times, share_of))
+        yield Figure(case, "stick", f"p{share_of}", value, "ms", len(times), most=most)
+    yield Figure(case, "stick", "longest", 1e3 * max(times), "ms", len(times))
+
+
+async def _stick(others: int) -> tuple[list[float], int]:
+    """Return the times of all presses [s], and how many of the other clients that read were served to the end."""
+    subscriptions: list[str] = []
+
+    def opened(socket: WebSocket) -> None:
+        socket.on("framesent", lambda frame: _note(frame, subscriptions))
+
+    with tempfile.TemporaryDirectory() as folder:
+        async with serving(edges=Path(folder) / "edges") as robot, chromium() as browser:
+            page = await (await context_of(browser, MOVES)).new_page()
+            page.on("websocket", opened)
+            await page.goto(robot.page, wait_until="commit")
+            await seen(page)
+            await asyncio.sleep(3.0)
+            async with _others(robot, subscriptions, others) as alive:
+                times = await _presses(page, robot)
+                return times, sum(not one.done() for one in alive)
+
+
+def _note(frame: str | bytes, subscriptions: list[str]) -> None:
+    if isinstance(frame, str) and json.loads(frame).get("op") == "subscribe":
+        subscriptions.append(frame)
+
+
+async def _presses(page: Page, robot: Served) -> list[float]:
+    """Put the pointer on the stick, and move it, now ahead, now back."""
+    chance = random.Random(0)
+    box = await page.locator(".driving-stick").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    times = list[float]()
+    for number in range(PRESSES):
+        await page.mouse.move(x, y)
+        await page.mouse.down()
+        await asyncio.sleep(0.3 + 0.1 * chance.random())  # the deadman is held, at neutral
+        await page.evaluate("window.pointerMoves.length = 0")
+        before = len(robot.edges())
+        way = 0.4 * box["height"] * (1 if number % 2 else -1)
+        await page.mouse.move(x, y + way)
+        await soon(lambda at=before: len(robot.edges()) > at, "that the robot drives")  # type: ignore[misc]
+        at, moving = robot.edges()[before]
+        moved = await page.evaluate("window.pointerMoves[0]")
+        assert moving
+        times.append(at - moved / 1e3)
+        await asyncio.sleep(0.1)
+        await page.mouse.up()
+        await soon(lambda: not robot.edges()[-1][1], "that the robot stops")
+        await asyncio.sleep(0.3)
+    return times
+
+
+@asynccontextmanager
+async def _others(
+    robot: Served, subscriptions: Sequence[str], count: int
+) -> AsyncIterator[list[asyncio.Task[None]]]:
+    """Connect further clients, of which the first reads nothing and the others all."""
+    async with AsyncExitStack() as stack:
+        reading = list[asyncio.Task[None]]()
+        for number in range(count):
+            address = f"ws://127.0.0.1:{robot.port}/"
+            options = {"compression": None, "max_size": None, "proxy": None, "close_timeout": 0.2}
+            client = await stack.enter_async_context(connect(address, **options))  # type: ignore[arg-type]
+            for subscription in subscriptions:
+                await client.send(subscription)
+            if number == 0:
+                client.transport.pause_reading()
+            else:
+                reading.append(asyncio.create_task(_read(client)))
+        try:
+            yield reading
+        finally:
+            for task in reading:
+                task.cancel()
+
+
+async def _read(client: ClientConnection) -> None:
+    try:
+        async for _ in client:
+            pass
+    except WebSocketException:
+        return

@@ -1,0 +1,296 @@
+"""Situations in which the console page is photographed, each with a robot of its own."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Mapping
+from typing import Any, Final
+
+from playwright.async_api import Page
+
+from teleop.scene_clouds import load_scene_cloud
+from tests.teleop.console.hands import drag_hint, hold_until, key, press, says
+from tests.teleop.console.paced_robot import PacedRobot
+from tools.console_pictures.plain_rosbridge import plain_page
+from tools.console_pictures.studio import (
+    PHONE,
+    REST,
+    TABLET,
+    UPRIGHT,
+    Studio,
+)
+
+Situation = Callable[[Studio, str], Awaitable[None]]
+"""Makes a picture of the given name."""
+
+
+async def drive(page: Page, robot: PacedRobot, held: str, seconds: float) -> None:
+    """Hold a key for a time."""
+    await page.locator("canvas").click(position={"x": 300, "y": 120})
+    await hold_until(page, key(page, held), lambda: robot.speed > 0.1, "that the robot drives")
+    await asyncio.sleep(seconds)
+
+
+async def carry_off(page: Page, robot: PacedRobot) -> None:
+    """Carry the robot to another place and wait until it no longer knows where it is."""
+    robot.carry(16.0, 3.2, 0.9)
+    await says(page, "In doubt where it is")
+
+
+async def place_hint(page: Page, robot: PacedRobot, aside: float, turned: float) -> None:
+    """Drag a hint that is wrong by so much [m, rad], and wait for what the robot makes of it."""
+    await press(page, "Show where it is")
+    await asyncio.sleep(REST)
+    truth = robot.simulation.truth().map_from_base
+    x, y = (float(v) for v in truth.position[:2])
+    await drag_hint(page, x + aside, y - 0.3 * aside, truth.yaw + turned)
+    await says(page, "fits" if aside < 0.5 else "does not fit", within=".panel-preview")
+    await asyncio.sleep(REST)
+
+
+async def normal(studio: Studio, name: str) -> None:
+    """Driving by keys, seen from behind."""
+    async with studio.robot() as robot, studio.placed(robot) as page:
+        await drive(page, robot, "ArrowUp", 5.0)
+        await page.keyboard.down("ArrowRight")
+        await asyncio.sleep(2.0)
+        await studio.shoot(page, name)
+
+
+async def night(studio: Studio, name: str) -> None:
+    """The same at night."""
+    async with studio.robot() as robot, studio.placed(robot, color_scheme="dark") as page:
+        await drive(page, robot, "ArrowUp", 5.0)
+        await page.keyboard.down("ArrowRight")
+        await asyncio.sleep(2.0)
+        await studio.shoot(page, name)
+
+
+async def from_above(studio: Studio, name: str) -> None:
+    """The view from above."""
+    async with studio.robot() as robot, studio.placed(robot) as page:
+        await page.keyboard.press("v")
+        await drive(page, robot, "ArrowUp", 4.0)
+        await studio.shoot(page, name)
+
+
+async def first_person(studio: Studio, name: str) -> None:
+    """The view with the robot's eyes."""
+    async with studio.robot() as robot, studio.placed(robot) as page:
+        await page.keyboard.press("v")
+        await page.keyboard.press("v")
+        await drive(page, robot, "ArrowUp", 3.0)
+        await studio.shoot(page, name)
+
+
+async def waiting(studio: Studio, name: str) -> None:
+    """A robot that has no pose yet."""
+    async with studio.robot() as robot, studio.page(robot.page) as page:
+        await says(page, "Ready")
+        await asyncio.sleep(5 * REST)
+        await studio.shoot(page, name)
+
+
+async def lost(studio: Studio, name: str) -> None:
+    """A robot that was carried off."""
+    async with studio.robot() as robot, studio.placed(robot) as page:
+        await carry_off(page, robot)
+        await asyncio.sleep(REST)
+        await studio.shoot(page, name)
+
+
+async def hint_good(studio: Studio, name: str) -> None:
+    """A hint that fits, before it is confirmed."""
+    async with studio.robot() as robot, studio.placed(robot) as page:
+        await carry_off(page, robot)
+        await place_hint(page, robot, 0.15, 0.06)
+        await studio.shoot(page, name)
+
+
+async def hint_bad(studio: Studio, name: str) -> None:
+    """A hint that does not fit."""
+    async with studio.robot() as robot, studio.placed(robot) as page:
+        await carry_off(page, robot)
+        await place_hint(page, robot, -3.0, 1.2)
+        await studio.shoot(page, name)
+
+
+async def ambiguous(studio: Studio, name: str) -> None:
+    """A search that finds several places alike."""
+    async with studio.robot("corridor") as robot, studio.page(robot.page) as page:
+        await says(page, "Ready")
+        await page.keyboard.press("v")
+        await asyncio.sleep(2 * REST)
+        await press(page, "Find it in the whole map")
+        await says(page, "Pick the right one")
+        await asyncio.sleep(REST)
+        await studio.shoot(page, name)
+
+
+async def refused(studio: Studio, name: str) -> None:
+    """Commands that do not count: a key is still held from before the network failed."""
+    async with studio.robot() as robot, studio.placed(robot) as page:
+        await drive(page, robot, "ArrowUp", 1.0)
+        robot.proxy.cut()
+        await says(page, "Nothing received for")
+        await asyncio.sleep(REST)
+        robot.proxy.restore()
+        await says(page, "again")
+        await says(page, "Knows where it is")
+        await asyncio.sleep(REST)
+        await studio.shoot(page, name)
+
+
+async def estop(studio: Studio, name: str) -> None:
+    """The e-stop, latched, and the question before its release."""
+    async with studio.robot() as robot, studio.placed(robot) as page:
+        await drive(page, robot, "ArrowUp", 1.0)
+        await page.keyboard.press("Escape")
+        await page.keyboard.up("ArrowUp")
+        await says(page, "E-stop, pressed by you")
+        await press(page, "Release e-stop")
+        await says(page, "Are people and things clear")
+        await asyncio.sleep(REST)
+        await studio.shoot(page, name)
+
+
+async def stale(studio: Studio, name: str) -> None:
+    """A network that is gone."""
+    async with studio.robot() as robot, studio.placed(robot) as page:
+        await drive(page, robot, "ArrowUp", 2.0)
+        robot.proxy.cut()
+        await says(page, "Nothing received for")
+        await asyncio.sleep(REST)
+        await studio.shoot(page, name)
+
+
+async def two_operators(studio: Studio, name: str) -> None:
+    """Another person asks for the robot that this one drives."""
+    async with (
+        studio.robot(tokens=True) as robot,
+        studio.placed(robot, person="anna") as page,
+        studio.page(robot.page, person="boris") as other,
+    ):
+        await drive(page, robot, "ArrowUp", 1.0)
+        await page.keyboard.up("ArrowUp")
+        await press(other, "Ask for the robot")
+        await says(page, "asks for the robot")
+        await asyncio.sleep(REST)
+        await studio.shoot(page, name)
+
+
+async def observer(studio: Studio, name: str) -> None:
+    """Somebody who may only watch while another one drives."""
+    async with (
+        studio.robot(tokens=True) as robot,
+        studio.placed(robot, person="anna") as driver,
+        studio.page(robot.page, person="visitor") as page,
+    ):
+        await drive(driver, robot, "ArrowUp", 2.0)
+        await says(page, "You may only watch")
+        await asyncio.sleep(REST)
+        await studio.shoot(page, name)
+
+
+async def login(studio: Studio, name: str) -> None:
+    """A robot that asks for a token."""
+    async with studio.robot(tokens=True) as robot, studio.page(robot.page) as page:
+        await says(page, "Log in")
+        await asyncio.sleep(REST)
+        await studio.shoot(page, name)
+
+
+async def _touched(studio: Studio, name: str, device: dict[str, Any]) -> None:
+    """Drive by a finger on the stick."""
+    async with studio.robot() as robot, studio.placed(robot, **device) as page:
+        box = await page.locator(".driving-stick").bounding_box()
+        assert box is not None
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        session = await page.context.new_cdp_session(page)
+
+        async def finger(kind: str, *points: tuple[float, float]) -> None:
+            touches = [{"x": at[0], "y": at[1], "id": 1} for at in points]
+            await session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+
+        await finger("touchStart", (x, y))
+        for share in (0.1, 0.25, 0.4):
+            await asyncio.sleep(0.2)
+            await finger("touchMove", (x + 0.1 * box["width"], y - share * box["height"]))
+        await asyncio.sleep(4.0)
+        await studio.shoot(page, name)
+        await finger("touchEnd")
+
+
+async def tablet(studio: Studio, name: str) -> None:
+    """A tablet held upright, driven by a finger."""
+    await _touched(studio, name, TABLET)
+
+
+async def phone(studio: Studio, name: str) -> None:
+    """A phone held across, driven by a finger."""
+    await _touched(studio, name, PHONE)
+
+
+async def phone_upright(studio: Studio, name: str) -> None:
+    """A phone held upright, driven by a finger."""
+    await _touched(studio, name, UPRIGHT)
+
+
+async def phone_panels(studio: Studio, name: str) -> None:
+    """A phone whose robot is lost, with the panels opened."""
+    async with studio.robot() as robot, studio.placed(robot, **PHONE) as page:
+        await carry_off(page, robot)
+        await press(page, "Panels")
+        await asyncio.sleep(REST)
+        await studio.shoot(page, name)
+
+
+async def phone_hint(studio: Studio, name: str) -> None:
+    """A hint on a phone."""
+    async with studio.robot() as robot, studio.placed(robot, **PHONE) as page:
+        await carry_off(page, robot)
+        await press(page, "Panels")
+        await place_hint(page, robot, 0.15, 0.06)
+        await studio.shoot(page, name)
+
+
+async def plain(studio: Studio, name: str) -> None:
+    """A rosbridge of standard types that knows nothing of the page."""
+    async with studio.robot() as robot:
+        robot.place()
+        cloud = load_scene_cloud("office")
+        address = robot.page.replace("http", "ws").rstrip("/")
+        async with plain_page(address, cloud) as url, studio.page(url) as page:
+            await says(page, "Nothing guards this robot")
+            await press(page, "by velocity")
+            await drive(page, robot, "ArrowUp", 3.0)
+            await studio.shoot(page, name)
+
+
+SITUATIONS: Final[Mapping[str, Situation]] = {
+    name.replace("_", "-"): situation
+    for name, situation in {
+        "normal": normal,
+        "night": night,
+        "from_above": from_above,
+        "first_person": first_person,
+        "waiting": waiting,
+        "lost": lost,
+        "hint_good": hint_good,
+        "hint_bad": hint_bad,
+        "ambiguous": ambiguous,
+        "refused": refused,
+        "estop": estop,
+        "stale": stale,
+        "two_operators": two_operators,
+        "observer": observer,
+        "login": login,
+        "tablet": tablet,
+        "phone": phone,
+        "phone_upright": phone_upright,
+        "phone_panels": phone_panels,
+        "phone_hint": phone_hint,
+        "plain": plain,
+    }.items()
+}
+"""Situations by the names of their pictures."""
