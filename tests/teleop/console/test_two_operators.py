@@ -57,8 +57,8 @@ async def opened(page: Page, robot: PacedRobot, name: str) -> Page:
 async def named(page: Page) -> str:
     """Return the name by which the robot knows a page."""
     await page.locator("summary", has_text="Session").first.click()
-    words = page.get_by_text("You are ")
-    found = re.search(r"You are (.+?)\.? Role", await words.first.inner_text())
+    words = await page.locator("p", has_text=re.compile(r"^You are ")).first.text_content()
+    found = re.search(r"You are (.+?)\.(?:\s|$)", words or "")
     assert found is not None
     return found[1]
 
