@@ -30,6 +30,7 @@ interface LaidOut {
 
 export function App({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
   const drawer = useSignal(false);
+  const mayDrive = parts.state.session.value?.mayDrive !== false;
   const layout = useMemo(() => pageLayout(), []).value;
   return (
     <div class="page" data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
@@ -43,9 +44,9 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
         </div>
         <Camera parts={parts} />
         <div class="page-bottom">
-          <div class="page-stick"><StickPad driving={parts.driving} /></div>
+          <div class="page-stick">{mayDrive && <StickPad driving={parts.driving} />}</div>
           <div class="page-middle">
-            <GearSwitch driving={parts.driving} />
+            {mayDrive && <GearSwitch driving={parts.driving} />}
             {layout === "wide" && <Legend parts={parts} />}
           </div>
           <div class="page-estop"><EstopButton driving={parts.driving} state={parts.state} /></div>
