@@ -11,7 +11,7 @@ from playwright.async_api import Page
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from tests.teleop.console.conftest import Pages
-from tests.teleop.console.hands import says
+from tests.teleop.console.hands import press, says, seen
 from tests.teleop.console.paced_robot import paced_robot
 from tests.teleop.support import ROOT, in_a_loop
 
@@ -60,6 +60,45 @@ async def findings(page: Page) -> list[str]:
     return [
         f"{v['id']}: {n['html'][:150]} {n['failureSummary']}" for v in found for n in v["nodes"]
     ]
+
+
+@in_a_loop
+async def test_axe_finds_nothing_in_any_situation(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    found: dict[str, list[str]] = {}
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, viewport=SIZE) as visit,
+    ):
+        robot.place()
+        page = visit.page
+        await says(page, "Knows where it is")
+        await seen(page)
+        await page.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
+        found["normal"] = await findings(page)
+        await press(page, "Show where it is")
+        found["hint"] = await findings(page)
+        await page.keyboard.press("Escape")
+        await press(page, "About")
+        found["dialog"] = await findings(page)
+        await page.keyboard.press("Escape")
+        await press(page, "Gamepads")
+        found["gamepads"] = await findings(page)
+        await page.keyboard.press("Escape")
+        await page.get_by_role("button", name="Emergency stop").click()
+        await press(page, "Release e-stop")
+        await says(page, "Are people and things clear")
+        found["e-stop"] = await findings(page)
+        await page.get_by_label("Night").or_(page.get_by_text("Night", exact=True)).first.click()
+        found["e-stop at night"] = await findings(page)
+        await press(page, "Release it")
+        await says(page, "Ready", within=".driving-status")
+        found["night"] = await findings(page)
+        await page.set_viewport_size({"width": 390, "height": 780})
+        found["narrow"] = await findings(page)
+    lines = [f"{where}: {what}" for where, whats in found.items() for what in whats]
+    assert not lines, "\n".join(lines)
 
 
 @in_a_loop

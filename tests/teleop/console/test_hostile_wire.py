@@ -15,13 +15,35 @@ from tests.teleop.console.conftest import Pages
 from tests.teleop.console.hands import hold_until, key, says
 from tests.teleop.console.paced_robot import paced_robot
 from tests.teleop.console.plain_robots import STANDARD, Message, Topics, console_for, suite_robot
-from tests.teleop.console.rewriting_proxy import rewriting, spoilt
+from tests.teleop.console.rewriting_proxy import HOSTILE, rewriting, spoilt, with_hostile_names
 from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 SIZE = {"width": 1120, "height": 600}
 INJECTED = "document.querySelectorAll('img[src=x], svg[onload], body script').length"
+
+
+@in_a_loop
+async def test_scripts_in_names_and_reasons_stay_text(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        rewriting(f"ws://127.0.0.1:{robot.proxy.port}", with_hostile_names) as wire,
+    ):
+        with console_for(wire.url) as address:
+            async with page_of(address, viewport=SIZE) as visit:
+                page = visit.page
+                await says(page, HOSTILE[:40], within=".page-bar")
+                await page.keyboard.press("Escape")
+                await says(page, "E-stop", within=".driving-status")
+                await page.locator("summary", has_text="Session").first.click()
+                await says(page, HOSTILE[:40], within=".page-right")
+                await asyncio.sleep(1.0)
+                assert await page.evaluate("window.hacked") is None
+                assert await page.evaluate(INJECTED) == 0
+                assert [v for v in visit.violations if "connect-src" not in v] == []
 
 
 @in_a_loop

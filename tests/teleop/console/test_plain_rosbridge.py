@@ -17,6 +17,7 @@ from tests.teleop.console.plain_robots import (
     PlainRobot,
     answering,
     console_for,
+    library_robot,
     moves,
     suite_robot,
 )
@@ -27,7 +28,7 @@ pytestmark = [pytest.mark.process, pytest.mark.slow]
 SIZE = {"width": 1120, "height": 600}
 
 
-@pytest.mark.parametrize("serve", [suite_robot], ids=["rosbridge_suite"])
+@pytest.mark.parametrize("serve", [library_robot, suite_robot], ids=["library", "rosbridge_suite"])
 @in_a_loop
 async def test_page_shows_what_there_is_and_drives_only_after_it_was_told(
     serve: Callable[[], AbstractAsyncContextManager[PlainRobot]], page_of: Pages

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 
 import pytest
@@ -41,6 +41,39 @@ async def front() -> AsyncIterator[Proxy]:
     async with await asyncio.start_server(proxy.serve, "127.0.0.1", 0) as listener:
         proxy.port = listener.sockets[0].getsockname()[1]
         yield proxy
+
+
+@in_a_loop
+async def test_new_run_clears_what_belonged_to_the_last_and_does_not_drive_on(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with AsyncExitStack() as last, front() as door:
+        robot = await last.enter_async_context(paced_robot(office, office_cloud, cache))
+        door.target = robot.proxy.port
+        door.whole.set()
+        robot.place()
+        async with page_of(f"http://127.0.0.1:{door.port}/", viewport=SIZE) as visit:
+            page = visit.page
+            await seen(page)
+            await _hint(page, robot)
+            await hold_until(page, key(page, "w"), lambda: robot.speed > 0.2, "that it drives")
+            door.cut()
+            await last.aclose()
+            await says(page, "Stopped: the robot said nothing", within=".driving-status")
+
+            async with paced_robot(office, office_cloud, cache) as next_robot:
+                door.target = next_robot.proxy.port
+                door.restore()
+                await says(page, "The robot has started anew", within=".page-right")
+                assert await page.locator(RESULT).inner_text() == ""
+                await page.keyboard.down("w")  # its repetition
+                await says(page, "press again", within=".driving-status")
+                assert not any(tick.moves for tick in next_robot.ticks)
+                await page.keyboard.up("w")
+                await hold_until(
+                    page, key(page, "w"), lambda: next_robot.speed > 0.2, "that a new press drives"
+                )
+                await page.keyboard.up("w")
 
 
 async def _hint(page: Page, robot: PacedRobot) -> None:

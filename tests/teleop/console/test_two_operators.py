@@ -76,6 +76,54 @@ async def offered(page: Page, name: str) -> bool:
 
 
 @in_a_loop
+async def test_robot_changes_hands_by_asking_and_taking_over(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    async with (
+        robot_with_tokens(office, office_cloud, cache, tmp_path) as robot,
+        page_of("about:blank", viewport=SIZE) as visit,
+    ):
+        anna = await opened(visit.page, robot, "anna")
+        bert = await opened(await visit.page.context.new_page(), robot, "bert")
+        of_anna, of_bert = await named(anna), await named(bert)
+
+        await hold_until(anna, key(anna, "w"), lambda: robot.speed > 0.2, "that Anna drives")
+        await says(bert, f"{of_anna} drives", within=STATUS)
+        await bert.keyboard.down("ArrowLeft")
+        await asyncio.sleep(0.3)
+        assert robot.ticks[-1].turn == 0.0, "Bert turns the robot that Anna drives"
+        await bert.keyboard.up("ArrowLeft")
+
+        await press(bert, "Ask for the robot")
+        await says(bert, "You have asked for the robot", within=TURNS)
+        await says(anna, f"{of_bert} asks for the robot", within=TURNS)
+        assert robot.ticks[-1].moves, "asking disturbs the driver"
+        await press(anna, "Refuse")
+        await says(bert, "Ask for the robot", within=TURNS)
+        assert robot.ticks[-1].moves, "refusing disturbs the driver"
+
+        await press(bert, "Ask for the robot")
+        await says(anna, "asks for the robot", within=TURNS)
+        await press(anna, "Give")
+        await says(bert, "You drive", within=TURNS)
+        await says(anna, f"{of_bert} drives", within=TURNS)
+        await stands(robot)
+        await asyncio.sleep(0.5)
+        assert not robot.ticks[-1].moves, "Anna's key still drives"
+        await anna.keyboard.up("w")
+
+        await hold_until(bert, key(bert, "w"), lambda: robot.speed > 0.2, "that Bert drives")
+        await press(anna, "Take over")
+        await says(anna, "You drive", within=TURNS)
+        await says(bert, f"{of_anna} drives", within=TURNS)
+        await stands(robot)
+        await asyncio.sleep(0.5)
+        assert not robot.ticks[-1].moves, "Bert's key still drives"
+        await bert.keyboard.up("w")
+        assert visit.violations == []
+
+
+@in_a_loop
 async def test_onlooker_is_offered_no_controls_but_the_stop_which_others_release(
     page_of: Pages, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
