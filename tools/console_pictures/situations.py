@@ -58,6 +58,9 @@ async def _stand(page: Page, robot: PacedRobot) -> None:
     await _through_the_door(page, robot)
     await page.keyboard.up("ArrowRight")
     await page.keyboard.up("ArrowUp")
+    await asyncio.sleep(REST)
+    if "again" in await page.locator(".driving-status").inner_text():
+        await page.keyboard.press("ArrowUp")  # the page was too busy to know whether the key was held
     await says(page, "Ready")
     await asyncio.sleep(2 * REST)
 
@@ -168,8 +171,8 @@ async def two_operators(studio: Studio, name: str) -> None:
         studio.placed(robot, person="anna") as page,
         studio.page(robot.page, person="boris") as other,
     ):
-        await drive(page, robot, "ArrowUp", 1.0)
-        await page.keyboard.up("ArrowUp")
+        await says(other, "Knows where it is")
+        await drive(page, robot, "ArrowUp", 0.5)
         await press(other, "Ask for the robot")
         await says(page, "asks for the robot")
         await asyncio.sleep(REST)

@@ -32,6 +32,7 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
   const drawer = useSignal(false);
   const mayDrive = parts.state.session.value?.mayDrive !== false;
   const layout = useMemo(() => pageLayout(), []).value;
+  const mayDrive = parts.state.session.value?.mayDrive !== false;
   return (
     <div class="page" data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
       <Bar parts={parts} layout={layout} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
@@ -90,7 +91,7 @@ function DrivingCard({ parts: { driving, state } }: { readonly parts: PageParts 
   return (
     <div class="panel page-driving">
       <Guarded name={texts.driving}><DrivingPanel driving={driving} state={state} /></Guarded>
-      <Guarded name={texts.turns}><TurnTaking driving={driving} /></Guarded>
+      {state.dialect.value !== "plain" && <Guarded name={texts.turns}><TurnTaking driving={driving} /></Guarded>}
     </div>
   );
 }
@@ -110,7 +111,7 @@ function Panels({ parts, layout }: LaidOut) {
   const refused = state.connection.value.phase === "refused";
   const pads = useSignal(false);
   return (
-    <>
+    <div class="page-drawer">
       <aside class="page-panels page-left" aria-label={texts.driving}>
         {layout !== "phone" && <DrivingCard parts={parts} />}
         <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>
@@ -136,7 +137,7 @@ function Panels({ parts, layout }: LaidOut) {
         </Dialog>
         <Fold title={texts.folds.events} open><EventList log={parts.events} /></Fold>
       </aside>
-    </>
+    </div>
   );
 }
 

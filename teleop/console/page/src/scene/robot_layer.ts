@@ -27,6 +27,8 @@ export class RobotLayer {
   readonly #ring = new WideLine(80, { width: 3, overlaid: true });
   readonly #mark = new FlatArrow();
   readonly #truth = new WideLine(48, { width: 2, overlaid: true });
+  #hasTruth = false;
+  #showsTruth = false;
   #model: RobotModel = robotModel(undefined);
   #lastPath: Pose["position"] | undefined;
 
@@ -108,7 +110,8 @@ export class RobotLayer {
   }
 
   setTruth(pose: Pose | undefined): void {
-    this.#truth.visible = pose !== undefined;
+    this.#hasTruth = pose !== undefined;
+    this.#truth.visible = this.#showsTruth && this.#hasTruth;
     if (pose !== undefined) {
       this.#truth.set(joined([boxEdges(this.#model.box), arrow(0, 0.75, this.#model.box.max.z)]));
       place(this.#truth.object, pose);
@@ -118,7 +121,8 @@ export class RobotLayer {
   show(shown: { readonly path: boolean; readonly covariance: boolean; readonly truth: boolean }, truth: boolean): void {
     this.#path.visible = shown.path;
     this.#ellipse.visible = shown.covariance;
-    this.#truth.visible = shown.truth && truth;
+    this.#showsTruth = shown.truth && truth;
+    this.#truth.visible = this.#showsTruth && this.#hasTruth;
   }
 
   /** Paint everything; a stale robot is grey and seen through. */
