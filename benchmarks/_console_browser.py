@@ -66,11 +66,12 @@ async def seen(page: Page) -> float:
             await asyncio.sleep(0.05)
 
 
-async def soon(true: Callable[[], bool], what: str) -> None:
-    """Wait until something has become true."""
-    try:
-        async with asyncio.timeout(PATIENCE):
-            while not true():  # noqa: ASYNC110 - what is waited for has no event
-                await asyncio.sleep(0.01)
-    except TimeoutError:
-        raise SystemExit(f"waited in vain: {what}") from None
+async def soon(true: Callable[[], bool], seconds: float = PATIENCE) -> None:
+    """Wait until something has become true.
+
+    Raises:
+        TimeoutError: if it has not within so many seconds.
+    """
+    async with asyncio.timeout(seconds):
+        while not true():  # noqa: ASYNC110 - what is waited for has no event
+            await asyncio.sleep(0.01)

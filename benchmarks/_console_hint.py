@@ -48,7 +48,7 @@ async def _times() -> list[float]:
 async def _found(
     robot: PacedRobot, away: tuple[float, float, float], chance: random.Random
 ) -> float:
-    """Carry a robot off, and return how long its operator takes to tell it where it is [s]."""
+    """Carry a robot off, and return how long its operator takes to show where it is [s]."""
     clock = asyncio.get_running_loop().time
     robot.place()
     async with page_at(robot.page) as page:

@@ -259,7 +259,7 @@ async def _unplugged(grip: _Grip) -> AsyncIterator[None]:
 
 @asynccontextmanager
 async def _asleep(grip: _Grip) -> AsyncIterator[None]:
-    """The computer sleeps: the page's processes get no time, and nobody is told."""
+    """The computer sleeps: the page's processes get no time, and notice nothing of it."""
     processes = await _processes(grip.page.context.browser)
     pages = [process for kind, process in processes if kind == "renderer"]
     for process in pages:
@@ -293,7 +293,7 @@ async def _killed(grip: _Grip) -> AsyncIterator[None]:
 
 @asynccontextmanager
 async def _network_gone(grip: _Grip) -> AsyncIterator[None]:
-    """Nothing goes through any more, and nobody is told."""
+    """Nothing goes through any more, and no connection is closed."""
     grip.robot.proxy.cut()
     yield
     await asyncio.sleep(grip.chance.uniform(0.2, 1.5))

@@ -58,6 +58,8 @@ class Proxy:
     target: int
     port: int = 0
     whole: asyncio.Event = field(default_factory=asyncio.Event)
+    passed: int = 0
+    """What has gone to the page so far [bytes]."""
     _writers: set[asyncio.StreamWriter] = field(default_factory=set)
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -67,16 +69,21 @@ class Proxy:
             return
         server, to_server = await asyncio.open_connection("127.0.0.1", self.target)
         self._writers |= {writer, to_server}
-        await asyncio.gather(self._pass(reader, to_server), self._pass(server, writer))
+        await asyncio.gather(
+            self._pass(reader, to_server), self._pass(server, writer, counted=True)
+        )
         for one in (writer, to_server):
             one.close()
             self._writers.discard(one)
 
-    async def _pass(self, source: asyncio.StreamReader, sink: asyncio.StreamWriter) -> None:
+    async def _pass(
+        self, source: asyncio.StreamReader, sink: asyncio.StreamWriter, *, counted: bool = False
+    ) -> None:
         with contextlib.suppress(ConnectionError):
             while piece := await source.read(65_536):
                 await self.whole.wait()  # what is under way is held up, as in a network
                 sink.write(piece)
+                self.passed += len(piece) if counted else 0
                 await sink.drain()
         with contextlib.suppress(ConnectionError, OSError):
             sink.write_eof()
@@ -85,11 +92,15 @@ class Proxy:
         """Pass nothing on from now, without closing anything."""
         self.whole.clear()
 
-    def restore(self) -> None:
-        """Be whole again for new connections; those of before are gone."""
+    def drop(self) -> None:
+        """End all connections, and refuse new ones while it is cut, as without a server."""
         for writer in self._writers:
             writer.transport.abort()
         self._writers.clear()
+
+    def restore(self) -> None:
+        """Be whole again for new connections; those of before are gone."""
+        self.drop()
         self.whole.set()
 
 

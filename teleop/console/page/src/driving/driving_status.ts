@@ -33,6 +33,9 @@ type Words = readonly [words: string, remedy: string];
 
 export function drivingStatus(view: RobotView, own: OwnInput): DrivingStatus {
   const blocked = blockage(view);
+  if (blocked === "unguarded" && own.stopped !== undefined) {
+    return status(false, [own.stopped, texts.status.unguarded[1]], "bad");
+  }
   if (blocked !== undefined) {
     return status(false, blockageWords(blocked, view), blocked === "connecting" || blocked === "noState" ? "warn" : "bad");
   }

@@ -43,6 +43,12 @@ export class StickSource implements DriveSource {
     };
     on("pointerdown", (event) => { this.down(pad, event); });
     on("pointermove", (event) => { this.move(event); });
+    // Where there is this one, it comes at once; moves wait for the next picture, which slow graphics make late.
+    pad.addEventListener("pointerrawupdate", (event) => {
+      if (event instanceof PointerEvent) {
+        this.move(event);
+      }
+    }, { signal: listening.signal });
     on("pointerup", (event) => { this.up(event); });
     on("pointercancel", (event) => { this.cancel(event); });
     on("lostpointercapture", (event) => { this.cancel(event); });

@@ -39,10 +39,10 @@ export function Dialog(
       onClick={(event) => { if (event.target === dialog.current) { onClose(); } }}
     >
       <div class="panel-dialog-body">
-        <header class="panel-header">
+        <div class="panel-header">
           <h2 id={id}>{title}</h2>
           <button type="button" class="panel-close" aria-label={panelTexts.close} onClick={onClose}>✕</button>
-        </header>
+        </div>
         {open && children}
       </div>
     </dialog>

@@ -119,6 +119,16 @@ describe("one input at a time", () => {
   });
 });
 
+describe("the stick on the screen", () => {
+  it("drives by raw moves, which do not wait for a picture", () => {
+    page.pointer("pointerdown");
+    page.wait(300);
+    page.pointer("pointerrawupdate", 100, 0);
+    page.wait(20);
+    expect(page.last?.turn).toBeCloseTo(-1);
+  });
+});
+
 describe("keys", () => {
   it("stop everything by the space bar, until they are pressed anew", () => {
     page.key("keydown", "KeyW");

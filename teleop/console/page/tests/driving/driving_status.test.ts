@@ -37,6 +37,7 @@ describe("the driving status", () => {
     ["the link's own way out", { view: { connection: { phase: "refused", words: "Log in first.", sinceAt: 0 } } }, false, /refuses/, /Log in first/],
     ["no answer yet", { view: { dialect: "unknown" } }, false, /first answer/, /moment/],
     ["a plain robot", { view: { dialect: "plain", control: undefined } }, false, /Nothing guards/, /Confirm/],
+    ["a plain robot that was stopped", { view: { dialect: "plain", control: undefined }, own: { stopped: "Stopped: zero." } }, false, /^Stopped: zero/, /Confirm/],
     ["a plain robot, confirmed", { view: { dialect: "plain", control: undefined, plainConfirmed: true } }, true, /Nothing there guards/, /Hold/],
     ["driving a plain robot", { view: { dialect: "plain", control: undefined, plainConfirmed: true }, own: { driving: true } }, true, /You drive/, /^$/],
     ["another's e-stop", { control: { state: "estop", estop: true, reason: `e-stop by ${OTHER}` } }, false, /pressed by client 3/, /Release/],

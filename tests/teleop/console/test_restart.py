@@ -1,0 +1,156 @@
+"""What becomes of the page when the robot is started anew, when its server is away, and without WebGL."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+from pathlib import Path
+
+import pytest
+from playwright.async_api import Page
+
+from localization.maps.cloud import Cloud
+from robot_sim import World
+from teleop.scene_clouds import scene_cloud_path
+from tests.teleop.console.conftest import PATIENCE, Pages, Visit
+from tests.teleop.console.hands import drag_hint, hold_until, key, press, says, seen
+from tests.teleop.console.paced_robot import PacedRobot, Proxy, paced_robot
+from tests.teleop.support import in_a_loop, soon
+
+pytestmark = [pytest.mark.process, pytest.mark.slow]
+
+SIZE = {"width": 1120, "height": 600}
+BACK = 1.0
+"""Time within which the page connects again once the server is back [s]."""
+SLACK = 1.0
+"""For a machine with more to do than this [s]."""
+RESULT = ".panel-hint-result"
+NO_WEBGL = """
+const get = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+  return kind.startsWith('webgl') ? null : get.call(this, kind, ...rest);
+};
+"""
+
+
+@asynccontextmanager
+async def front() -> AsyncIterator[Proxy]:
+    """A port that stays, whichever robot is behind it."""
+    proxy = Proxy(0)
+    async with await asyncio.start_server(proxy.serve, "127.0.0.1", 0) as listener:
+        proxy.port = listener.sockets[0].getsockname()[1]
+        yield proxy
+
+
+@in_a_loop
+async def test_new_run_clears_what_belonged_to_the_last_and_does_not_drive_on(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with AsyncExitStack() as last, front() as door:
+        robot = await last.enter_async_context(paced_robot(office, office_cloud, cache))
+        door.target = robot.proxy.port
+        door.whole.set()
+        robot.place()
+        async with page_of(f"http://127.0.0.1:{door.port}/", viewport=SIZE) as visit:
+            page = visit.page
+            await seen(page)
+            await _hint(page, robot)
+            await hold_until(page, key(page, "w"), lambda: robot.speed > 0.2, "that it drives")
+            door.cut()
+            await last.aclose()
+            await says(page, "Stopped: the robot said nothing", within=".driving-status")
+
+            async with paced_robot(office, office_cloud, cache) as next_robot:
+                door.target = next_robot.proxy.port
+                door.restore()
+                await says(page, "The robot has started anew", within=".page-right")
+                assert await page.locator(RESULT).inner_text() == ""
+                await page.keyboard.down("w")  # its repetition
+                await says(page, "press again", within=".driving-status")
+                assert not any(tick.moves for tick in next_robot.ticks)
+                await page.keyboard.up("w")
+                await hold_until(
+                    page, key(page, "w"), lambda: next_robot.speed > 0.2, "that a new press drives"
+                )
+                await page.keyboard.up("w")
+
+
+async def _hint(page: Page, robot: PacedRobot) -> None:
+    """Give a hint, so that there is one to be cleared."""
+    await page.keyboard.press("v")
+    await press(page, "Show where it is")
+    truth = robot.simulation.truth().map_from_base
+    await drag_hint(page, float(truth.position[0]), float(truth.position[1]), truth.yaw)
+    await page.keyboard.press("Enter")
+    verdict = page.locator(RESULT)
+    await verdict.get_by_text("Accepted").or_(verdict.get_by_text("Kept")).first.wait_for()
+
+
+@in_a_loop
+async def test_page_is_back_within_a_second_with_its_subscriptions_and_its_map(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, viewport=SIZE) as visit,
+    ):
+        robot.place()
+        page, proxy = visit.page, robot.proxy
+        await seen(page)
+        assert proxy.passed > scene_cloud_path("office").stat().st_size
+        await hold_until(page, key(page, "w"), lambda: robot.speed > 0.2, "that it drives")
+        assert await _time_to_return(visit, robot) < BACK + SLACK
+        begun = len(robot.ticks)
+        await page.keyboard.down("w")  # its repetition
+        await says(page, "Knows where it is")
+        await says(page, "Press again to drive")
+        await asyncio.sleep(1.0)
+        assert not any(tick.moves for tick in robot.ticks[begun:])
+        await page.keyboard.up("w")
+        before = proxy.passed
+        await page.reload()
+        await seen(page)
+        assert proxy.passed - before < scene_cloud_path("office").stat().st_size / 2
+
+
+async def _time_to_return(visit: Visit, robot: PacedRobot) -> float:
+    """Take the server away for a while; return the time from its return to the page's connection [s]."""
+    loop = asyncio.get_running_loop()
+    robot.proxy.cut()
+    await says(visit.page, "Nothing received for")
+    robot.proxy.drop()
+    await says(visit.page, "connection", within=".page-notices")
+    await asyncio.sleep(1.3)  # by then it tries again and again
+    connected: asyncio.Future[float] = loop.create_future()
+
+    def note(_socket: object) -> None:
+        if not connected.done():
+            connected.set_result(loop.time())
+
+    visit.page.on("websocket", note)
+    robot.proxy.restore()
+    restored = loop.time()
+    return await soon(connected) - restored
+
+
+@in_a_loop
+async def test_without_webgl_one_sentence_says_so_and_the_rest_works(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[NO_WEBGL], viewport=SIZE) as visit,
+    ):
+        robot.place()
+        page = visit.page
+        await says(page, "WebGL is missing")
+        assert await page.get_by_text("WebGL").count() == 1
+        await says(page, "Knows where it is")
+        await hold_until(page, key(page, "w"), lambda: robot.speed > 0.2, "that it drives")
+        await page.keyboard.press("Escape")
+        await page.keyboard.up("w")
+        await says(page, "E-stop, pressed by you")
+        async with asyncio.timeout(PATIENCE):
+            while robot.speed > 0.01:  # noqa: ASYNC110 - the robot has no event for it
+                await asyncio.sleep(0.02)
