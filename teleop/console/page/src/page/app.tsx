@@ -30,7 +30,6 @@ interface LaidOut {
 
 export function App({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
   const drawer = useSignal(false);
-  const mayDrive = parts.state.session.value?.mayDrive !== false;
   const layout = useMemo(() => pageLayout(), []).value;
   return (
     <div class="page" data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
