@@ -31,6 +31,7 @@ interface LaidOut {
 export function App({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
   const drawer = useSignal(false);
   const layout = useMemo(() => pageLayout(), []).value;
+  const mayDrive = parts.state.session.value?.mayDrive !== false;
   return (
     <div class="page" data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
       <Bar parts={parts} layout={layout} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
