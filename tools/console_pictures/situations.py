@@ -60,7 +60,9 @@ async def _stand(page: Page, robot: PacedRobot) -> None:
     await page.keyboard.up("ArrowUp")
     await asyncio.sleep(REST)
     if "again" in await page.locator(".driving-status").inner_text():
-        await page.keyboard.press("ArrowUp")  # the page was too busy to know whether the key was held
+        await page.keyboard.press(
+            "ArrowUp"
+        )  # the page was too busy to know whether the key was held
     await says(page, "Ready")
     await asyncio.sleep(2 * REST)
 
