@@ -23,6 +23,10 @@ from teleop.scene_clouds import scene_cloud_path
 
 FLAGS: Final = ("--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage")
 """WebGL without a graphics card; tests run as root, in containers with little shared memory."""
+PLAIN_PICTURE: Final = """
+try { localStorage.setItem('farsteer.layers', JSON.stringify({ map: false, oldSweeps: false })); } catch {}
+"""
+"""A person who has switched the map's points off: without a graphics card they take most of a core to draw."""
 PATIENCE: Final = 60.0
 """For anything that must come at all [s]; a loaded machine is no failure."""
 DEFAULT: Final = ServeConfig()
@@ -61,7 +65,12 @@ async def launched(playwright: Playwright) -> Browser:
 
 @asynccontextmanager
 async def _page_of(
-    address: str, *, scripts: Sequence[str] = (), wait: str = "load", **context: Any
+    address: str,
+    *,
+    scripts: Sequence[str] = (),
+    wait: str = "load",
+    whole_picture: bool = False,
+    **context: Any,
 ) -> AsyncIterator[Visit]:
     async with async_playwright() as playwright:
         browser = await launched(playwright)
@@ -71,6 +80,8 @@ async def _page_of(
             page = await opened.new_page()
             visit = Visit(page)
             await _watch(visit)
+            if not whole_picture:
+                await opened.add_init_script(PLAIN_PICTURE)
             for script in scripts:
                 await page.add_init_script(script)
             await page.goto(address, wait_until=wait)  # type: ignore[arg-type]

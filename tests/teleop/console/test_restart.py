@@ -59,7 +59,7 @@ async def test_new_run_clears_what_belonged_to_the_last_and_does_not_drive_on(
             await hold_until(page, key(page, "w"), lambda: robot.speed > 0.2, "that it drives")
             door.cut()
             await last.aclose()
-            await says(page, "Stopped: the robot said nothing", within=".driving-status")
+            await says(page, "Stopped", within=".driving-status")
 
             async with paced_robot(office, office_cloud, cache) as next_robot:
                 door.target = next_robot.proxy.port

@@ -52,7 +52,12 @@ async def test_person_logs_in_drives_is_carried_off_hints_stops_and_comes_back(
     tokens.write_text(TOKENS)
     async with (
         paced_robot(office, office_cloud, cache, tokens=tokens, stepper=f"{TOKEN}-2") as robot,
-        page_of(robot.page, scripts=[GAMEPAD], viewport={"width": 1120, "height": 600}) as visit,
+        page_of(
+            robot.page,
+            scripts=[GAMEPAD],
+            whole_picture=True,
+            viewport={"width": 1120, "height": 600},
+        ) as visit,
     ):
         robot.place()
         await _log_in_and_see(visit)

@@ -118,7 +118,7 @@ export const drivingTexts = {
   estop: "Stop!",
   estopLabel: "Emergency stop (Esc)",
   estopLatched: "Stopped",
-  estopLatchedLabel: "Emergency stop is latched",
+  estopLatchedLabel: "Stopped: the emergency stop is latched",
   estopPending: (time: number) => `E-stop not confirmed yet: the robot has not answered for ${seconds(time)}. It is sent again and again.`,
   estopRefused: (why: string) => `E-stop refused: ${why}. It is sent again and again.`,
   release: "Release e-stop…",
