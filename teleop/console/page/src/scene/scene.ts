@@ -27,6 +27,15 @@ const REST = 250;
 /** How often fading points are drawn anew while nothing else happens [ms]. */
 const FADING = 200;
 
+/** Heights that alarms and controls cover [CSS pixels], and the largest share of the picture that is left to them. */
+const COVERED = { top: 70, bottom: 150, most: 0.45 };
+
+/** Return the shares of a picture of this height [CSS pixels] that are covered. */
+function covered(height: number): { readonly top: number; readonly bottom: number } {
+  const share = Math.min(1 / Math.max(height, 1), COVERED.most / (COVERED.top + COVERED.bottom));
+  return { top: COVERED.top * share, bottom: COVERED.bottom * share };
+}
+
 export class Scene {
   /** Set by whoever knows that what is shown is older than it should be: everything alive turns grey. */
   readonly stale: Signal<boolean> = signal(false);
@@ -216,7 +225,7 @@ export class Scene {
     const { x, y, z } = this.#pose.position;
     this.#rig.setAnchor(this.#located ? { x, y, z, yaw: this.#pose.heading } : undefined);
     const { width, height, ratio } = this.#stage.size;
-    this.#rig.setAspect(width / height);
+    this.#rig.setAspect(width / height, covered(height));
     const moving = this.#rig.advance(elapsed) || gliding;
     this.#rest(moving, followsAtOnce, interval);
     const orbit = this.#rig.orbit();

@@ -52,6 +52,7 @@ export class ViewRig {
   reducedMotion = false;
   #view: View = "chase";
   #aspect = 1.5;
+  #covered = { top: 0, bottom: 0 };
   #world: Bounds | undefined;
   #anchor: Anchor | undefined;
   #camera: Anchor | undefined;
@@ -78,8 +79,13 @@ export class ViewRig {
     }
   }
 
-  setAspect(aspect: number): void {
+  /**
+   * @param covered Shares of the height that alarms and controls cover, above and below: the whole map is shown between
+   *   them when it is seen from above.
+   */
+  setAspect(aspect: number, covered: { readonly top: number; readonly bottom: number } = { top: 0, bottom: 0 }): void {
     this.#aspect = aspect;
+    this.#covered = covered;
   }
 
   /** Set what is to be seen as long as no robot is in it. */
@@ -190,6 +196,13 @@ export class ViewRig {
     this.#progress = 0;
   }
 
+  /** Return the target at which this place is in the middle of what is not covered, seen from above. */
+  #uncovered(place: Vector3, distance: number): Vector3 {
+    const down = (this.#covered.bottom - this.#covered.top) * distance * Math.tan(HABITS.top.fieldOfView / 2);
+    const azimuth = Math.PI / 2 + this.#wishes.top.turn;
+    return { x: place.x - down * Math.cos(azimuth), y: place.y - down * Math.sin(azimuth), z: place.z };
+  }
+
   #follows(): boolean {
     return this.following && this.#camera !== undefined;
   }
@@ -202,8 +215,10 @@ export class ViewRig {
   #fitted(): number {
     const habit = HABITS[this.#seen()];
     const world = this.#world ?? NO_WORLD;
-    const whole = { ...this.#whole(), distance: 1 };
-    return (MARGIN * Math.max(fittingDistance(whole, world, this.#aspect), 3)) / habit.distance;
+    const free = this.#seen() === "top" ? 1 - this.#covered.top - this.#covered.bottom : 1;
+    const fieldOfView = 2 * Math.atan(free * Math.tan(habit.fieldOfView / 2));
+    const whole = { ...this.#whole(), fieldOfView, distance: 1 };
+    return (MARGIN * Math.max(fittingDistance(whole, world, this.#aspect / free), 3)) / habit.distance;
   }
 
   /** The view of the whole map, but for its distance. */
@@ -232,7 +247,9 @@ export class ViewRig {
       return { ...shared, target: this.#free, azimuth: this.#freeAzimuth, distance: wish.distance };
     }
     if (robot === undefined) {
-      return { ...this.#whole(), distance: wish.distance * this.#fitted() };
+      const distance = wish.distance * this.#fitted();
+      const whole = { ...this.#whole(), distance };
+      return view === "top" ? { ...whole, target: this.#uncovered(whole.target, distance) } : whole;
     }
     if (view === "first") {
       const eye = { x: robot.x + 0.1 * Math.cos(robot.yaw), y: robot.y + 0.1 * Math.sin(robot.yaw), z: robot.z + EYE_HEIGHT };
@@ -256,7 +273,7 @@ export class ViewRig {
     }
     const distance = wished === habit ? fitted : Math.min(wished, fitted);
     const share = Math.min((1 - distance / fitted) / 0.3, 1);
-    const { x, y } = middle(this.#world ?? NO_WORLD);
+    const { x, y } = this.#uncovered(middle(this.#world ?? NO_WORLD), distance);
     return { target: { x: x + (near.x - x) * share, y: y + (near.y - y) * share, z: near.z }, distance };
   }
 }

@@ -143,6 +143,23 @@ describe("the views", () => {
     expect(settle(rig).distance).toBe(whole);
   });
 
+  test("show the whole map between what covers the picture, with and without a robot", () => {
+    const rig = new ViewRig();
+    rig.setAspect(1, { top: 0.1, bottom: 0.3 });
+    rig.setWorld(WORLD);
+    rig.setView("top");
+    for (const robot of [undefined, { x: 24, y: 3, z: 0, yaw: 1 }]) {
+      rig.setAnchor(robot);
+      const camera = cameraOf(settle(rig), 1);
+      for (const [x, y] of [[0, 0], [26, 0], [26, 16], [0, 16]] as const) {
+        const seen = new Vector3(x, y, 0).project(camera);
+        expect(Math.abs(seen.x)).toBeLessThan(1);
+        expect(seen.y).toBeLessThan(0.8);
+        expect(seen.y).toBeGreaterThan(-0.4);
+      }
+    }
+  });
+
   test("show the robot's surroundings from above in a map that is too large", () => {
     const rig = new ViewRig();
     rig.setWorld({ min: { x: -500, y: -500, z: 0 }, max: { x: 500, y: 500, z: 3 } });
