@@ -100,8 +100,10 @@ def write(film: Film, path: Path) -> str:
     faster = max(sum(time for _, time in pictures) / LENGTH, 1.0)
     shown = [round(1000 * time / faster) for _, time in pictures]
     for quality in QUALITIES:
+        file = io.BytesIO()
         first.save(
-            path,
+            file,
+            "WEBP",
             save_all=True,
             append_images=rest,
             duration=shown,
@@ -109,8 +111,9 @@ def write(film: Film, path: Path) -> str:
             quality=quality,
             method=4,
         )
-        if path.stat().st_size <= SIZE:
+        if len(file.getvalue()) <= SIZE:
             break
+    path.write_bytes(file.getvalue())
     said = f"{path}: {len(pictures)} pictures, {sum(shown) / 1000:.1f} s, quality {quality}"
     said += f", {faster:.1f} times as fast"
     return f"{said}, {path.stat().st_size / 1e6:.2f} MB"
