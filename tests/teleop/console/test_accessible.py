@@ -1,4 +1,4 @@
-"""The page for those who see, hear or point less: axe-core's rules, and the keyboard alone."""
+"""The page without a mouse and with assistive technology: axe-core's rules, and the keyboard alone."""
 
 from __future__ import annotations
 
