@@ -10,6 +10,7 @@ import numpy as np
 from benchmarks._figures import OURS, Figure, poisson, say
 from benchmarks._recordings import driving, map_of, world_of
 from benchmarks._replaying import SETTLING
+from localization.config import LocalizerConfig
 from localization.geometry import wrap_angle
 from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Health, Pose
@@ -89,11 +90,13 @@ class Watch:
             self.stories.append(f"not flagged at {told}")
 
 
-def watch(drive: LongDrive, seconds: float = SECONDS) -> Watch:
+def watch(
+    drive: LongDrive, seconds: float = SECONDS, config: LocalizerConfig | None = None
+) -> Watch:
     """Drive and localise as it goes; nothing is kept but the counts."""
     world = world_of(drive.scene, alive=drive.alive, timing=drive.seed)
     simulation = Simulation(world, seed=drive.seed)
-    localizer = Localizer(map_of(drive.scene), simulation.mounts)
+    localizer = Localizer(map_of(drive.scene), simulation.mounts, config or LocalizerConfig())
     truth: dict[int, Pose] = {}
     seen, counted = Watch(), None
     for readings in driving(simulation, world, truth, seed=drive.seed, again=True):
@@ -118,9 +121,14 @@ def _off(estimate: Pose, truth: Pose) -> tuple[float, float]:
 
 def alarms(chunk: int) -> Iterator[Figure]:
     """Drive one chunk of the drives and yield each drive's counts."""
-    for drive in DRIVES[chunk::CHUNKS]:
+    yield from counts(DRIVES[chunk::CHUNKS])
+
+
+def counts(drives: Iterable[LongDrive], config: LocalizerConfig | None = None) -> Iterator[Figure]:
+    """Yield each drive's counts."""
+    for drive in drives:
         case = f"{drive.scene}, seed {drive.seed}" + (", alive" if drive.alive else "")
-        seen = watch(drive)
+        seen = watch(drive, config=config)
         for story in seen.stories:
             say(f"    {case}, {story}")
         yield Figure(case, OURS, _DRIVEN, seen.seconds / 3600.0, "h")

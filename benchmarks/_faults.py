@@ -172,34 +172,44 @@ def carried_away() -> Iterator[Figure]:
         rng, world = np.random.default_rng(seed), map_of(scene)
         drive = record(world_of(scene), name=scene, seed=seed, seconds=140.0)
         for i in range(TRIALS):
-            recording, moved = _carry(drive, rng)
+            recording, moved = carry(drive, rng)
             methods: dict[str, Method] = {OURS: ours, **(PEERS if i < PEER_TRIALS else {})}
             for name, method in methods.items():
-                fate = _fate(method(recording, world), recording, moved)
+                fate = fate_of(method(recording, world), recording, moved)
                 found.setdefault(name, []).append(fate)
     for name, fates in found.items():
         yield from _of_carried(name, fates)
 
 
-def _carry(drive: Recording, rng: np.random.Generator) -> tuple[Recording, int]:
-    """Cut a drive and splice its pieces; return it, and the stamp from which it is elsewhere [ns]."""
+def carry(
+    drive: Recording, rng: np.random.Generator, *, after: int = AFTER
+) -> tuple[Recording, int]:
+    """Cut a drive and splice its pieces; return it, and the stamp from which it is elsewhere [ns].
+
+    Args:
+        drive: of which the pieces are.
+        rng: draws when the robot is lifted, and where it is set down.
+        after: how long the drive goes on then [ns].
+    """
     last = max(drive.truth)
     while True:
         lifted = int(rng.integers(BEFORE + 2 * SECOND, last))
-        down = int(rng.integers(2 * SECOND, last - AFTER))
+        down = int(rng.integers(2 * SECOND, last - after))
         here, there = _at(drive, lifted), _at(drive, down)
         apart = float(np.hypot(*(here.position - there.position)[:2]))
         if apart > 1.0 or abs(wrap_angle(here.yaw - there.yaw)) > np.deg2rad(30.0):
             break
     before = [r for r in _between(drive, lifted - BEFORE, lifted) if not isinstance(r, Hint)]
-    after = _between(drive, down, down + AFTER)
+    there_on = _between(drive, down, down + after)
     begin = lifted - BEFORE + SECOND // 2
     x, y, yaw = *_at(drive, begin).position[:2], _at(drive, begin).yaw
     hint = Hint(begin, Pose.planar(float(x), float(y), yaw), np.zeros((6, 6)))
     place = next(i for i, r in enumerate(before) if end_of(r) >= begin)
-    spliced = tuple(kidnapped([*before[:place], hint, *before[place:]], after))
+    spliced = tuple(kidnapped([*before[:place], hint, *before[place:]], there_on))
     moved = max(end_of(r) for r in before)
-    shift = end_of(spliced[len(before) + 1]) - end_of(next(r for r in after if type(r) is not Hint))
+    shift = end_of(spliced[len(before) + 1]) - end_of(
+        next(r for r in there_on if type(r) is not Hint)
+    )
     truth = {s: p for s, p in drive.truth.items() if s <= moved}
     truth |= {s + shift: p for s, p in drive.truth.items() if s >= down}
     return Recording(drive.name, spliced, truth, drive.mounts), moved
@@ -213,7 +223,8 @@ def _at(drive: Recording, stamp: int) -> Pose:
     return drive.truth[min(drive.truth, key=lambda s: abs(s - stamp))]
 
 
-def _fate(run: Run, recording: Recording, moved: int) -> Carried:
+def fate_of(run: Run, recording: Recording, moved: int) -> Carried:
+    """Return what became of a robot that was elsewhere from the stamp ``moved`` on [ns]."""
     never = float("inf")
     flagged = doubted = placed = never
     way, last, wrong = 0.0, None, False

@@ -112,7 +112,7 @@ STANDARD: Final[Topics] = {
 
 @dataclass
 class PlainRobot:
-    """Where a robot is, and what it was told."""
+    """Where a robot is, and what it received."""
 
     url: str = ""
     received: list[Message] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""The page for those who see, hear or point less: axe-core's rules, and the keyboard alone."""
+"""The page without a mouse and with assistive technology: axe-core's rules, and the keyboard alone."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ async def test_axe_finds_nothing_in_any_situation(
         found["night"] = await findings(page)
         await page.set_viewport_size({"width": 390, "height": 780})
         found["narrow"] = await findings(page)
-    lines = [f"{where}: {what}" for where, whats in found.items() for what in whats]
+    lines = [f"{where}: {what}" for where, wrongs in found.items() for what in wrongs]
     assert not lines, "\n".join(lines)
 
 

@@ -30,7 +30,7 @@ SIZE = {"width": 1120, "height": 600}
 
 @pytest.mark.parametrize("serve", [library_robot, suite_robot], ids=["library", "rosbridge_suite"])
 @in_a_loop
-async def test_page_shows_what_there_is_and_drives_only_after_it_was_told(
+async def test_page_shows_what_there_is_and_drives_only_after_a_confirmation(
     serve: Callable[[], AbstractAsyncContextManager[PlainRobot]], page_of: Pages
 ) -> None:
     async with serve() as robot:
@@ -44,7 +44,7 @@ async def test_page_shows_what_there_is_and_drives_only_after_it_was_told(
                 await page.keyboard.down("w")
                 await asyncio.sleep(0.5)
                 await page.keyboard.up("w")
-                assert robot.received == [], "it drives before it was told to"
+                assert robot.received == [], "it drives before the person has confirmed it"
                 await press(page, "Drive by /cmd_vel all the same")
                 await says(page, "Ready. Nothing there guards the robot")
                 await _drive_and_stop(page, robot)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
@@ -59,15 +60,20 @@ async def test_new_run_clears_what_belonged_to_the_last_and_does_not_drive_on(
             await hold_until(page, key(page, "w"), lambda: robot.speed > 0.2, "that it drives")
             door.cut()
             await last.aclose()
-            await says(page, "Stopped", within=".driving-status")
+            gone = re.compile("said nothing|connection is lost")
+            await page.locator(".driving-status").get_by_text(gone).first.wait_for()
 
             async with paced_robot(office, office_cloud, cache) as next_robot:
                 door.target = next_robot.proxy.port
                 door.restore()
-                await says(page, "The robot has started anew", within=".page-right")
+                await says(page, "what belonged to its last run is cleared", within=".page-right")
                 assert await page.locator(RESULT).inner_text() == ""
                 await page.keyboard.down("w")  # its repetition
-                await says(page, "press again", within=".driving-status")
+                await (
+                    page.locator(".driving-status")
+                    .get_by_text(re.compile("again"))
+                    .first.wait_for()
+                )
                 assert not any(tick.moves for tick in next_robot.ticks)
                 await page.keyboard.up("w")
                 await hold_until(
