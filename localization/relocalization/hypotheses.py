@@ -60,8 +60,8 @@ class Hypothesis:
 
     @property
     def score(self) -> float:
-        """Mean share of the sweeps that the place explained."""
-        return float(np.mean(self.shares))
+        """Mean share of the sweeps that the place explained; 0 before the first."""
+        return float(np.mean(self.shares)) if self.shares else 0.0
 
     @property
     def contradicted(self) -> float:
@@ -90,10 +90,22 @@ class Hypotheses:
         config: HypothesesConfig,
         *,
         near: bool = False,
+        present: Pose | None = None,
     ) -> Hypotheses:
-        """Begin with the places that a search found, best first, as of now."""
-        found = candidates[: config.max_places]
+        """Begin with the places that a search found, best first, as of now.
+
+        Args:
+            candidates: The places found.
+            odom_from_base: The pose in ``odom`` now.
+            config: How many places are tracked.
+            near: Whether only the surroundings of a lost estimate were searched.
+            present: The estimate that the robot has now and that none of the places agrees with; it is compared
+                with them as one more place, so that only a clearly better one replaces it.
+        """
+        found = candidates[: config.max_places - (present is not None)]
         places = tuple(Hypothesis(c.map_from_base, (c.score,)) for c in found)
+        if present is not None and places:
+            places = (*places, Hypothesis(present, ()))
         return cls(places, odom_from_base, near=near)
 
     def nowhere(self, search: SearchConfig, config: HypothesesConfig) -> bool:
@@ -165,9 +177,10 @@ class Hypotheses:
             odom_from_base=odom_from_base,
             distance=self.distance + way,
         )
-        return left, left._decided(search, config)
+        return left, left.decided(search, config)
 
-    def _decided(self, search: SearchConfig, config: HypothesesConfig) -> Candidate | None:
+    def decided(self, search: SearchConfig, config: HypothesesConfig) -> Candidate | None:
+        """Return the place that the evidence so far leaves to believe, or None."""
         best = self.places[0]
         if len(best.shares) < config.min_sweeps or self.distance < config.min_distance:
             return None

@@ -265,7 +265,7 @@ class Relocalizer:
         placement = None
         unsure = not current.placed or current.lost
         if result.hint is None:
-            return self._proposed(state, result, odom, unsure=unsure), None, ()
+            return self._proposed(state, result, odom, current, unsure=unsure), None, ()
         if result.verdict is Verdict.ACCEPTED:
             state = _found(state)
             placement = Placement(result.candidates[0].map_from_base, result.reason)
@@ -285,11 +285,20 @@ class Relocalizer:
         return replace(state, schedule=schedule, paused=False)
 
     def _proposed(
-        self, state: RelocalizerState, result: SearchResult, odom: Pose, *, unsure: bool
+        self,
+        state: RelocalizerState,
+        result: SearchResult,
+        odom: Pose,
+        current: CurrentPose,
+        *,
+        unsure: bool,
     ) -> RelocalizerState:
         """Return the state after a search without a hint: what it found is proposed, and driving decides."""
         if result.whole_map:
-            places = Hypotheses.of(result.candidates, odom, self._hypotheses)
+            present = None if unsure else current.map_from_base
+            if any(same_place(c.map_from_base, present) for c in result.candidates if present):
+                present = None
+            places = Hypotheses.of(result.candidates, odom, self._hypotheses, present=present)
             if places.places:
                 return replace(state, hypotheses=places)
             return self._unsettled(state, unsure=unsure)

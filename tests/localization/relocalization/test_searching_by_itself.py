@@ -22,7 +22,17 @@ from localization.relocalization.search_schedule import (
     SearchSchedule,
     SearchScheduleConfig,
 )
-from localization.types import SECOND, Estimate, Health, Hint, Pose, Reading, Scan, Verdict
+from localization.types import (
+    SECOND,
+    Candidate,
+    Estimate,
+    Health,
+    Hint,
+    Pose,
+    Reading,
+    Scan,
+    Verdict,
+)
 from tests.support_rooms import HALL, MOUNTS, SQUARE, Drive, apart
 
 START = Pose.planar(2.6, 1.6, 0.2)
@@ -234,3 +244,23 @@ def test_places_that_explain_too_little_in_the_mean_are_given_up_after_three_loo
     assert not early.exhausted(search, config)
     good = Hypothesis(Pose.identity(), (0.9, 0.5, 0.4, 0.45))
     assert not Hypotheses((good, other), distance=0.75).exhausted(search, config)
+
+
+def test_estimate_that_stands_is_one_of_the_places_that_a_search_compares() -> None:
+    found = (Candidate(Pose.planar(1.0, 0.0, 0.0), 0.6),)
+    here, config = Pose.planar(5.0, 5.0, 0.0), HypothesesConfig()
+    places = Hypotheses.of(found, Pose.identity(), config, present=here).places
+    assert [p.map_from_base for p in places] == [found[0].map_from_base, here]
+    assert [p.score for p in places] == [0.6, 0.0]
+    assert Hypotheses.of((), Pose.identity(), config, present=here).places == ()
+
+
+@pytest.mark.parametrize(("contradicted", "replaced"), [(0.1, False), (0.9, True)])
+def test_estimate_that_stands_is_replaced_only_by_a_place_that_outdoes_it(
+    contradicted: float, replaced: bool
+) -> None:
+    elsewhere = Hypothesis(Pose.planar(1.0, 0.0, 0.0), (0.7,) * 4, (0.3,) * 3)
+    stands = Hypothesis(Pose.planar(5.0, 5.0, 0.0), (0.5,) * 3, (contradicted,) * 3)
+    places = Hypotheses((elsewhere, stands), distance=1.0)
+    decided = places.decided(SearchConfig(), HypothesesConfig())
+    assert (decided is not None) is replaced
