@@ -526,4 +526,6 @@ def test_beam_without_return_is_as_far_as_the_documentation_says() -> None:
 
 
 def test_pictures_in_the_documentation_are_small() -> None:
-    assert all(p.stat().st_size < 250_000 for p in (ROOT / "docs/images").iterdir())
+    for picture in (ROOT / "docs/images").iterdir():
+        most = 3_000_000 if picture.suffix == ".webp" else 250_000  # an animation
+        assert picture.stat().st_size < most, picture.name

@@ -88,8 +88,16 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
         pads=open_pads() if on_terminal else None,
     )
 
+    page_named = False
+
     def connection_changed(state: ConnectionState) -> None:
+        nonlocal page_named
         connected = state is ConnectionState.CONNECTED
+        if connected and not page_named:
+            page_named = True
+            events.add(
+                f"the robot's own page, to drive from any browser: {page_address(config.url)}"
+            )
         text = config.url if connected else plain_reason(client.closed_reason)
         if display is not None:
             display.link(connected=connected, text=text, stamp=operator.now)
@@ -97,7 +105,6 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
     if config.duration is not None:
         loop.call_later(config.duration, session.end)
     hint = None if config.hint is None else pose_of(list(config.hint))
-    say(f"the robot's own page, to drive from any browser: {page_address(config.url)}")
     try:
         await session.run(connection_changed=connection_changed, hint=hint, find=config.find)
     finally:

@@ -113,16 +113,32 @@ async def place_on_screen(page: Page, x: float, y: float) -> tuple[float, float]
         )
         for c in corners
     ]
-    places = [np.array([f["x"], f["y"]]) for f in found]
+    places = [np.array([f["x"], f["y"]]) for f in found if f is not None]
     # Seen straight from above the floor is an affine picture.
     per_pixel = np.column_stack((places[1] - places[0], places[2] - places[0])) / 60.0
     away = np.linalg.solve(per_pixel, np.array([x, y]) - places[0])
     return float(middle[0] + away[0]), float(middle[1] + away[1])
 
 
+async def _at_rest(page: Page, x: float, y: float) -> tuple[float, float]:
+    """Return where a place is in the window once the view has come to stand above the map."""
+    seen: list[tuple[float, float] | None] = []
+    async with asyncio.timeout(PATIENCE):
+        while len(seen) < 3 or seen[-1] is None or len({*seen[-3:]}) > 1:
+            try:
+                there = await place_on_screen(page, x, y)
+                seen.append((round(there[0]), round(there[1])))
+            except (IndexError, np.linalg.LinAlgError):  # above the horizon, while the view turns
+                seen.append(None)
+            await asyncio.sleep(0.15)
+    found = seen[-1]
+    assert found is not None
+    return found
+
+
 async def drag_hint(page: Page, x: float, y: float, heading: float) -> None:
     """Press where the robot is [m] and drag to where it looks [rad], in the view from above."""
-    start = await place_on_screen(page, x, y)
+    start = await _at_rest(page, x, y)
     end = await place_on_screen(page, x + 1.5 * np.cos(heading), y + 1.5 * np.sin(heading))
     await page.mouse.move(*start)
     await page.mouse.down()
