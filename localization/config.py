@@ -116,7 +116,10 @@ class LocalizerConfig:
         config = cls(sensors=sensors, ekf=sensors.ekf())
         if sensors.displaced:
             kiss = replace(config.kiss, sigma_floor=_KISS_POSITION, sigma_floor_angle=_KISS_ANGLE)
-            config = replace(config, kiss=kiss)
+            # The pose that sweeps are compared at is then corrected by them, and wrong by what they are wrong by.
+            jumps = replace(config.jump_detection, part_overlap=0.0)
+            health = replace(config.health, jump_growth=-1.0)
+            config = replace(config, kiss=kiss, jump_detection=jumps, health=health)
         return replace(config, placement_sigma=_PLACEMENT_FLAT) if sensors.flat else config
 
 

@@ -11,17 +11,26 @@ from typing import Final
 from localization.errors import LocalizationError
 
 EXTRAS: Final = {
+    "OpenGL": "camera",
+    "aiokafka": "kafka",
+    "aiortc": "webrtc",
+    "av": "webrtc",
     "cryptography": "lan",
     "segno": "lan",
     "cbor2": "wire",
+    "distributed": "sweep",
     "embreex": "sim",
+    "hypothesis": "fuzz",
     "matplotlib": "report",
     "mujoco": "sim",
     "msgspec": "wire",
     "open3d": "map",
+    "pyarrow": "sweep",
     "pybase64": "wire",
+    "pydantic": "sim",
     "rerun": "operator",
     "rerun_bindings": "operator",
+    "tornado": "kafka",
     "websockets": "wire",
 }
 """Optional libraries by import name, with the extra of ``farsteer`` that installs each."""

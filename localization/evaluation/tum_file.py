@@ -8,26 +8,52 @@ from __future__ import annotations
 
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
+from typing import Final, TextIO
 
 import numpy as np
 
 from localization.evaluation.trajectory import EmptyTrajectoryError, Trajectory, TrajectoryError
-from localization.types import SECOND
+from localization.types import SECOND, Pose
+
+_HEADER: Final = "# t x y z qx qy qz qw\n"
+
+
+class TumWriter:
+    """Writes a trajectory as it comes about; what was written is on the disk, whatever happens to the process."""
+
+    def __init__(self, path: Path) -> None:
+        """Open a file, in the place of what it held."""
+        self._file: TextIO = path.open("w", encoding="ascii")
+        self._file.write(_HEADER)
+        self._file.flush()
+
+    def write(self, stamp: int, pose: Pose) -> None:
+        """Write the pose at a time [ns], which must be later than the one before."""
+        self._file.write(_line(stamp, pose.position.tolist(), pose.quaternion_wxyz.tolist()))
+        self._file.flush()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
 
 
 def write_tum(path: Path | str, trajectory: Trajectory) -> None:
     """Write a trajectory to a TUM file."""
-    lines = ["# t x y z qx qy qz qw\n"]
-    for stamp, position, (w, x, y, z) in zip(
+    poses = zip(
         trajectory.stamps.tolist(),
         trajectory.positions.tolist(),
         trajectory.quaternions_wxyz.tolist(),
         strict=True,
-    ):
-        seconds, rest = divmod(abs(stamp), SECOND)
-        numbers = " ".join(map(repr, (*position, x, y, z, w)))
-        lines.append(f"{'-' if stamp < 0 else ''}{seconds}.{rest:09d} {numbers}\n")
-    Path(path).write_text("".join(lines), encoding="ascii")
+    )
+    text = _HEADER + "".join(_line(*each) for each in poses)
+    Path(path).write_text(text, encoding="ascii")
+
+
+def _line(stamp: int, position: list[float], quaternion_wxyz: list[float]) -> str:
+    w, *xyz = quaternion_wxyz
+    seconds, rest = divmod(abs(stamp), SECOND)
+    numbers = " ".join(map(repr, (*position, *xyz, w)))
+    return f"{'-' if stamp < 0 else ''}{seconds}.{rest:09d} {numbers}\n"
 
 
 def read_tum(path: Path | str) -> Trajectory:

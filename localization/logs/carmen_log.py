@@ -20,7 +20,8 @@ from localization.logs.carmen_lines import LINE_READERS, SCANNER, ScanLine
 from localization.logs.carmen_survey import ODOM, CarmenSurvey, survey
 from localization.logs.carmen_timestamps import TimestampRepair, lacks_zeros
 from localization.logs.log_interface import LogError, Skipped
-from localization.logs.stamp_order import in_order
+from localization.logs.stamp_order import WINDOW, in_order
+from localization.motion.arrival_order import ArrivalOrder
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Odometry, Pose, Reading
 
@@ -123,7 +124,9 @@ class CarmenLog:
 
         Lines without a valid reading are left out and counted in ``skipped``.
         """
-        yield from in_order(self._stamped())
+        order = ArrivalOrder(WINDOW)
+        arranged = (r for _, reading in self._stamped() for r in order.arranged(reading))
+        yield from in_order((r.stamp, r) for r in arranged)
 
     def scan_lines(self) -> Iterator[ScanLine]:
         """Yield each scan with the pose in its own line, in file order and with stamps as printed.

@@ -10,13 +10,13 @@ from localization.types import SECOND
 
 ReadingType = TypeVar("ReadingType")
 
-_WINDOW = SECOND // 4
+WINDOW = SECOND // 4
 """Lines that are written in another order than they are stamped are at most this far apart [ns]: loggers write
 a scan when it arrives, up to a tenth of a second after odometry with later stamps."""
 
 
 def in_order(
-    stamped: Iterable[tuple[int, ReadingType]], window: int = _WINDOW
+    stamped: Iterable[tuple[int, ReadingType]], window: int = WINDOW
 ) -> Iterator[tuple[int, ReadingType]]:
     """Yield stamped readings in the order of their stamps, as far as they are near in time.
 

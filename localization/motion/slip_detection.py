@@ -35,6 +35,9 @@ class SlipDetector(NamedTuple):
     """Distance that the wheels rolled in the present window [m]."""
     last_speed: float = 0.0
     """Mean speed at which the wheels rolled in the window before [m/s]."""
+    trusted_speed: float = 0.0
+    """Mean speed at which the wheels rolled before they were distrusted last, or that the map has shown since
+    then [m/s]."""
     motion: Pose | None = None
     """Motion ``base_then_from_base_now`` that KISS-ICP observed in the present window."""
     elapsed: float = 0.0
@@ -61,7 +64,8 @@ class SlipDetector(NamedTuple):
 
     def distrusted(self, now: int) -> SlipDetector:
         """Return the detector after a sign of slip at a stamp [ns]."""
-        return self._replace(slip_until=now + self.config.slip_memory)
+        trusted = self.trusted_speed if self.slipping(now) else self.last_speed
+        return self._replace(slip_until=now + self.config.slip_memory, trusted_speed=trusted)
 
     def wheels_read(self, rolling: float, seconds: float, now: int) -> SlipDetector:
         """Return the detector after a reading of the wheels, which may spin up faster than tyres can grip.
@@ -78,6 +82,13 @@ class SlipDetector(NamedTuple):
         if not self.slipping(now):
             detector = detector._replace(speed=before)
         return detector.distrusted(now)
+
+    def shown_by_map(self, speed: float, now: int) -> SlipDetector:
+        """Return the detector after registered sweeps showed the robot's forward speed [m/s].
+
+        KISS-ICP begins from its own speed while the wheels are distrusted, and could run away.
+        """
+        return self._replace(trusted_speed=speed) if self.slipping(now) else self
 
     def rolled_on(self, distance: float) -> SlipDetector:
         """Return the detector after the wheels rolled for another distance [m]."""
@@ -103,18 +114,22 @@ class SlipDetector(NamedTuple):
         """Whether the window is long enough to compare wheels and KISS-ICP."""
         return self.elapsed >= self.config.slip_window
 
-    @property
-    def plausible(self) -> bool:
-        """Whether the robot can have moved as KISS-ICP observed.
+    def plausible(self, now: int) -> bool:
+        """Return whether the robot can have moved as KISS-ICP observed.
 
-        Wheels that spin or lock move a robot at a speed between none and their own, but for a push.
-        Without wheels, only the grip of tyres bounds the change of speed.
+        Wheels that spin or lock move a robot at a speed between none and their own, but for a push. While they
+        are distrusted, it may go on at their speed of before, or as the map shows: it slides, or its encoders
+        read nothing. Without wheels, only the grip of tyres bounds the change of speed.
+
+        Args:
+            now: stamp at the end of the window [ns].
         """
         c = self.config
         speed, _ = self._observed_velocity
         if self._measured:
             rolled = self.rolled / self.elapsed
-            low, high = min(0.0, rolled), max(0.0, rolled)
+            before = self.trusted_speed if self.slipping(now) else 0.0
+            low, high = min(0.0, rolled, before), max(0.0, rolled, before)
             return low - c.overspeed_margin <= speed <= high + c.overspeed_margin
         gain = speed - (self.speed or 0.0)
         return abs(gain) <= c.max_acceleration * self.elapsed + c.overspeed_margin

@@ -17,6 +17,10 @@ class LateReadingsConfig:
 
     horizon: int = 2 * SECOND
     """A reading later than this is rejected [ns]; with 0, every reading that is out of order is."""
+    stamp_error: int = SECOND // 4
+    """Largest difference of the stamps of two readings of one source, against their order of arrival, that is
+    taken for an error of the stamps [ns]; see ``ArrivalOrder``. For robots whose motion comes as poses; with 0,
+    the stamps decide."""
     reuse_distance: float = 0.005
     """A sweep that was registered already keeps its match unless the prediction moved farther [m]. The match
     does not contain the prediction, and is accurate to some 3 mm. With 0 every sweep is registered again,
@@ -25,7 +29,7 @@ class LateReadingsConfig:
     """A sweep that was registered already keeps its match unless the prediction turned farther [rad]."""
 
     def __post_init__(self) -> None:
-        if self.horizon < 0 or self.reuse_distance < 0.0 or self.reuse_angle < 0.0:
+        if min(self.horizon, self.stamp_error, self.reuse_distance, self.reuse_angle) < 0:
             raise LocalizationError("settings of late readings must be >= 0")
 
     @property

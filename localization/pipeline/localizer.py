@@ -17,6 +17,7 @@ from localization.matching.matchers import MatchSweep
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitor
 from localization.monitoring.silence_detection import silent_sources
 from localization.monitoring.status import status_of
+from localization.motion.arrival_order import ArrivalOrder
 from localization.pipeline.event_queue import EventQueue
 from localization.pipeline.events import SweepProcessed
 from localization.pipeline.replay_buffer import ReplayBuffer
@@ -26,7 +27,7 @@ from localization.pipeline.step import Command, Input, step
 from localization.pipeline.validation import ReadingValidator
 from localization.relocalization.preview import Preview, PreviewError, explained_share
 from localization.relocalization.verification import explain
-from localization.types import SECOND, Estimate, Health, Hint, Mounts, Pose, Reading
+from localization.types import SECOND, Estimate, Health, Hint, Mounts, Odometry, Pose, Reading
 
 
 class Localizer:
@@ -56,6 +57,8 @@ class Localizer:
         self._validator = ReadingValidator(
             mounts, config.sensors.leader, config.late_readings.horizon
         )
+        late, poses = config.late_readings, Odometry in config.sensors.leader
+        self._order = ArrivalOrder(late.stamp_error if poses and late.horizon else 0)
         self._buffer: ReplayBuffer[State, Input] = ReplayBuffer(
             config.late_readings, config.sensors
         )
@@ -78,6 +81,13 @@ class Localizer:
         them. A late reading takes effect at its own time: the readings since then are replayed, and a sweep
         among them is reported with the next reading that advances time.
         """
+        estimate = self._last
+        for due in self._order.arranged(reading):
+            estimate = self._add(due)
+        return estimate
+
+    def _add(self, reading: Reading) -> Estimate:
+        """Process a reading at its place."""
         if self._validator.repeats(reading):
             return self._last
         refusal = self._validator.refusal(reading, self._state.stamp)
@@ -99,13 +109,13 @@ class Localizer:
         """Begin a search of the whole map with the next sweep, as for a robot that was carried away.
 
         The places found are disambiguated by driving on; until that is decided, the estimate stays as it is.
-        A robot without a pose, or one that is lost, searches by itself.
+        A robot without a pose, or one that is lost, searches by itself; such a search gives way to this one.
         """
         self._take(Command.SEARCH_MAP)
 
     @property
     def searching(self) -> bool:
-        """Whether a search is under way, or begins with the next sweep."""
+        """Whether a search that was asked for, also by a hint, is under way or begins with the next sweep."""
         return self._state.search.requested
 
     @property
@@ -223,7 +233,13 @@ class Localizer:
         """Return the state of the estimate, and why."""
         state, config, mounts = self._state, self.config, self._resources.mounts
         sources = (*sorted(mounts), *config.sensors.expected)
-        silent = silent_sources(state.received, sources, state.stamp, config.health.silence)
+        silent = silent_sources(
+            state.received,
+            sources,
+            state.stamp,
+            state.listening.total,
+            config.health.silence,
+        )
         return status_of(
             state.health,
             placed=state.placed,

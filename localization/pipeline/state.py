@@ -10,7 +10,7 @@ from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState, initial_state
 from localization.monitoring.health import HealthMonitor
 from localization.monitoring.jump_detection import JumpDetector
-from localization.monitoring.silence_detection import SourceTimes
+from localization.monitoring.silence_detection import ListeningTime, SourceTimes
 from localization.motion.kiss_odometry import KissState
 from localization.motion.motion_model import MotionModel
 from localization.motion.odometry_track import OdometryTrack
@@ -31,6 +31,8 @@ class LastSweep:
     """Pose at that time."""
     map_from_base: Pose = field(default_factory=Pose.identity)
     """Pose at that time, corrected by the sweep."""
+    listened: int = 0
+    """Time listened until then [ns]."""
 
 
 class State(NamedTuple):
@@ -70,6 +72,8 @@ class State(NamedTuple):
     """Whether the filter's pose is one in the map."""
     received: Mapping[str, SourceTimes]
     """Newest reading of each source and how often they arrive: scanners by their frames, "wheels" and "gyro"."""
+    listening: ListeningTime
+    """Time in which they are missed if they do not come."""
 
     @classmethod
     def initial(cls, mounts: Mounts, config: LocalizerConfig) -> State:
@@ -90,6 +94,7 @@ class State(NamedTuple):
             odom_from_base=Pose.identity(),
             placed=False,
             received={},
+            listening=ListeningTime(),
         )
 
     @property

@@ -21,8 +21,8 @@ from localization.filter.pose_error import difference
 from localization.filter.prediction import predict
 from localization.filter.updates import update_standstill, update_wheel_yaw
 from localization.monitoring.health import HealthMonitor, horizontal_sigma
-from localization.monitoring.jump_detection import JumpDetector
-from localization.monitoring.silence_detection import with_reading
+from localization.monitoring.jump_detection import Change, JumpDetector
+from localization.monitoring.silence_detection import is_silence, with_reading
 from localization.motion.deskew import deskew
 from localization.motion.motion_model import Increment
 from localization.pipeline.events import (
@@ -78,7 +78,8 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
     """
     match item:
         case Command.SEARCH_MAP:
-            health = state.health.after_search_request()
+            # An operator asks where the robot is: it may be anywhere.
+            health = state.health.unwitnessed()
             return state._replace(search=state.search.with_request(), health=health), ()
         case Command.UNDO:
             return _undone(state, r.config)
@@ -92,8 +93,9 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
     state = _predicted(state, increment, r)
     state, record, events = _next_sweep(state, r)
     if record is not None:
+        blind = _drove_blind(state, record, r)
         state, registration = corrected_by_sweep(state, record, r)
-        state = _checked_for_jump(state, record, registration, r)
+        state = _checked_for_jump(state, record, registration, r, blind=blind)
         if not record.reported:
             record.reported, event = True, _processed(state, record, registration, r.config)
             events += (event,)
@@ -105,14 +107,14 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
 
 def _received(state: State, reading: Reading) -> tuple[State, Increment | None]:
     """Keep a reading, and return the increment of motion if it advances time."""
-    scans, received = state.scans, state.received
+    scans, received, listened = state.scans, state.received, state.listening.total
     if isinstance(reading, Scan | PointScan):
         scans = scans.received(reading)
-        received = with_reading(received, reading.scanner, reading.stamp)
+        received = with_reading(received, reading.scanner, reading.stamp, listened)
     elif isinstance(reading, WheelSpeeds):
-        received = with_reading(received, "wheels", reading.stamp)
+        received = with_reading(received, "wheels", reading.stamp, listened)
     elif isinstance(reading, Inertial):
-        received = with_reading(received, "gyro", reading.stamp)
+        received = with_reading(received, "gyro", reading.stamp, listened)
     motion, increment = state.motion.take(reading, state.slip.velocity)
     return state._replace(motion=motion, scans=scans, received=received), increment
 
@@ -126,6 +128,7 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
     if not state.stamp:
         return state._replace(stamp=now, track=state.track.extended(now, state.odom_from_base))
     dt = (now - state.stamp) / SECOND
+    state = state._replace(listening=state.listening.advanced(now - state.stamp))
     if increment.step is not None:
         return _displaced(state, increment, increment.step, dt, r)
     with r.stage("predict"):
@@ -200,20 +203,45 @@ def _way_since(state: State, stamp: int) -> Pose:
     return Pose.from_rotation(back @ (odom.position - position), back @ odom.rotation)
 
 
+def _drove_blind(state: State, record: SweepRecord, r: Resources) -> bool:
+    """Return whether the wheels turned while all scanners were silent: slip would have gone unobserved."""
+    last, stamp = state.last, record.sweep.stamp
+    gap = min(stamp - last.stamp, state.listening.total - last.listened)
+    silence = r.config.health.silence
+    if gap <= silence or not last.stamp:
+        return False
+    usual = min(state.received[name].interval for name in {scan.scanner for scan in record.scans})
+    moved = (last.odom_from_base.inverse() @ state.odom_from_base).position
+    far = float(np.hypot(*moved[:2])) > r.config.jump_detection.gap_distance
+    return far and is_silence(gap, usual, silence)
+
+
 def _checked_for_jump(
-    state: State, record: SweepRecord, registration: Registration, r: Resources
+    state: State,
+    record: SweepRecord,
+    registration: Registration,
+    r: Resources,
+    *,
+    blind: bool,
 ) -> State:
-    """Compare the sweep with the last one, and request a search of the map if the pose needs a check."""
+    """Compare the sweep with the last one, and request a search of the map if the pose needs a check.
+
+    After a robot drove blind its own motion rules out no place, and that a sweep fits confirms little.
+    """
     # Wheels without a gyro turn too roughly to say where a surface was seen before; the filter has been
     # corrected by the scanner.
     pose = state.filter.pose if r.config.sensors.displaced else state.odom_from_base
-    jump, jumped = state.jump.compared(record.sweep, pose)
+    jump, change = state.jump.compared(record.sweep, pose)
     health, search = state.health, state.search
-    if jumped and not (jump.after_gap and _confirmed(registration, health, r.config)):
-        health = health.after_jump(registration.consistency)
+    confirmed = jump.after_gap and _confirmed(registration, health, r.config)
+    if change and (blind or not confirmed):
+        health = health.after_jump(registration.consistency, change)
     carried = health is not state.health
+    health = health.unwitnessed() if blind else health
     if state.placed and (carried or health.needs_check):
         search = search.with_doubt()
+    elif change is Change.MOST and not r.config.sensors.displaced:
+        search = search.carried_off()
     return state._replace(jump=jump, health=health, search=search)
 
 
@@ -331,11 +359,13 @@ def _placed(
         state.health,
         state.odom_from_base,
     )
-    health = HealthMonitor.placed(r.config.health)
+    health = HealthMonitor.placed(r.config.health, placement.explained)
     if believed:
         step = placement.map_from_base.position - state.filter.pose.position
         health = HealthMonitor.after_replacement(state.health, float(np.hypot(*step[:2])))
     covariance = np.diag(np.array(r.config.placement_sigma) ** 2)
+    if placement.unseen is not None:
+        covariance += placement.unseen
     filter_ = with_pose(state.filter, placement.map_from_base, covariance)
     placed = state._replace(
         filter=filter_,

@@ -97,7 +97,7 @@ def corrected_by_sweep(
     state = _with_way_since_placement(state, observed, sweep.stamp, config)
     state = state._replace(
         filter=mark(state.filter),
-        last=LastSweep(sweep.stamp, state.odom_from_base, state.filter.pose),
+        last=LastSweep(sweep.stamp, state.odom_from_base, state.filter.pose, state.listening.total),
     )
     return state, registration
 
@@ -124,7 +124,7 @@ def _observed_motion(
     slip = slip.observed(motion, elapsed)
     if not slip.complete:
         return state._replace(kiss=kiss, slip=slip), observed
-    if slip.plausible:
+    if slip.plausible(record.sweep.stamp):
         slip = slip.confirmed()
         if slip.contradicted(covariance, filter_):
             slip, filter_ = _slipped(slip, filter_, record.sweep.stamp, r.config)
@@ -186,7 +186,10 @@ def _matched(
             record.consistency = r.beams.classify(record.sweep, filter_.pose, match.distances)
     if refusal is _UNEXPLAINED:
         refusal = explanation(match.inlier_ratio, record.consistency)
-    health = state.health.after_sweep(match, filter_.pose, refusal, record.consistency)
+    health = state.health.after_sweep(match, filter_.pose, refusal, elapsed, record.consistency)
+    if refusal is None and "forward" not in health.unobservable:
+        way = state.last.map_from_base.inverse() @ filter_.pose
+        slip = slip.shown_by_map(float(way.position[0]) / max(elapsed, 1e-3), now)
     moved = state.odom_from_base.position - state.last.odom_from_base.position
     if not state.search.checking:
         health = health.after_distance(float(np.hypot(*moved[:2])))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.relocalization.branch_and_bound import MapSearchConfig, Pyramid, search_map
 from localization.relocalization.floor_plan import FloorPlan
@@ -15,10 +16,14 @@ from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window, window_of
 from localization.relocalization.search_work import ResumableSearch
 from localization.relocalization.verification import (
+    SETTLING_SIGMA,
     distinguishable,
     explain,
     outside_map,
     same_place,
+    settled,
+    standing,
+    unseen_within,
 )
 from localization.types import SECOND, Candidate, Hint, HintVerdict, Pose, Sweep, Verdict
 
@@ -97,6 +102,8 @@ class SearchResult:
     """The places found, as of now by odometry, best first."""
     whole_map: bool = False
     """Whether the whole map was searched."""
+    unseen: FloatArray | None = None
+    """(6, 6) covariance of what the sweep leaves open within the window; None if it shows the whole pose."""
 
 
 class HintSearch:
@@ -224,10 +231,32 @@ class HintSearch:
         if candidates is None:
             return SearchState(state.waiting, task, granted, max(now, state.stamp)), None
         moved = task.odom_from_base.inverse() @ odom_from_base
+        window, claim = task.window, self._claimed(task)
+        if claim is not None and _as_good(claim.score, candidates, self.config):
+            window, candidates = _claimed_window(task, self.config), (claim,)
         verdict, reason = self._judged(task, candidates, current, moved)
         places = tuple(Candidate(c.map_from_base @ moved, c.score) for c in candidates)
-        result = SearchResult(verdict, reason, task.hint, places, whole_map=task.window is None)
+        unseen = None
+        if verdict is Verdict.ACCEPTED and window is not None:
+            _, _, match = settled(task.sweep, self._world, candidates[0].map_from_base)
+            unseen = unseen_within(match, window)
+        whole_map = task.window is None
+        result = SearchResult(
+            verdict, reason, task.hint, places, whole_map=whole_map, unseen=unseen
+        )
         return SearchState(state.waiting), result
+
+    def _claimed(self, task: SearchTask) -> Candidate | None:
+        """Return the very place of a hint that is surer than any search is; None of others.
+
+        The window is wider than that hint, since people are wrong by more than they say. Other places in it, as
+        along a corridor or behind glass, would hide a place that is known.
+        """
+        window = _claimed_window(task, self.config)
+        if window is None:
+            return None
+        at = standing(self._world, window.x, window.y, window.yaw, task.level)
+        return explain(task.sweep, self._world, at)
 
     def _judged(
         self,
@@ -265,6 +294,21 @@ class HintSearch:
                 "a narrower hint would distinguish them"
             )
         return Verdict.ACCEPTED, f"explains {best.score:.0%} of the sweep"
+
+
+def _claimed_window(task: SearchTask, config: SearchConfig) -> Window | None:
+    """Return what a hint says itself where the window that is searched is wider; else None."""
+    if task.hint is None or task.window is None or not task.hint.covariance.any():
+        return None
+    sigma = float(np.sqrt(max(task.hint.covariance[0, 0], task.hint.covariance[1, 1])))
+    narrow = 3.0 * max(sigma, SETTLING_SIGMA[0])
+    return replace(task.window, half_width=narrow) if narrow < config.smallest_window else None
+
+
+def _as_good(claimed: float, candidates: tuple[Candidate, ...], config: SearchConfig) -> bool:
+    """Return whether a place explains a sweep, and no other clearly explains more of it."""
+    best = candidates[0].score if candidates else 0.0
+    return claimed >= max(config.min_inlier_ratio, best - config.min_margin)
 
 
 def _alike(a: Window | None, b: Window | None, same: Callable[[Pose, Pose], bool]) -> bool:

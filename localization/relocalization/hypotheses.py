@@ -57,6 +57,8 @@ class Hypothesis:
     contradictions: tuple[float, ...] = ()
     """Share of each sweep after the first that contradicts the place: neither explained nor ending where
     nothing is mapped."""
+    present: bool = False
+    """Whether it is the estimate: that is registered at each sweep, while other places follow odometry alone."""
 
     @property
     def score(self) -> float:
@@ -80,7 +82,7 @@ class Hypotheses:
     distance: float = 0.0
     """Distance driven since the places were found [m]."""
     near: bool = False
-    """Whether only the surroundings of a lost estimate were searched, so that other places may fit as well."""
+    """Whether only the surroundings of a lost estimate or of a hint were searched, so that other places may fit as well."""
 
     @classmethod
     def of(
@@ -98,15 +100,19 @@ class Hypotheses:
             candidates: The places found.
             odom_from_base: The pose in ``odom`` now.
             config: How many places are tracked.
-            near: Whether only the surroundings of a lost estimate were searched.
-            present: The estimate that the robot has now and that none of the places agrees with; it is compared
-                with them as one more place, so that only a clearly better one replaces it.
+            near: Whether only the surroundings of a lost estimate or of a hint were searched.
+            present: The estimate, if the robot has one that stands. It is one of the places, or compared with them
+                as one more, so that only a clearly better one replaces it.
         """
         found = candidates[: config.max_places - (present is not None)]
-        places = tuple(Hypothesis(c.map_from_base, (c.score,)) for c in found)
-        if present is not None and places:
-            places = (*places, Hypothesis(present, ()))
-        return cls(places, odom_from_base, near=near)
+        places: list[Hypothesis] = []
+        for c in found:
+            same = present is not None and same_place(c.map_from_base, present)
+            same = same and not any(p.present for p in places)
+            places.append(Hypothesis(c.map_from_base, (c.score,), present=same))
+        if present is not None and places and not any(p.present for p in places):
+            places.append(Hypothesis(present, (), present=True))
+        return cls(tuple(places), odom_from_base, near=near)
 
     def nowhere(self, search: SearchConfig, config: HypothesesConfig) -> bool:
         """Return whether the robot is at none of the places, as their means say.
@@ -135,6 +141,8 @@ class Hypotheses:
         beams: BeamClassifier,
         search: SearchConfig,
         config: HypothesesConfig,
+        *,
+        present: Pose | None = None,
     ) -> tuple[Hypotheses, Candidate | None]:
         """Evaluate the places by a sweep, if the robot came far enough since the last one.
 
@@ -145,6 +153,7 @@ class Hypotheses:
             beams: classifies the beams that a place does not explain.
             search: what counts as one place, and as a decision.
             config: when to evaluate, and what decides.
+            present: the estimate at the sweep's stamp, if it stands.
 
         Returns:
             The places that are left, and the one among them that is believed, or None.
@@ -157,19 +166,26 @@ class Hypotheses:
             return self, None
         evaluated = []
         for place in self.places:
-            seen, _, match = settled(sweep, world, place.map_from_base @ moved)
+            followed = place.map_from_base @ moved
+            if place.present and present is not None:
+                followed = present
+            seen, _, match = settled(sweep, world, followed)
             at = seen.map_from_base
             classes = beams.classify(sweep, at, match.distances)
             contradicts = 1.0 - seen.score - (classes.unmapped if classes is not None else 0.0)
             contradictions = (*place.contradictions, max(0.0, contradicts))
-            evaluated.append(Hypothesis(at, (*place.shares, seen.score), contradictions))
+            shares = (*place.shares, seen.score)
+            evaluated.append(Hypothesis(at, shares, contradictions, place.present))
         evaluated.sort(key=lambda p: -p.score)
         most = evaluated[0].contradicted + config.drop_margin
         kept: list[Hypothesis] = []
         for place in evaluated:
-            double = any(same_place(place.map_from_base, k.map_from_base, search) for k in kept)
+            doubles = [same_place(place.map_from_base, k.map_from_base, search) for k in kept]
             fits = place.contradicted <= most and place.score >= config.min_share
-            if (fits or not kept) and not double:
+            if any(doubles):
+                same = doubles.index(True)
+                kept[same] = replace(kept[same], present=kept[same].present or place.present)
+            elif fits or not kept:
                 kept.append(place)
         left = replace(
             self,

@@ -22,7 +22,7 @@ from localization.relocalization.search_schedule import (
 )
 from localization.relocalization.search_window import Window
 from localization.relocalization.verification import same_place
-from localization.types import SECOND, Hint, HintVerdict, Mounts, Pose, Sweep, Verdict
+from localization.types import SECOND, Candidate, Hint, HintVerdict, Mounts, Pose, Sweep, Verdict
 
 _HORIZONTAL = 0.9
 """A scanner whose z axis is this near to the robot's (cosine) counts as horizontal."""
@@ -54,6 +54,10 @@ class Placement:
     """The pose."""
     reason: str
     """Why it is believed."""
+    unseen: FloatArray | None = None
+    """(6, 6) covariance of what the sweep leaves open, as in ``Estimate``; None if it shows the whole pose."""
+    explained: float = 1.0
+    """Share of what is seen that it explains, if a place that was not searched may clearly explain more; else 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,9 +80,13 @@ class RelocalizerState:
     """Whether a robot without a pose is left alone until it is placed, or a search is requested."""
 
     def with_request(self) -> RelocalizerState:
-        """Return the state with a search of the whole map due at the next sweep, as an operator requested."""
+        """Return the state with a search of the whole map due at the next sweep, as an operator requested.
+
+        A search that the robot began by itself gives way to it.
+        """
         return replace(
             self,
+            search=self.search.of_hint(),
             schedule=self.schedule.with_cause(SearchCause.REQUESTED),
             checking=True,
             paused=False,
@@ -88,6 +96,17 @@ class RelocalizerState:
     def with_doubt(self) -> RelocalizerState:
         """Return the state with a search of the whole map due because the pose needs a check."""
         return replace(self, schedule=self.schedule.with_cause(SearchCause.DOUBT))
+
+    def carried_off(self) -> RelocalizerState:
+        """Return the state after all that is seen changed at once: odometry does not lead from its places to here."""
+        if not self.hypotheses.places and not self.search.self_begun:
+            return self
+        return replace(
+            self,
+            search=self.search.of_hint(),
+            hypotheses=Hypotheses(),
+            schedule=self.schedule.at_once(self.cause),
+        )
 
     def with_pause(self) -> RelocalizerState:
         """Return the state that searches no more until the robot is placed, or a search is requested."""
@@ -102,8 +121,14 @@ class RelocalizerState:
 
     @property
     def requested(self) -> bool:
-        """Whether a search is under way, or begins with the next sweep."""
-        return self.search.busy or self.schedule.cause is SearchCause.REQUESTED
+        """Whether a search that was asked for, also by a hint, is under way or begins with the next sweep."""
+        if self.schedule.cause is SearchCause.REQUESTED:
+            return True
+        task = self.search.task
+        if task is None or task.hint is not None:
+            return self.search.busy
+        whole_map = task.window is None
+        return whole_map and self.cause is SearchCause.REQUESTED
 
     def activity(self, now: int, config: SearchScheduleConfig) -> str:
         """Return what is being searched for, in words for the operator; empty if nothing is.
@@ -268,14 +293,22 @@ class Relocalizer:
             return self._proposed(state, result, odom, current, unsure=unsure), None, ()
         if result.verdict is Verdict.ACCEPTED:
             state = _found(state)
-            placement = Placement(result.candidates[0].map_from_base, result.reason)
+            best = result.candidates[0]
+            placement = Placement(best.map_from_base, result.reason, result.unseen)
+            if self._leaves_room(best):
+                placement = replace(placement, explained=best.score)
+                state = _to_check(state) if self._by_itself else state
         elif result.verdict is Verdict.AMBIGUOUS and unsure:
-            places = Hypotheses.of(result.candidates, odom, self._hypotheses)
+            places = Hypotheses.of(result.candidates, odom, self._hypotheses, near=True)
             state = replace(state, hypotheses=places)
         elif result.verdict is Verdict.REJECTED:
             state = self._after_rejection(state, current)
         answer = HintVerdict(now, result.hint, result.verdict, result.reason, result.candidates)
         return state, placement, (_with_outlook(answer, state),)
+
+    def _leaves_room(self, place: Candidate) -> bool:
+        """Return whether another place could clearly explain more."""
+        return place.score < 1.0 - self._config.min_margin
 
     def _after_rejection(self, state: RelocalizerState, current: CurrentPose) -> RelocalizerState:
         """Return the state after a rejected hint: a robot that does not know where it is searches by itself."""
@@ -296,8 +329,6 @@ class Relocalizer:
         """Return the state after a search without a hint: what it found is proposed, and driving decides."""
         if result.whole_map:
             present = None if unsure else current.map_from_base
-            if any(same_place(c.map_from_base, present) for c in result.candidates if present):
-                present = None
             places = Hypotheses.of(result.candidates, odom, self._hypotheses, present=present)
             if places.places:
                 return replace(state, hypotheses=places)
@@ -340,20 +371,27 @@ class Relocalizer:
         """
         if current.placed and not current.lost and not state.checking:
             return replace(state, hypotheses=Hypotheses()), None
-        left, place = state.hypotheses.compared(
-            sweep, odom, self._world, self._beams, self._config, self._hypotheses
-        )
         stands = current.placed and not current.lost
+        left, place = state.hypotheses.compared(
+            sweep,
+            odom,
+            self._world,
+            self._beams,
+            self._config,
+            self._hypotheses,
+            present=current.map_from_base if stands else None,
+        )
         if place is not None:
             if stands and same_place(place.map_from_base, current.map_from_base):
                 return self._unsettled(state, unsure=False), None
             reason = f"explains {place.score:.0%} of the sweeps on the way here"
-            found = _found(state)
-            if left.near:
-                # The place near where the robot was lost may not be the only one that explains the sweeps.
-                schedule = found.schedule.at_once(SearchCause.DOUBT)
-                found = replace(found, checking=True, schedule=schedule)
-            return found, Placement(place.map_from_base, reason)
+            placement = Placement(place.map_from_base, reason)
+            if not left.near:
+                return _found(state), placement
+            # The place may not be the only one in the map that explains the sweeps.
+            if self._leaves_room(place):
+                placement = replace(placement, explained=place.score)
+            return _to_check(_found(state)), placement
         if stands and left.exhausted(self._config, self._hypotheses):
             state = self._unsettled(state, unsure=False)
             if left.nowhere(self._config, self._hypotheses):
@@ -395,6 +433,11 @@ def _found(state: RelocalizerState) -> RelocalizerState:
         near_searched=False,
         paused=False,
     )
+
+
+def _to_check(state: RelocalizerState) -> RelocalizerState:
+    """Return the state with a search of the whole map due at once, for places that explain more."""
+    return replace(state, checking=True, schedule=state.schedule.at_once(SearchCause.DOUBT))
 
 
 def _around(current: CurrentPose) -> Window:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from localization.filter.pose_error import difference
-from localization.geometry import so3_exp, wrap_angle
+from localization.geometry import FloatArray, so3_exp, wrap_angle
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig, register
 from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_window import Window
 from localization.types import Candidate, Match, Pose, Sweep
 
 SETTLING_SIGMA = (0.05, 0.05, 0.03, 0.01, 0.01, 0.02)
@@ -65,3 +66,24 @@ def settled(sweep: Sweep, world: PreparedMap, pose: Pose) -> tuple[Candidate, fl
     square, kernel2 = match.distances**2, RegistrationConfig().kernel ** 2
     closeness = float(np.nansum((kernel2 / (kernel2 + square)) ** 2)) / max(len(square), 1)
     return Candidate(at, match.inlier_ratio), closeness, match
+
+
+def unseen_within(match: Match, window: Window) -> FloatArray | None:
+    """Return what a sweep leaves open of a place that was found within a window, as along a bare corridor.
+
+    Args:
+        match: The sweep's registration at the place.
+        window: Where it was searched for; a place may be anywhere in it.
+
+    Returns:
+        Covariance (6, 6) as in ``Estimate``, of an even distribution over the window in the directions of the floor
+        that the sweep does not show; None if it shows all of them.
+    """
+    spread = window.half_width**2 / 3.0
+    values, directions = np.linalg.eigh(match.information[:2, :2])
+    open_ = directions[:, values * spread < 1.0]
+    if not open_.size:
+        return None
+    covariance = np.zeros((6, 6))
+    covariance[:2, :2] = spread * open_ @ open_.T
+    return covariance

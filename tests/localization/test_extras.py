@@ -53,7 +53,12 @@ def test_missing_library_is_an_error_before_the_work(monkeypatch: pytest.MonkeyP
 
 def test_every_library_is_of_the_extra_that_is_named() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    names = {"mujoco": "mujoco-core", "open3d": "open3d-cpu", "rerun": "rerun-sdk"}
+    names = {
+        "OpenGL": "mujoco-core",
+        "mujoco": "mujoco-core",
+        "open3d": "open3d-cpu",
+        "rerun": "rerun-sdk",
+    }
     for library, extra in EXTRAS.items():
         if library != "rerun_bindings":  # a part of rerun
             wanted = names.get(library, library)

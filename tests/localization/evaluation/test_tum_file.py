@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.evaluation.trajectory import Trajectory, TrajectoryError
-from localization.evaluation.tum_file import read_tum, write_tum
+from localization.evaluation.tum_file import TumWriter, read_tum, write_tum
 from localization.types import Pose
 from tests.support import bits, poses
 
@@ -30,6 +30,19 @@ def test_trajectory_is_restored_from_its_file_bit_for_bit(trajectory: Trajectory
         path = Path(folder) / "path.tum"
         write_tum(path, trajectory)
         assert everything(read_tum(path)) == everything(trajectory)
+
+
+def test_trajectory_that_is_written_pose_by_pose_is_on_the_disk_at_once_and_the_same(
+    tmp_path: Path,
+) -> None:
+    trajectory = Trajectory.from_poses([(20, Pose.identity()), (40, Pose.planar(1.0, 2.0, 0.3))])
+    writer = TumWriter(tmp_path / "written.tum")
+    for number, stamp in enumerate(trajectory.stamps.tolist()):
+        writer.write(stamp, trajectory.pose(number))
+        assert len(read_tum(tmp_path / "written.tum")) == number + 1
+    write_tum(tmp_path / "whole.tum", trajectory)
+    assert (tmp_path / "written.tum").read_bytes() == (tmp_path / "whole.tum").read_bytes()
+    writer.close()
 
 
 def test_file_is_what_other_tools_expect(tmp_path: Path) -> None:

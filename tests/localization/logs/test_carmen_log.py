@@ -257,6 +257,36 @@ def test_pose_and_scan_of_one_instant_are_one_odometry_reading(tmp_path: Path) -
     assert sum(isinstance(r, Scan) for r in readings) == 6
 
 
+def late(i: int) -> float:
+    """Time of each line of a drive whose scans are written 50 ms late [s]."""
+    return 0.02 * i - 0.05 * (i % 2)
+
+
+def shaken(i: int) -> float:
+    """Time of each line of a drive, wrong by up to 50 ms [s]."""
+    return 0.02 * i + 0.05 * math.sin(7.0 * i)
+
+
+@pytest.mark.parametrize(("printed", "true"), [(late, late), (shaken, lambda i: 0.02 * i)])
+def test_poses_come_in_the_order_in_which_the_robot_drove_though_lines_are_late_or_stamped_wrongly(
+    printed: Callable[[int], float], true: Callable[[int], float], tmp_path: Path
+) -> None:
+    lines = []
+    for i in range(40):
+        seconds, x = f"{1.0 + printed(i):.6f}", 1.0 + true(i)
+        scan = f"FLASER 3 1.5 2.0 2.5 {x} 0 0 {x} 0 0 {seconds} robot {i}\n"
+        lines.append(scan if i % 2 else f"ODOM {x} 0 0 0 0 0 {seconds} robot {i}\n")
+    path = tmp_path / "a.log"
+    path.write_text("".join(lines))
+    readings = list(CarmenLog(path))
+    driven = [r.odom_from_base.position[0] for r in readings if isinstance(r, Odometry)]
+    assert np.min(np.diff([printed(i) for i in range(40)])) < 0.0
+    assert np.min(np.diff(driven[8:])) > 0.0
+    assert len(driven) == 40
+    stamps = [r.stamp for r in readings]
+    assert stamps == sorted(stamps)
+
+
 def test_pose_and_scan_of_one_instant_are_no_refusal(text: str, tmp_path: Path) -> None:
     save_cloud(HALL.cloud(), tmp_path / "hall.ply")
     lines = []

@@ -9,7 +9,8 @@ from localization.monitoring.health import (
     HealthMonitor,
     unobservable_axes,
 )
-from localization.types import Health, Match, Pose, ScanConsistency
+from localization.monitoring.jump_detection import Change
+from localization.types import SECOND, Health, Match, Pose, ScanConsistency
 
 HERE = Pose.planar(1.0, 2.0, 0.0)
 ALL = np.eye(6)
@@ -28,7 +29,7 @@ def feed(
     consistency: ScanConsistency | None = None,
 ) -> HealthMonitor:
     for _ in range(n):
-        monitor = monitor.after_sweep(match(inlier_ratio), HERE, refusal, consistency)
+        monitor = monitor.after_sweep(match(inlier_ratio), HERE, refusal, 0.1, consistency)
     return monitor
 
 
@@ -62,6 +63,19 @@ def test_refused_sweeps_make_suspect_then_lost_in_the_words_of_the_refusal() -> 
     assert monitor.doubtful
 
 
+def test_given_pose_that_explains_little_is_suspect_until_metres_agree() -> None:
+    monitor = HealthMonitor.placed(HealthConfig(), explained=0.62)
+    monitor = feed(monitor, 5)
+    state, reasons = ask(monitor)
+    assert state is Health.SUSPECT
+    assert "explains only 62%" in reasons[0]
+    assert "undo" in reasons[0]
+    assert ask(monitor.after_distance(2.9))[0] is Health.SUSPECT
+    assert ask(monitor.after_distance(3.1))[0] is Health.TRACKING
+    assert ask(monitor.after_check())[0] is Health.TRACKING, "a search has found no better place"
+    assert ask(HealthMonitor.placed(HealthConfig()))[0] is Health.TRACKING
+
+
 def test_poor_fit_is_doubtful_though_not_refused() -> None:
     monitor = feed(HealthMonitor(), 3, inlier_ratio=0.49)
     health, reasons = ask(monitor)
@@ -74,6 +88,32 @@ def test_crowd_before_the_scanners_raises_doubt_but_no_alarm_however_long_it_sta
     monitor = feed(HealthMonitor(), 200, inlier_ratio=0.45, consistency=crowd)
     assert ask(monitor)[0] is Health.SUSPECT
     assert not monitor.lost
+
+
+def test_crowd_that_steps_up_for_a_moment_raises_no_doubt() -> None:
+    c = HealthConfig()
+    sweeps = round(c.occluded_suspect_after / SECOND / 0.1)
+    crowd, through = ScanConsistency(0.55, 0.5, 0.02, 0.03), ScanConsistency(0.55, 0.2, 0.3, 0.05)
+    states = [
+        ask(feed(HealthMonitor(), n, inlier_ratio=0.45, consistency=crowd))[0]
+        for n in (1, sweeps - 1, sweeps + 1)
+    ]
+    assert states == [Health.TRACKING, Health.TRACKING, Health.SUSPECT]
+    # Beams through mapped surfaces contradict the pose.
+    doubted = feed(HealthMonitor(), c.lost_after - 1, inlier_ratio=0.45, consistency=through)
+    assert ask(doubted)[0] is Health.SUSPECT
+
+
+def test_share_about_the_limit_is_one_doubt() -> None:
+    """One sweep well above the limit ends it, or a few just above."""
+    monitor = feed(HealthMonitor(), 3, inlier_ratio=0.49)
+    states = []
+    for share in (0.51, 0.49, 0.51, 0.51, 0.51):
+        monitor = feed(monitor, 1, inlier_ratio=share)
+        states.append(ask(monitor)[0])
+    assert states == [Health.SUSPECT] * 4 + [Health.TRACKING]
+    again = feed(HealthMonitor(), 3, inlier_ratio=0.49)
+    assert ask(feed(again, 1, inlier_ratio=0.6))[0] is Health.TRACKING
 
 
 def test_sweeps_that_a_crowd_hides_altogether_are_lost_only_after_a_while() -> None:
@@ -137,7 +177,7 @@ def test_silent_sensors_are_named_whatever_the_state() -> None:
 
 def test_directions_without_hold_are_named_in_the_robots_words() -> None:
     monitor = HealthMonitor()
-    monitor = monitor.after_sweep(match(directions=ALL[1:]), HERE, None)
+    monitor = monitor.after_sweep(match(directions=ALL[1:]), HERE, None, 0.1)
     assert ask(monitor) == (Health.DEGRADED, ("unobservable: forward",))
     monitor = feed(monitor, 1)
     assert ask(monitor)[0] is Health.TRACKING
@@ -229,10 +269,10 @@ def test_estimate_that_no_scanner_speaks_to_is_suspect() -> None:
 
 def test_break_in_what_is_seen_is_suspect_until_enough_sweeps_fit_and_then_wants_a_check() -> None:
     monitor = feed(HealthMonitor(), 5)
-    monitor = monitor.after_jump(ScanConsistency(0.5, 0.48, 0.01, 0.01))
+    monitor = monitor.after_jump(ScanConsistency(0.5, 0.48, 0.01, 0.01), Change.MOST)
     assert ask(monitor)[0] is Health.TRACKING
-    monitor = monitor.after_jump(THROUGH)
-    reason = "everything seen changed at once: was the robot carried?"
+    monitor = monitor.after_jump(THROUGH, Change.MOST)
+    reason = "what is seen changed at once: was the robot carried?"
     assert ask(monitor) == (Health.SUSPECT, (reason,))
     checks = []
     for _ in range(HealthConfig().settling_sweeps):
@@ -241,3 +281,30 @@ def test_break_in_what_is_seen_is_suspect_until_enough_sweeps_fit_and_then_wants
     assert checks == [False] * (len(checks) - 1) + [True]
     assert not feed(monitor, 1).needs_check
     assert ask(monitor) == (Health.TRACKING, ())
+
+
+def test_change_of_a_part_of_what_is_seen_is_a_jump_if_more_passes_through_the_map_with_it() -> (
+    None
+):
+    usual = ScanConsistency(0.15, 0.01, 0.02, 0.12)
+    monitor = feed(HealthMonitor(), 60, consistency=usual)
+    crowd = ScanConsistency(0.46, 0.31, 0.03, 0.12)
+    another_aisle = ScanConsistency(0.24, 0.04, 0.05, 0.15)
+    assert monitor.after_jump(crowd, Change.PART) is monitor
+    assert monitor.after_jump(another_aisle, Change.NONE) is monitor
+    assert monitor.after_jump(None, Change.PART) is monitor
+    assert ask(monitor.after_jump(another_aisle, Change.PART))[0] is Health.SUSPECT
+
+
+def test_change_of_most_of_what_is_seen_is_a_jump_if_much_more_contradicts_the_map_with_it() -> (
+    None
+):
+    usual = ScanConsistency(0.2, 0.0, 0.02, 0.12)
+    crowd = ScanConsistency(0.4, 0.2, 0.02, 0.18)
+    elsewhere = ScanConsistency(0.7, 0.3, 0.03, 0.37)
+    for config in (HealthConfig(), HealthConfig(jump_growth=-1.0)):
+        monitor = feed(HealthMonitor(config), 60, consistency=usual)
+        unmoved = monitor.after_jump(crowd, Change.MOST) is monitor
+        assert unmoved == (config.jump_growth > 0.0)
+        assert ask(monitor.after_jump(crowd, Change.UNKNOWN))[0] is Health.SUSPECT
+        assert ask(monitor.after_jump(elsewhere, Change.MOST))[0] is Health.SUSPECT

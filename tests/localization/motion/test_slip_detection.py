@@ -33,3 +33,41 @@ def test_no_tyre_lets_a_robot_outrun_wheels_that_speed_up(
         detector = detector.observed(Pose.planar(observed, 0.0, 0.0), 0.1)
         assert detector.complete
     assert detector.contradicted(COVARIANCE, initial_state(config.ekf)) is slip
+
+
+@pytest.mark.parametrize(
+    ("doubted", "seen", "plausible"),
+    [
+        (False, 0.06, False),  # wheels that stand: people who walk past make KISS-ICP follow them
+        (True, 0.06, True),  # encoders that read nothing since a moment ago: it drives on
+        (True, 0.10, False),  # nothing has made it faster
+        (True, -0.04, False),
+    ],
+)
+def test_robot_may_go_on_at_the_speed_of_wheels_that_have_come_in_doubt(
+    doubted: bool, seen: float, plausible: bool
+) -> None:
+    detector = SlipDetector(LocalizerConfig()).rolled_on(0.06)
+    detector = detector.observed(Pose.planar(0.06, 0.0, 0.0), 0.1).restarted()
+    if doubted:
+        detector = detector.distrusted(0)
+    for _ in range(3):
+        detector = detector.restarted().observed(Pose.planar(seen, 0.0, 0.0), 0.1)
+        assert detector.plausible(1) is plausible
+        if doubted:
+            detector = detector.distrusted(1)
+
+
+def test_robot_that_speeds_up_while_its_wheels_are_in_doubt_is_followed_as_the_map_shows() -> None:
+    """And KISS-ICP alone, which begins from its own speed then, cannot run away."""
+    detector = SlipDetector(LocalizerConfig()).distrusted(0)
+    alone = detector
+    for speed in (0.2, 0.4, 0.6):
+        way = Pose.planar(speed / 10, 0.0, 0.0)
+        detector = detector.restarted().observed(way, 0.1)
+        assert detector.plausible(1)
+        detector = detector.shown_by_map(speed, 1).distrusted(1)
+        alone = alone.restarted().observed(way, 0.1).distrusted(1)
+    assert not alone.plausible(1)
+    trusted = SlipDetector(LocalizerConfig()).shown_by_map(0.6, 1)
+    assert not trusted.observed(Pose.planar(0.06, 0.0, 0.0), 0.1).plausible(1)

@@ -28,7 +28,8 @@ from localization.types import (
 from tests.support_rooms import HALL, MOUNTS, TICK, Drive, apart
 
 START = Pose.planar(2.6, 1.6, 0.2)
-EXACT = LateReadingsConfig(reuse_distance=0.0)
+EXACT = LateReadingsConfig(stamp_error=0, reuse_distance=0.0)
+"""Stamps are true, and every sweep is registered again."""
 SUITES = list(Motion)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from localization.maps.prepared_map import PreparedMap
-from localization.types import SECOND
+from localization.types import SECOND, Health
 from tests.localization.pipeline.wheel_log import (
     BEGIN,
     LAP_START,
@@ -93,11 +93,19 @@ def test_a_backlog_after_stalls_of_more_than_a_second_is_followed_as_well(logged
     assert late.refused == 0
 
 
+def test_stalls_of_the_logger_are_no_silence_of_the_scanner(logged: Logged) -> None:
+    late = logged.follow(stalled(logged.log, 15))
+    assert late.share(Health.SUSPECT, Health.LOST, Health.RELOCALISING) == 0.0
+
+
+@pytest.mark.parametrize("overtaking", [False, True])
 def test_stamps_shaken_by_50_ms_give_the_same_error_and_the_same_sigma(
-    logged: Logged, even: Followed
+    logged: Logged, even: Followed, overtaking: bool
 ) -> None:
     rng = np.random.default_rng(3)
-    shaken = sorted(m.true + round(50e6 * rng.standard_normal()) for m in logged.log)
+    shaken = [m.true + round(50e6 * rng.standard_normal()) for m in logged.log]
+    assert np.mean(np.diff(shaken) < 0) > 0.05
+    shaken = shaken if overtaking else sorted(shaken)
     assert min(np.diff(shaken)) < 5_000_000
     followed = logged.follow(shaken)
     assert followed.refused == 0
@@ -105,6 +113,19 @@ def test_stamps_shaken_by_50_ms_give_the_same_error_and_the_same_sigma(
         mean = getattr(even, name).mean()
         assert getattr(followed, name).mean() == pytest.approx(mean, rel=0.1, abs=0.005), name
     assert followed.sigma.mean() == pytest.approx(even.sigma.mean(), rel=0.1)
+
+
+def test_stamps_within_a_burst_shaken_by_50_ms_are_followed_as_they_came(
+    logged: Logged, even: Followed
+) -> None:
+    rng = np.random.default_rng(5)
+    stamps = [t + int(rng.integers(-50_000_000, 50_000_000)) for t in stalled(logged.log, 8)]
+    assert np.mean(np.diff(stamps) < 0) > 0.2
+    followed = logged.follow(stamps)
+    assert followed.off.max() < 0.08, summary(followed)
+    assert followed.share(Health.SLIPPING, Health.SUSPECT, Health.LOST) == 0.0, summary(followed)
+    assert followed.off.mean() == pytest.approx(even.off.mean(), rel=0.1, abs=0.005)
+    assert followed.refused == 0
 
 
 def test_odometry_written_before_and_after_the_scan_of_one_instant_is_not_refused(

@@ -328,12 +328,14 @@ def follow(
             if estimate.sweep is None:
                 continue
             begun = begun or len(stages)
-            error = drive.pose(true_at[estimate.stamp]).inverse() @ estimate.map_from_base
-            shift = (drive.pose(true_at[estimate.stamp]).rotation @ error.position)[:2]
+            # The stamp of a moment that was written in the wrong order is put right.
+            true_then = true_at.get(estimate.stamp, moment.true)
+            error = drive.pose(true_then).inverse() @ estimate.map_from_base
+            shift = (drive.pose(true_then).rotation @ error.position)[:2]
             spread = np.linalg.solve(estimate.covariance[:2, :2], shift)
             rows.append(
                 [
-                    (true_at[estimate.stamp] - BEGIN) / SECOND,
+                    (true_then - BEGIN) / SECOND,
                     np.hypot(*shift),
                     abs(error.yaw),
                     np.sqrt(shift @ spread),

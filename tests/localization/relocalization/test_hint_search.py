@@ -13,7 +13,7 @@ from localization.relocalization.verification import same_place
 from localization.types import Hint, Pose, Sweep, Verdict
 from tests.localization.relocalization.driven_search import DrivenSearch
 from tests.support import floats
-from tests.support_rooms import HALL, SQUARE, Place, apart
+from tests.support_rooms import CORRIDOR, HALL, SQUARE, Place, apart, box
 
 ODOM = Pose.planar(-3.0, 1.0, 2.0)
 """Where odometry, which began elsewhere, has the robot when it is hinted at."""
@@ -142,6 +142,46 @@ def test_narrow_hint_in_a_square_room_is_accepted(square: PreparedMap) -> None:
     found = settle(search_of(square), hint, SQUARE, true)
     assert found.verdict is Verdict.ACCEPTED
     assert same_place(found.candidates[0].map_from_base, true)
+
+
+PILLARS = Place(
+    [
+        *CORRIDOR.faces,
+        *(f for i in range(-50, 50) for f in box((0.4 * i, 0.9, 0.0), (0.4 * i + 0.1, 1.0, 2.5))),
+    ]
+)
+"""A corridor along x with a pillar every 40 cm: each looks like the next."""
+
+
+@pytest.mark.parametrize("x", [0.0, 0.1, 0.37])
+def test_place_that_is_known_is_accepted_where_others_in_its_window_look_like_it(x: float) -> None:
+    true = Pose.planar(x, 0.0, 0.0)
+    search = search_of(PILLARS.prepared())
+    unsure = settle(search, a_hint(true, sigma=0.25), PILLARS, true)
+    assert unsure.verdict is Verdict.AMBIGUOUS
+    known = settle(search, a_hint(true, sigma=0.05, sigma_yaw=0.02), PILLARS, true)
+    assert known.verdict is Verdict.ACCEPTED, known.reason
+    assert apart(known.candidates[0].map_from_base, true)[0] < 0.03
+
+
+def test_corridor_leaves_open_what_a_known_place_left_open_and_not_its_window() -> None:
+    true = Pose.planar(1.0, 0.2, 0.1)
+    search = search_of(CORRIDOR.prepared())
+    known = settle(search, a_hint(true, sigma=0.04, sigma_yaw=0.02), CORRIDOR, true)
+    assert known.verdict is Verdict.ACCEPTED, known.reason
+    assert known.unseen is not None
+    # Three sigma of 5 cm, the least that is believed, to either side.
+    assert known.unseen[0, 0] == pytest.approx(0.15**2 / 3.0, rel=0.1)
+
+
+def test_hint_that_is_surer_than_right_is_looked_for_in_the_whole_window(
+    search: DrivenSearch,
+) -> None:
+    true = Pose.planar(4.0, 3.0, 0.3)
+    claimed = Pose.planar(4.35, 2.75, 0.4)
+    found = settle(search, a_hint(claimed, sigma=0.01, sigma_yaw=0.01), HALL, true)
+    assert found.verdict is Verdict.ACCEPTED, found.reason
+    assert apart(found.candidates[0].map_from_base, true)[0] < 0.05
 
 
 def test_estimate_that_is_the_best_pose_is_kept(search: DrivenSearch) -> None:

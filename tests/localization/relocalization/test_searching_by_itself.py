@@ -12,6 +12,7 @@ import pytest
 from localization.config import LocalizerConfig
 from localization.evaluation.fault_injection import kidnapped
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.scan_consistency import BeamClassifier
 from localization.pipeline.localizer import Localizer
 from localization.relocalization.hint_search import SearchState
 from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig, Hypothesis
@@ -264,3 +265,23 @@ def test_estimate_that_stands_is_replaced_only_by_a_place_that_outdoes_it(
     places = Hypotheses((elsewhere, stands), distance=1.0)
     decided = places.decided(SearchConfig(), HypothesesConfig())
     assert (decided is not None) is replaced
+
+
+def test_estimate_that_stands_is_compared_where_it_was_registered_not_where_odometry_leads() -> (
+    None
+):
+    """Odometry that turns too far on the way loses the right place; the estimate has not."""
+    world, here = HALL.prepared(), Pose.planar(3.0, 2.5, 0.2)
+    search, config = SearchConfig(), HypothesesConfig()
+    elsewhere = Candidate(Pose.planar(5.5, 2.5, 2.5), 0.6)
+    for found in ([elsewhere], [elsewhere, Candidate(here, 1.0)]):
+        places = Hypotheses.of(found, Pose.identity(), config, present=here)
+        now, odom = Pose.planar(3.4, 2.6, 0.3), Pose.planar(0.4, 0.0, 1.4)
+        sweep = HALL.sweep(now, stamp=SECOND)
+        left, _ = places.compared(
+            sweep, odom, world, BeamClassifier(world), search, config, present=now
+        )
+        assert left.places[0].shares[-1] > 0.95
+        assert apart(left.places[0].map_from_base, now)[0] < 0.02
+        lost, _ = places.compared(sweep, odom, world, BeamClassifier(world), search, config)
+        assert all(p.shares[-1] < 0.8 for p in lost.places), "odometry alone leads elsewhere"

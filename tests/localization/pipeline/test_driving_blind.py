@@ -1,0 +1,84 @@
+"""A robot whose scanners fall silent, and whose wheels spin meanwhile, is not where its wheels have it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from localization.maps.prepared_map import PreparedMap
+from localization.pipeline.localizer import Localizer
+from localization.types import SECOND, Health, Hint, Pose, Scan, WheelSpeeds
+from tests.localization.pipeline.wheel_log import block, upright
+from tests.support_rooms import MOUNTS, Drive, Place, box
+
+pytestmark = [pytest.mark.slow, pytest.mark.untraced]
+
+HEDGE = Place(
+    [
+        *upright(box((-2.0, -1.6, -1.0), (26.0, 5.0, 2.5), inside=True)),
+        *(f for i in range(-1, 26) for f in block((i + 0.0, -1.6), (i + 0.45, -1.2))),
+        *block((9.0, 4.3), (11.0, 5.0)),
+        *block((16.5, 3.9), (17.5, 5.0)),
+    ]
+)
+"""A yard along whose southern side a post stands each metre."""
+
+SILENT = (4 * SECOND, 10 * SECOND)
+"""When both scanners send nothing [ns]."""
+SPINNING = (5 * SECOND, 7 * SECOND)
+"""When the wheels turn faster than the robot moves [ns]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """What an estimate said, and how wrong it was."""
+
+    stamp: int
+    health: Health
+    off: float
+
+
+@pytest.fixture(scope="module")
+def hedge() -> PreparedMap:
+    return HEDGE.prepared()
+
+
+def driven(world: PreparedMap, *, slip: float) -> list[Instant]:
+    """Drive along the posts; for two seconds without sight the wheels claim ``slip`` times the way."""
+    start = Pose.planar(0.0, 0.0, 0.0)
+    drive = Drive(HEDGE, start, (18.0, 0.5, 0.0))
+    localizer = Localizer(world, MOUNTS)
+    localizer.add(Hint(0, start, np.zeros((6, 6))))
+    instants = []
+    for reading in drive.readings():
+        if isinstance(reading, Scan) and SILENT[0] < reading.stamp < SILENT[1]:
+            continue
+        if isinstance(reading, WheelSpeeds) and SPINNING[0] < reading.stamp <= SPINNING[1]:
+            reading = replace(reading, left=slip * reading.left, right=slip * reading.right)
+        estimate = localizer.add(reading)
+        if estimate.map_from_base is not None:
+            off = estimate.map_from_base.position - drive.pose(estimate.stamp).position
+            instants.append(Instant(estimate.stamp, estimate.health, float(np.hypot(*off[:2]))))
+    return instants
+
+
+def test_wheels_that_spun_while_the_robot_was_blind_are_found_out_once_it_sees(
+    hedge: PreparedMap,
+) -> None:
+    run = driven(hedge, slip=2.0)
+    wrong = [i for i in run if i.off > 0.3]
+    assert max(i.off for i in wrong) > 0.9, "the wheels misled it"
+    sure = {Health.TRACKING, Health.DEGRADED}
+    assert sum(i.health in sure for i in wrong if i.stamp > SPINNING[1] + SECOND) < 5
+    assert all(i.off < 0.05 for i in run if i.stamp > SILENT[1] + 4 * SECOND)
+
+
+def test_robot_that_drove_blind_as_its_wheels_say_is_trusted_as_soon_as_it_sees(
+    hedge: PreparedMap,
+) -> None:
+    run = driven(hedge, slip=1.0)
+    assert all(i.off < 0.05 for i in run)
+    after = [i for i in run if i.stamp > SILENT[1] + SECOND]
+    assert {i.health for i in after} == {Health.TRACKING}

@@ -1,0 +1,63 @@
+"""A hint that explains much of what is seen, but leaves room for a better place, is checked before it is trusted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from localization.pipeline.localizer import Localizer
+from localization.types import Estimate, Health, Hint, Pose
+from tests.localization.pipeline.wheel_log import block, upright
+from tests.support_rooms import MOUNTS, Drive, Face, Place, box
+
+pytestmark = [pytest.mark.slow, pytest.mark.untraced]
+
+
+def room(x: float) -> list[Face]:
+    return upright(box((x, 0.0, -1.0), (x + 6.0, 5.0, 2.5), inside=True))
+
+
+TWO_ROOMS = Place(
+    [
+        *room(0.0),
+        *block((0.0, 0.0), (1.0, 0.8)),
+        *room(8.0),
+        *block((8.0, 0.0), (9.0, 0.8)),
+        *block((11.2, 4.0), (13.0, 5.0)),
+        *block((13.0, 0.0), (14.0, 1.2)),
+    ]
+)
+"""Two rooms with a cupboard each; the second has two more."""
+TRUE, WRONG = Pose.planar(10.0, 2.0, 0.2), Pose.planar(2.0, 2.0, 0.2)
+
+
+def driven(hint: Pose, speed: float) -> list[Estimate]:
+    """Stand or drive about in the second room after a hint; the estimate of each reading."""
+    localizer = Localizer(TWO_ROOMS.prepared(), MOUNTS)
+    drive = Drive(TWO_ROOMS, TRUE, (1.0, 0.0, 0.0), (12.0, speed, 0.9 * speed))
+    readings = drive.readings()
+    localizer.add(Hint(0, hint, np.diag([0.04, 0.04, 0.0, 0.0, 0.0, 0.01])))
+    return [localizer.add(reading) for reading in readings]
+
+
+def error(estimate: Estimate) -> float:
+    assert estimate.map_from_base is not None
+    return abs(float(estimate.map_from_base.position[0]) - float(TRUE.position[0]))
+
+
+def test_wrong_hint_into_a_room_much_like_the_right_one_is_suspect_and_found_out_by_driving() -> (
+    None
+):
+    estimates = driven(WRONG, 0.4)
+    placed = [e for e in estimates if e.map_from_base is not None]
+    wrong = [e for e in placed if error(e) > 4.0]
+    assert wrong, "the wrong room explains enough to be accepted"
+    assert {e.health for e in wrong} == {Health.SUSPECT}
+    assert any("explains only" in reason for reason in wrong[-1].reasons)
+    assert error(placed[-1]) < 2.0, "it finds the other room, in which it drives about"
+    assert placed[-1].health is Health.TRACKING
+
+
+def test_right_hint_is_trusted_at_once() -> None:
+    placed = [e for e in driven(TRUE, 0.0) if e.map_from_base is not None]
+    assert {e.health for e in placed[5:]} == {Health.TRACKING}
