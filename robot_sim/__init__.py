@@ -1,5 +1,11 @@
 """Simulation in MuJoCo of a skid-steered robot with planar lidars, encoders and an inertial unit."""
 
+from robot_sim.actors.extras import (
+    AddedBox as AddedBox,
+    ClosedDoor as ClosedDoor,
+    PassingPerson as PassingPerson,
+    Spare as Spare,
+)
 from robot_sim.drive.aria_packets import StandardPacket as StandardPacket
 from robot_sim.drive.bumpers import Bumpers as Bumpers
 from robot_sim.drive.drivetrain import DriveConfig as DriveConfig, SlipFault as SlipFault
@@ -16,6 +22,7 @@ from robot_sim.errors import (
     UnknownSceneError as UnknownSceneError,
     WorldError as WorldError,
 )
+from robot_sim.floorplan.doorways import Doorway as Doorway, doorways as doorways
 from robot_sim.floorplan.scene_folders import scene_names as scene_names
 from robot_sim.raycasting import (
     Hits as Hits,
@@ -37,6 +44,7 @@ from robot_sim.sensors.imu_models import INERTIAL_UNITS as INERTIAL_UNITS
 from robot_sim.sensors.lidar import ScannerConfig as ScannerConfig
 from robot_sim.sensors.lidar_effects import Effects as Effects
 from robot_sim.sensors.lidar_models import LIDARS as LIDARS
+from robot_sim.sensors.scanner_fault import ScannerFault as ScannerFault
 from robot_sim.sensors.sensor_suite import SensorSuite as SensorSuite, sensor_suite as sensor_suite
 from robot_sim.simulation import (
     TICK_NS as TICK_NS,

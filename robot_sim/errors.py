@@ -45,3 +45,11 @@ class PacketError(SimulationError, ValueError):
 
 class PageError(SimulationError):
     """A Markdown page lacks the markers between which a generated table is written."""
+
+
+class CameraError(SimulationError, ValueError):
+    """Invalid parameters of a camera; the message names the parameter and the valid values."""
+
+
+class CameraUnavailableError(SimulationError):
+    """Nothing can be rendered on this machine; the message names the packages that are missing."""

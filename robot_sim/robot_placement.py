@@ -7,7 +7,7 @@ import numpy as np
 
 from localization.types import Pose
 from robot_sim.errors import WorldError
-from robot_sim.robot.mujoco_body import FLOOR_BIT, ROBOT_GROUP
+from robot_sim.robot.mujoco_body import FLOOR_BIT, OBSTACLE_BIT, ROBOT_GROUP
 
 
 def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose) -> None:
@@ -22,13 +22,7 @@ def place_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose)
     data.qpos[base : base + 3] = map_from_base.position
     data.qpos[base + 3 : base + 7] = map_from_base.quaternion_wxyz
     mujoco.mj_forward(model, data)
-    # A person who passes is no reason to reject the pose: a moment later there is room.
-    touched = obstacles_touched(model, data, movers=False)
-    if touched:
-        x, y = map_from_base.position[:2]
-        raise WorldError(
-            f"the robot at x {x:.2f}, y {y:.2f} would stand inside {', '.join(touched)}"
-        )
+    refuse_contacts(model, data)
 
 
 def carry_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose) -> None:
@@ -44,11 +38,23 @@ def carry_robot(model: mujoco.MjModel, data: mujoco.MjData, map_from_base: Pose)
     data.qpos[place + 3 : place + 7] = map_from_base.quaternion_wxyz
     data.qvel[rates : rates + 6] = 0.0
     mujoco.mj_forward(model, data)
-    touched = obstacles_touched(model, data, movers=False)
-    if touched:
+    try:
+        refuse_contacts(model, data)
+    except WorldError:
         data.qpos[place : place + 7], data.qvel[rates : rates + 6] = before
         mujoco.mj_forward(model, data)
-        x, y = map_from_base.position[:2]
+        raise
+
+
+def refuse_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Raise a WorldError if the robot touches an obstacle now; the message names it.
+
+    A person who passes is no reason to reject a pose: a moment later there is room.
+    """
+    touched = obstacles_touched(model, data, movers=False)
+    if touched:
+        base = model.joint("base_link").qposadr[0]
+        x, y = data.qpos[base : base + 2]
         raise WorldError(
             f"the robot at x {x:.2f}, y {y:.2f} would stand inside {', '.join(touched)}"
         )
@@ -59,7 +65,7 @@ def obstacles_touched(
 ) -> tuple[str, ...]:
     """Return the sorted names of the obstacles that the robot's hull touches now.
 
-    Mocap bodies, which move on their own, are left out unless ``movers`` is set.
+    People, carts and door leaves, which will be elsewhere in a moment, are left out unless ``movers`` is set.
     """
     pairs = np.asarray(data.contact.geom).reshape(-1, 2)
     names: set[str] = set()
@@ -68,7 +74,9 @@ def obstacles_touched(
         is_robot = model.geom_group[pair] == ROBOT_GROUP
         if not is_robot.any():
             continue
-        is_mover = model.body_mocapid[model.geom_bodyid[pair]] >= 0
+        is_mocap = model.body_mocapid[model.geom_bodyid[pair]] >= 0
+        # Boxes and doors that come at their time collide as furniture does, and stay.
+        is_mover = is_mocap & (model.geom_contype[pair] != OBSTACLE_BIT)
         counts = ~is_floor & ~is_robot & (movers | ~is_mover)
         names.update(model.geom(g).name for g in pair[counts])
     return tuple(sorted(names))

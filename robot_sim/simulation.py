@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Final
 
+import mujoco
 import numpy as np
 
 from localization.types import Pose, Reading, Twist, WheelSpeeds
 from robot_sim.actors.mocap_driver import MocapDriver
+from robot_sim.actors.movers import Mover
+from robot_sim.actors.schedules import Scheduled
+from robot_sim.cameras.visual_state import VisualState
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.drivetrain import DriveConfig, Drivetrain
 from robot_sim.drive.encoders import Encoders
@@ -17,15 +22,18 @@ from robot_sim.drive.motor_controller import Firmware, Override
 from robot_sim.drive.robot_condition import Condition, ConditionMonitor
 from robot_sim.drive.tyres import Tyres
 from robot_sim.drive.wheel_slip import Slip, slip_of
+from robot_sim.errors import SensorError
 from robot_sim.physics import Physics, TickMotion
 from robot_sim.raycasting import caster_for
 from robot_sim.robot.mujoco_body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
-from robot_sim.robot_placement import carry_robot, obstacles_touched
+from robot_sim.robot_placement import carry_robot, obstacles_touched, refuse_contacts
 from robot_sim.sensors.imu import InertialConfig, InertialUnit
 from robot_sim.sensors.lidar import Scanner, ScannerConfig, scans_until
 from robot_sim.sensors.pose_history import PoseRecorder
+from robot_sim.sensors.scanner_fault import ScannerFault, delivered
 from robot_sim.sensors.surface_optics import optics_of
 from robot_sim.worlds.loading import load_world
+from robot_sim.worlds.spare_bodies import SpareBodies
 from robot_sim.worlds.world import TIMESTEP_NS, World
 
 TICK_NS: Final = 20_000_000
@@ -48,6 +56,17 @@ class SimulationConfig:
         ScannerConfig("laser_vertical"),
     )
     """The scanners, each mounted at the robot's mount of its name."""
+    scanner_faults: tuple[ScannerFault, ...] = ()
+    """Injected faults of these scanners."""
+
+    def __post_init__(self) -> None:
+        names = [scanner.name for scanner in self.scanners]
+        for fault in self.scanner_faults:
+            if fault.scanner not in names:
+                raise SensorError(
+                    f"no scanner {fault.scanner!r} to be faulty; there are:"
+                    f" {', '.join(names) or 'none'}"
+                )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +111,12 @@ class Simulation:
         self._physics = Physics(self.world.model, start, steps_per_tick=STEPS_PER_TICK)
         self._model, self._data = self._physics.model, self._physics.data
         self._tyres = Tyres(self._model, self._robot, self.world.patches)
-        self._mocap_driver = MocapDriver(self._model, self.world.movers, TICK_NS)
+        self.spares = SpareBodies(self.world, lambda: self.stamp)
+        """Bodies that can be put somewhere between two ticks."""
+        movers = (*self.world.movers, *self.spares.movers)
+        self._mocap_driver = MocapDriver(self._model, movers, TICK_NS)
+        self.spares.on_change = self._show_spares
+        self._refuse_extras_at_start(movers)
         self._index_joints()
 
         # Children are numbered: wheels 0, inertial unit 1, then the scanners as they are mounted.
@@ -107,15 +131,38 @@ class Simulation:
         )
         self._condition = self._monitor.begin(self._data)
         self._inertial = InertialUnit(self.config.inertial, seeds[1])
-        self._caster = caster_for(self.world, self._data)
+        self._caster = caster_for(replace(self.world, movers=movers), self._data)
         by_name = dict(zip(mounts, seeds[2:], strict=True))
         optical = any(s.effects.optical for s in self.config.scanners)
         optics = optics_of(self._model, self._data) if optical else None
         self._scanners = [
-            Scanner(s, mounts[s.name], self._caster, by_name[s.name], optics)
+            Scanner(
+                s,
+                mounts[s.name],
+                self._caster,
+                by_name[s.name],
+                optics,
+                faults=[f for f in self.config.scanner_faults if f.scanner == s.name],
+            )
             for s in self.config.scanners
         ]
         self._pose_recorder = PoseRecorder(0, self._data.qpos[self._base])
+
+    def _refuse_extras_at_start(self, movers: Sequence[Mover]) -> None:
+        """Raise a WorldError if the robot starts inside a body that is there from the beginning."""
+        if any(isinstance(mover, Scheduled) for mover in movers):
+            # In a copy: the physics' own state must be the same with and without bodies that come later.
+            then = copy.copy(self._data)
+            self._mocap_driver.place(then, 0)
+            self._mocap_driver.place(self._data, 0)
+            mujoco.mj_kinematics(self._model, then)
+            mujoco.mj_collision(self._model, then)
+            refuse_contacts(self._model, then)
+
+    def _show_spares(self) -> None:
+        """Place the spare bodies anew, so that the robot is not carried into one that was just put down."""
+        self._mocap_driver.forget()
+        self._mocap_driver.place(self._data, self.stamp + 1)
 
     def _index_joints(self) -> None:
         """Keep views of the wheels' states; MuJoCo orders joints and motors as we do."""
@@ -174,6 +221,8 @@ class Simulation:
         inertial = self._inertial.read(stamp, velocity, force)
         track = self._pose_recorder.track()
         scans = scans_until(stamp, self._scanners, self._caster, track)
+        if self.config.scanner_faults:
+            scans = delivered(scans, self.config.scanner_faults)
         self._pose_recorder.forget(min([s.start for s in self._scanners], default=stamp))
         # Scans end before or with the tick.
         return (*scans, *wheels, inertial)
@@ -209,6 +258,13 @@ class Simulation:
         linear = map_from_base.rotation.T @ rates[:3]
         slip = slip_of(self._robot, linear[0], linear[1], rates[5], self._wheel_rates)
         return Truth(self.stamp, map_from_base, Twist(linear, rates[3:]), slip)
+
+    def visual_state(self) -> VisualState:
+        """Return what a picture of this instant depends on; see ``robot_sim.cameras``."""
+        data = self._data
+        return VisualState(
+            self.stamp, data.qpos.copy(), data.mocap_pos.copy(), data.mocap_quat.copy()
+        )
 
     def _advance(self) -> TickMotion:
         """Run the physics of one tick.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -12,11 +12,13 @@ import mujoco
 import numpy as np
 
 from robot_sim.actors.movers import Mover, SwingingDoor, Walker, quaternions_of
+from robot_sim.actors.schedules import CELLAR, Scheduled
 from robot_sim.actors.walking import Walk
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.actors_in_plan import Cart, DoorLeaf, Person
-from robot_sim.robot.bumper_geom import make_yielding
+from robot_sim.robot.bumper_geom import make_firm, make_yielding
 from robot_sim.scene_objects.blocks import Block, box, ellipsoid, post
+from robot_sim.scene_objects.plan_elements import Waypoint
 
 SPEEDS: Final = (0.8, 1.4)
 """Range from which walking speeds are drawn [m/s]; chosen around pedestrians' 1.3 m/s."""
@@ -45,16 +47,22 @@ class MovingBody:
     """Where the body is at any time."""
     blocks: tuple[Block, ...]
     """Solids in the body's own frame: x forward, z = 0 at the floor."""
+    hard: bool = False
+    """Whether it stands like furniture; otherwise it yields like a person."""
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the body to a specification as a mocap body, at its pose at time zero."""
+        """Add the body to a specification as a mocap body: at its pose at time zero, or below the floor."""
         positions, yaws = self.mover.pose_at(np.zeros(1, dtype=np.int64))
+        if isinstance(self.mover, Scheduled):
+            positions, yaws = np.array([[0.0, 0.0, CELLAR]]), np.zeros(1)
         body = spec.worldbody.add_body(
             name=self.mover.name, mocap=True, pos=positions[0], quat=quaternions_of(yaws)[0]
         )
         for block in self.blocks:
             geom = block.add_to(spec, body)
-            if geom.contype:
+            if self.hard:
+                make_firm(geom)
+            elif geom.contype:
                 make_yielding(geom)
 
 
@@ -96,8 +104,7 @@ def _leaf(leaf: DoorLeaf, rng: np.random.Generator) -> MovingBody:
 def _walkers(one: Person | Cart, rng: np.random.Generator) -> Iterator[MovingBody]:
     drawn_speed, drawn_pause, phase = rng.uniform(*SPEEDS), rng.uniform(*PAUSES), rng.uniform()
     speed = one.speed if one.speed is not None else drawn_speed
-    # Cadence is speed over step length, so the ratio of both gives the length [m].
-    step = math.sqrt(WALK_RATIO * 60.0 * speed)
+    step = _step_length(speed)
     walk = Walk(
         one.path,
         speed=speed,
@@ -108,30 +115,51 @@ def _walkers(one: Person | Cart, rng: np.random.Generator) -> Iterator[MovingBod
     delayed = one.start is not None
     offset = -round(1e9 * one.start) if one.start is not None else int(phase * walk.cycle)
 
-    def body(
-        name: str,
-        blocks: Iterable[Block],
-        ahead: float = 0.0,
-        left: float = 0.0,
-        reach: float = 0.0,
-    ) -> MovingBody:
-        return MovingBody(Walker(name, walk, offset, delayed, ahead, left, reach), tuple(blocks))
-
     if isinstance(one, Cart):
         ahead = ARM_REACH + 0.5 * one.size[0] if one.pushed else 0.0
-        yield body(one.name, _cart(one.name, one.size), ahead)
+        mover = Walker(one.name, walk, offset, delayed, ahead)
+        yield MovingBody(mover, tuple(_cart(one.name, one.size)))
         if not one.pushed:
             return
     name = f"{one.name}_driver" if isinstance(one, Cart) else one.name
-    yield body(f"{name}_torso", _torso(name))
+    yield from _person(name, walk, offset, step, delayed=delayed)
+
+
+def person_parts(
+    name: str, path: Sequence[Waypoint], speed: float, ground: float
+) -> Iterator[tuple[MovingBody, int]]:
+    """Yield the parts of a person who sets out on a path at time zero, and the duration of the way [ns].
+
+    Raises:
+        WorldError: the path cannot be walked.
+    """
+    step = _step_length(speed)
+    walk = Walk(path, speed=speed, step_length=step)
+    for part in _person(name, walk, 0, step, delayed=False, height=ground):
+        yield part, walk.first_arrival
+
+
+def _person(
+    name: str, walk: Walk, offset: int, step: float, *, delayed: bool, height: float = 0.0
+) -> Iterator[MovingBody]:
+    """Yield torso and legs of a person with a step length [m] on a walk."""
+    mover = Walker(f"{name}_torso", walk, offset, delayed, height=height)
+    yield MovingBody(mover, tuple(torso(name)))
     # The feet are a step apart when both are down.
     reach = 0.5 * step * LEG_SHARE
     for side, sign in (("left", 1.0), ("right", -1.0)):
         leg = post(f"{name}_{side}_leg_limb", 0.0, 0.0, 0.0, 0.85, LEG_RADIUS, "dark_fabric")
-        yield body(f"{name}_{side}_leg", (leg,), 0.0, sign * 0.5 * LEG_SPACING, sign * reach)
+        left, swing = sign * 0.5 * LEG_SPACING, sign * reach
+        mover = Walker(f"{name}_{side}_leg", walk, offset, delayed, 0.0, left, swing, height)
+        yield MovingBody(mover, (leg,))
 
 
-def _torso(name: str) -> Iterator[Block]:
+def _step_length(speed: float) -> float:
+    """Return the step length at a walking speed: cadence is speed over it, and the ratio of both is known [m]."""
+    return math.sqrt(WALK_RATIO * 60.0 * speed)
+
+
+def torso(name: str) -> Iterator[Block]:
     """Yield the trunk with arms, and the head, of a person 1.74 m tall; dimensions chosen."""
     yield box(f"{name}_trunk", 0.0, 0.0, 0.85, 1.45, (0.24, 0.44), "fabric")
     yield ellipsoid(f"{name}_head", 0.0, 0.0, 1.48, 1.74, (0.20, 0.16), "skin")

@@ -38,6 +38,10 @@ class MocapDriver:
         data.mocap_pos[self._slots] = self._positions[row]
         data.mocap_quat[self._slots] = self._quaternions[row]
 
+    def forget(self) -> None:
+        """Compute the coming poses anew, because a schedule has changed."""
+        self._positions = self._positions[:0]
+
     def _compute(self, first: int) -> None:
         times = first + self._tick * np.arange(_CHUNK, dtype=np.int64)
         poses = [m.pose_at(times) for m in self._movers]

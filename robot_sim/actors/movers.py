@@ -55,6 +55,8 @@ class Walker:
     """Distance of the body to the left of the walking point [m]."""
     reach: float = 0.0
     """Amplitude with which the body swings forward and back with the gait [m]."""
+    height: float = 0.0
+    """Height of the ground that is walked on [m]."""
 
     def pose_at(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
         """See ``Mover.pose_at``."""
@@ -65,6 +67,7 @@ class Walker:
         positions = np.zeros((len(times), 3))
         positions[:, 0] = motion.positions[:, 0] + c * ahead - s * self.left
         positions[:, 1] = motion.positions[:, 1] + s * ahead + c * self.left
+        positions[:, 2] = self.height
         return positions, motion.headings
 
 

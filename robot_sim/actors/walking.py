@@ -149,6 +149,11 @@ class Walk:
         """Duration of the cycle [ns]."""
         return int(self._ends[-1])
 
+    @property
+    def first_arrival(self) -> int:
+        """Time from setting out until the next stop [ns]."""
+        return int(self._ends[0])
+
     def at(self, times: IntArray) -> WalkerState:
         """Return the walker's state at ``times`` (N,) [ns]; at time zero it leaves the first stop."""
         within = np.mod(times, self.cycle)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import NO_FLOOR, Placement, Plan
 from robot_sim.scene_objects.terrain import Terrain, grid_heights
+
+Heights: TypeAlias = Callable[[FloatArray], FloatArray]
+"""Returns the height (N,) [m] of the ground at points (N, 2) [m]; -inf where there is none."""
 
 
 class PlanGround:
@@ -49,8 +53,14 @@ class PlanGround:
         return stand_on(self.heights, placement, wheelbase, track)
 
 
+def height_at(heights: Heights, x: float, y: float) -> float:
+    """Return the height of the ground at a point [m]; 0 where there is none."""
+    height = float(heights(np.array([[x, y]]))[0])
+    return height if np.isfinite(height) else 0.0
+
+
 def stand_on(
-    heights: Callable[[FloatArray], FloatArray],
+    heights: Heights,
     placement: Placement,
     wheelbase: float,
     track: float,

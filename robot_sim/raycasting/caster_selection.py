@@ -12,12 +12,15 @@ import mujoco
 
 from robot_sim.raycasting.mujoco_caster import MujocoRayCaster
 from robot_sim.raycasting.ray_caster import RayCaster
+from robot_sim.raycasting.static_digest import static_digest
 from robot_sim.worlds.world import World
 
 if TYPE_CHECKING:
     from robot_sim.raycasting.embree_scene import StaticGeometry
 
 _STATIC: weakref.WeakKeyDictionary[mujoco.MjModel, StaticGeometry] = weakref.WeakKeyDictionary()
+_ALIKE: weakref.WeakValueDictionary[bytes, StaticGeometry] = weakref.WeakValueDictionary()
+"""The same by digest, for worlds that differ only in what comes at its time."""
 
 
 class SlowCastingWarning(UserWarning):
@@ -27,7 +30,7 @@ class SlowCastingWarning(UserWarning):
 def caster_for(world: World, data: mujoco.MjData) -> RayCaster:
     """Return the fastest available caster for a world, with ``data`` for moving geometry.
 
-    The static geometry is prepared once per world and shared. Without ``embreex`` (no wheel for this
+    The static geometry is prepared once per world, and shared by worlds in which all that stands still is the same. Without ``embreex`` (no wheel for this
     machine, or the extra is not installed) MuJoCo casts, after one warning.
     """
     if not _embree_is_there():
@@ -37,7 +40,9 @@ def caster_for(world: World, data: mujoco.MjData) -> RayCaster:
 
     static = _STATIC.get(world.model)
     if static is None:
-        static = _STATIC[world.model] = StaticGeometry(world.model)
+        digest = static_digest(world.model)
+        static = _ALIKE.get(digest) or StaticGeometry(world.model)
+        _STATIC[world.model] = _ALIKE[digest] = static
     return EmbreeRayCaster(static, world.model, data, world.movers)
 
 

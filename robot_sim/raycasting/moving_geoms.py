@@ -10,6 +10,7 @@ import numpy as np
 
 from localization.types import IntArray
 from robot_sim.actors.movers import Mover
+from robot_sim.actors.schedules import PARKED
 from robot_sim.array_types import FloatArray
 from robot_sim.raycasting.pose_interpolation import PoseInterpolator
 from robot_sim.raycasting.ray_caster import GeomArray, static_geoms, visible_geoms
@@ -20,8 +21,8 @@ from robot_sim.raycasting.shape_intersection import (
     to_frames,
 )
 
-MAX_MOVER_SPEED: Final = 5.0
-"""Greatest speed of any part of a mover [m/s], four times a walk; sets the bounding spheres."""
+MAX_MOVER_SPEED: Final = 6.0
+"""Greatest speed of any part of a mover [m/s], a leg at a run of 3 m/s; sets the bounding spheres."""
 
 
 class MovingGeoms:
@@ -129,10 +130,16 @@ class MovingGeoms:
         if not len(self._timed):
             return self._data.geom_xpos[self._geoms], self._reach
         first, last = int(times.min()), int(times.max())
-        middle = np.full(len(self._geoms), (first + last) // 2)
-        centres, _ = self._poses(np.arange(len(self._geoms)), middle)
+        here = np.arange(len(self._geoms))
+        centres = np.full((len(here), 3), PARKED)
+        if parked := self._timetable.parked(first, last):
+            here = here[~np.isin(self._mover_of, parked)]
+        if len(here):
+            centres[here] = self._poses(here, np.full(len(here), (first + last) // 2))[0]
         reach = self._reach.copy()
         reach[self._timed] += MAX_MOVER_SPEED * 1e-9 * (last - first) / 2
+        for number in self._timetable.jumping(first, last):
+            reach[self._mover_of == number] = np.inf
         return centres, reach
 
     def _poses(self, columns: IntArray, times: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from localization.types import IntArray
 from robot_sim.actors.movers import Mover
+from robot_sim.actors.schedules import Scheduled
 from robot_sim.array_types import FloatArray
 
 _KNOT: Final = 1_000_000
@@ -24,7 +25,10 @@ class PoseInterpolator:
     """Poses of movers, computed ahead in chunks and interpolated in between."""
 
     def __init__(self, movers: Sequence[Mover]) -> None:
-        self._movers = tuple(movers)
+        self._movers = tuple(m for m in movers if not isinstance(m, Scheduled))
+        self._scheduled = {i: m for i, m in enumerate(movers) if isinstance(m, Scheduled)}
+        steady = [not isinstance(m, Scheduled) for m in movers]
+        self._columns: IntArray = np.cumsum(steady) - 1
         self._chunks: dict[int, FloatArray] = {}
 
     def poses(self, numbers: IntArray, times: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -34,6 +38,30 @@ class PoseInterpolator:
             numbers: (N,) indices of movers.
             times: (N,) times [ns], all within a few chunks.
         """
+        if not self._scheduled:
+            return self._interpolated(numbers, times)
+        positions, yaws = np.empty((len(times), 3)), np.empty(len(times))
+        left = np.ones(len(times), dtype=bool)
+        for number in np.unique(numbers).tolist():
+            if number in self._scheduled:
+                # Across a jump one must not interpolate.
+                rows = numbers == number
+                positions[rows], yaws[rows] = self._scheduled[number].pose_at(times[rows])
+                left &= ~rows
+        if left.any():
+            found = self._interpolated(self._columns[numbers[left]], times[left])
+            positions[left], yaws[left] = found
+        return positions, yaws
+
+    def jumping(self, first: int, last: int) -> list[int]:
+        """Return the indices of movers whose pose jumps after ``first``, until ``last`` [ns]."""
+        return [number for number, m in self._scheduled.items() if m.jumps(first, last)]
+
+    def parked(self, first: int, last: int) -> list[int]:
+        """Return the indices of movers that are parked all the time from ``first`` to ``last`` [ns]."""
+        return [number for number, m in self._scheduled.items() if m.parked(first, last)]
+
+    def _interpolated(self, numbers: IntArray, times: IntArray) -> tuple[FloatArray, FloatArray]:
         knots, late = np.divmod(times, _KNOT)
         first, last = int(knots.min()) // _CHUNK, int(knots.max()) // _CHUNK
         found = np.empty((len(times), 4))

@@ -8,8 +8,9 @@ import mujoco
 
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
 from robot_sim.robot.skid_steer_parameters import SkidSteer
+from robot_sim.robot.underbody import HULL_FRICTION
 
-MOVER_BIT: Final = 4
+MOVER_BIT: Final = 1 << 30
 """Collision bit of movers: they collide with the robot's bumper geom only."""
 BUMPER: Final = "bumper"
 """Name of the box around the robot, wheels included, that movers push; between single parts of the
@@ -21,6 +22,9 @@ overlap: 8 cm push 30 kg off their tyres, and no wall is affected."""
 _GIVE: Final = (0.1, 0.1, 0.001, 0.5, 2.0)
 """Impedance of those contacts: low, so that movers that squeeze the robot from two sides push no
 harder than one from one side."""
+FIRM: Final = (0.05, 1.0)
+"""Time constant [s] and damping ratio of contacts with boxes and doors that come at their time. The robot's motors
+press it 1 cm into them; where one comes upon the robot it is pushed aside at 2 m/s, not thrown."""
 
 
 def add_bumper(spec: mujoco.MjSpec, robot: SkidSteer) -> None:
@@ -38,6 +42,13 @@ def add_bumper(spec: mujoco.MjSpec, robot: SkidSteer) -> None:
         conaffinity=MOVER_BIT,
         rgba=(0.0, 0.0, 0.0, 0.0),
     )
+
+
+def make_firm(geom: mujoco.MjsGeom) -> None:
+    """Let a geom of a body that comes at its time collide as furniture does, but less hard."""
+    geom.priority = 2  # above that of the hull, whose contact parameters would be used
+    geom.friction = HULL_FRICTION
+    geom.solref = FIRM
 
 
 def make_yielding(geom: mujoco.MjsGeom) -> None:

@@ -156,6 +156,16 @@ class SkidSteer:
         """``base_from_imu``: level, near the centre of mass."""
         return Pose.from_euler((0.0, 0.0, 0.15 * self.height / _REFERENCE_HEIGHT))
 
+    @property
+    def camera_mount(self) -> Pose:
+        """``base_from_camera`` of ``camera_link``: level, just above the front of the horizontal scanner.
+
+        From there neither the scanner nor the deck nor a wheel is in the image of a camera that looks down
+        by less than 65 degrees.
+        """
+        laser = self.mounts["laser_horizontal"].position
+        return Pose.from_euler((float(laser[0]) + 0.04, 0.0, float(laser[2]) + 0.11))
+
     def true_rolling_radius(self, side: str) -> float:
         """Return the true distance per radian of the tyres of a side, ``left`` or ``right`` [m]."""
         scale = self.imperfections.radius_scale(side)

@@ -12,6 +12,7 @@ from typing import Final
 from xml.etree import ElementTree as ET
 
 from localization.types import Pose
+from robot_sim.robot.camera_mount import CAMERA_LINK, camera_frames
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 _COLOURS: Final = {
@@ -23,6 +24,8 @@ _COLOURS: Final = {
 }
 _HOUSING: Final = (0.05, 0.12)
 """Radius and height of a scanner's housing [m]."""
+_CAMERA: Final = (0.04, 0.15, 0.04)
+"""Length, width and height of a camera's housing [m]."""
 _UPRIGHT: Final = Pose.identity()
 _ACROSS: Final = Pose.from_euler((0.0, 0.0, 0.0), roll=0.5 * math.pi)
 """A cylinder's axis is z; a wheel's is y."""
@@ -34,12 +37,13 @@ Shape = tuple[str, Mapping[str, str]]
 """Name and attributes of an element within ``geometry``."""
 
 
-def urdf(robot: SkidSteer, mounts: Mapping[str, Pose]) -> str:
+def urdf(robot: SkidSteer, mounts: Mapping[str, Pose], *, camera: bool = False) -> str:
     """Return the URDF of a robot.
 
     Args:
         robot: Its parameters.
         mounts: ``base_from_scanner`` of the scanners that it carries, by their frames.
+        camera: Whether it carries a camera, with its frames; see ``camera_mount``.
 
     Returns:
         The XML: ``base_link`` on the floor plane between the wheels, x forward; a link for each of the four
@@ -58,6 +62,11 @@ def urdf(robot: SkidSteer, mounts: Mapping[str, Pose]) -> str:
         radius, height = _HOUSING
         _add_shape(link, _cylinder(radius, height), _UPRIGHT, "blue")
     _add_link(root, "imu_link", robot.imu_mount, "fixed")
+    if camera:
+        for name, pose in camera_frames(robot).items():
+            link = _add_link(root, name, pose, "fixed")
+            if name == CAMERA_LINK:
+                _add_shape(link, _box(*_CAMERA), _UPRIGHT, "black")
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 

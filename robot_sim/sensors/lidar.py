@@ -17,6 +17,7 @@ from robot_sim.sensors.light_paths import LightTracer
 from robot_sim.sensors.pose_history import PoseHistory as PoseHistory
 from robot_sim.sensors.range_receiver import RangeReceiver
 from robot_sim.sensors.scanner_config import ScannerConfig as ScannerConfig
+from robot_sim.sensors.scanner_fault import DirtyWindow, ScannerFault
 from robot_sim.sensors.surface_optics import SurfaceOptics
 
 
@@ -30,6 +31,8 @@ class Scanner:
         caster: RayCaster,
         seed: np.random.SeedSequence,
         optics: SurfaceOptics | None = None,
+        *,
+        faults: Sequence[ScannerFault] = (),
     ) -> None:
         """Mount a scanner.
 
@@ -39,6 +42,7 @@ class Scanner:
             caster: Ray caster of the world.
             seed: Seed of its noise and effects.
             optics: Optics of the world's geoms; needed by effects that depend on the surface.
+            faults: Its faults; dirt on its window is applied here.
 
         Raises:
             SensorError: Such an effect is enabled without optics.
@@ -50,6 +54,7 @@ class Scanner:
         self._config = config
         self._caster = caster
         self._receiver = RangeReceiver(config.effects, config.beam, config.noise, seed)
+        self._dirt = DirtyWindow(faults, config.beams, config.interlace, seed) if faults else None
         self.tracer: LightTracer | None = None
         """Tracer of its light; None where a beam is a single ray of which only the distance matters."""
         if config.effects.optical and optics is not None:
@@ -116,6 +121,8 @@ class Scanner:
     def _scan(self, ranges: FloatArray, remissions: FloatArray) -> Scan:
         """Return the scan of the sweep that has ended, and begin to wait for the next one."""
         config, part = self._config, self._part
+        if self._dirt is not None:
+            self._dirt.cover(ranges, remissions, self.start + self._offsets[part], part)
         np.putmask(ranges, ranges < config.range_min, np.nan)
         np.putmask(ranges, ranges > config.range_max, np.inf)
         pattern = self._patterns[part]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import mujoco
@@ -19,6 +19,7 @@ from scipy.ndimage import label
 from localization.types import IntArray
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.errors import WorldError
+from robot_sim.floorplan.plan import Waypoint
 from robot_sim.layout.floor_space import FloorSpace, floor_space
 from robot_sim.raycasting import RayCaster, caster_for
 from robot_sim.raycasting.ray_caster import visible_geoms
@@ -48,6 +49,42 @@ _MOST_PASSED: Final = 1000
 """Greatest number of surfaces that a ray passes."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class FloorCells:
+    """Cells of a world's floor."""
+
+    origin: Waypoint
+    """Where row 0 and column 0 begin [m]."""
+    cell: float
+    """Side of a cell [m]."""
+    ground: BoolArray
+    """Which cells (rows, columns) have ground."""
+    free: BoolArray
+    """Which of them the robot could stand on: level, with nothing on them."""
+
+    def at(self, cells: BoolArray, point: Waypoint) -> bool:
+        """Return whether the cell of a point is one of ``cells`` (rows, columns); none is beyond the grid."""
+        column = (point[0] - self.origin[0]) / self.cell
+        row = (point[1] - self.origin[1]) / self.cell
+        rows, columns = cells.shape
+        return 0 <= row < rows and 0 <= column < columns and bool(cells[int(row), int(column)])
+
+    def joined_to(self, spawn: Waypoint) -> FloorSpace:
+        """Return the free floor that is joined to a point.
+
+        Raises:
+            WorldError: There is no such floor.
+        """
+        parts, _ = label(self.free)
+        rows, columns = self.free.shape
+        column = int((spawn[0] - self.origin[0]) / self.cell)
+        row = int((spawn[1] - self.origin[1]) / self.cell)
+        here = parts[min(max(row, 0), rows - 1), min(max(column, 0), columns - 1)]
+        if not here:
+            raise WorldError("there is no free floor at the spawn")
+        return floor_space(parts == here, self.cell, origin=self.origin)
+
+
 def free_floor(world: World) -> FloorSpace:
     """Return the free floor of a world that is joined to its spawn, in the frame ``map``.
 
@@ -56,6 +93,11 @@ def free_floor(world: World) -> FloorSpace:
     Raises:
         WorldError: There is no such floor.
     """
+    return floor_cells(world).joined_to((world.spawn.position[0], world.spawn.position[1]))
+
+
+def floor_cells(world: World, *, movers: bool = True) -> FloorCells:
+    """Return the cells of a world's floor; objects that move stand on it only if ``movers`` is set."""
     x0, y0, x1, y1 = world.bounds
     cell = max(_CELL, math.sqrt((x1 - x0) * (y1 - y0) / _MOST_CELLS))
     columns, rows = max(1, math.ceil((x1 - x0) / cell)), max(1, math.ceil((y1 - y0) / cell))
@@ -66,20 +108,15 @@ def free_floor(world: World) -> FloorSpace:
     ground = _ground(_caster(world, drivable), xs, ys, float(world.spawn.position[2]) + _ABOVE)
     free = _level(ground, cell)
     solid = ~drivable & (world.model.geom_group != ROBOT_GROUP)
+    if not movers:
+        solid &= world.model.body_mocapid[world.model.geom_bodyid] < 0
     for x, y, z in _objects(_caster(world, solid), xs, ys, ground):
         row = np.clip(((y - y0) / cell).astype(int), 0, rows - 1)
         column = np.clip(((x - x0) / cell).astype(int), 0, columns - 1)
         height = z - ground[row, column]
         met = (height > _STEP) & (height < _TALL)
         free[row[met], column[met]] = False
-    parts, _ = label(free)
-    here = parts[
-        min(max(int((world.spawn.position[1] - y0) / cell), 0), rows - 1),
-        min(max(int((world.spawn.position[0] - x0) / cell), 0), columns - 1),
-    ]
-    if not here:
-        raise WorldError("there is no free floor at the spawn")
-    return floor_space(parts == here, cell, origin=(x0, y0))
+    return FloorCells((x0, y0), cell, np.isfinite(ground), free)
 
 
 def _caster(world: World, wanted: BoolArray) -> RayCaster:

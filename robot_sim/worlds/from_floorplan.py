@@ -9,11 +9,18 @@ import mujoco
 
 from localization.types import Pose
 from robot_sim.actors.actor_bodies import moving_bodies
+from robot_sim.actors.extras import (
+    PassingPerson,
+    extra_bodies,
+    spare_body,
+    spares,
+)
 from robot_sim.errors import SimulationError, WorldError
+from robot_sim.floorplan.doorways import doorways
 from robot_sim.floorplan.plan import NO_FLOOR, Placement, Plan
 from robot_sim.floorplan.plan_ground import PlanGround
 from robot_sim.layout.furniture_rearrangement import rearranged
-from robot_sim.layout.path_collisions import check_paths
+from robot_sim.layout.path_collisions import check_paths, check_ways
 from robot_sim.robot.bumper_geom import add_bumper
 from robot_sim.robot.drivable_surfaces import drivable_geoms, mark_drivable
 from robot_sim.robot.mujoco_body import add_robot, set_physics
@@ -62,14 +69,20 @@ def build_world(
             check_paths(plan, blocks)
         for block in blocks:
             block.add_to(spec)
-        bodies = tuple(moving_bodies(plan.actors, seed=options.timing) if options.alive else ())
+        parked = tuple(spares(options.spare_boxes, options.spare_people))
+        moving = (
+            *(moving_bodies(plan.actors, seed=options.timing) if options.alive else ()),
+            *extra_bodies(options.extras, doorways(plan), ground.heights),
+        )
+        check_ways([e.path for e in options.extras if isinstance(e, PassingPerson)], blocks)
+        bodies = (*moving, *map(spare_body, parked))
         for body in bodies:
             body.add_to(spec)
         surfaces = tuple(geom.name for geom in drivable_geoms(spec))
         if not surfaces:
             raise WorldError("no surface is drivable: give it a floor")
         add_robot(spec, surfaces=surfaces, robot=robot)
-        if bodies:
+        if not all(body.hard for body in bodies):
             add_bumper(spec, robot)
         model = spec.compile()
         spawns = _poses(plan.spawns, ground, robot)
@@ -85,7 +98,9 @@ def build_world(
             robot=robot,
             plan=plan,
             patches=plan.patches,
-            movers=tuple(body.mover for body in bodies),
+            movers=tuple(body.mover for body in moving),
+            spares=parked,
+            ground=ground.heights,
             notes=tuple(notes),
         )
         check_places(world)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -17,14 +17,15 @@ import mujoco
 import numpy as np
 
 from localization.types import Pose
+from robot_sim.actors.extras import extra_bodies, spare_body, spares
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
-from robot_sim.floorplan.plan_ground import stand_on
+from robot_sim.floorplan.plan_ground import Heights, stand_on
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.scene_objects.plan_elements import Bounds, Placement, Waypoint
 from robot_sim.worlds.mjcf_preparation import compile_mjcf
-from robot_sim.worlds.world import TIMESTEP_NS, World, check_places
+from robot_sim.worlds.world import AS_MAPPED, TIMESTEP_NS, World, WorldOptions, check_places
 
 SPAWN: Final = "spawn"
 """Name of the site or body where the robot starts."""
@@ -35,7 +36,11 @@ _SKY: Final = 1000.0
 
 
 def load_mjcf(
-    path: str | Path, *, spawn: Placement | None = None, robot: SkidSteer | None = None
+    path: str | Path,
+    *,
+    spawn: Placement | None = None,
+    robot: SkidSteer | None = None,
+    options: WorldOptions = AS_MAPPED,
 ) -> World:
     """Build the world of a user's own MJCF.
 
@@ -43,6 +48,7 @@ def load_mjcf(
         path: Path of the file; meshes and heightfields are resolved relative to it by MuJoCo.
         spawn: Where the robot starts, instead of at the file's site or body named ``spawn``.
         robot: Robot that is compiled into the world; a P3-AT by default.
+        options: Extras and spares; the other differences from the mapped world are those of floor plans.
 
     Returns:
         A world named after the file; ``World.notes`` lists settings of the file that were overridden.
@@ -53,7 +59,10 @@ def load_mjcf(
     """
     path, robot = Path(path), robot or P3AT()
     try:
-        compiled = compile_mjcf(path, robot, timestep=TIMESTEP_NS * 1e-9)
+        parked = tuple(spares(options.spare_boxes, options.spare_people))
+        bodies = tuple(extra_bodies(options.extras, {}, _unknown))
+        added = (*bodies, *map(spare_body, parked))
+        compiled = compile_mjcf(path, robot, timestep=TIMESTEP_NS * 1e-9, bodies=added)
         sites = _Sites(compiled.model, compiled.surfaces, robot)
         if spawn is not None:
             start = sites.stand(SPAWN, spawn, _SKY)
@@ -72,9 +81,15 @@ def load_mjcf(
             places=MappingProxyType({n.removeprefix("place_"): sites.stand_at(n) for n in named}),
             tour=sites.line("tour_"),
             survey=sites.line("survey_") or sites.line("tour_"),
-            bounds=_bounds(compiled.model, compiled.surfaces, start),
+            bounds=_bounds(
+                compiled.model, compiled.surfaces, start, {body.mover.name for body in added}
+            ),
             spawns=MappingProxyType({SPAWN: start}),
             robot=robot,
+            # Only now the height of the ground is known, on which they stand.
+            movers=tuple(body.mover for body in extra_bodies(options.extras, {}, sites.heights)),
+            spares=parked,
+            ground=sites.heights,
             notes=compiled.notes,
         )
         check_places(world)
@@ -121,6 +136,13 @@ class _Sites:
         except WorldError as error:
             raise WorldError(f"{name!r} is not above anything drivable: {error}") from None
 
+    @property
+    def heights(self) -> Heights:
+        """Height of the ground on the storey of the spawn."""
+        return self._ground(
+            float(self.poses[SPAWN][0][2]) + _ABOVE if SPAWN in self.poses else _SKY
+        )
+
     def line(self, prefix: str) -> tuple[Waypoint, ...]:
         """Return the way-points of the sites ``<prefix>0``, ``<prefix>1`` ..., in order."""
         numbered = sorted(
@@ -131,7 +153,7 @@ class _Sites:
         points = (self.poses[n][0] for _, n in numbered)
         return tuple((float(p[0]), float(p[1])) for p in points)
 
-    def _ground(self, top: float) -> Callable[[FloatArray], FloatArray]:
+    def _ground(self, top: float) -> Heights:
         groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
         groups[0] = 1
         geom = np.zeros(1, dtype=np.int32)
@@ -152,15 +174,25 @@ class _Sites:
         return heights
 
 
-def _bounds(model: mujoco.MjModel, surfaces: Sequence[str], spawn: Pose) -> Bounds:
-    """Return the rectangle around all drivable geoms; infinite planes are cut to the other geoms."""
+def _unknown(points: FloatArray) -> FloatArray:
+    return np.zeros(len(points))
+
+
+def _bounds(
+    model: mujoco.MjModel, surfaces: Sequence[str], spawn: Pose, added: Container[str]
+) -> Bounds:
+    """Return the rectangle around all drivable geoms; infinite planes are cut to the other geoms of the file."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     robot = model.body("base_link").id
     ids = [model.geom(s).id for s in surfaces]
     endless = [g for g in ids if _half(model, g) is None]
     if endless:
-        ids = [g for g in range(model.ngeom) if model.body_rootid[model.geom_bodyid[g]] != robot]
+        ids = [
+            g
+            for g, body in enumerate(model.geom_bodyid)
+            if model.body_rootid[body] != robot and model.body(body).name not in added
+        ]
     low, high = spawn.position[:2] - 1.0, spawn.position[:2] + 1.0
     for g in ids:
         half = _half(model, g)

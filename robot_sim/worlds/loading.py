@@ -40,7 +40,8 @@ def load_world(
         name: Name of a scene that comes with the project, or path of a scene's folder, of a floor
             plan (``.toml``) or of an MJCF file (``.xml``).
         robot: Robot that is compiled into the world; a P3-AT by default.
-        options: Differences from the mapped world; of an MJCF file neither ``alive`` nor ``rearranged``.
+        options: Differences from the mapped world; of an MJCF file neither ``alive`` nor ``rearranged``, nor
+            closed doors.
 
     Raises:
         UnknownSceneError: no scene has this name; the message lists the available ones.
@@ -53,7 +54,7 @@ def load_world(
                 f"{path.name}: an MJCF file cannot be alive or rearranged; what moves in it is set by its"
                 " joints"
             )
-        return load_mjcf(path, robot=robot)
+        return load_mjcf(path, robot=robot, options=options)
     if path.suffix == ".toml":
         try:
             text = path.read_text(encoding="utf-8")

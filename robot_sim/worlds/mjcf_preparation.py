@@ -9,22 +9,24 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import mujoco
 
+from robot_sim.actors.actor_bodies import MovingBody
 from robot_sim.errors import WorldError
+from robot_sim.robot.bumper_geom import add_bumper
 from robot_sim.robot.drivable_surfaces import drivable_geoms
 from robot_sim.robot.mujoco_body import FLOOR_BIT, OBSTACLE_BIT, ROBOT_GROUP, add_robot, set_physics
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 _SHIFT: Final = 2
 """Number of bits by which the file's own collision bits are shifted, past the two that we use."""
-_BITS: Final = 0x3FFFFFFF
-"""Mask of the collision bits that are not shifted out."""
+_BITS: Final = 0x0FFFFFFF
+"""Mask of the collision bits that are kept: shifted, they stay below the movers' bit."""
 _SPARE_GROUP: Final = 4
 """Group for the file's geoms that are in the robot's own group, which its scanners ignore."""
 _LISTED: Final = 12
@@ -59,13 +61,16 @@ class MjcfModel:
     """Settings of the file that were overridden or ignored, one line each."""
 
 
-def compile_mjcf(path: Path, robot: SkidSteer, *, timestep: float) -> MjcfModel:
+def compile_mjcf(
+    path: Path, robot: SkidSteer, *, timestep: float, bodies: Sequence[MovingBody] = ()
+) -> MjcfModel:
     """Read a file, add the robot to it, and compile both.
 
     Args:
         path: Path of the MJCF file.
         robot: Robot to add.
         timestep: Physics time step [s].
+        bodies: Bodies to add that come at their time.
 
     Raises:
         WorldError: the file cannot be read or compiled (the message includes MuJoCo's), nothing in it
@@ -85,7 +90,11 @@ def compile_mjcf(path: Path, robot: SkidSteer, *, timestep: float) -> MjcfModel:
     notes = [*_take_options(child, spec), *_prepare_geoms(child), *_leave_out(child)]
     # Attached, the file keeps its own defaults and compiler settings, and the robot is free of them.
     spec.attach(child, prefix="", frame=spec.worldbody.add_frame())
+    for body in bodies:
+        body.add_to(spec)
     add_robot(spec, surfaces=surfaces, robot=robot)
+    if not all(body.hard for body in bodies):
+        add_bumper(spec, robot)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:

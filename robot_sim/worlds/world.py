@@ -8,11 +8,15 @@ from types import MappingProxyType
 from typing import Final
 
 import mujoco
+import numpy as np
 
 from localization.types import Pose
+from robot_sim.actors.extras import Extra, Spare
 from robot_sim.actors.movers import Mover
+from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Plan, Waypoint
+from robot_sim.floorplan.plan_ground import Heights
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.robot_placement import place_robot
@@ -32,8 +36,16 @@ class WorldOptions:
     """Seed by which furniture is moved since the world was mapped; None leaves it in place."""
     timing: int = 0
     """Seed of the actors' timing, as far as the plan leaves it open."""
+    extras: tuple[Extra, ...] = ()
+    """Boxes, closed doors and people that come at their time, whether the world is alive or not."""
+    spare_boxes: tuple[tuple[float, float, float], ...] = ()
+    """Sizes of boxes [m] that a running simulation can put somewhere."""
+    spare_people: int = 0
+    """Number of people that it can put somewhere."""
 
     def __post_init__(self) -> None:
+        if self.spare_people < 0:
+            raise WorldError(f"spare_people must be >= 0, got {self.spare_people}")
         for key in ("rearranged", "timing"):
             seed = getattr(self, key)
             if seed is not None and seed < 0:
@@ -42,6 +54,10 @@ class WorldOptions:
 
 AS_MAPPED: Final = WorldOptions()
 """Nothing moves, and all furniture stands where it was when the world was mapped."""
+
+
+def _level(points: FloatArray) -> FloatArray:
+    return np.zeros(len(points))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +87,11 @@ class World:
     patches: tuple[Patch, ...] = ()
     """Areas on which the ground has another friction than the surface they lie on."""
     movers: tuple[Mover, ...] = ()
-    """Bodies that move on their own; empty unless the world is alive."""
+    """Bodies that move on their own, or come at their time."""
+    spares: tuple[Spare, ...] = ()
+    """Bodies that are parked until a simulation puts them somewhere."""
+    ground: Heights = field(default=_level, repr=False)
+    """Height of the ground."""
     notes: tuple[str, ...] = ()
     """What differs from what was asked for, one line each: settings of a user's MJCF file that were overridden
     or ignored, and options for which the world has nothing to move."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import sys
 from collections.abc import Callable, Sequence
@@ -13,6 +14,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.types import Pose
+from robot_sim.actors.extras import AddedBox
 from robot_sim.actors.movers import Mover
 from robot_sim.raycasting import (
     MujocoRayCaster,
@@ -25,8 +27,10 @@ from robot_sim.raycasting.embree_caster import EmbreeRayCaster
 from robot_sim.raycasting.embree_scene import StaticGeometry
 from robot_sim.raycasting.pose_interpolation import PoseInterpolator
 from robot_sim.raycasting.shape_intersection import CONVEX, shape_cosines, shape_distances
+from robot_sim.raycasting.static_digest import static_digest
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
 from robot_sim.robot.p3at import MOUNTS
+from robot_sim.scene_objects.plan_elements import Placement
 from robot_sim.worlds.loading import load_world
 from robot_sim.worlds.world import World, WorldOptions
 
@@ -407,3 +411,23 @@ def test_interpolated_poses_of_movers_are_exact_at_any_time() -> None:
             np.testing.assert_allclose(positions[mine], places, atol=1e-4)
             turn = np.exp(1j * (yaws[mine] - headings))
             np.testing.assert_allclose(np.angle(turn), 0.0, atol=2e-3)
+
+
+def test_worlds_share_static_geometry_only_if_all_that_stands_still_is_the_same() -> None:
+    def static(world: World) -> StaticGeometry:
+        caster = caster_for(world, mujoco.MjData(world.model))
+        assert isinstance(caster, EmbreeRayCaster)
+        return caster._static
+
+    plain = load_world("corridor")
+    first = static(plain)
+    box = AddedBox((1.0, 1.0, 1.0), Placement(2.0, 0.0), start_ns=5)
+    later = load_world("corridor", options=WorldOptions(extras=(box,), spare_people=1))
+    assert static(later) is first
+    assert static(load_world("corridor")) is first
+    moved = load_world("corridor", options=WorldOptions(rearranged=3))
+    assert static(moved) is not first
+    assert static_digest(plain.model) != static_digest(load_world("office").model)
+    copied = copy.copy(plain.model)
+    copied.geom_size[plain.model.geom("ceiling").id] *= 1.001
+    assert static_digest(copied) != static_digest(plain.model)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from xml.etree import ElementTree as ET
+
 import mujoco
 import numpy as np
 import pytest
 
 from localization.types import Pose
+from robot_sim.robot.camera_mount import camera_frames
 from robot_sim.robot.mujoco_body import WHEELS
 from robot_sim.robot.platforms import P3AT, PLATFORMS
 from robot_sim.robot.skid_steer_parameters import SkidSteer
@@ -90,3 +93,21 @@ def test_only_the_scanners_that_are_carried_have_links() -> None:
     assert 'link name="laser_horizontal"' in text
     assert "laser_vertical" not in text
     assert text.isascii()
+
+
+@robots
+def test_the_camera_is_described_only_where_there_is_one(robot: SkidSteer) -> None:
+    links = {link.get("name") for link in ET.fromstring(urdf(robot, robot.mounts)).iter("link")}
+    root = ET.fromstring(urdf(robot, robot.mounts, camera=True))
+    frames = camera_frames(robot)
+
+    assert links.isdisjoint(frames)
+    assert {link.get("name") for link in root.iter("link")} == links | set(frames)
+    for name, pose in frames.items():
+        joint = next(j for j in root.iter("joint") if j.find("child").get("link") == name)  # type: ignore[union-attr]
+        origin = joint.find("origin")
+        assert origin is not None
+        place, angles = ([float(v) for v in origin.get(k, "").split()] for k in ("xyz", "rpy"))
+        described = Pose.from_euler(place, roll=angles[0], pitch=angles[1], yaw=angles[2])
+        np.testing.assert_allclose(described.position, pose.position, atol=1e-9)
+        np.testing.assert_allclose(described.rotation, pose.rotation, atol=1e-8)
