@@ -1,0 +1,1 @@
+"""Step commands as JSON, as headsets and scripts send them: pure parsing, without a robot."""
