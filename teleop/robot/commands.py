@@ -9,6 +9,7 @@ import tyro
 
 from localization.cli.run_folder import check_file
 from localization.cli.terminal import Progress, fitted, say, say_json
+from localization.extras import require
 from teleop.robot.serving.serve_config import ServeConfig
 
 
@@ -29,6 +30,8 @@ class Serve:
         config = self.server
         if config.record is not None:
             check_file(config.record, overwrite=None, option="--record")
+        if config.webrtc:
+            require("aiortc", "--webrtc")
 
         import asyncio
 

@@ -19,10 +19,16 @@ from teleop.robot.inbox import (
     InboxMessage,
     PoseHint,
     Refuse,
+    StepAlive,
+    StepAnswered,
+    StepCancel,
+    StepGoal,
     TakeOver,
 )
 from teleop.robot.safety.safety import Safety
 from teleop.robot.safety.speed_limits import SpeedLimits
+from teleop.robot.steps.step_queue import StepQueue
+from teleop.robot.steps.step_results import StepOutcome
 from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing, Rejection
 
 Stages = Callable[[str], AbstractContextManager[object]]
@@ -48,6 +54,9 @@ class Drive:
         """
         self.simulation, self._stage = simulation, stage
         self.safety = safety or Safety(SpeedLimits.of(simulation.config.drive))
+        self.steps = StepQueue(self.safety, simulation.world.robot, simulation.config.drive)
+        """Steps that wait or are driven."""
+
         self.taken = 0
         """Number of messages of clients that have been taken so far."""
 
@@ -66,10 +75,12 @@ class Drive:
         rejections = self._obey(now, inbox)
         self.taken += sum(bool(message.client) for message in inbox)
         dated = tuple(self._dated(message) for message in inbox)
+        self.steps.steer(now, self.simulation.stamp, self.simulation.condition)
         command = self.safety.command(now)
         with self._stage("simulation"):
             self.simulation.command(command)
             sensed = self.simulation.step()
+        self.steps.take_readings(sensed)
         return DriveRecord(
             stamp=self.simulation.stamp,
             robot=self.simulation.world.robot,
@@ -83,7 +94,14 @@ class Drive:
             attitude=self._follow_attitude(sensed),
             taken=self.taken,
             pacing=pacing,
+            steps=self.steps.report(),
         )
+
+    def server_lost(self, why: str) -> None:
+        """Note that what connects the clients has stopped: the robot brakes, and their steps are gone."""
+        self.steps.server_lost()
+        self.safety.server_lost(why)
+        self.taken = 0  # the next server has sent nothing yet
 
     def _follow_attitude(self, sensed: Sequence[Reading]) -> Inertial | None:
         """Return the newest inertial reading with the attitude, as an inertial unit of its own would."""
@@ -108,21 +126,36 @@ class Drive:
             match message:
                 case DriveCommand():
                     if message is newest[message.client]:
+                        if message.request.enabled:
+                            self.steps.driven_by_hand(message.client, now)
                         why = self.safety.request(message, now)
                 case TakeOver():
+                    self.steps.end_all(StepOutcome.TAKEN_OVER, f"{message.client} took over", now)
                     self.safety.take_over(message.client, now)
                 case Ask():
                     why = self.safety.ask(message, now)
                 case Give():
-                    why = self.safety.give(message, now)
+                    if (why := self.safety.give(message, now)) is None:
+                        given = f"{message.client} gave the robot away"
+                        self.steps.end_all(StepOutcome.TAKEN_OVER, given, now)
                 case Refuse():
                     why = self.safety.refuse(message, now)
                 case EStop():
+                    self.steps.end_all(StepOutcome.E_STOP, f"e-stop by {message.client}", now)
                     self.safety.stop(message)
                 case EStopReset():
                     why = self.safety.reset(message)
                 case Disconnected():
+                    self.steps.disconnected(message.client, now)
                     self.safety.disconnected(message.client)
+                case StepGoal():
+                    self.steps.add(message, now)
+                case StepCancel():
+                    self.steps.cancel(message, now)
+                case StepAlive():
+                    self.steps.alive(message)
+                case StepAnswered():
+                    self.steps.answered(message)
                 case _:
                     pass  # for the localiser
             if why is not None:

@@ -122,6 +122,60 @@ class Disconnected:
     """Name of the client."""
 
 
+@dataclass(frozen=True, slots=True)
+class StepGoal:
+    """A client asks for one step: straight on, or a turn on the spot."""
+
+    client: str
+    """Name of the client."""
+    number: int
+    """Number of the step, from 1; no other step of the same server has it."""
+    distance: float = 0.0
+    """Distance to drive, positive forward [m]; 0 for a turn."""
+    angle: float = 0.0
+    """Angle to turn, positive to the left [rad]; 0 for a straight step."""
+    speed: float = 0.0
+    """Speed [m/s], of a turn [rad/s]; 0 for the robot's own."""
+    time_limit: float = 0.0
+    """Time after which it is given up [s]; 0 for that which the robot works out."""
+    measure_by: str = "odometry"
+    """What says how far it went: ``odometry`` or ``localization``."""
+    age: int = 0
+    """Estimated time between the client's sending and the arrival [ns]."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepCancel:
+    """A client cancels one of its steps."""
+
+    client: str
+    """Name of the client."""
+    number: int
+    """Number of the step."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepAlive:
+    """A client whose steps are under way is connected; comes ten times a second."""
+
+    client: str
+    """Name of the client."""
+    arrival: int
+    """Time at which that was known, by the clock of the tick's ``now`` [ns]."""
+    age: int = 0
+    """Age of its oldest ping without an answer [ns]; 0 if it has answered all."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepAnswered:
+    """The result of a step has been taken by what talks to its client."""
+
+    client: str
+    """Name of the client."""
+    number: int
+    """Number of the step."""
+
+
 InboxMessage: TypeAlias = (
     DriveCommand
     | PoseHint
@@ -134,5 +188,9 @@ InboxMessage: TypeAlias = (
     | Undo
     | Relocalize
     | Disconnected
+    | StepGoal
+    | StepCancel
+    | StepAlive
+    | StepAnswered
 )
 """Everything that clients can send to the robot."""

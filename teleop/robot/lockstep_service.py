@@ -12,6 +12,7 @@ from localization.logs.ros_stamps import stamp_to_dict
 from localization.maps.cloud import Cloud
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.robot import Robot
+from teleop.robot.stepped_robot import SteppedRobot
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import latched_messages
 from teleop.rosbridge.errors import ServiceError
@@ -23,9 +24,6 @@ _IDLE_DELAY: Final = 0.0005
 """Delay of deferred work after a step has ended, so that its response is sent first [s]."""
 _RESTING: Final = 0.002
 """Largest speed of a robot at rest, of each component [m/s] or [rad/s]."""
-
-TickObserver = Callable[[TickRecord], None]
-"""Receives the record of each tick."""
 
 
 class LockstepService(Observer):
@@ -42,44 +40,33 @@ class LockstepService(Observer):
 
     def __init__(
         self,
-        robot: Robot,
-        adapter: RosbridgeAdapter,
+        stepped: SteppedRobot,
         *,
-        observers: tuple[TickObserver, ...] = (),
-        last_stamp: int | None = None,
+        over: Callable[[], str] = lambda: "",
         deferred: Callable[[], None] = lambda: None,
     ) -> None:
-        """Offer the service on an adapter's server.
+        """Offer the service on the server of a robot.
 
         Args:
-            robot: The robot.
-            adapter: Its server.
-            observers: Called with the record of each tick.
-            last_stamp: Time after which no tick begins [ns]; None for no end.
+            stepped: The robot and its server.
+            over: Returns why no further tick may begin; nothing while it may.
             deferred: Called after each step, while the client decides on the next one; for work that
                 no response waits for, such as recording.
         """
-        self._robot, self.adapter = robot, adapter
-        self.observers = observers
-        """Called with the record of each tick."""
-
-        self._last_stamp, self._deferred = last_stamp, deferred
+        self.stepped, self.adapter = stepped, stepped.adapter
+        self._over, self._deferred = over, deferred
         self._owner: int | None = None
         self._busy = False
-        adapter.previews.answer_at_once = robot.estimation.preview
         self.error: Exception | None = None
         """The error that ended the simulation, if one did."""
-        step = adapter.server.async_handlers.wrap(self._step)
-        adapter.server.protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", step)
-        adapter.server.protocol.observers.add(self)
+        server = self.adapter.server
+        step = server.async_handlers.wrap(self._step)
+        server.protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", step)
+        server.protocol.observers.add(self)
 
     @property
     def _stamp(self) -> int:
-        return self._robot.simulation.stamp
-
-    @property
-    def _over(self) -> bool:
-        return self._last_stamp is not None and self._stamp >= self._last_stamp
+        return self.stepped.stamp
 
     async def _step(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
         ticks = int(request["ticks"])
@@ -91,8 +78,8 @@ class LockstepService(Observer):
             for _ in range(ticks):
                 if self._owner != client:
                     raise ServiceError("the caller has disconnected")
-                if self._over:
-                    return self._response("time is up")
+                if reason := self._over():
+                    return self._response(reason)
                 self._tick()
                 # Yield to the sockets, so that a long step does not pile up its messages.
                 await asyncio.sleep(0)
@@ -122,16 +109,10 @@ class LockstepService(Observer):
 
     def _tick(self) -> TickRecord:
         try:
-            tick = self._robot.tick(self._stamp, self.adapter.wishes.take())
-            self.adapter.driven(tick.drive)
-            self.adapter.estimated(tick.estimation)
-            for observe in self.observers:
-                observe(tick)
+            return self.stepped.tick()
         except Exception as error:
             self.error = error
             raise ServiceError(str(error)) from error
-        self.adapter.server.protocol.timers.tick(tick.stamp)
-        return tick
 
     def disconnected(self, connection: Connection, now: int) -> None:
         """Brake the robot to rest when the owner disconnects, and free the stepping."""
@@ -139,7 +120,7 @@ class LockstepService(Observer):
             return
         self._owner = None
         for _ in range(self.MAX_BRAKING_TICKS):
-            if self.error is not None or self._over or _resting(self._tick()):
+            if self.error is not None or self._over() or resting(self._tick()):
                 return
 
 
@@ -156,9 +137,10 @@ def offer_in_lockstep(robot: Robot, server: Server, cloud: Cloud) -> LockstepSer
         latched_messages(cloud, robot.simulation.world.robot, robot.simulation.mounts),
         undo_memory=robot.localizer.config.undo_memory,
     )
-    return LockstepService(robot, adapter)
+    return LockstepService(SteppedRobot(robot, adapter))
 
 
-def _resting(tick: TickRecord) -> bool:
+def resting(tick: TickRecord) -> bool:
+    """Return whether the robot stands still."""
     twist = tick.truth.twist
     return bool(np.abs(twist.linear).max() < _RESTING and np.abs(twist.angular).max() < _RESTING)

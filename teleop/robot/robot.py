@@ -61,4 +61,7 @@ class Robot:
         """
         driven = self.drive.tick(now, inbox)
         with self._stage("localiser"):
-            return TickRecord(driven, self.estimation.take(driven))
+            estimated = self.estimation.take(driven)
+        if estimated.estimates:
+            self.drive.steps.take_estimate(estimated.estimate)
+        return TickRecord(driven, estimated)

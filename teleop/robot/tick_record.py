@@ -12,6 +12,7 @@ from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import Truth
 from teleop.robot.inbox import InboxMessage, PoseHint
 from teleop.robot.safety.control_state import ControlState
+from teleop.robot.steps.step_results import NO_STEPS, StepReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +76,8 @@ class DriveRecord:
     """Number of messages of clients that have been taken so far, with this tick; it survives lost records."""
     pacing: Pacing = NO_PACING
     """How well the ticks keep time; all zeros in lockstep."""
+    steps: StepReport = NO_STEPS
+    """The steps that wait, are driven, or have ended."""
 
     @property
     def readings(self) -> tuple[Reading, ...]:

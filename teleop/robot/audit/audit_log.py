@@ -12,12 +12,14 @@ from localization.types import Hint, HintVerdict
 from teleop.joystick import VelocityRequest
 from teleop.robot.audit.audit_rate_limit import AuditRateLimiter
 from teleop.robot.inbox import DriveCommand
+from teleop.robot.steps.step_results import StepOutcome
 from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.refusals import Refusal
 from teleop.rosbridge.server.server import Server
+from teleop.step_commands.commands import Step
 
 _DIGITS: Final = 6
 """Decimals of numbers in the log: micrometres."""
@@ -30,6 +32,12 @@ _MAX_HINTS: Final = 64
 
 _TURNS: Final = ("ask", "give", "refuse")
 """Actions of clients that take turns; they share a rate."""
+
+_MAX_VISITORS: Final = 256
+"""Number of clients without a connection whose allowances are remembered."""
+
+_PATH: Final = 80
+"""Characters of a path that are logged."""
 
 SUPPRESSED: Final = "suppressed"
 """Kind of the line that reports how many lines were suppressed."""
@@ -60,6 +68,7 @@ class AuditLog(Observer):
         self._logged: dict[str, tuple[VelocityRequest, str]] = {}
         self._hints: deque[tuple[Hint, str]] = deque(maxlen=_MAX_HINTS)
         self._rates = AuditRateLimiter()
+        self._visitors: dict[str, None] = {}
         server.protocol.observers.add(self)
 
     def hint(self, client: str, hint: Hint) -> None:
@@ -82,6 +91,29 @@ class AuditLog(Observer):
         kind = "turn" if action in _TURNS else action
         self._line(action, client, kind=kind, **({"refused": rejection} if rejection else {}))
 
+    def step(self, client: str, step: Step) -> None:
+        """Log a step that a client asks for."""
+        self._line(
+            "step",
+            client,
+            distance=round(step.distance, _DIGITS),
+            angle=round(step.angle, _DIGITS),
+            speed=round(step.speed, _DIGITS),
+        )
+
+    def photo(self, client: str, access: Access | None, photo: str, refused: str) -> None:
+        """Log a photograph, or why a client got none; over HTTP a client is known by its address."""
+        identity = _identity_of(access)
+        if refused:
+            self._line("photo", client, kind="photo refused", refused=refused, **identity)
+        else:
+            self._line("photo", client, photo=photo, **identity)
+
+    def viewer_refused(self, client: str, access: Access | None, path: str, refused: str) -> None:
+        """Log that somebody at an address got no pictures, and why."""
+        identity = _identity_of(access)
+        self._line("viewer refused", client, path=path[:_PATH], refused=refused, **identity)
+
     def tokens_renewed(self, disconnected: Sequence[str]) -> None:
         """Log that the token file was read again, and which clients it disconnected."""
         self._write(
@@ -94,6 +126,17 @@ class AuditLog(Observer):
         newest = {m.client: m.request for m in tick.inbox if isinstance(m, DriveCommand)}
         for client, request in newest.items():
             self._command(client, request, rejections.get(client, ""))
+        for result in tick.steps.ended:
+            refused = result.outcome is StepOutcome.REFUSED
+            self._line(
+                "step ended",
+                result.goal.client,
+                kind="step refused" if refused else "step ended",
+                outcome=result.outcome.value,
+                distance=round(result.distance, _DIGITS),
+                angle=round(result.angle, _DIGITS),
+                **({"refused": result.message} if refused else {}),
+            )
 
     def estimated(self, tick: EstimateRecord) -> None:
         """Log a tick's verdicts."""
@@ -157,16 +200,25 @@ class AuditLog(Observer):
             self._line("auth", name)
 
     def _identify(self, name: str, access: Access | None) -> None:
-        self._identity[name] = (
-            {} if access is None else {"holder": access.holder, "role": str(access.role)}
-        )
+        self._identity[name] = _identity_of(access)
 
     def _line(self, what: str, client: str, *, kind: str = "", **more: object) -> None:
+        if client not in self._identity:
+            self._visit(client)
         if not self._rates.take(kind or what, client, self._stamp()):
             return
         self._count()
         identity = {"client": client, **self._identity.get(client, {})}
         self._write({**self._when(), "what": what, **identity, **more})
+
+    def _visit(self, client: str) -> None:
+        """Note a client without a connection; of those that came long ago the allowances are forgotten."""
+        self._visitors.pop(client, None)
+        self._visitors[client] = None
+        if len(self._visitors) > _MAX_VISITORS:
+            longest_ago = next(iter(self._visitors))
+            del self._visitors[longest_ago]
+            self._rates.leave(longest_ago)
 
     def _count(self, *, last: bool = False) -> None:
         if suppressed := self._rates.suppressed(self._stamp(), last=last):
@@ -174,6 +226,10 @@ class AuditLog(Observer):
 
     def _when(self) -> dict[str, object]:
         return {"time": self._wall(), "stamp": self._stamp()}
+
+
+def _identity_of(access: Access | None) -> dict[str, str]:
+    return {} if access is None else {"holder": access.holder, "role": str(access.role)}
 
 
 def _rounded(values: np.ndarray[Any, Any]) -> list[float]:

@@ -21,7 +21,8 @@ from teleop.rosbridge.protocol.protocol import Protocol
 _HINT_PERIOD: Final = SECOND
 """Each client may give a hint once in this time [ns]: judging one takes the localiser some milliseconds."""
 
-_Handler = Callable[[int, str, dict[str, Any], int], None]
+TopicHandler = Callable[[int, str, dict[str, Any], int], None]
+"""Takes number and name of a client, its message and the time [ns]."""
 
 
 class ClientInputs:
@@ -35,6 +36,7 @@ class ClientInputs:
         layout: JoystickLayout,
         round_trips: Callable[[int], RoundTrips | None],
         audit: AuditLog | None,
+        turtle_control: TopicHandler,
     ) -> None:
         """Subscribe to the input topics.
 
@@ -44,16 +46,18 @@ class ClientInputs:
             layout: Assignment of joysticks.
             round_trips: Returns the round trips of a client; None where no time passes on the way.
             audit: Log of what clients do to the robot.
+            turtle_control: Takes the messages of ``/turtle_control``.
         """
         self._connections, self._wishes = protocol.connections, wishes
         self._layout, self._round_trips, self._audit = layout, round_trips, audit
         self._ages: dict[int, CommandAge] = {}
         self._hints: dict[int, int] = {}
-        handlers: Mapping[str, _Handler] = {
+        handlers: Mapping[str, TopicHandler] = {
             "/joy": self._joy,
             "/unity/joy": self._joy,
             "/cmd_vel": self._twist,
             "/initialpose": self._hint,
+            "/turtle_control": turtle_control,
         }
         for entry in INPUTS:
             protocol.topics.subscribe(
@@ -65,7 +69,9 @@ class ClientInputs:
         self._ages.pop(client, None)
         self._hints.pop(client, None)
 
-    def _receive(self, handle: _Handler, client: int, message: dict[str, Any], now: int) -> None:
+    def _receive(
+        self, handle: TopicHandler, client: int, message: dict[str, Any], now: int
+    ) -> None:
         try:
             handle(client, self._connections.name(client), message, now)
         except (JoystickError, InvalidReadingError) as error:

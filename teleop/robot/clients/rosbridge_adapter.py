@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from teleop.joystick import JoystickLayout
 from teleop.link.command_age import RoundTrips
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.client_inputs import ClientInputs
 from teleop.robot.clients.link_service import serve_link
+from teleop.robot.clients.move_action import MoveAction
 from teleop.robot.clients.preview_service import PreviewService
 from teleop.robot.clients.robot_services import RobotServices
 from teleop.robot.clients.session_service import serve_session
+from teleop.robot.clients.step_requests import StepRequests
+from teleop.robot.clients.turtle_control import TurtleControl
 from teleop.robot.clients.wishes import Wishes
 from teleop.robot.inbox import Disconnected
 from teleop.robot.tick_record import DriveRecord, EstimateRecord, Rejection
@@ -46,6 +49,7 @@ class RosbridgeAdapter(Observer):
         layout: JoystickLayout | None = None,
         round_trips: Callable[[int], RoundTrips | None] = lambda client: None,
         audit: AuditLog | None = None,
+        hidden: Collection[str] = (),
     ) -> None:
         """Advertise the robot's topics and services on the server.
 
@@ -56,22 +60,34 @@ class RosbridgeAdapter(Observer):
             layout: Assignment of joysticks; the default one if not given.
             round_trips: Returns the round trips of a client; None where no time passes on the way.
             audit: Log of what clients do to the robot.
+            hidden: Names of topics that are not published; clients cannot publish them either.
         """
         self.server, self.wishes, self._audit = server, Wishes(), audit
         protocol = server.protocol
         self._clients: dict[str, int] = {}
         self._reported: dict[int, str] = {}
         for output in OUTPUTS:
-            protocol.topics.advertise(output.name, output.type, latch=output.latch)
+            if output.name in hidden:
+                protocol.topics.reserve(output.name)
+            else:
+                protocol.topics.advertise(output.name, output.type, latch=output.latch)
+        self._drive_outputs = [topic for topic in DRIVE_OUTPUTS if topic.name not in hidden]
+        self._estimate_outputs = [topic for topic in ESTIMATE_OUTPUTS if topic.name not in hidden]
         for topic, message in latched.items():
             protocol.topics.advertise(topic.name, topic.type, latch=True)
             protocol.topics.publish(topic.name, message, 0)
+        self._steps = StepRequests(
+            protocol.connections, self.wishes, round_trips=round_trips, now=self._now
+        )
+        self._turtle_control = TurtleControl(protocol, self._steps, now=self._now, audit=audit)
+        MoveAction(protocol, self._steps, audit)
         self._inputs = ClientInputs(
             protocol,
             self.wishes,
             layout=layout or JoystickLayout(),
             round_trips=round_trips,
             audit=audit,
+            turtle_control=self._turtle_control.receive,
         )
         self._services = RobotServices(protocol, self.wishes, undo_memory, audit)
         self.previews = PreviewService(protocol)
@@ -85,9 +101,10 @@ class RosbridgeAdapter(Observer):
     def driven(self, tick: DriveRecord) -> None:
         """Publish what the driving side did in a tick, and report to clients what it rejected."""
         self._services.driven(tick)
+        self._steps.driven(tick)
         for rejection in tick.rejections:
             self._report(rejection)
-        for topic in DRIVE_OUTPUTS:
+        for topic in self._drive_outputs:
             self._publish(topic, tick)
         if self._audit is not None:
             self._audit.driven(tick)
@@ -95,10 +112,13 @@ class RosbridgeAdapter(Observer):
     def estimated(self, tick: EstimateRecord) -> None:
         """Publish what the localiser made of a tick."""
         self._services.estimated(tick)
-        for topic in ESTIMATE_OUTPUTS:
+        for topic in self._estimate_outputs:
             self._publish(topic, tick)
         if self._audit is not None:
             self._audit.estimated(tick)
+
+    def _now(self) -> int:
+        return self.server.now
 
     def _publish(self, topic: Topic[Record], tick: Record) -> None:
         topics = self.server.protocol.topics
@@ -127,5 +147,7 @@ class RosbridgeAdapter(Observer):
         self._reported.pop(connection.id, None)
         self._inputs.forget(connection.id)
         self._services.forget(connection.id)
+        self._steps.forget(connection.id)
+        self._turtle_control.forget(connection.id)
         self.previews.forget(connection.id)
         self.wishes.post(Disconnected(connection.name))

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.protocol.protocol import Protocol
+
+_COMMANDS: Final = ("/joy", "/cmd_vel", "/turtle_control")
+"""Topics of commands that move the robot."""
+
+_MOVE: Final = "/move"
+"""Action of single steps."""
 
 
 def serve_session(protocol: Protocol) -> None:
@@ -33,9 +39,10 @@ def serve_session(protocol: Protocol) -> None:
 
 
 def may_drive(access: Access | None) -> bool:
-    """Return whether a client with these permissions may publish commands, on either topic."""
-    return access is not None and any(
-        access.refusal("publish", topic) is None for topic in ("/joy", "/cmd_vel")
+    """Return whether a client with these permissions may send commands that move the robot, of any kind."""
+    return access is not None and (
+        access.refusal("call", _MOVE) is None
+        or any(access.refusal("publish", topic) is None for topic in _COMMANDS)
     )
 
 

@@ -15,18 +15,20 @@ from teleop.robot.real_time.process_messages import OTHER, Ready, pack, unpack
 class ChildProcess:
     """A Python module that runs in a process of its own, joined by a channel."""
 
-    def __init__(self, module: str, bound: int) -> None:
+    def __init__(self, module: str, bound: int, inherited: int | None = None) -> None:
         """Start the process, which loads its libraries and waits for ``begin``.
 
         Args:
             module: The module; it gets the descriptor of its channel as its argument.
             bound: Bytes that may wait for it.
+            inherited: Another descriptor that the process gets, as its second argument.
         """
         ours, theirs = socket.socketpair()
         with theirs:
+            descriptors = [theirs.fileno(), *([] if inherited is None else [inherited])]
             self._process = subprocess.Popen(
-                [sys.executable, "-m", module, str(theirs.fileno())],
-                pass_fds=(theirs.fileno(),),
+                [sys.executable, "-m", module, *map(str, descriptors)],
+                pass_fds=descriptors,
                 stdin=subprocess.DEVNULL,
                 # Ctrl-C is for the parent, which ends its children in order.
                 start_new_session=True,

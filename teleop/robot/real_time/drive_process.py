@@ -10,7 +10,7 @@ import gc
 import logging
 import threading
 from collections.abc import Callable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from localization.types import SECOND
 from teleop import clock
@@ -31,7 +31,10 @@ from teleop.robot.real_time.process_messages import (
     unpack,
 )
 from teleop.robot.serving.address import Address
-from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing
+from teleop.robot.tick_record import NO_PACING, DriveRecord, EstimateRecord, Pacing
+
+if TYPE_CHECKING:  # imported only where there is a camera
+    from teleop.robot.real_time.camera_feed import CameraFeed
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -48,7 +51,7 @@ _END: Final = pack(OTHER, End())
 
 
 class DriveProcess:
-    """Owns the drive, and the two processes that it feeds."""
+    """Owns the drive, and the processes that it feeds."""
 
     def __init__(
         self,
@@ -58,8 +61,9 @@ class DriveProcess:
         *,
         restart_talk: Callable[[], ChildProcess],
         restart_estimate: Callable[[], ChildProcess],
+        camera: CameraFeed | None = None,
     ) -> None:
-        """Take over both processes: one that is ready to estimate, and one that has begun to talk.
+        """Take over the processes: one that is ready to estimate, and one that has begun to talk.
 
         Args:
             drive: What drives.
@@ -67,10 +71,11 @@ class DriveProcess:
             estimate: The estimating process.
             restart_talk: Starts another talking process.
             restart_estimate: Starts another estimating process.
+            camera: What feeds the camera; None without one.
         """
         self._drive = drive
         self._start_talk, self._start_estimate = restart_talk, restart_estimate
-        self.talk, self.estimate = talk, estimate
+        self.talk, self.estimate, self.camera = talk, estimate, camera
         self._inbox: list[InboxMessage] = []
         self._read_tokens = False
         self._alive = self._now = clock.monotonic()
@@ -126,12 +131,16 @@ class DriveProcess:
         payload = pack(DRIVEN, record)
         self._publish(payload)
         self._send_estimate(payload)
+        if self.camera is not None:
+            self.camera.ticked(now)
         return record
 
     def end(self) -> None:
-        """End both processes."""
+        """End the processes."""
         self.talk.end(_END)
         self.estimate.end(_END)
+        if self.camera is not None:
+            self.camera.end()
 
     def _receive(self) -> None:
         """Take what clients want; start what talks again if it is gone."""
@@ -166,11 +175,18 @@ class DriveProcess:
 
     def _pass_on_estimates(self) -> None:
         try:
+            newest = None
             for payload in self.estimate.channel.receive():
                 if payload[:1] in (ESTIMATED, PREVIEWED):
+                    newest = payload if payload[:1] == ESTIMATED else newest
                     self._publish(payload)
                 elif isinstance(value := unpack(payload), Exception):
                     _LOG.error("the localiser failed: %s", value)
+            # Estimates are passed on unread, unless a step is measured by them.
+            if newest is not None and self._drive.steps.wants_estimates:
+                record: EstimateRecord = unpack(newest)
+                if record.estimates:
+                    self._drive.steps.take_estimate(record.estimate)
         except ChannelClosedError:
             self._restart_estimate()
 
@@ -178,8 +194,7 @@ class DriveProcess:
         _LOG.error("%s: the robot brakes, and the server is started again", why)
         self.talk.kill()
         self._inbox = [message for message in self._inbox if not message.client]
-        self._drive.safety.server_lost(why)
-        self._drive.taken = 0  # the new server has sent nothing yet
+        self._drive.server_lost(why)
         self.talk = self._start_talk()
         self._alive, self._patience = self._now, _STARTING
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from typing import Final
 
@@ -30,6 +30,7 @@ from teleop.robot.real_time.process_messages import (
     pack,
     unpack,
 )
+from teleop.robot.steps.precision_log import PrecisionLog, StepsWriter
 from teleop.robot.tick_record import DriveRecord
 
 _NICENESS: Final = 5
@@ -42,8 +43,12 @@ def run(channel: Channel) -> None:
     setup: EstimateSetup = unpack(payloads.pop(0))
     estimation = Estimation(Localizer(prepare(setup.cloud, cache=setup.cache), setup.mounts))
     with ExitStack() as cleanup:
-        log = None
+        log = steps = None
+        precision = PrecisionLog()
         if setup.record is not None:
+            steps = cleanup.enter_context(
+                closing(StepsWriter(setup.record.with_suffix(".steps.csv")))
+            )
             log = cleanup.enter_context(
                 ReadingsWriter(
                     setup.record,
@@ -60,7 +65,10 @@ def run(channel: Channel) -> None:
             ended = len(records) + len(asked) < len(payloads)
             previews.update((request.client, request) for request in asked)
             for record in newest_hints(records):
-                channel.send(pack(ESTIMATED, estimation.take(record)))
+                estimated = estimation.take(record)
+                channel.send(pack(ESTIMATED, estimated))
+                if steps is not None and estimated.estimates:
+                    steps.write(precision.take(record, estimated.estimate))
                 if log is not None:
                     for reading in record.readings:
                         log.write(reading, record.stamp)

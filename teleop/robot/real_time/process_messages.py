@@ -1,6 +1,6 @@
 """What crosses between the processes of a robot in real time.
 
-The driving process is the parent of both others, and everything goes through it. Records cross as they are;
+The driving process is the parent of all others, and everything but pictures goes through it. Records cross as they are;
 a byte before each says what it is, so that estimates can be passed on unread.
 """
 
@@ -10,7 +10,7 @@ import pickle
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from localization.maps.cloud import Cloud
 from localization.types import Mounts
@@ -19,6 +19,10 @@ from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.topics.message_parts import Message
 from teleop.robot.topics.topic_table import Interface
+
+if TYPE_CHECKING:  # what draws is imported only where there is a camera
+    from robot_sim.cameras import CameraModel
+    from robot_sim.cameras.renderer import CameraScene
 
 DRIVEN: Final = b"D"
 """A ``DriveRecord``, from what drives to what talks and to what estimates."""
@@ -32,6 +36,12 @@ PREVIEW: Final = b"P"
 PREVIEWED: Final = b"Q"
 """A ``PreviewAnswer``, on the same way back."""
 
+STATE: Final = b"S"
+"""A ``VisualState``, from what drives to what draws."""
+
+NEXT_STATE: Final = b"N"
+"""Alone, from what draws to what drives: it wants the state of the next frame."""
+
 OTHER: Final = b"O"
 """One of the classes below, or an exception that ended the process before it was ready."""
 
@@ -40,6 +50,9 @@ TALK_BOUND: Final = 4_000_000
 
 ESTIMATE_BOUND: Final = 16_000_000
 """Bytes of records that may wait for what estimates: half a minute of them, since a gap costs the pose."""
+
+STATE_BOUND: Final = 1_000_000
+"""Bytes that may wait for what draws, beside its first message: it asks for one state at a time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +68,8 @@ class TalkSetup:
     """File that is offered as ``/map.ply``, and by its hash."""
     undo_memory: int
     """Time for which a placement can be undone [ns]."""
+    camera: CameraModel | None = None
+    """The robot's camera; None without one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +88,16 @@ class EstimateSetup:
     """Metadata of that log."""
     wheel_radius: float
     """Radius by which wheel speeds are logged as rates [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CameraSetup:
+    """What the camera's process needs to begin."""
+
+    scene: CameraScene
+    """The world, as a camera sees it."""
+    model: CameraModel
+    """The camera."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,12 @@ import gc
 import os
 import sys
 from contextlib import ExitStack, closing
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from teleop import clock
 from teleop.console.page_files import offer_page
 from teleop.robot.audit.audit_file import AuditError
+from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.activity_log import ActivityLog, configure_logging
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
@@ -44,6 +45,11 @@ from teleop.robot.tick_record import DriveRecord
 from teleop.rosbridge.auth.token_file import TokenWatch
 from teleop.rosbridge.errors import RosbridgeError, ServiceError
 from teleop.rosbridge.server.dated_loop import DatedEventLoop
+from teleop.rosbridge.server.server import Server
+
+if TYPE_CHECKING:  # imported only where there is a camera
+    from teleop.robot.real_time.camera_receiver import CameraReceiver
+    from teleop.robot.video.robot_video import RobotVideo
 
 _NICENESS: Final = 1
 """How far this process stands back behind the one that drives where processors are few."""
@@ -58,13 +64,15 @@ _SIGN_OF_LIFE: Final = 0.1
 class TalkProcess:
     """Joins the channel to the driving process and a server's adapter."""
 
-    def __init__(self, channel: Channel, setup: TalkSetup) -> None:
-        self._channel, self._setup = channel, setup
+    def __init__(self, channel: Channel, setup: TalkSetup, pictures: int | None = None) -> None:
+        self._channel, self._setup, self._pictures = channel, setup, pictures
         self._ended = asyncio.Event()
         self._stamp = 0
         self._flushing = False
         self._activity = ActivityLog()
         self._watch: TokenWatch | None = None
+        self._camera: CameraReceiver | None = None
+        self._video: RobotVideo | None = None
 
     async def run(self) -> None:
         """Serve until the driving process ends."""
@@ -88,19 +96,43 @@ class TalkProcess:
             self._adapter.previews.ask = lambda request: self._send(request, PREVIEW)
             server.protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", _refuse_step)
             server.protocol.observers.add(self._activity)
+            if self._setup.camera is not None:
+                self._camera = cleanup.enter_context(closing(self._receive_pictures(server)))
+                self._video = self._show_pictures(server, self._camera, audit)
             if tokens is not None:
                 self._watch = cleanup.enter_context(closing(watch_tokens(tokens, server, audit)))
             try:
                 await server.start()
+                streams = "" if self._video is None else await self._video.start()
                 # What is there now stays: searching it for garbage holds everybody up.
                 gc.collect()
                 gc.freeze()
-                self._send(Ready(address_of(server, page=page)))
+                self._send(Ready(address_of(server, page=page, streams=streams)))
                 loop.add_reader(self._channel.fileno(), self._receive)
                 await self._until_ended()
             finally:
                 loop.remove_reader(self._channel.fileno())
+                if self._video is not None:
+                    await self._video.close()
                 await server.close()
+
+    def _receive_pictures(self, server: Server) -> CameraReceiver:
+        """Publish the camera's pictures; imported here, since most robots have none."""
+        from teleop.robot.real_time.camera_receiver import CameraReceiver
+        from teleop.robot.real_time.picture_link import PictureLink
+
+        assert self._pictures is not None
+        assert self._setup.camera is not None
+        return CameraReceiver(PictureLink(self._pictures), self._setup.camera, server)
+
+    def _show_pictures(
+        self, server: Server, camera: CameraReceiver, audit: AuditLog | None
+    ) -> RobotVideo:
+        """Offer streams and photographs; imported here, since most robots have none."""
+        from teleop.robot.video.robot_video import RobotVideo
+
+        setup = self._setup
+        return RobotVideo(server, camera.hub, camera.size, setup.config, setup.latched, audit)
 
     async def _until_ended(self) -> None:
         """Give signs of life until the driving process ends."""
@@ -123,6 +155,8 @@ class TalkProcess:
                 self._driven(value)
             elif payload[:1] == ESTIMATED:
                 self._adapter.estimated(value)
+                if self._video is not None:
+                    self._video.estimated(value)
             elif payload[:1] == PREVIEWED:
                 self._adapter.previews.answered(value)
             elif isinstance(value, ReadTokens) and self._watch is not None:
@@ -135,6 +169,10 @@ class TalkProcess:
         self._adapter.wishes.taken(tick.taken)
         self._activity.driven(tick)
         self._adapter.driven(tick)
+        if self._camera is not None:
+            self._camera.ticked(tick.stamp)
+        if self._video is not None:
+            self._video.driven(tick)
 
     def _flush_soon(self) -> None:
         if not self._flushing:
@@ -172,7 +210,8 @@ def main() -> None:
     configure_logging(setup.config.log_level)
     try:
         with asyncio.Runner(loop_factory=DatedEventLoop) as runner:
-            runner.run(TalkProcess(channel, setup).run())
+            pictures = int(sys.argv[2]) if len(sys.argv) > 2 else None
+            runner.run(TalkProcess(channel, setup, pictures).run())
     except (RosbridgeError, AuditError) as error:
         channel.send(pack(OTHER, error))
 

@@ -40,6 +40,11 @@ class Safety:
         self._asking: Asking | None = None
 
     @property
+    def controller(self) -> str:
+        """Name of the client that holds the lease; empty if there is no driver."""
+        return self._controller
+
+    @property
     def estop(self) -> EStop | None:
         """The latched e-stop, with the client that latched it; None if it is released."""
         return self._estop
@@ -108,6 +113,38 @@ class Safety:
             self._asking = None
         return rejection
 
+    def admit_step(self, client: str, age: int, now: int) -> str | None:
+        """Give a client that asks for a step the free lease; return why it may not have one, or None.
+
+        Args:
+            client: Name of the client.
+            age: Age of the request at its arrival [ns].
+            now: Time of the tick [ns].
+        """
+        self.expire(now)
+        if self._estop is not None:
+            return f"e-stop by {self._estop.client} is latched; reset it first"
+        if self._controller and client != self._controller:
+            return f"{self._controller} drives; call /teleop/take_over"
+        if self.config.stale.refusal(age):
+            limit = self.config.stale.refuse / SECOND
+            return f"the way from you takes {age / SECOND:.1f} s, and {limit:g} s is the limit"
+        if not self._controller:
+            self._give_lease(client, "took the free lease")
+        self._arrival = now
+        return None
+
+    def drive_step(self, twist: Twist, now: int) -> None:
+        """Follow a step of the driver, which needs no neutral stick: each step is asked for by itself."""
+        self._arm(self._controller)
+        self._arrival, self._age = now, 0
+        self._twist, self._reason = self.limits.limited(twist), "driving a step"
+
+    def end_step(self, now: int) -> None:
+        """Stop after a step; the driver keeps the lease, as one that has just fallen silent does."""
+        self._arrival = now
+        self._disarm("at rest after a step")
+
     def disconnected(self, client: str) -> None:
         """Note that a client has disconnected; if it was the driver, the robot brakes at once."""
         self._arming.forget(client)
@@ -133,7 +170,8 @@ class Safety:
         The next driver must send a neutral stick first.
         """
         rejection = reset_rejection(self._estop, order)
-        if rejection is None:
+        # Where nothing is latched there is nothing to release, and a driver keeps the robot.
+        if rejection is None and self._estop is not None:
             self._estop = None
             self._end(f"e-stop reset by {order.client}")
         return rejection

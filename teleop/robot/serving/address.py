@@ -23,3 +23,5 @@ class Address:
     """Whether time is simulated."""
     page: bool = False
     """Whether the console page is served, and not only a line that says how to build it."""
+    streams: str = ""
+    """Address of the list of video streams; empty without a camera."""

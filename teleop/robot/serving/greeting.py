@@ -11,7 +11,7 @@ from teleop.robot.serving.address import Address
 from teleop.robot.serving.lan_access import LanAccess
 from teleop.robot.serving.page_invitation import invitation
 from teleop.robot.serving.serve_config import ServeConfig
-from teleop.robot.topics.topic_table import INPUTS, OUTPUTS, SERVICES
+from teleop.robot.topics.topic_table import ACTIONS, INPUTS, OUTPUTS, SERVICES
 from teleop.rosbridge.auth.origins import LOOPBACK
 
 _GUARDED: Final = (
@@ -59,9 +59,20 @@ map       {map_path}
 topics    {", ".join(t.name for t in OUTPUTS)}
 inputs    {", ".join(t.name for t in INPUTS)}
 services  {services}
-{_delays(config)}
+actions   {", ".join(a.name for a in ACTIONS)}
+{_video(address)}{_delays(config)}
 {_LOCKSTEP if lockstep else how}
 Ctrl-C ends."""
+
+
+def _video(address: Address) -> str:
+    """Return the camera's topics and where its streams are, a line each; empty without a camera."""
+    if not address.streams:
+        return ""
+    from teleop.robot.cameras.camera_topics import CAMERA_TOPICS
+
+    names = ", ".join(topic.name for topic in CAMERA_TOPICS)
+    return f"camera    {names}\nvideo     {address.streams} lists the camera's streams\n"
 
 
 def _delays(config: ServeConfig) -> str:
@@ -100,7 +111,7 @@ pose.subscribe(lambda m: print("pose", m["pose"]["pose"]["position"]))
 cloud = roslibpy.Topic(ros, "/local_cloud", "sensor_msgs/PointCloud2", throttle_rate=500)
 cloud.subscribe(lambda m: print("cloud of", m["width"], "points"))
 joy = roslibpy.Topic(ros, "/joy", "sensor_msgs/Joy")
-for forward in [0.0] + [1.0] * 30:  # a neutral stick first, then three seconds ahead
+for forward in [0.0] * 5 + [1.0] * 30:  # a neutral stick first, then three seconds ahead
     joy.publish({{"axes": [0.0, forward], "buttons": [0, 0, 0, 0, 1]}})
     time.sleep(0.1)
 ros.terminate()

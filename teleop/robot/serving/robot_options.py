@@ -15,6 +15,7 @@ from teleop.errors import SettingError
 
 if TYPE_CHECKING:
     from robot_sim import SimulationConfig, World
+    from robot_sim.actors.extras import Extra
     from robot_sim.drive.drivetrain import SlipFault
 
 
@@ -39,12 +40,23 @@ class RobotOptions:
     rearranged: int | None = None
     """Seed by which furniture has moved since the map was made; unless given, it has not."""
 
-    def world(self, scene: str, seed: int = 0) -> World:
+    def world(
+        self,
+        scene: str,
+        seed: int = 0,
+        extras: tuple[Extra, ...] = (),
+        *,
+        spare_boxes: tuple[tuple[float, float, float], ...] = (),
+        spare_people: int = 0,
+    ) -> World:
         """Build a scene with this robot.
 
         Args:
             scene: Name of a scene, or path of a scene folder, a floor plan or an MJCF file.
             seed: Seed of the times at which people and doors move.
+            extras: What comes into the world at its time.
+            spare_boxes: Sizes of boxes that can be put into it while it runs [m].
+            spare_people: Number of people that can.
 
         Raises:
             SimulationError: If the scene is unknown or cannot be built.
@@ -55,7 +67,14 @@ class RobotOptions:
         robot = P3AT()
         if self.uneven_tyres:
             robot = replace(robot, imperfections=MANDOW_2007)
-        options = WorldOptions(alive=self.alive, rearranged=self.rearranged, timing=seed)
+        options = WorldOptions(
+            alive=self.alive,
+            rearranged=self.rearranged,
+            timing=seed,
+            extras=extras,
+            spare_boxes=spare_boxes,
+            spare_people=spare_people,
+        )
         return load_world(scene, robot=robot, options=options)
 
     def simulation(self, slips: Sequence[SlipFault] = ()) -> SimulationConfig:

@@ -12,6 +12,7 @@ from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,10 +24,11 @@ from localization.pipeline.log_replay import config_metadata
 from localization.types import Hint
 from robot_sim import Simulation, World
 from teleop.console.page_files import offer_page
+from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.drive import Drive
 from teleop.robot.inbox import PoseHint
-from teleop.robot.lockstep_service import LockstepService, TickObserver
+from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.real_time.child_process import ChildProcess
 from teleop.robot.real_time.drive_process import DriveProcess
 from teleop.robot.real_time.process_messages import (
@@ -40,6 +42,7 @@ from teleop.robot.safety.control_state import SafetyConfig
 from teleop.robot.safety.safety import Safety
 from teleop.robot.safety.speed_limits import SpeedLimits
 from teleop.robot.serving.address import Address
+from teleop.robot.serving.camera_choice import stepped_camera
 from teleop.robot.serving.robot_options import slip_bursts
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.serving.server_setup import (
@@ -51,13 +54,21 @@ from teleop.robot.serving.server_setup import (
     token_file,
     watch_tokens,
 )
+from teleop.robot.stepped_robot import SteppedRobot, TickObserver
 from teleop.robot.tick_record import TickRecord
-from teleop.robot.topics.topic_table import latched_messages
+from teleop.robot.topics.message_parts import Message
+from teleop.robot.topics.topic_table import Interface, latched_messages
+from teleop.rosbridge.server.server import Server
+
+if TYPE_CHECKING:  # imported only where there is a camera
+    from teleop.robot.cameras.stepped_camera import SteppedCamera
+    from teleop.robot.serving.camera_start import CameraStart
+    from teleop.robot.video.robot_video import RobotVideo
 
 
-def start_talk() -> ChildProcess:
-    """Start the process that talks with clients."""
-    return ChildProcess("teleop.robot.real_time.talk_process", TALK_BOUND)
+def start_talk(pictures: int | None = None) -> ChildProcess:
+    """Start the process that talks with clients; ``pictures`` is where those of a camera arrive."""
+    return ChildProcess("teleop.robot.real_time.talk_process", TALK_BOUND, pictures)
 
 
 def start_estimate() -> ChildProcess:
@@ -92,9 +103,11 @@ async def serve(
     Raises:
         ServerError: If the port is in use, or tokens, certificate or origins are invalid.
         AuditError: If the audit log cannot be written.
+        CameraError: If there is no camera of that name.
     """
     stop = stop or asyncio.Event()
     _stop_on_signals(stop)
+    config = replace(config, name=config.name or world.robot.name)
     if config.lockstep:
         drive = _drive(world, config)
         await _serve_in_lockstep(drive, cloud, config, cache, map_file, ready, stop)
@@ -124,26 +137,37 @@ async def _serve_in_lockstep(
         observers = cleanup.enter_context(_log(config, simulation, cloud))
         offer_map(server, map_file)
         page = offer_page(server.pages, encrypted=server.encrypted)
+        camera = stepped_camera(simulation, config.camera, server)
+        if camera is not None:
+            cleanup.enter_context(closing(camera))
+            draw = camera.ticked
+            observers = (*observers, lambda tick: draw())
+        latched = _latched(cloud, simulation, camera=camera is not None)
+        video = None
+        if camera is not None:
+            video = _video(server, camera, config, latched, audit)
+            observers = (*observers, video.ticked)
         adapter = RosbridgeAdapter(
             server,
-            latched_messages(
-                cloud, simulation.world.robot, simulation.mounts, secrets.token_hex(8)
-            ),
+            latched,
             undo_memory=localizer.config.undo_memory,
             round_trips=round_trips_of(server),
             audit=audit,
         )
         if not config.lost:
             adapter.wishes.post(_start_pose(simulation))
-        LockstepService(robot, adapter, observers=observers)
+        LockstepService(SteppedRobot(robot, adapter, observers=observers))
         if tokens is not None:
             watch = cleanup.enter_context(closing(watch_tokens(tokens, server, audit)))
             _on_hangup(watch.check_now)
         try:
             await server.start()
-            ready(address_of(server, page=page))
+            streams = "" if video is None else await video.start()
+            ready(address_of(server, page=page, streams=streams))
             await stop.wait()
         finally:
+            if video is not None:
+                await video.close()
             await server.close()
 
 
@@ -158,15 +182,12 @@ async def _serve_in_real_time(
 ) -> float:
     """Drive in this process; talk and estimate in processes of their own."""
     # They load their libraries while the robot is built here.
-    talking, estimating = start_talk(), start_estimate()
+    camera = _start_camera(world, config)
+    pictures = None if camera is None else camera.link
+    talking, estimating = start_talk(pictures), start_estimate()
     try:
         drive = _drive(world, config)
         simulation = drive.simulation
-        latched = latched_messages(
-            cloud, simulation.world.robot, simulation.mounts, secrets.token_hex(8)
-        )
-        undo_memory = LocalizerConfig().undo_memory
-        talk = TalkSetup(config, simulation.world.name, latched, map_file, undo_memory)
         estimate = EstimateSetup(
             cloud,
             simulation.mounts,
@@ -177,14 +198,26 @@ async def _serve_in_real_time(
         )
         # Preparing a map may take long; clients connect when all is there.
         await asyncio.to_thread(estimating.begin(estimate).ready)
+        feed = None if camera is None else await asyncio.to_thread(camera.feed, simulation)
+        talk = TalkSetup(
+            config,
+            simulation.world.name,
+            _latched(cloud, simulation, camera=feed is not None),
+            map_file,
+            LocalizerConfig().undo_memory,
+            None if camera is None else camera.model,
+        )
         process = DriveProcess(
             drive,
             talking.begin(talk),
             estimating,
-            restart_talk=lambda: start_talk().begin(talk),
+            restart_talk=lambda: start_talk(pictures).begin(talk),
             restart_estimate=lambda: start_estimate().begin(replace(estimate, record=None)),
+            camera=feed,
         )
     except BaseException:
+        if camera is not None:
+            camera.kill()
         talking.kill()
         estimating.kill()
         raise
@@ -205,6 +238,36 @@ async def _serve_in_real_time(
         return await driving
     finally:
         process.end()
+        if camera is not None:
+            camera.close()
+
+
+def _latched(cloud: Cloud, simulation: Simulation, *, camera: bool) -> Mapping[Interface, Message]:
+    """Return what is published once, with an identity of this run."""
+    robot, run_id = simulation.world.robot, secrets.token_hex(8)
+    return latched_messages(cloud, robot, simulation.mounts, run_id, camera=camera)
+
+
+def _start_camera(world: World, config: ServeConfig) -> CameraStart | None:
+    """Start the camera's process, if one is wanted; nothing of it is imported otherwise."""
+    if config.camera is None:
+        return None
+    from teleop.robot.serving.camera_start import CameraStart
+
+    return CameraStart(world, config.camera)
+
+
+def _video(
+    server: Server,
+    camera: SteppedCamera,
+    config: ServeConfig,
+    latched: Mapping[Interface, Message],
+    audit: AuditLog | None,
+) -> RobotVideo:
+    """Offer the camera's streams and photographs; imported here, since most robots have none."""
+    from teleop.robot.video.robot_video import RobotVideo
+
+    return RobotVideo(server, camera.hub, camera.size, config, latched, audit)
 
 
 def _drive(world: World, config: ServeConfig) -> Drive:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal
@@ -44,6 +45,10 @@ class ServeConfig:
     """Listen on the network, with a token and a certificate that are made once and kept; print the page's QR code."""
     lockstep: bool = False
     """Advance time only when a client calls the service /sim/step."""
+    name: str = ""
+    """Name of the robot in its list of video streams; that of its platform, such as p3at, unless given."""
+    camera: str | None = None
+    """Carry a camera of this model: kinect, wide, small; see docs/teleoperation.md."""
     robot: tyro.conf.OmitArgPrefixes[RobotOptions] = field(default_factory=RobotOptions)
     """Sensors and drive of the robot, and the state of its world."""
     messages: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FOLDER ...")] = ()
@@ -64,6 +69,12 @@ class ServeConfig:
     """Age of commands above which they are refused, and the robot stops [s]; 0 switches it off."""
     link: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=NUMBER ...")] = ()
     """Emulate a slow link: delay, jitter, growth, rate, stall and period, blackout and at, seed; up.delay=0.3 is one way."""
+    video_port: int | None = None
+    """Serve the camera's streams on this port too, as web_video_server does on 8080; 0 takes a free one."""
+    webrtc: bool = False
+    """Offer the camera's pictures by WebRTC too, at /webrtc_viewer and POST /webrtc/offer; see docs/video.md."""
+    photos: Path = Path("runs/photos")
+    """Folder of the photographs that clients take with the robot's camera."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     """Least important messages that the terminal shows."""
     audit: Path | None = None
@@ -72,6 +83,16 @@ class ServeConfig:
     def __post_init__(self) -> None:
         if not 0 <= self.port <= 65535:
             raise SettingError(f"port must be 0 to 65535, got {self.port}")
+        if not re.fullmatch(r"[A-Za-z0-9._-]{0,64}", self.name):
+            raise SettingError(
+                f"name must be at most 64 letters, digits, dots, - and _, got {self.name[:80]!r}"
+            )
+        if self.video_port is not None and not 0 <= self.video_port <= 65535:
+            raise SettingError(f"video-port must be 0 to 65535, got {self.video_port}")
+        if self.video_port is not None and self.camera is None:
+            raise SettingError("--video-port needs --camera, whose streams it serves")
+        if self.webrtc and self.camera is None:
+            raise SettingError("--webrtc needs --camera, whose pictures it offers")
         if self.seed < 0:
             raise SettingError(f"seed must be >= 0, got {self.seed}")
         check_slip_times(self.slip)

@@ -35,7 +35,7 @@ ROLES: Final[Mapping[Role, RoleRules]] = {
         DEFAULT_RULES[Role.VIEW],
         call=(
             *DEFAULT_RULES[Role.VIEW].call,
-            *("/teleop/estop", "/teleop/session", "/teleop/link", "/teleop/ask"),
+            *("/teleop/estop", "/teleop/session", "/teleop/link", "/teleop/ask", "/video/ticket"),
         ),
     ),
 }
@@ -115,12 +115,25 @@ def offer_map(server: Server, map_file: Path | None) -> None:
         server.pages.add_file(f"/map/{digest}.ply", body, immutable=True)
 
 
-def address_of(server: Server, *, page: bool = False) -> Address:
-    """Return where clients find a server that has started; ``page`` says whether it has the console."""
+def address_of(server: Server, *, page: bool = False, streams: str = "") -> Address:
+    """Return where clients find a server that has started.
+
+    Args:
+        server: The server.
+        page: Whether it has the console.
+        streams: Address of the list of video streams; empty without a camera.
+    """
     gate = server.protocol.authenticator
     drives = gate is None or (gate.anonymous is not None and gate.anonymous.role is not Role.VIEW)
     return Address(
-        server.url, server.host, server.port, server.encrypted, not drives, server.lockstep, page
+        server.url,
+        server.host,
+        server.port,
+        server.encrypted,
+        not drives,
+        server.lockstep,
+        page,
+        streams,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Generic, TypeVar
@@ -9,6 +10,7 @@ from typing import Any, Final, Generic, TypeVar
 from localization.maps.cloud import Cloud
 from localization.types import Mounts
 from robot_sim import TICK_NS, SkidSteer
+from robot_sim.robot.camera_mount import camera_frames
 from robot_sim.robot.urdf import urdf
 from teleop.robot.tick_record import DriveRecord, EstimateRecord, TickRecord
 from teleop.robot.topics import (
@@ -208,8 +210,11 @@ OUTPUTS: Final[tuple[Topic[Any], ...]] = (
 )
 """All topics that the robot publishes tick by tick, each once."""
 
+GROUND_TRUTH: Final = frozenset(t.name for t in OUTPUTS if t.name.startswith("/ground_truth/"))
+"""Topics of what only a simulation knows."""
+
 TF_STATIC = Interface(
-    "/tf_static", "tf2_msgs/msg/TFMessage", "poses of scanners and IMU on `base_link`; latched"
+    "/tf_static", "tf2_msgs/msg/TFMessage", "poses of scanners and camera on `base_link`; latched"
 )
 MAP_INFO = Interface(
     "/map_info", "farsteer_msgs/msg/MapInfo", "name, bounds and SHA-256 of the map; latched"
@@ -239,8 +244,31 @@ INPUTS: tuple[Interface, ...] = (
         "geometry_msgs/msg/PoseWithCovarianceStamped",
         "a hint: all-zero covariance means the default sigma",
     ),
+    Interface(
+        "/turtle_control",
+        "std_msgs/msg/String",
+        'step commands as JSON: `{"distance": 0.5}`, `{"angle": 15}`, `{"movement": "up"}` (`down`, `left`, `right`), `{"action": "photo"}`',
+    ),
 )
 """Topics that the robot subscribes to."""
+
+TURTLE_RESULT = Interface(
+    "/turtle_control/result",
+    "std_msgs/msg/String",
+    "what became of each step and photograph of `/turtle_control`, as JSON",
+)
+
+ANSWERS: Final = (TURTLE_RESULT,)
+"""Topics that are published when a client's request has been answered."""
+
+MOVE = Interface(
+    "/move",
+    "farsteer_msgs/action/Move",
+    "one step: straight on, or a turn on the spot; steps wait in a queue and are driven in order",
+)
+
+ACTIONS: Final = (MOVE,)
+"""Actions that the robot offers."""
 
 SERVICES: tuple[Interface, ...] = (
     Interface(
@@ -290,6 +318,54 @@ SERVICES: tuple[Interface, ...] = (
 )
 """Services that the robot offers."""
 
+_SIMULATION: Final = (
+    ("GetSimulatorFeatures", "what is offered"),
+    ("StepSimulation", "advance by 1 to 500 steps of 20 ms"),
+    (
+        "ResetSimulation",
+        "set poses, spawned entities, or everything and the time back to the beginning",
+    ),
+    ("GetSimulationState", "stopped, playing or paused"),
+    ("SetSimulationState", "pause, or stop and reset everything"),
+    (
+        "GetEntities",
+        "names of the robot and of what was spawned; filters by name, category and tags",
+    ),
+    ("GetEntitiesStates", "the same with poses and velocities"),
+    ("GetEntityInfo", "category, description and tags of an entity"),
+    ("GetEntityState", "true pose and velocity of an entity, in `map`"),
+    ("SetEntityState", "put an entity down at rest elsewhere; it stands on the ground"),
+    ("SpawnEntity", "put a spare box or person down"),
+    ("SpawnEntities", "put several down"),
+    ("DeleteEntity", "take away what was spawned"),
+    ("GetSpawnables", "what can be spawned"),
+    ("GetNamedPoses", "starts (tag `spawn`) and places (`navigation_goal`)"),
+    ("GetCurrentWorld", "name of the world"),
+    ("LoadWorld", "not offered"),
+    ("UnloadWorld", "not offered"),
+    ("GetAvailableWorlds", "not offered"),
+    ("SetEntityInfo", "not offered"),
+    ("GetEntityBounds", "not offered"),
+    ("GetNamedPoseBounds", "not offered"),
+)
+
+SIMULATION_SERVICES: Final = tuple(
+    Interface(
+        "/sim/" + re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower(),
+        f"simulation_interfaces/srv/{name}",
+        description,
+    )
+    for name, description in _SIMULATION
+)
+"""Services for the referee of a robot that was started for it."""
+
+SIMULATION_ACTION: Final = Interface(
+    "/sim/simulate_steps",
+    "simulation_interfaces/action/SimulateSteps",
+    "action: advance by any number of steps, with feedback after each",
+)
+"""Action for the referee."""
+
 
 def messages_of(tick: TickRecord) -> Iterator[tuple[str, Message]]:
     """Return the name of a topic and a message for all that is due after a tick."""
@@ -304,7 +380,7 @@ def messages_of(tick: TickRecord) -> Iterator[tuple[str, Message]]:
 
 
 def latched_messages(
-    cloud: Cloud, robot: SkidSteer, mounts: Mounts, run_id: str = ""
+    cloud: Cloud, robot: SkidSteer, mounts: Mounts, run_id: str = "", *, camera: bool = False
 ) -> Mapping[Interface, Message]:
     """Return the messages that are published once, at the start.
 
@@ -313,9 +389,11 @@ def latched_messages(
         robot: Its parameters.
         mounts: ``base_from_sensor`` of each sensor.
         run_id: Identity of this run of the robot.
+        camera: Whether it carries a camera.
     """
+    frames = {**mounts, **camera_frames(robot)} if camera else mounts
     return {
-        TF_STATIC: estimate.tf_static(mounts),
+        TF_STATIC: estimate.tf_static(frames),
         MAP_INFO: estimate.map_info(cloud, run_id),
-        ROBOT_DESCRIPTION: {"data": urdf(robot, mounts)},
+        ROBOT_DESCRIPTION: {"data": urdf(robot, mounts, camera=camera)},
     }

@@ -6,16 +6,23 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from typing import Any
 
+from teleop.robot.cameras.camera_topics import CAMERA_TOPICS, InfoTopic, PictureTopic
 from teleop.robot.topics.topic_table import (
+    ACTIONS,
+    ANSWERS,
     INPUTS,
     LATCHED,
     OUTPUTS,
     SERVICES,
+    SIMULATION_ACTION,
+    SIMULATION_SERVICES,
     Interface,
     Topic,
 )
+from teleop.robot.video.video_interfaces import VIDEO_SERVICES, VIDEO_TOPICS
 
 
 def markdown() -> str:
@@ -25,10 +32,11 @@ def markdown() -> str:
         for t in OUTPUTS
     ]
     once = [f"| `{i.name}` | `{i.type}` | once | {i.description} |" for i in LATCHED]
+    answers = [f"| `{i.name}` | `{i.type}` | on events | {i.description} |" for i in ANSWERS]
     lines = [
         "# Topics",
         "",
-        "This page is made from the table in `teleop/robot/topics/topic_table.py`:",
+        "This page is made from the tables in `topics/topic_table.py` and `cameras/camera_topics.py` of `teleop/robot`:",
         "`python -m teleop.robot.topics.topics_page`. Rates are of robot time. Clients cannot publish on the",
         "robot's topics.",
         "",
@@ -37,7 +45,23 @@ def markdown() -> str:
         "| topic | type | rate | content |",
         "|---|---|---|---|",
         *outputs,
+        *answers,
         *once,
+        "",
+        "## From its camera",
+        "",
+        "With `farsteer serve --camera NAME` ([A camera](teleoperation.md#a-camera)); nothing is drawn or encoded unless somebody",
+        "subscribes. Rates are those of the camera.",
+        "",
+        "| topic | type | content |",
+        "|---|---|---|",
+        *_rows((*CAMERA_TOPICS, *VIDEO_TOPICS)),
+        "",
+        "| service | type | effect |",
+        "|---|---|---|",
+        *_rows(VIDEO_SERVICES),
+        "",
+        "[Video](video.md) has the addresses of streams and photographs.",
         "",
         "## To the robot",
         "",
@@ -51,6 +75,21 @@ def markdown() -> str:
         "|---|---|---|",
         *_rows(SERVICES),
         "",
+        "## Actions",
+        "",
+        "| action | type | effect |",
+        "|---|---|---|",
+        *_rows(ACTIONS),
+        "",
+        "## For the referee",
+        "",
+        "`simulation_interfaces` 2.1, only where a robot was started for it and only with the referee's token. What",
+        "is not offered answers `RESULT_FEATURE_UNSUPPORTED`.",
+        "",
+        "| service | type | effect |",
+        "|---|---|---|",
+        *_rows((*SIMULATION_SERVICES, SIMULATION_ACTION)),
+        "",
     ]
     return "\n".join(lines)
 
@@ -59,7 +98,7 @@ def _rate(topic: Topic[Any]) -> str:
     return f"{50 / topic.every:g} Hz" if topic.every else "on events"
 
 
-def _rows(interfaces: tuple[Interface, ...]) -> list[str]:
+def _rows(interfaces: Iterable[Interface | PictureTopic | InfoTopic]) -> list[str]:
     return [f"| `{i.name}` | `{i.type}` | {i.description} |" for i in interfaces]
 
 

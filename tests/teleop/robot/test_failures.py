@@ -419,9 +419,15 @@ async def test_operate_ends_its_process_with_one_line_and_the_status() -> None:
 @pytest.mark.slow
 @in_a_loop
 async def test_operate_draws_no_map_of_another_hash_and_continues(
-    other_map: Path, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    other_map: Path,
+    office: World,
+    office_cloud: Cloud,
+    cache: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The robot here serves no file, and the operator's own is of another map."""
+    """The robot here serves no file, the operator's own is of another map, and it has downloaded none before."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     async with real_time(office, office_cloud, cache) as server:
         words = ("operate", server.url, "--map", str(other_map), "--no-viewer", "--duration", "4")
         status, out, err = await command(*words, "--record", str(tmp_path / "drive.rrd"))

@@ -129,13 +129,32 @@ async def test_viewers_may_not_have_the_robot_searched_for(
     assert '"what":"relocalize"' in path.read_text().replace(" ", "")
 
 
+@in_a_loop
+async def test_search_that_the_robot_began_by_itself_gives_way_to_a_requested_one(
+    robots: Robots,
+) -> None:
+    async with robots() as rig, peer(rig.server.url) as client:
+        await listen(client)
+        for _ in range(80):
+            await client.step(5)
+            reasons = client.last("/localization/status")["reasons"]
+            if reasons == ["searching the whole map (no pose and no hint)"]:
+                break
+        else:
+            pytest.fail("the robot did not begin to search by itself")
+        assert (await client.ask(SEARCH))[1]["success"]
+        await client.step(5)
+        reasons = client.last("/localization/status")["reasons"]
+        assert reasons == ["searching the whole map (requested)"]
+
+
 @pytest.mark.process
 @in_a_loop
 async def test_operator_has_the_robot_found_with_an_option(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with real_time(office, office_cloud, cache) as server:
-        options = ("--no-viewer", "--duration", "4", "--find")
+        options = ("--no-viewer", "--duration", "8", "--find")
         status, out, err = await command("operate", server.url, *options)
     assert status == 0, err
     assert f"{SEARCH}: searching the whole map; drive on until one place is left" in out + err

@@ -81,6 +81,22 @@ def test_excessive_rate_is_logged_once_and_when_it_ends_the_connection() -> None
     assert rig.logged("refused")[-1]["refused"] == "a frame may have at most 1000000 bytes"
 
 
+def test_refused_viewers_of_ever_new_addresses_fill_neither_disk_nor_memory() -> None:
+    rig = Rig()
+    for number in range(6000):
+        rig.now = number * SECOND // 100
+        rig.audit.viewer_refused(
+            f"10.0.{number // 250}.{number % 250}", None, "/stream", "no token"
+        )
+    rig.audit.end()
+    lines = rig.logged("viewer refused")
+    assert 350 < len(lines) < 450  # a burst of 100, and then five a second
+    assert len(lines) + rig.suppressed("viewer refused") == 6000
+    assert lines[0]["client"] == "10.0.0.0"
+    assert (lines[0]["path"], lines[0]["refused"]) == ("/stream", "no token")
+    assert len(rig.audit._rates._own) <= 300
+
+
 def test_line_about_a_rejected_operation_is_short_for_any_operation() -> None:
     rig = Rig(ClientLimits.unhurried())
     client = rig.protocol.connect(0, "10.0.0.6:1")

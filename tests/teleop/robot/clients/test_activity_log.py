@@ -23,7 +23,7 @@ async def test_each_change_of_who_drives_is_said_once(
         def observe(tick: TickRecord) -> None:
             log.driven(tick.drive)
 
-        rig.stepper.observers = (observe,)
+        rig.stepper.stepped.observers = (observe,)
         async with peer(rig.server.url) as stepper:
             await stepper.step()
             async with peer(rig.server.url) as driver:

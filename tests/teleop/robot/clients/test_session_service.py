@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.robot.serving.serve_config import ServeConfig
@@ -65,3 +67,25 @@ async def test_rights_in_a_session_follow_the_rules_of_the_token_file(
         "may_search",
         "may_take_over",
     ]
+
+
+@pytest.mark.parametrize(
+    ("rules", "may_drive"),
+    [
+        ('publish = ["/joy"]', True),
+        ('publish = ["/turtle_control"]', True),
+        ('publish = []\ncall = ["/move", "/teleop/session"]', True),
+        ('publish = ["/initialpose"]\ncall = ["*", "!/move"]', False),
+    ],
+)
+@in_a_loop
+async def test_who_may_send_steps_may_drive(
+    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path, rules: str, may_drive: bool
+) -> None:
+    path = tokens(tmp_path)
+    path.write_text(path.read_text() + f"[roles.operate]\n{rules}\n")
+    async with (
+        served(office, office_cloud, cache, ServeConfig(tokens=path)) as server,
+        Client(server.url, token=DRIVER) as driver,
+    ):
+        assert (await driver.call(SESSION))["may_drive"] is may_drive

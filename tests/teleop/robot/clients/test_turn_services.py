@@ -29,6 +29,7 @@ def asking(client: Peer) -> tuple[int, str, float]:
     return state["asking"], state["asking_name"], state["asking_age"]
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_robot_changes_hands_by_asking_and_giving(robots: Robots) -> None:
     async with robots() as rig, peer(rig.server.url) as driver, peer(rig.server.url) as other:

@@ -62,4 +62,5 @@ async def test_console_has_what_it_needs_in_real_time(
         assert counts["/teleop/state"] >= received > 1
         assert counts["/robot_description"] == 1
         assert link["bytes"] > sum(len(f) for f in other.frames if isinstance(f, bytes)) > 1000
-        assert 0.0 < link["round_trip"] < 60.0
+        # The least that it can have been: 0 where ping and answer met in one pass of a busy loop; -1 were none.
+        assert 0.0 <= link["round_trip"] < 60.0

@@ -182,3 +182,10 @@ def test_robot_moves_only_for_an_armed_driver_with_a_recent_command(
             assert state.control is ControlMode.ARMED
             assert now - last_forward[state.controller] <= safety.config.watchdog
         assert np.isfinite(state.twist.linear).all()
+
+
+def test_reset_without_an_estop_leaves_the_robot_to_its_driver() -> None:
+    safety = armed()
+    assert safety.reset(EStopReset("b", admin=True)) is None
+    state = safety.state(0)
+    assert (state.control, state.controller) == (ControlMode.ARMED, "a")

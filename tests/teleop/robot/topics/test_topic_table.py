@@ -4,24 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from teleop.interfaces import registry
-from teleop.robot.topics.topic_table import (
-    INPUTS,
-    LATCHED,
-    OUTPUTS,
-    SERVICES,
-    Interface,
-    Topic,
-)
+from teleop.robot.cameras.camera_topics import CAMERA_TOPICS
+from teleop.robot.topics.topic_table import INPUTS, LATCHED, OUTPUTS, SERVICES
 from teleop.robot.topics.topics_page import markdown
 
 ROOT = Path(__file__).resolve().parents[4]
 REGISTRY = registry()
-TABLE: tuple[Topic[Any] | Interface, ...] = (*OUTPUTS, *INPUTS, *LATCHED)
+TABLE = (*OUTPUTS, *INPUTS, *LATCHED, *CAMERA_TOPICS)
 TOPICS = [(t.name, t.type) for t in TABLE]
 
 

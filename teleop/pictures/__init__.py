@@ -1,0 +1,1 @@
+"""Pictures of the robot's cameras on their way to viewers."""

@@ -1,0 +1,100 @@
+"""The camera's process: draws what the driving process shows it, in the formats that the talking process wants.
+
+It asks for the state of the next frame when it takes one up, so that it never has a backlog, and asks for none while
+nothing is wanted. Pictures go to what talks by a link of their own.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from typing import Final
+
+from robot_sim.cameras.renderer import CameraRenderer
+from teleop.pictures.picture import PictureFormat
+from teleop.robot.cameras.picture_encoding import pictures_of
+from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
+from teleop.robot.real_time.picture_link import PictureLink
+from teleop.robot.real_time.process_messages import (
+    NEXT_STATE,
+    OTHER,
+    STATE,
+    STATE_BOUND,
+    CameraSetup,
+    Ready,
+    pack,
+    unpack,
+)
+
+_NICENESS: Final = 10
+"""How far this process stands back behind those that drive, talk and estimate where processors are few."""
+
+_PATIENCE: Final = 0.02
+"""Time for which what talks may leave a picture before the next is drawn [s]."""
+
+
+class CameraProcess:
+    """Owns the renderer."""
+
+    def __init__(self, channel: Channel, link: PictureLink, setup: CameraSetup) -> None:
+        """Prepare to draw.
+
+        Raises:
+            CameraUnavailableError: If nothing can be drawn on this machine.
+        """
+        self._channel, self._link, self._model = channel, link, setup.model
+        self._renderer = CameraRenderer(setup.scene, setup.model)
+        self._wanted: frozenset[PictureFormat] = frozenset()
+        self._asked = False
+
+    def run(self) -> None:
+        """Draw until the driving process ends."""
+        self._channel.send(pack(OTHER, Ready()))
+        # What talks may have been there before, and answers with what it wants.
+        self._link.send("begun", None)
+        while True:
+            receivers = [self._channel.fileno(), self._link.fileno()]
+            senders = [self._link.fileno()] if self._link.waiting else []
+            select.select(receivers, senders, [])
+            self._link.flush()
+            for wanted in self._link.receive():
+                self._wanted = wanted
+            payloads = self._channel.receive()
+            states = [payload for payload in payloads if payload[:1] == STATE]
+            if len(states) < len(payloads):
+                return  # nothing else is sent but the farewell
+            if states:
+                self._asked = False
+            if self._wanted and not self._asked:
+                self._channel.send(NEXT_STATE)
+                self._asked = True
+            if states and self._wanted:
+                self._draw(states[-1])
+
+    def _draw(self, payload: bytes) -> None:
+        frame = self._renderer.render(unpack(payload))
+        for picture in pictures_of(frame, self._model, self._wanted):
+            self._link.send(picture.format, picture)
+        self._link.flush(_PATIENCE)
+
+
+def main() -> None:
+    """Run in the process that the driving one has started."""
+    channel = inherited_channel(int(sys.argv[1]), STATE_BOUND)
+    link = PictureLink(int(sys.argv[2]))
+    os.nice(_NICENESS)
+    # Mesa's software renderer would otherwise take all processors.
+    os.environ.setdefault("LP_NUM_THREADS", "1")
+    try:
+        setup: CameraSetup = unpack(channel.wait()[0])
+        CameraProcess(channel, link, setup).run()
+    except ChannelClosedError:
+        return  # the driving process has gone
+    except Exception as error:
+        channel.send(pack(OTHER, error))
+        raise
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Photographs on command: stored with pose, stamp and map, listed and fetched over HTTP."""

@@ -1,0 +1,152 @@
+"""The camera's process in real time: pictures beside the drive, killed, starved, and where nothing can be drawn."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from robot_sim import Simulation, World
+from teleop import clock
+from teleop.interfaces import registry
+from teleop.pictures.picture import Picture, PictureFormat
+from teleop.robot.real_time.camera_feed import CameraFeed
+from teleop.robot.real_time.camera_receiver import CameraReceiver
+from teleop.robot.real_time.picture_link import PictureLink
+from teleop.robot.serving.camera_start import CameraStart
+from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.server.server import Server
+from tests.teleop.support import PATIENCE, in_a_loop
+
+pytestmark = [pytest.mark.process, pytest.mark.slow]
+
+JPEG = PictureFormat("/camera/rgb/image_raw", "jpeg")
+RAW = PictureFormat("/camera/rgb/image_raw", "rgb8")
+
+
+@dataclass
+class Rig:
+    """A robot's ticks and the camera's process, joined as what drives and what talks join them."""
+
+    simulation: Simulation
+    feed: CameraFeed
+    receiver: CameraReceiver
+    costs: list[int] = field(default_factory=list)
+    """Time that the feed took of each tick [ns]."""
+
+    async def until(self, true: Callable[[], object]) -> None:
+        """Tick in real time until a condition holds."""
+        async with asyncio.timeout(PATIENCE):
+            while not true():
+                self.simulation.step()
+                begun = clock.monotonic()
+                self.feed.ticked(begun)
+                self.costs.append(clock.monotonic() - begun)
+                self.receiver.ticked(self.simulation.stamp)
+                await asyncio.sleep(0.02)
+
+
+@asynccontextmanager
+async def rig(world: World) -> AsyncIterator[Rig]:
+    simulation = Simulation(world, seed=0)
+    start = CameraStart(world, "small")
+    feed = await asyncio.to_thread(start.feed, simulation)
+    assert feed is not None
+    assert start.model is not None
+    server = Server(Protocol(registry()), port=0, clock=clock.monotonic)
+    receiver = CameraReceiver(PictureLink(os.dup(start.link)), start.model, server)
+    robot = Rig(simulation, feed, receiver)
+    try:
+        yield robot
+    finally:
+        robot.receiver.close()
+        feed.end()
+        start.close()
+
+
+@in_a_loop
+async def test_pictures_of_the_newest_frames_come_while_they_are_wanted(office: World) -> None:
+    async with rig(office) as robot:
+        await robot.until(lambda: robot.simulation.stamp >= 400_000_000)
+        assert robot.receiver.hub.wanted == frozenset()
+        came: list[Picture] = []
+        watch = robot.receiver.hub.watch(JPEG, came.append)
+        also = robot.receiver.hub.watch(RAW, came.append)
+        await robot.until(lambda: len(came) >= 12)
+        stamps = [picture.stamp for picture in came if picture.format == RAW]
+        assert min(stamps) > 400_000_000
+        assert (np.diff(stamps) >= 60_000_000).all()
+        assert {len(picture.data) for picture in came if picture.format == RAW} == {320 * 240 * 3}
+        watch.close()
+        also.close()
+        await asyncio.sleep(0.5)  # what was on its way
+        came.clear()
+        end = robot.simulation.stamp + 400_000_000
+        await robot.until(lambda: robot.simulation.stamp >= end)
+        assert came == []
+        assert np.median(robot.costs) < 100_000, "the drive pays less than 0.1 ms"
+
+
+@in_a_loop
+async def test_camera_and_talking_process_go_on_with_each_other_s_successors(
+    office: World, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with rig(office) as robot:
+        came: list[Picture] = []
+        robot.receiver.hub.watch(RAW, came.append)
+        await robot.until(lambda: came)
+        killed = robot.feed.process
+        assert killed is not None
+        os.kill(killed.pid, signal.SIGKILL)
+        await robot.until(lambda: robot.feed.process is not killed and robot.feed.process)
+        begun, count = robot.simulation.stamp, len(came)
+        await robot.until(lambda: came[count:] and came[-1].stamp > begun)
+        assert [r.getMessage() for r in caplog.records] == [
+            "the camera has ended: it is started again"
+        ]
+        # What talks is replaced, too, in the midst of a picture.
+        descriptor, camera = os.dup(robot.receiver._link.fileno()), robot.receiver._topics._camera
+        robot.receiver.close()
+        await asyncio.sleep(0.2)  # the camera goes on until its link is full
+        server = Server(Protocol(registry()), port=0, clock=clock.monotonic)
+        robot.receiver = CameraReceiver(PictureLink(descriptor), camera, server)
+        newer: list[Picture] = []
+        robot.receiver.hub.watch(JPEG, newer.append)
+        begun = robot.simulation.stamp
+        await robot.until(lambda: newer and newer[-1].stamp > begun)
+
+
+def test_robot_where_nothing_can_be_drawn_is_served_without_a_camera(
+    office: World, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "egl")
+    # The dispatcher of EGL finds no driver.
+    monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", os.devnull)
+    start = CameraStart(office, "small")
+    assert start.feed(Simulation(office, seed=0)) is None
+    assert start.model is None
+    start.close()
+    (line,) = [record.getMessage() for record in caplog.records]
+    assert line.startswith("serving without a camera: ")
+    assert "libegl1" in line
+    assert "\n" not in line
+
+
+def test_robot_without_a_camera_imports_nothing_of_it() -> None:
+    script = (
+        "import sys, teleop.robot.serving.serve, teleop.robot.real_time.talk_process\n"
+        "parts = ('OpenGL', 'robot_sim.cameras.renderer', 'teleop.pictures', 'teleop.robot.cameras.')\n"
+        "print([name for name in sys.modules if name.startswith(parts)])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"
