@@ -1,0 +1,1 @@
+"""Bridges between a robot and other networks; each is one client of the robot among others."""

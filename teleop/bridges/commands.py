@@ -1,0 +1,52 @@
+"""The commands ``farsteer kafka-bridge`` and ``farsteer kafka-rest``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import tyro
+
+from localization.cli.terminal import say
+from localization.extras import require
+from teleop.bridges.broker_options import BrokerOptions
+from teleop.bridges.kafka.bridge_config import BridgeConfig
+from teleop.bridges.rest.rest_config import RestConfig
+
+
+@dataclass(frozen=True)
+class KafkaBridge:
+    """Drive a robot by the step commands of a Kafka topic, each once and in order.
+
+    Each command is answered on another topic. A bridge that is killed and started again goes on where it was, and
+    answers the command that it was cut off in as interrupted.
+    """
+
+    broker: tyro.conf.OmitArgPrefixes[BrokerOptions]
+    """The broker."""
+    bridge: tyro.conf.OmitArgPrefixes[BridgeConfig] = field(default_factory=BridgeConfig)
+    """Robot, topics and rules."""
+
+    def __call__(self) -> int:
+        """Run until Ctrl-C."""
+        require("aiokafka", "the bridge to Kafka")
+        from teleop.bridges.run import run_until_ended
+
+        return run_until_ended(self.broker, self.bridge, say)
+
+
+@dataclass(frozen=True)
+class KafkaRest:
+    """Serve Kafka over HTTP as the Confluent REST proxy does (version 2), for clients that cannot speak Kafka."""
+
+    broker: tyro.conf.OmitArgPrefixes[BrokerOptions]
+    """The broker."""
+    rest: tyro.conf.OmitArgPrefixes[RestConfig] = field(default_factory=RestConfig)
+    """Where it listens, and to whom."""
+
+    def __call__(self) -> int:
+        """Serve until Ctrl-C."""
+        for library in ("aiokafka", "tornado"):
+            require(library, "the REST proxy of Kafka")
+        from teleop.bridges.run import serve_until_ended
+
+        return serve_until_ended(self.broker, self.rest, say)
