@@ -43,6 +43,8 @@ class Sim:
     """Folder for the files; runs/<time> unless given."""
     overwrite: bool = False
     """Replace the files of an earlier run in --out."""
+    camera: str | None = None
+    """Carry a camera of this model, whose pictures the operator watches: kinect, wide, small; see docs/cameras.md."""
     picture: bool = True
     """Draw run.png."""
     json: bool = False
@@ -66,6 +68,11 @@ class Sim:
         from teleop.scenario.run_report import summary_table
         from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
+        if self.camera is not None:
+            from robot_sim.cameras import camera_named
+
+            camera_named(self.camera)  # refused before anything is prepared
+
         mission = self.mission
         world = with_routes(mission.robot.world(mission.scene, mission.seed))
         cloud, path = load_scene_cloud(mission.scene), scene_cloud_path(mission.scene)
@@ -78,7 +85,14 @@ class Sim:
         remove_earlier(folder, FILES)
         with writing_to(folder):
             summary, record = run_over_wire(
-                mission, world, cloud, path, folder, cache=default_cache(), progress=bar
+                mission,
+                world,
+                cloud,
+                path,
+                folder,
+                cache=default_cache(),
+                progress=bar,
+                camera=self.camera,
             )
             if self.picture and record.ticks:
                 from teleop.scenario.run_picture import draw

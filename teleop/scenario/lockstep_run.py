@@ -18,6 +18,8 @@ from teleop.interfaces import registry
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.robot import Robot
+from teleop.robot.serving.camera_choice import stepped_camera
+from teleop.robot.stepped_robot import SteppedRobot, TickObserver
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import latched_messages
 from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame, Output
@@ -42,6 +44,7 @@ def run_over_wire(
     *,
     cache: Path | None = None,
     progress: Progress = lambda share, text: None,
+    camera: str | None = None,
 ) -> tuple[RunSummary, RunRecord]:
     """Serve the robot here, and have a scripted operator in a process of its own drive it.
 
@@ -53,11 +56,15 @@ def run_over_wire(
         folder: Folder of the run, for the operator's recording as well, if rerun is installed.
         cache: Folder for derived files.
         progress: Called with the progress.
+        camera: Name of the camera that the robot carries, whose pictures the operator watches; None for none.
+
+    Raises:
+        CameraError: If there is no camera of that name.
     """
     robot, recorder = build(mission, world, cloud, folder, cache=cache, progress=progress)
     with recorder:
         ending, traffic = asyncio.run(
-            _serve_and_operate(mission, robot, recorder, cloud, map_path, progress)
+            _serve_and_operate(mission, robot, recorder, cloud, map_path, progress, camera)
         )
         if ending == "interrupted" and not recorder.begun:
             raise KeyboardInterrupt
@@ -71,6 +78,7 @@ async def _serve_and_operate(
     cloud: Cloud,
     map_path: Path,
     progress: Progress,
+    camera_name: str | None,
 ) -> tuple[str, tuple[TopicTraffic, ...]]:
     simulation = robot.simulation
 
@@ -90,26 +98,35 @@ async def _serve_and_operate(
     server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
     meter = Meter()
     protocol.observers.add(meter)
+    camera = stepped_camera(simulation, camera_name, server)
+    observers: tuple[TickObserver, ...] = (unrecorded.append,)
+    if camera is not None:
+        draw = camera.ticked
+        observers = (*observers, lambda tick: draw())
     adapter = RosbridgeAdapter(
         server,
-        latched_messages(cloud, simulation.world.robot, simulation.mounts),
+        latched_messages(
+            cloud, simulation.world.robot, simulation.mounts, camera=camera is not None
+        ),
         undo_memory=robot.localizer.config.undo_memory,
     )
     service = LockstepService(
-        robot,
-        adapter,
-        observers=(unrecorded.append,),
-        last_stamp=mission.time_limit,
+        SteppedRobot(robot, adapter, observers=observers),
+        over=lambda: "time is up" if simulation.stamp >= mission.time_limit else "",
         deferred=record,
     )
     await server.start()
-    script_path = _write_script(mission, robot, server.url, map_path, recorder.folder)
+    script_path = _write_script(
+        mission, robot, server.url, map_path, recorder.folder, camera=camera is not None
+    )
     interrupted = asyncio.Event()
     loop = asyncio.get_running_loop()
     with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):
         loop.add_signal_handler(signal.SIGINT, interrupted.set)
     operator_error = await _run_operator(script_path, interrupted)
     await server.close()
+    if camera is not None:
+        camera.close()
     record()
     if service.error is not None and not isinstance(service.error, PhysicsError):
         raise service.error
@@ -173,7 +190,9 @@ class Meter(Observer):
         return tuple(TopicTraffic(topic, *count) for topic, count in rows)
 
 
-def _write_script(mission: Mission, robot: Robot, url: str, map_path: Path, folder: Path) -> Path:
+def _write_script(
+    mission: Mission, robot: Robot, url: str, map_path: Path, folder: Path, *, camera: bool
+) -> Path:
     hint = mission.hint(robot.simulation.truth().map_from_base)
     script = OperatorScript(
         url=url,
@@ -185,6 +204,7 @@ def _write_script(mission: Mission, robot: Robot, url: str, map_path: Path, fold
         hint_covariance=tuple(hint.covariance.ravel().tolist()),
         duration=mission.duration,
         recording=str(folder / "operator.rrd") if has("rerun") else None,
+        camera=camera,
     )
     path = folder / "operator.json"
     script.save(path)

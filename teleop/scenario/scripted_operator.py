@@ -21,7 +21,7 @@ from localization.types import SECOND, Pose
 from teleop.errors import TeleopError
 from teleop.interfaces import registry
 from teleop.operator.display.threaded_display import ThreadedDisplay
-from teleop.operator.operator_client import OperatorClient
+from teleop.operator.operator_client import CAMERA, TOPICS, OperatorClient
 from teleop.rosbridge.client.client import Client
 from teleop.scenario.tour_driver import TourDriver
 
@@ -57,6 +57,8 @@ class OperatorScript:
     """Robot time after which to stop [s]; None to drive the whole tour."""
     recording: str | None
     """File for the recording of the display (.rrd); None for no display."""
+    camera: bool = False
+    """Whether to watch the robot's camera."""
 
     def save(self, path: Path) -> None:
         """Write it as JSON."""
@@ -95,11 +97,13 @@ async def operate(script: OperatorScript) -> None:
         from teleop.operator.display.display import Display
 
         display = ThreadedDisplay(
-            Display(cloud, sink=Sink(file=Path(script.recording))), blocking=True
+            Display(cloud, sink=Sink(file=Path(script.recording)), camera=script.camera),
+            blocking=True,
         )
     # In lockstep a step may take long; if the robot's process ends, so does the socket.
     client = Client(script.url, registry=registry(), reconnect=False, keepalive=None, timeout=60.0)
-    operator = OperatorClient(client, cloud, display)
+    topics = {**TOPICS, **CAMERA} if script.camera else TOPICS
+    operator = OperatorClient(client, cloud, display, topics=topics)
     driver = TourDriver(script.tour)
     hinted = False
     try:

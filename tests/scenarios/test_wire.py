@@ -111,6 +111,31 @@ def test_same_seed_gives_the_same_bits_over_the_wire(
 
 
 @pytest.mark.process
+@pytest.mark.untraced
+def test_camera_changes_no_bit_of_the_drive_and_the_operator_sees_its_pictures(
+    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    hashes, seen = [], []
+    for camera in (None, "small"):
+        folder = tmp_path / str(camera)
+        summary, _ = run_over_wire(
+            Mission(seed=5, duration=8.0),
+            office,
+            office_cloud,
+            scene_cloud_path("office"),
+            folder,
+            cache=cache,
+            camera=camera,
+        )
+        hashes.append([hashlib.sha256((folder / f).read_bytes()).hexdigest() for f in BITS])
+        traffic = {t.topic: t.messages for t in summary.facts.traffic}
+        seen.append(traffic.get("/camera/rgb/image_rect_color/compressed", 0))
+    assert hashes[0] == hashes[1]
+    assert seen[0] == 0
+    assert seen[1] > 60, "the operator asks for one each 0.1 s"
+
+
+@pytest.mark.process
 def test_operator_that_dies_ends_the_run_and_leaves_its_files(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:

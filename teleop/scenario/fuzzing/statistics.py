@@ -1,0 +1,142 @@
+"""What single sessions cannot show: shares over all of them, each tested on both sides."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import TypeAlias
+
+import numpy as np
+from scipy.stats import binomtest
+
+from teleop.package_data import assets
+from teleop.scenario.fuzzing.judged_session import JudgedSession
+
+_ALARM = 1e-4
+"""Probability below which a share or a mean is no accident."""
+_NEES = (0.1, 50.0)
+"""A session's NEES counts as no less and no more than this: one that went astray shall not hide the others."""
+_FEWEST = 8
+"""Least number of sessions that are compared."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """What the robot has shown in many sessions; ``assets/fuzzing/reference.json``."""
+
+    sessions: int
+    """Number of sessions."""
+    noticed: float
+    """Share of the times that it was carried off of which it said so within two seconds."""
+    log_nees: float
+    """Mean of the logarithms of the sessions' median NEES in quiet times."""
+    log_nees_sigma: float
+    """Their standard deviation."""
+    tracking: float
+    """Mean of the sessions' shares of quiet times in which the robot says ``tracking``."""
+    tracking_sigma: float
+    """Their standard deviation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A figure of a campaign beside the reference."""
+
+    name: str
+    """Name of the figure."""
+    value: float
+    """The figure."""
+    expected: float
+    """That of the reference."""
+    count: int
+    """Number of values that it was computed from."""
+    probability: float
+    """Probability of a difference as large as this one, by chance."""
+
+    @property
+    def differs(self) -> bool:
+        """Whether it differs, on either side."""
+        return self.count >= _FEWEST and self.probability < _ALARM
+
+
+def reference() -> Reference:
+    """Return the shipped reference."""
+    text = (assets() / "fuzzing" / "reference.json").read_text(encoding="utf-8")
+    return Reference(**json.loads(text))
+
+
+def reference_of(sessions: Iterable[JudgedSession]) -> Reference:
+    """Return the reference that sessions give."""
+    judged = list(sessions)
+    logs = _log_nees(judged)
+    carried = sum(each.carried for each in judged)
+    noticed = sum(each.noticed for each in judged)
+    tracking = _tracking(judged)
+    return Reference(
+        len(judged),
+        # Laplace's rule of succession: what was never seen to fail may fail.
+        (noticed + 1) / (carried + 2),
+        float(logs.mean()),
+        float(logs.std(ddof=1)),
+        float(tracking.mean()),
+        float(tracking.std(ddof=1)),
+    )
+
+
+def to_json(of: Reference) -> str:
+    """Return a reference as the text of its file."""
+    return json.dumps(asdict(of), indent=2) + "\n"
+
+
+def compare(sessions: Iterable[JudgedSession], expected: Reference) -> tuple[Comparison, ...]:
+    """Compare sessions with the reference."""
+    judged = list(sessions)
+    carried = sum(each.carried for each in judged)
+    noticed = sum(each.noticed for each in judged)
+    share = noticed / carried if carried else math.nan
+    chance = binomtest(noticed, carried, expected.noticed).pvalue if carried else 1.0
+    logs, tracking = _log_nees(judged), _tracking(judged)
+    nees = math.exp(float(logs.mean())) if len(logs) else math.nan
+    shares = float(tracking.mean()) if len(tracking) else math.nan
+    return (
+        Comparison("carried off and said so", share, expected.noticed, carried, float(chance)),
+        Comparison(
+            "NEES in quiet times",
+            nees,
+            math.exp(expected.log_nees),
+            len(logs),
+            _chance(logs, expected.log_nees, expected.log_nees_sigma, expected.sessions),
+        ),
+        Comparison(
+            "tracking in quiet times",
+            shares,
+            expected.tracking,
+            len(tracking),
+            _chance(tracking, expected.tracking, expected.tracking_sigma, expected.sessions),
+        ),
+    )
+
+
+Values: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
+
+
+def _chance(values: Values, mean: float, sigma: float, sessions: int) -> float:
+    """Return the probability that the mean of values differs by so much from that of the reference, by chance."""
+    if not len(values):
+        return 1.0
+    spread = max(sigma, 1e-3) * math.sqrt(1.0 / len(values) + 1.0 / sessions)
+    return math.erfc(abs(float(values.mean()) - mean) / spread / math.sqrt(2.0))
+
+
+def _tracking(sessions: Iterable[JudgedSession]) -> Values:
+    """Return the shares of tracking of the sessions that have one."""
+    values = [each.tracking for each in sessions if math.isfinite(each.tracking)]
+    return np.array(values, dtype=np.float64)
+
+
+def _log_nees(sessions: Iterable[JudgedSession]) -> Values:
+    """Return the logarithms of the median NEES of the sessions that have one."""
+    values = [each.nees for each in sessions if math.isfinite(each.nees)]
+    return np.log(np.clip(np.array(values, dtype=np.float64), *_NEES))

@@ -1,0 +1,1 @@
+"""Operators of the library: they see and send only what goes over the wire."""

@@ -1,0 +1,97 @@
+"""All rules, applied to one run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from localization.maps.cloud import Cloud
+from robot_sim import DriveConfig
+from teleop.robot.tick_record import TickRecord
+from teleop.rosbridge.protocol.observers import Observers
+from teleop.scenario.files.scenario import Scenario
+from teleop.scenario.referee.rules.answers import HintsAreAnswered, Published, PublishedIsBelieved
+from teleop.scenario.referee.rules.authority import EStopStays, NeutralFirst, OneDriver
+from teleop.scenario.referee.rules.command_in_force import (
+    CommandHasASource,
+    CommandIsLimited,
+    CommandIsNew,
+)
+from teleop.scenario.referee.rules.estimate import (
+    ErrorIsBounded,
+    NumbersAreSound,
+    OdometryIsSmooth,
+    ReadingsAreTaken,
+    UndoUndoes,
+)
+from teleop.scenario.referee.rules.motion import ComesToRest, MovesAsTold
+from teleop.scenario.referee.rules.rule import Broken, Rule, RunFacts
+from teleop.scenario.referee.rules.wire_facts import WireFacts
+
+RULES: tuple[type[Rule], ...] = (
+    CommandHasASource,
+    CommandIsLimited,
+    CommandIsNew,
+    OneDriver,
+    NeutralFirst,
+    EStopStays,
+    ComesToRest,
+    MovesAsTold,
+    NumbersAreSound,
+    ReadingsAreTaken,
+    ErrorIsBounded,
+    OdometryIsSmooth,
+    UndoUndoes,
+    HintsAreAnswered,
+    PublishedIsBelieved,
+)
+"""All rules."""
+
+
+class RuleBook:
+    """Applies the rules to a run; owns which were broken, each once."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        cloud: Cloud,
+        drive: DriveConfig,
+        observers: Observers,
+        clock: Callable[[], int],
+    ) -> None:
+        """Begin a run.
+
+        Args:
+            scenario: What is run.
+            cloud: The robot's map.
+            drive: Limits of the simulated drive.
+            observers: Observers of the clients' connections, to which it is added.
+            clock: Returns the robot's time [ns].
+        """
+        self.broken: list[Broken] = []
+        """Rules that have been broken, in order of time."""
+
+        self.wire, published = WireFacts(clock), Published()
+        observers.add(self.wire)
+        observers.add(published)
+        facts = RunFacts(
+            scenario,
+            self.wire,
+            cloud,
+            drive.max_speed,
+            drive.max_turn,
+            min(drive.braking, drive.acceleration),
+        )
+        self._rules: list[Rule] = [
+            PublishedIsBelieved(facts, published) if rule is PublishedIsBelieved else rule(facts)
+            for rule in RULES
+        ]
+
+    def take(self, tick: TickRecord) -> list[Broken]:
+        """Apply the rules to one tick; return those that are broken by it, which are not applied again."""
+        before = len(self.broken)
+        for rule in list(self._rules):
+            how = rule.take(tick)
+            if how is not None:
+                self.broken.append(Broken(rule.name, tick.stamp, how))
+                self._rules.remove(rule)
+        return self.broken[before:]

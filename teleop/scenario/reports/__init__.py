@@ -1,0 +1,1 @@
+"""Reports of a run: table, JUnit XML, JSON, and one HTML page."""

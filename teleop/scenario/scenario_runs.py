@@ -1,0 +1,223 @@
+"""Runs of scenario files, one or many at a time, each with its reports in a folder of its own."""
+
+from __future__ import annotations
+
+import importlib
+import multiprocessing
+import os
+import sys
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from localization.errors import LocalizationError
+from teleop.errors import SettingError, TeleopError
+
+if TYPE_CHECKING:
+    from teleop.scenario.files.scenario import Scenario
+    from teleop.scenario.operators.operator import Operator
+    from teleop.scenario.referee.outcome import Outcome
+    from teleop.scenario.reports.table import Verdict
+
+Progress = Callable[[float, str], None]
+"""Called now and then with the completed share, in [0, 1], and a line of text."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunRequest:
+    """A scenario to be run, and how; it can be sent to another process."""
+
+    file: Path
+    """The scenario file."""
+    scenario: Scenario
+    """What it says."""
+    folder: Path
+    """Folder of the run."""
+    pace: Literal["real", "lockstep"] | None = None
+    """The pace; by default ``real`` with a client that is not ours, else ``lockstep``."""
+    client: str | None = None
+    """Command line of the client under test."""
+    operator: str | Operator | None = None
+    """An operator of the user's own, or its ``module:Class``."""
+    tokens: Path | None = None
+    """File of tokens of which the client must have one."""
+    port: int = 0
+    """Port of the server; 0 for any free one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ran:
+    """What came of a scenario file."""
+
+    verdict: Verdict
+    """Its line of the table."""
+    outcome: Outcome | None
+    """Its outcome; None if it could not be run."""
+    file: Path
+    """The scenario file."""
+
+    @property
+    def failure(self) -> str:
+        """Why it could not be run."""
+        return "\n".join(self.verdict.details)
+
+
+def check_request(request: RunRequest) -> None:
+    """Check that a scenario can be run in its world, before anything is written.
+
+    Raises:
+        ScenarioFileError: If it cannot; the error names file, line, and what would work.
+        LocalizationError: If its map cannot be used.
+        SimulationError: If its world cannot be built.
+    """
+    from teleop.scenario.files.errors import ScenarioError, located
+    from teleop.scenario.session.scene import checked_scene_of
+
+    try:
+        checked_scene_of(request.scenario, request.file.parent)
+    except ScenarioError as error:
+        raise located(error, request.file) from None
+
+
+def run_request(request: RunRequest, progress: Progress = lambda share, text: None) -> Ran:
+    """Run a scenario and write its reports.
+
+    Raises:
+        TeleopError: If it cannot be run; an error of the scenario names file and line.
+        LocalizationError: If its map cannot be used.
+        SimulationError: If its world cannot be built.
+    """
+    from teleop.scenario.files.errors import ScenarioError, located
+    from teleop.scenario.reports.run_reports import write_reports
+    from teleop.scenario.reports.table import verdict
+    from teleop.scenario.session.run import run_scenario
+    from teleop.scenario.session.scene import scene_of
+
+    operator = request.operator
+    if isinstance(operator, str):
+        operator = operator_named(operator)
+    try:
+        outcome = run_scenario(
+            request.scenario,
+            request.folder,
+            beside=request.file.parent,
+            pace=request.pace,
+            client=request.client,
+            operator=operator,
+            tokens=request.tokens,
+            port=request.port,
+            progress=progress,
+        )
+    except ScenarioError as error:
+        raise located(error, request.file) from None
+    progress(1.0, "writing the report")
+    points = scene_of(request.scenario, request.file.parent).cloud.points
+    write_reports(outcome, request.folder, points)
+    return Ran(verdict(outcome, str(request.folder)), outcome, request.file)
+
+
+def run_many(
+    requests: Sequence[RunRequest], jobs: int, progress: Progress = lambda share, text: None
+) -> list[Ran]:
+    """Run scenarios side by side in processes; one that cannot be run does not keep the others from it.
+
+    Args:
+        requests: The scenarios.
+        jobs: Number of processes.
+        progress: Called as each scenario is over.
+    """
+    if jobs == 1:
+        ran = []
+        for number, request in enumerate(requests, 1):
+            ran.append(_run_or_say_why(request))
+            progress(number / len(requests), _line(ran[-1]))
+        return ran
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(jobs, len(requests)), mp_context=context) as pool:
+        futures = [pool.submit(_run_or_say_why, request) for request in requests]
+        try:
+            for number, future in enumerate(as_completed(futures), 1):
+                progress(number / len(requests), _line(future.result()))
+        except KeyboardInterrupt:
+            pool.shutdown(cancel_futures=True)
+            raise
+        except BrokenProcessPool:
+            raise TeleopError(
+                "a process that ran scenarios was killed, perhaps for want of memory; try fewer --jobs"
+            ) from None
+        return [future.result() for future in futures]
+
+
+def _line(ran: Ran) -> str:
+    return f"{ran.verdict.name}: {ran.verdict.status.name.lower().replace('_', ' ')}"
+
+
+def _run_or_say_why(request: RunRequest) -> Ran:
+    from robot_sim import SimulationError
+
+    try:
+        return run_request(request)
+    except (TeleopError, LocalizationError, SimulationError, OSError) as error:
+        return not_run(request.file, str(error))
+
+
+def not_run(file: Path, reason: str) -> Ran:
+    """Return what is said of a file that cannot be run."""
+    from teleop.scenario.referee.outcome import ExitStatus
+    from teleop.scenario.reports.table import Verdict
+
+    lines = tuple(reason.split("\n"))
+    return Ran(Verdict(file.name, ExitStatus.BAD_INPUT, 0.0, 0.0, lines, ""), None, file)
+
+
+def with_folders(requests: Sequence[RunRequest], folder: Path) -> list[RunRequest]:
+    """Return requests with a folder of its own for each, named after its scenario."""
+    taken: dict[str, int] = {}
+    placed = []
+    for request in requests:
+        name = request.scenario.name
+        taken[name] = number = taken.get(name, 0) + 1
+        own = name if number == 1 else f"{name}-{number}"
+        placed.append(replace(request, folder=folder / own))
+    return placed
+
+
+def operator_named(name: str) -> Operator:
+    """Return an operator of the user's own.
+
+    Args:
+        name: ``module:Class``; the module is found as ``python -m`` finds it, from the working directory, too.
+
+    Raises:
+        SettingError: If there is no such class, or it is no operator.
+    """
+    from teleop.scenario.operators.operator import Operator
+
+    module_name, colon, class_name = name.partition(":")
+    if not (module_name and colon and class_name):
+        raise SettingError(f"--operator {name}: must be module:Class, such as my_operators:Slow")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    try:
+        module = importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{module_name}.".startswith(f"{error.name}."):
+            raise
+        raise SettingError(f"--operator {name}: there is no module {error.name}") from None
+    kind = getattr(module, class_name, None)
+    if not (isinstance(kind, type) and issubclass(kind, Operator)):
+        own = [
+            n for n, k in vars(module).items() if isinstance(k, type) and issubclass(k, Operator)
+        ]
+        found = ", ".join(n for n in own if n != "Operator") or "no class that is an Operator"
+        raise SettingError(f"--operator {name}: {module_name} has {found}")
+    return kind()
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0))

@@ -1,0 +1,126 @@
+"""The scenarios that come with the project: they can be run, some of them are, and what they are for is judged."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any, Final, get_args, get_type_hints
+
+import pytest
+
+from localization.types import SECOND
+from robot_sim import scene_names
+from teleop.robot.safety.control_state import SafetyConfig
+from teleop.robot.safety.safety import Safety
+from teleop.scenario.files.faults import Fault
+from teleop.scenario.files.limits import Limits
+from teleop.scenario.files.operator_settings import Operator
+from teleop.scenario.files.reading import read_scenario
+from teleop.scenario.files.scenario import Scenario
+from teleop.scenario.files.shipped import shipped_files
+from teleop.scenario.referee.outcome import ExitStatus, Outcome
+from teleop.scenario.session.run import run_scenario
+from teleop.scenario.session.scene import checked_scene_of
+
+FILES: Final = shipped_files()
+SCENARIOS: Final = {name: read_scenario(file) for name, file in FILES.items()}
+FOLDER: Final = next(iter(FILES.values())).parent
+
+
+def run(scenario: Scenario) -> Outcome:
+    return run_scenario(scenario, beside=FOLDER)
+
+
+def kinds(union: object) -> set[str]:
+    """Return what ``kind`` may be in a union of faults or operators."""
+    members = get_args(get_args(union)[0])
+    return {get_args(get_type_hints(member)["kind"])[0] for member in members}
+
+
+def test_there_are_at_least_thirty_with_a_description_each() -> None:
+    assert len(SCENARIOS) >= 30
+    for name, scenario in SCENARIOS.items():
+        assert scenario.name == name
+        assert len(scenario.description.split()) >= 10, name
+
+
+def test_all_worlds_faults_and_operators_of_the_library_take_part() -> None:
+    every = SCENARIOS.values()
+    assert {s.world.scene for s in every} == set(scene_names())
+    assert {fault.kind for s in every for fault in s.fault} == kinds(Fault)
+    assert {s.operator.kind for s in every} == kinds(Operator) - {"client"}
+    assert {s.start.known for s in every} == {"exactly", "about", "nothing"}
+
+
+def test_each_lasts_a_minute_at_most_and_has_limits_besides_its_goals() -> None:
+    unless_given = Limits()
+    names = {field.name for field in fields(Limits)} - {"goals", "violations"}
+    for name, scenario in SCENARIOS.items():
+        assert scenario.mission.time_limit <= 60.0, name
+        given = [n for n in names if getattr(scenario.limits, n) != getattr(unless_given, n)]
+        assert len(given) >= 2, name
+
+
+@pytest.mark.slow
+@pytest.mark.untraced
+@pytest.mark.parametrize("world", sorted({s.world.scene for s in SCENARIOS.values()}))
+def test_every_scenario_of_a_world_can_be_run_in_it(world: str) -> None:
+    for scenario in SCENARIOS.values():
+        if scenario.world.scene == world:
+            assert checked_scene_of(scenario, FOLDER).world.name == world
+
+
+# A part of them, chosen for variety; `make scenarios` runs all.
+
+PART: Final[dict[str, dict[str, tuple[float, float]]]] = {
+    "courtyard-ramp": {"tilt": (0.05, 0.35)},
+    "door-closed": {"goal_time": (13.0, 60.0)},
+    "earth-rovers-29": {"stops": (1, 1), "runaway": (0.35, 0.7)},
+    "hint-wrong": {"hints": (2, 2)},
+    "kidnapped": {"position_max": (5.0, 20.0)},
+    "link-lost-downwards": {"goal_time": (17.0, 45.0)},
+    "link-lost-on-the-way": {"stops": (1, 1), "stopping_time": (0.5, 1.5)},
+    "rosaria-51": {"stops": (1, 1), "runaway": (0.2, 0.6)},
+    "start-about": {"lost": (0.1, 5.0)},
+}
+"""Names of scenarios, and figures that show that what they are about has happened: least and greatest."""
+
+
+@pytest.mark.slow
+@pytest.mark.untraced
+@pytest.mark.parametrize("name", PART)
+def test_robot_passes(name: str) -> None:
+    outcome = run(SCENARIOS[name])
+    missed = [(check.name, check.value) for check in outcome.checks if not check.met]
+    assert missed == []
+    assert outcome.status is ExitStatus.PASSED
+    for figure, (least, greatest) in PART[name].items():
+        assert least <= outcome.figures[figure] <= greatest, figure
+
+
+@pytest.mark.slow
+@pytest.mark.untraced
+def test_same_file_and_seed_give_the_same_bits_and_another_seed_others() -> None:
+    scenario = SCENARIOS["replayed-drive"]
+    first, again = run(scenario), run(read_scenario(FILES["replayed-drive"]))
+    assert first.sha256 == again.sha256
+    assert first.figures == pytest.approx(again.figures, rel=0, abs=0, nan_ok=True)
+    assert run(replace(scenario, seed=scenario.seed + 1)).sha256 != first.sha256
+
+
+@pytest.mark.slow
+@pytest.mark.untraced
+@pytest.mark.parametrize("watchdog", [1.0, 1e6], ids=["late", "absent"])
+def test_robot_without_a_watchdog_in_time_is_found_out(
+    watchdog: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    original = Safety.__init__
+
+    def begin(self: Safety, limits: Any, config: SafetyConfig | None = None) -> None:
+        wait = round(watchdog * SECOND)
+        original(self, limits, replace(config or SafetyConfig(), watchdog=wait, lease=4 * wait))
+
+    monkeypatch.setattr(Safety, "__init__", begin)
+    outcome = run(SCENARIOS["operator-hangs"])
+    assert outcome.status is ExitStatus.MISSED
+    missed = {check.name for check in outcome.checks if not check.met}
+    assert {"runaway", "stopping_time", "rules"} <= missed

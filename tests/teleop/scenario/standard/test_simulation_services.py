@@ -1,0 +1,364 @@
+"""The standard's services: what they do, and what they answer where they do nothing."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+import numpy as np
+import pytest
+
+from robot_sim import TICK_NS
+from teleop.scenario.standard.results import Feature
+from tests.teleop.scenario.standard.conftest import Desks
+from tests.teleop.scenario.standard.support import Desk, pose
+
+BOX = {"uri": "box_0.6x0.6x1"}
+
+
+def spawn(name: str, x: float, y: float, uri: str = "box_0.6x0.6x1", **more: Any) -> dict[str, Any]:
+    return {
+        "name": name,
+        "entity_resource": {"uri": uri},
+        "initial_pose": {"pose": pose(x, y)},
+        **more,
+    }
+
+
+async def ticks(desk: Desk, count: int) -> None:
+    """Let the loop run until so many ticks have passed, which they do one a turn."""
+    for _ in range(3 * count):
+        if desk.stepped.stamp >= count * TICK_NS:
+            return
+        await asyncio.sleep(0)
+    raise AssertionError("nothing is stepped")
+
+
+def test_features_say_what_is_offered(desks: Desks) -> None:
+    features = desks().call("get_simulator_features")["features"]
+    assert set(features["features"]) == {int(f) for f in Feature}
+    assert features["spawn_formats"] == []
+    fewer = desks(restarts=False).call("get_simulator_features")["features"]["features"]
+    assert set(features["features"]) - set(fewer) == {
+        Feature.SIMULATION_RESET_TIME,
+        Feature.SIMULATION_STATE_SETTING,
+    }
+
+
+@pytest.mark.parametrize(
+    ("service", "args"),
+    [
+        ("load_world", {"world_resource": {"uri": "corridor"}}),
+        ("unload_world", {}),
+        ("get_available_worlds", {}),
+        ("set_entity_info", {"entity": "robot"}),
+        ("get_entity_bounds", {"entity": "robot"}),
+        ("get_named_pose_bounds", {"name": "spawn"}),
+    ],
+)
+def test_what_is_not_offered_says_so_as_the_standard_does(
+    shared_desk: Desk, service: str, args: dict[str, Any]
+) -> None:
+    code, text = shared_desk.refused(service, **args)
+    assert code == 0
+    assert "is not offered; GetSimulatorFeatures says what is" in text
+
+
+def test_step_advances_by_ticks_and_answers_after_their_messages(desk: Desk) -> None:
+    desk.send(desk.referee, op="subscribe", topic="/clock")
+    desk.received(desk.referee)
+    desk.send(desk.referee, op="call_service", service="/sim/step_simulation", args={"steps": 7})
+    operations = [o["op"] for o in desk.received(desk.referee)]
+    assert operations == ["publish"] * 7 + ["service_response"]
+    assert desk.stepped.stamp == 7 * TICK_NS
+    for steps in (0, 501):
+        assert desk.refused("step_simulation", steps=steps) == (
+            4,
+            f"steps must be 1 to 500, got {steps}",
+        )
+
+
+def test_action_steps_with_feedback_after_each(desk: Desk) -> None:
+    desk.send(
+        desk.referee,
+        op="send_action_goal",
+        id="g",
+        action="/sim/simulate_steps",
+        action_type="simulation_interfaces/action/SimulateSteps",
+        args={"steps": 3},
+        feedback=True,
+    )
+    found = desk.received(desk.referee)
+    steps = [o["values"] for o in found if o["op"] == "action_feedback"]
+    assert [s["completed_steps"] for s in steps] == [1, 2, 3]
+    assert [s["remaining_steps"] for s in steps] == [2, 1, 0]
+    assert found[-1]["op"] == "action_result"
+    assert found[-1]["values"]["result"]["result"] == 1
+    assert desk.stepped.stamp == 3 * TICK_NS
+
+
+def test_goal_can_be_cancelled_and_nothing_else_is_done_meanwhile(desk: Desk) -> None:
+    async def run() -> None:
+        desk.send(
+            desk.referee,
+            op="send_action_goal",
+            id="g",
+            action="/sim/simulate_steps",
+            args={"steps": 400},
+        )
+        await ticks(desk, 5)
+        for service, args in (
+            ("step_simulation", {"steps": 1}),
+            ("reset_simulation", {}),
+            ("set_simulation_state", {"state": {"state": 0}}),
+        ):
+            assert desk.refused(service, **args) == (3, "a step is under way; wait for its end")
+        desk.send(desk.referee, op="cancel_action_goal", id="g", action="/sim/simulate_steps")
+        for _ in range(5):
+            await asyncio.sleep(0)
+
+    asyncio.run(run())
+    (result,) = [o for o in desk.received(desk.referee) if o["op"] == "action_result"]
+    assert result["status"] == 5  # cancelled
+    assert desk.stepped.stamp < 20 * TICK_NS
+    desk.done("step_simulation", steps=1)
+
+
+def test_stepping_ends_when_its_caller_leaves(desk: Desk) -> None:
+    async def run() -> None:
+        desk.send(
+            desk.referee, op="call_service", service="/sim/step_simulation", args={"steps": 400}
+        )
+        await ticks(desk, 5)
+        desk.protocol.disconnect(desk.referee, desk.stepped.stamp)
+        for _ in range(5):
+            await asyncio.sleep(0)
+
+    asyncio.run(run())
+    assert desk.stepped.stamp < 20 * TICK_NS
+    desk.referee = desk.connect(desk.access.token)
+    desk.done("step_simulation", steps=1)
+
+
+def test_setting_to_stop_answers_and_everything_is_as_at_the_beginning(desk: Desk) -> None:
+    def drive() -> bytes:
+        del desk.ticks[:]
+        desk.done("step_simulation", steps=40)
+        return b"".join(t.truth.map_from_base.position.tobytes() for t in desk.ticks)
+
+    state = {"state": 0}
+    first = drive()
+    assert desk.call("get_simulation_state")["state"] == {"state": 2}
+    desk.done("spawn_entity", **spawn("crate", 22.0, 3.0))
+    desk.done("set_simulation_state", state=state)
+    assert desk.call("get_simulation_state")["state"] == state
+    assert desk.refused("set_simulation_state", state=state) == (101, "it is STOPPED already")
+    assert desk.stepped.stamp == 0
+    assert desk.call("get_entities")["entities"] == ["robot"]
+    desk.done("set_simulation_state", state={"state": 2})
+    assert drive() == first
+
+
+@pytest.mark.parametrize(("state", "restarts"), [(1, True), (3, True), (7, True), (0, False)])
+def test_states_that_a_stepped_robot_has_not_are_unsupported(
+    desks: Desks, state: int, restarts: bool
+) -> None:
+    code, text = desks(restarts=restarts).refused("set_simulation_state", state={"state": state})
+    assert code == 0
+    assert f"state {state} cannot be set here; those that can: " in text
+
+
+def test_reset_of_parts_leaves_the_rest(desks: Desks) -> None:
+    desk = desks(restarts=False)
+    start = desk.simulation.truth().map_from_base.position
+    desk.done("spawn_entity", **spawn("crate", 22.0, 3.0))
+    desk.done("set_entity_state", entity="robot", state={"pose": pose(18.5, 8.2)}, set_pose=True)
+    desk.done("step_simulation", steps=5)
+    desk.done("reset_simulation", scope=2)
+    assert np.allclose(desk.simulation.truth().map_from_base.position[:2], start[:2])
+    assert desk.call("get_entities")["entities"] == ["robot", "crate"]
+    desk.done("reset_simulation", scope=4)
+    assert desk.call("get_entities")["entities"] == ["robot"]
+    assert desk.stepped.stamp == 5 * TICK_NS
+    for scope in (0, 1, 255):
+        answer = desk.refused("reset_simulation", scope=scope)
+        assert answer == (0, "of the scopes only STATE, SPAWNED can be reset here")
+    assert desk.refused("reset_simulation", scope=8) == (
+        0,
+        "scope 8 has bits that are not known here",
+    )
+    text = "time goes back only when all is reset"
+    assert desks().refused("reset_simulation", scope=1) == (0, text)
+
+
+def test_reset_names_what_stands_at_the_start(desk: Desk) -> None:
+    x, y = desk.simulation.truth().map_from_base.position[:2].tolist()
+    desk.done("set_entity_state", entity="robot", state={"pose": pose(18.5, 8.2)})
+    desk.done("spawn_entity", **spawn("crate", x, y))
+    code, text = desk.refused("reset_simulation", scope=2)
+    assert (code, "would stand inside spare_box_1" in text) == (4, True)
+
+
+def test_robot_is_an_entity_that_can_be_put_elsewhere(desk: Desk) -> None:
+    info = desk.done("get_entity_info", entity="robot")["info"]
+    assert info["category"] == {"category": 1}
+    turned = pose(18.5, 8.2, w=0.0, z=1.0)
+    desk.done("set_entity_state", entity="robot", state={"pose": turned}, set_pose=True)
+    desk.done("step_simulation", steps=10)
+    state = desk.done("get_entity_state", entity="robot")["state"]
+    assert state["header"]["frame_id"] == "map"
+    assert state["pose"]["position"]["x"] == pytest.approx(18.5, abs=0.01)
+    assert abs(state["pose"]["orientation"]["z"]) == pytest.approx(1.0, abs=1e-3)
+    assert abs(state["twist"]["linear"]["x"]) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "text"),
+    [
+        ({"entity": "robbot"}, 2, "no entity 'robbot'; did you mean robot?"),
+        ({"entity": "x"}, 2, "no entity 'x'; there are: robot"),
+        ({"state": {"pose": pose(7.5, 5.5)}}, 101, "would stand inside workshop_office"),
+        ({"state": {"pose": pose(99.0, 8.0)}}, 101, "is off the floor, which reaches from 0, 0"),
+        ({"state": {"pose": pose(18.5, 8.2, w=0.0)}}, 101, "quaternion"),
+        ({"state": {"header": {"frame_id": "odom"}, "pose": pose(18.5, 8.2)}}, 101, "must be map or empty"),
+        ({"state": {"twist": {"linear": {"x": 1.0}}}, "set_twist": True}, 4, "its twist must be 0"),
+        ({"state": {"acceleration": {"linear": {"x": 1.0}}}, "set_acceleration": True}, 4, "must be 0"),
+        ({"state": {"pose": {"orientation": {"w": 0.8, "x": 0.6}}}}, 101, "roll and pitch must be 0"),
+    ],
+)  # fmt: skip
+def test_state_that_cannot_be_set_is_refused_and_the_robot_stays(
+    shared_desk: Desk, args: dict[str, Any], code: int, text: str
+) -> None:
+    before = shared_desk.simulation.truth().map_from_base.position.tobytes()
+    found = shared_desk.refused("set_entity_state", **{"entity": "robot", **args})
+    assert found[0] == code
+    assert text in found[1]
+    assert shared_desk.simulation.truth().map_from_base.position.tobytes() == before
+
+
+def test_only_the_parts_that_are_asked_for_are_set(desk: Desk) -> None:
+    before = desk.simulation.truth().map_from_base.position.tobytes()
+    state = {"pose": pose(18.5, 8.2)}
+    desk.done("set_entity_state", entity="robot", state=state, set_twist=True)
+    assert desk.simulation.truth().map_from_base.position.tobytes() == before
+
+
+def test_boxes_and_people_are_spawned_moved_seen_and_deleted(desk: Desk) -> None:
+    spawnables = desk.done("get_spawnables")["spawnables"]
+    assert [s["entity_resource"]["uri"] for s in spawnables] == ["box_0.6x0.6x1", "person"]
+    assert spawnables[0]["spawn_bounds"]["points"][0] == {"x": 0.3, "y": 0.3, "z": 1.0}
+    assert desk.done("spawn_entity", **spawn("crate", 22.0, 3.0))["entity_name"] == "crate"
+    answer = desk.done("spawn_entity", **spawn("", 20.5, 4.0, "person", allow_renaming=True))
+    assert answer["entity_name"] == "person_1"
+    assert desk.simulation.spares.standing["spare_box_1"].x == 22.0
+    assert desk.done("get_entity_info", entity="person_1")["info"]["category"] == {"category": 2}
+    desk.done("set_entity_state", entity="crate", state={"pose": pose(22.0, 4.0)}, set_pose=True)
+    state = desk.done("get_entity_state", entity="crate")["state"]
+    assert state["pose"]["position"] == {"x": 22.0, "y": 4.0, "z": 0.0}
+    found = desk.done("get_entities_states", filters={"filter": "^c"})
+    assert found["entities"] == ["crate"]
+    assert found["states"] == [state]
+    for filters, names in (
+        ({"categories": [{"category": 1}, {"category": 2}]}, ["robot", "person_1"]),
+        ({"tags": {"tags": ["spawned", "box"], "filter_mode": 1}}, ["crate"]),
+        ({"tags": {"tags": ["spawned", "x"]}}, ["crate", "person_1"]),
+        ({"filter": "_1$"}, ["person_1"]),
+    ):
+        assert desk.done("get_entities", filters=filters)["entities"] == names
+    desk.done("delete_entity", entity="crate")
+    assert desk.call("get_entities")["entities"] == ["robot", "person_1"]
+    assert desk.refused("delete_entity", entity="robot")[0] == 4
+    assert desk.refused("delete_entity", entity="crate")[0] == 2
+
+
+def test_spawned_box_stands_in_the_robots_way(desk: Desk) -> None:
+    x, y = desk.simulation.truth().map_from_base.position[:2].tolist()
+    ahead = desk.simulation.truth().map_from_base.apply(np.array([0.8, 0.0, 0.0]))
+    desk.done("spawn_entity", **spawn("crate", float(ahead[0]), float(ahead[1])))
+    desk.done("step_simulation", steps=20)
+    code, text = desk.refused("set_entity_state", entity="crate", state={"pose": pose(x, y)})
+    assert (code, "the robot stands there" in text) == (101, True)
+    target = {"pose": pose(float(ahead[0]), float(ahead[1]))}
+    code, text = desk.refused("set_entity_state", entity="robot", state=target)
+    assert (code, "would stand inside spare_box_1" in text) == (101, True)
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "text"),
+    [
+        (spawn("robot", 22, 3), 101, "an entity is named 'robot' already; give another, or set allow_renaming"),
+        (spawn("", 22, 3), 102, "the name is empty"),
+        (spawn("a b", 22, 3), 102, "a name has up to 64 letters"),
+        (spawn("<b>", 22, 3, allow_renaming=True), 102, "a name has up to 64 letters"),
+        ({"name": "a", "entity_resource": {"resource_string": "<sdf/>"}}, 103, "resource_string is not read"),
+        ({"name": "a"}, 104, "no uri; there are: box_0.6x0.6x1, person"),
+        (spawn("a", 22, 3, "tree"), 2, "nothing has the uri 'tree'; there are: box_0.6x0.6x1, person"),
+        (spawn("a", 22, 3, entity_namespace="/a"), 105, "leave the namespace empty"),
+        (spawn("a", 99, 3), 109, "is off the floor"),
+        (spawn("a", 24.2, 3.0), 109, "the robot stands there, at x 24.20, y 3.00"),
+    ],
+)  # fmt: skip
+def test_entity_that_cannot_be_spawned_is_refused_with_the_standards_code(
+    shared_desk: Desk, args: dict[str, Any], code: int, text: str
+) -> None:
+    found = shared_desk.refused("spawn_entity", **args)
+    assert found[0] == code
+    assert text in found[1]
+    assert shared_desk.call("get_entities")["entities"] == ["robot"]
+
+
+def test_several_are_spawned_at_once_until_there_are_no_more(desk: Desk) -> None:
+    requests = [spawn("", 20.5 + i, 4.0, allow_renaming=True) for i in range(3)]
+    answer = desk.call("spawn_entities", spawn_requests=requests)
+    assert answer["result"]["result"] == 150
+    assert [r["result"]["result"] for r in answer["results"]] == [1, 1, 4]
+    assert [r["entity_name"] for r in answer["results"]] == ["box_1", "box_2", ""]
+    text = "all 2 of box_0.6x0.6x1 are in the world; delete one of them first"
+    assert answer["results"][2]["result"]["error_message"] == text
+
+
+def test_places_are_named_poses_that_tags_select(desk: Desk) -> None:
+    poses = {p["name"]: p for p in desk.done("get_named_poses")["poses"]}
+    assert poses["kitchen"]["tags"] == ["navigation_goal"]
+    assert poses["kitchen"]["pose"]["position"]["x"] == pytest.approx(3.2)
+    starts = desk.done("get_named_poses", tags={"tags": ["spawn"]})["poses"]
+    assert {p["name"] for p in starts} == set(desk.simulation.world.spawns)
+    assert desk.done("get_current_world")["world"]["name"] == "office"
+
+
+@pytest.mark.parametrize(
+    ("filters", "code", "text"),
+    [
+        ({"filter": "("}, 4, "the filter is no regular expression"),
+        ({"filter": "a" * 201}, 4, "at most 200 characters"),
+        (
+            {"bounds": {"type": 3, "points": [{"x": 0}, {"x": 1}]}},
+            0,
+            "cannot be selected by bounds",
+        ),
+    ],
+)
+def test_filter_that_is_not_understood_is_refused(
+    shared_desk: Desk, filters: dict[str, Any], code: int, text: str
+) -> None:
+    found = shared_desk.refused("get_entities", filters=filters)
+    assert found[0] == code
+    assert text in found[1]
+
+
+def test_robot_whose_time_goes_by_itself_can_be_moved_but_not_stepped(desks: Desks) -> None:
+    desk = desks(playing=True)
+    features = desk.call("get_simulator_features")["features"]["features"]
+    assert not {26, 31, 32, 33} & set(features)
+    assert desk.call("get_simulation_state")["state"] == {"state": 1}
+    text = "time goes on by itself; pause it first"
+    assert desk.refused("step_simulation", steps=1) == (3, text)
+    assert desk.refused("set_simulation_state", state={"state": 2})[0] == 0
+    assert desk.refused("reset_simulation")[0] == 0
+    desk.done("set_entity_state", entity="robot", state={"pose": pose(18.5, 8.2)})
+
+
+def test_stepping_past_the_end_of_a_run_says_so(desks: Desks) -> None:
+    desk = desks(ends=4)
+    assert desk.refused("step_simulation", steps=9) == (4, "the run is over")
+    assert len(desk.ticks) == 4

@@ -1,0 +1,72 @@
+"""The page on scenarios: its files can be read, and its tables are complete."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from teleop.scenario.files.reading import read_scenario, scenario_from
+from teleop.scenario.files.shipped import shipped_files
+from teleop.scenario.referee.outcome import ExitStatus
+from teleop.scenario.robot_process import RobotProcess
+from teleop.scenario.run_files import RUN_FILES
+from teleop.scenario.session import client_access
+
+PAGE = (Path(__file__).parents[3] / "docs/scenarios.md").read_text(encoding="utf-8")
+
+
+def column(head: str) -> list[str]:
+    """Return what stands in backticks in the first column of the table with a head."""
+    lines = PAGE.splitlines()
+    begin = next(i for i, line in enumerate(lines) if line.startswith(f"| {head} |"))
+    found: list[str] = []
+    for line in lines[begin + 2 :]:
+        if not line.startswith("|"):
+            break
+        found += re.findall(r"`([^`]+)`", line.split("|")[1])
+    return found
+
+
+@pytest.mark.parametrize("text", re.findall(r"^```toml\n(.*?)^```$", PAGE, re.M | re.S))
+def test_every_scenario_of_the_page_can_be_read(text: str) -> None:
+    assert scenario_from(tomllib.loads(text)).name
+
+
+def test_all_files_of_a_run_are_listed() -> None:
+    assert sorted(column("file")) == sorted(RUN_FILES)
+
+
+def test_all_exit_statuses_are_listed() -> None:
+    rows = re.findall(r"^\| (\d) \| `(\w+)` \|", PAGE, re.M)
+    assert rows == [(str(int(s)), s.name.lower()) for s in ExitStatus]
+
+
+def test_all_variables_that_a_client_finds_are_listed() -> None:
+    source = Path(client_access.__file__).read_text(encoding="utf-8")
+    assert sorted(column("variable")) == sorted(set(re.findall(r'"(FARSTEER_\w+)"', source)))
+
+
+def test_all_members_of_a_robot_in_a_test_are_listed() -> None:
+    named = {member.partition("(")[0] for member in column("member")}
+    methods = {name for name in vars(RobotProcess) if not name.startswith("_")}
+    assert named == methods | {"url", "host", "port", "token"}
+
+
+def shipped_table() -> str:
+    """Return the table of the scenarios of the project: what the page has to say of them."""
+    lines = [
+        "| scenario | world | driven by | what happens, and what must not |",
+        "|---|---|---|---|",
+    ]
+    for name, file in shipped_files().items():
+        it = read_scenario(file)
+        driven = it.operator.kind if it.second is None else f"{it.operator.kind}, {it.second.kind}"
+        lines.append(f"| `{name}` | {it.world.scene} | {driven} | {it.description} |")
+    return "\n".join(lines)
+
+
+def test_table_of_the_scenarios_of_the_project_is_made_of_their_files() -> None:
+    """The message has the right table."""
+    table = shipped_table()
+    assert table in PAGE, f"docs/scenarios.md needs this table:\n{table}"
