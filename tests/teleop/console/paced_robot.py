@@ -168,8 +168,8 @@ async def paced_robot(
         proxy.whole.set()
         proxy.port = listener.sockets[0].getsockname()[1]
         paced = PacedRobot(simulation, service, proxy)
-        service.observers = (paced.observe,)
-        pacing = asyncio.create_task(_pace(server.url, stepper))
+        service.stepped.observers = (paced.observe,)
+        pacing = asyncio.create_task(pace(server.url, stepper))
         try:
             yield paced
         finally:
@@ -180,7 +180,7 @@ async def paced_robot(
             proxy.restore()
 
 
-async def _pace(url: str, token: str) -> None:
+async def pace(url: str, token: str = "") -> None:
     """Step the robot a tick each 20 ms; time that was lost is lost."""
     headers = {"Authorization": f"Bearer {token}"} if token else {}
     async with connect(

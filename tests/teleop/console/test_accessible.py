@@ -15,7 +15,7 @@ from tests.teleop.console.hands import press, says, seen
 from tests.teleop.console.paced_robot import paced_robot
 from tests.teleop.support import ROOT, in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow]
+pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
 AXE: Final = ROOT / "teleop/console/page/node_modules/axe-core/axe.min.js"
 SIZE: Final = {"width": 1280, "height": 720}
@@ -109,8 +109,10 @@ async def test_every_control_is_reached_by_tab_and_shows_the_focus(
         paced_robot(office, office_cloud, cache) as robot,
         page_of(robot.page, viewport=SIZE) as visit,
     ):
+        # A robot without a pose offers a button for each place it may be at, whenever it finds one.
+        robot.place()
         page = visit.page
-        await says(page, "Ready")
+        await says(page, "Knows where it is")
         await page.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
         for _ in range(200):
             await page.keyboard.press("Tab")

@@ -15,7 +15,7 @@ from tests.teleop.console.hands import GAMEPAD, says
 from tests.teleop.console.paced_robot import paced_robot
 from tests.teleop.support import in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow]
+pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
 BUSY = "too busy to drive"
 """What the page says instead where the machine gave it no time for half a second; the robot stops all the same."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -35,7 +36,7 @@ async def test_page_opens_and_connects_to_its_robot_only(page_of: Pages, served:
         served() as robot,
         page_of(page_address(robot)) as visit,
     ):
-        await soon(visit.page.wait_for_function("document.body.innerText.trim().length > 0"))
+        await soon(visit.page.get_by_text(re.compile(r"\S")).first.wait_for())
         await visit.page.wait_for_timeout(1000)
         assert visit.hosts == {urlsplit(robot.url).netloc}
         assert visit.violations == []
@@ -64,7 +65,7 @@ async def test_token_in_the_fragment_is_in_no_request(
     async with served(config) as robot:
         address = f"{page_address(robot)}#token={access.token}"
         async with page_of(address, ignore_https_errors=True) as visit:
-            await soon(visit.page.wait_for_function("document.body.innerText.trim().length > 0"))
+            await soon(visit.page.get_by_text(re.compile(r"\S")).first.wait_for())
             await visit.page.wait_for_timeout(1000)
             assert visit.hosts == {f"127.0.0.1:{robot.port}"}
             sent = [path.partition("#")[0] for path in visit.paths]

@@ -18,7 +18,7 @@ from tests.teleop.console.hands import hold_until, key, press, says
 from tests.teleop.console.paced_robot import PacedRobot, paced_robot
 from tests.teleop.support import in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow]
+pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
 ROLES = {"anna": "operate", "bert": "operate", "vera": "view", "clock": "admin"}
 SIZE = {"width": 1120, "height": 600}

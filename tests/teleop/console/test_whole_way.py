@@ -27,7 +27,7 @@ from tests.teleop.console.hands import (
 from tests.teleop.console.paced_robot import PacedRobot, paced_robot
 from tests.teleop.support import PATIENCE, in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow]
+pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
 TOKEN = "a-token-that-nobody-guesses"
 TOKENS = f'[tokens.hand]\nrole = "operate"\ntoken = "{TOKEN}"\n[tokens.clock]\nrole = "admin"\ntoken = "{TOKEN}-2"\n'

@@ -18,6 +18,7 @@ import { KeyboardSource } from "./keyboard_source";
 import { SleepWatch, watchPage, type Loss } from "./losses";
 import { inOurWords } from "./robot_reasons";
 import { setIfChanged } from "./set_if_changed";
+import type { StepMotion } from "./step_motion";
 import { StickSource } from "./stick_source";
 import { TurnTaking } from "./turn_taking";
 
@@ -56,6 +57,9 @@ export class Driving {
   /** Close what is open in front of the page; returns whether there was something, so that Escape does not stop. */
   onEscape: () => boolean = () => false;
 
+  /** Steps that the robot drives by itself; they end with everything else. */
+  steps: StepMotion | undefined;
+
   private readonly sent = signal<Sending | undefined>(undefined);
   private readonly stopped = signal<Stopped | undefined>(undefined);
   private readonly confirmed = signal(false);
@@ -86,7 +90,7 @@ export class Driving {
       stop: () => { this.stop(); },
       gear: (gear) => { this.gear.value = gear; },
       escape: () => { this.escape(); },
-      driving: () => this.loop.driving,
+      driving: () => this.loop.driving || this.steps?.moves === true,
     });
     this.stick = new StickSource({ changed: check, lost: () => { this.lose("touch"); } });
     this.pads = new GamepadSource(environment.navigator, new MappingStore(() => window.localStorage), {
@@ -120,6 +124,7 @@ export class Driving {
   /** Stop by a zero at once; whatever is held counts as released. */
   stop(): void {
     this.stopped.value = undefined;
+    this.steps?.stop();
     this.releaseAll();
   }
 

@@ -8,6 +8,8 @@ const FIXED: ReadonlyMap<string, string> = new Map([
   ["no driver yet", texts.neverDriven],
   ["neutral", texts.neutral],
   ["driving", texts.driving],
+  ["driving a step", texts.step],
+  ["at rest after a step", texts.afterStep],
   ["driving slowly, for commands arrive late", texts.slowly],
   ["send a neutral stick first", texts.neutralFirst],
   ["send a zero velocity first", texts.zeroFirst],

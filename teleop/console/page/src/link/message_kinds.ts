@@ -12,7 +12,7 @@ import {
   type Estimate, type Inertial, type Odometry, readEstimate, readInertial, readOdometry, readPoses, readTransforms,
   type Transform,
 } from "./message_checks/pose_messages";
-import { readControl, readDescription, readMapInfo, readStatus, readVerdict } from "./message_checks/robot_messages";
+import { readControl, readDescription, readMapInfo, readStatus, readVerdict, readVideoSources } from "./message_checks/robot_messages";
 import { readCompressedImage, readLaserScan, readOccupancyGrid } from "./message_checks/sensor_messages";
 import type { RobotPicture } from "./robot_picture";
 
@@ -34,6 +34,7 @@ export interface MessageKinds {
   readonly control: Kind<ControlState>;
   readonly mapInfo: Kind<MapInfo>;
   readonly description: Kind<string>;
+  readonly videoSources: Kind<ReadonlyMap<string, string>>;
 }
 
 /** What the kinds need besides the state. */
@@ -146,6 +147,12 @@ export function messageKinds({ state, picture, pictures, mapInfo, control, compl
       },
     },
     mapInfo: { read: readMapInfo, use: mapInfo },
+    videoSources: {
+      read: readVideoSources,
+      use: (sources) => {
+        state.videoSources.value = sources;
+      },
+    },
     description: {
       read: readDescription,
       use: (description) => {

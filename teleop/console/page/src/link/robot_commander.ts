@@ -1,11 +1,15 @@
 /** What the page asks of the robot, as messages and calls. Nothing is kept for later: what cannot leave now is not sent. */
 
 import { type Ros, Topic } from "roslib";
+import type { CameraCommands, PhotoAnswer, StepCommands, StepGoal, StepListener } from "../robot/robot_actions";
 import type { RobotCommands } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
 import type { Answer, HintPreview, PlanarPose } from "../values";
+import { linkTexts } from "../texts/link";
+import { ActionGoals } from "./action_goals";
 import { canonicalType, readPreview } from "./message_checks/answers";
 import { check } from "./message_checks/field";
+import { readPhoto, readStepEnd, readStepProgress } from "./message_checks/step_messages";
 import type { ServiceCalls } from "./service_calls";
 
 /** What the commands need of the connection. */
@@ -28,9 +32,13 @@ const HINT = "geometry_msgs/PoseWithCovarianceStamped";
 const DEADMAN_BUTTON = 4;
 const TURBO_BUTTON = 5;
 
-export class RobotCommander implements RobotCommands {
+/** The robot waits up to 10 s for a picture, and as long for its disk [s]. */
+const PHOTO_PATIENCE = 25;
+
+export class RobotCommander implements RobotCommands, StepCommands, CameraCommands {
   readonly #parts: CommandParts;
   readonly #topics = new Map<string, Topic>();
+  readonly #goals = new ActionGoals();
   #ros: Ros | undefined;
 
   constructor(parts: CommandParts) {
@@ -39,11 +47,13 @@ export class RobotCommander implements RobotCommands {
 
   attach(ros: Ros): void {
     this.#topics.clear();
+    this.#goals.attach(ros);
     this.#ros = ros;
   }
 
   detach(): void {
     this.#topics.clear();
+    this.#goals.detach();
     this.#ros = undefined;
   }
 
@@ -112,6 +122,39 @@ export class RobotCommander implements RobotCommands {
 
   findRobot(): Promise<Answer> {
     return this.#parts.calls.trigger("/localization/relocalize");
+  }
+
+  step(goal: StepGoal, listener: StepListener): (() => void) | undefined {
+    if (!this.#parts.flows()) {
+      return undefined;
+    }
+    return this.#goals.send("/move", "farsteer_msgs/action/Move", goal, {
+      feedback: (values) => {
+        const progress = check(readStepProgress, values);
+        if (progress.ok) {
+          listener.progress(progress.value);
+        }
+      },
+      ended: (how) => {
+        const end = how.ok ? check(readStepEnd, how.values) : undefined;
+        const words = how.ok ? (end?.ok === false ? linkTexts.answers.unreadable(end.complaint) : "") : how.words;
+        listener.ended(end?.ok === true ? end.value : { outcome: "", message: words, distance: 0, angle: 0, duration: 0 });
+      },
+    });
+  }
+
+  async takePhoto(): Promise<PhotoAnswer> {
+    const reply = await this.#parts.calls.call("/camera/photo", "farsteer_msgs/TakePhoto", {}, PHOTO_PATIENCE);
+    const answer = reply.ok ? check(readPhoto, reply.values) : undefined;
+    if (answer?.ok === true) {
+      return answer.value;
+    }
+    const message = reply.ok ? linkTexts.answers.unreadable(answer?.complaint ?? "") : reply.words;
+    return { success: false, message, name: "" };
+  }
+
+  videoTicket(): Promise<Answer> {
+    return this.#parts.calls.trigger("/video/ticket");
   }
 
   authenticate(token: string): void {

@@ -2,8 +2,9 @@
 
 import { batch, signal, type ReadonlySignal } from "@preact/signals";
 import type { Ros } from "roslib";
+import type { CameraCommands, StepCommands } from "../robot/robot_actions";
 import type { RobotCommands } from "../robot/robot_commands";
-import { forgetRun, type LinkStatistics, type RobotState } from "../robot/robot_state";
+import { betterReading, forgetRun, type LinkStatistics, type RobotState } from "../robot/robot_state";
 import { linkTexts } from "../texts/link";
 import type { MapInfo, Severity } from "../values";
 import { CameraPictures } from "./camera_pictures";
@@ -34,7 +35,7 @@ const AWAKE = ["online", "pageshow", "focus"] as const;
 
 export class RobotLink {
   /** What the page can ask of the robot. */
-  readonly commands: RobotCommands;
+  readonly commands: RobotCommands & StepCommands & CameraCommands;
   readonly #statistics = signal<LinkStatistics>(new LinkRecorder(0).snapshot([], 0, 0));
   readonly #state: RobotState;
   readonly #events: (severity: Severity, words: string) => void;
@@ -97,6 +98,7 @@ export class RobotLink {
       },
       stamped: (topic, stamp) => {
         this.#begin(this.#runs.stamp(topic, stamp));
+        state.time.value = betterReading(state.time.peek(), { stamp, receivedAt: parts.now() });
       },
     });
     this.#kinds = messageKinds({

@@ -47,6 +47,7 @@ export function robotStreams(intake: MessageIntake, kinds: MessageKinds, setting
     intake.stream({ topic: "/map_info", type: "farsteer_msgs/MapInfo", ...latched }, kinds.mapInfo),
     intake.stream({ topic: "/tf_static", type: "tf2_msgs/TFMessage", ...latched }, kinds.fixedTransforms),
     intake.stream({ topic: "/robot_description", type: "std_msgs/String", ...latched }, kinds.description),
+    intake.stream({ topic: "/cam_sources", type: "std_msgs/String", ...latched }, kinds.videoSources),
     intake.stream(
       { topic: "/localization/hint_verdict", type: "farsteer_msgs/HintVerdict", ...latched }, kinds.verdict,
     ),
@@ -72,5 +73,5 @@ export function robotStreams(intake: MessageIntake, kinds: MessageKinds, setting
   if (settings.scan) {
     streams.push(intake.stream({ topic: "/scan", type: "sensor_msgs/LaserScan", ...live("scan") }, kinds.scan));
   }
-  return streams.filter(({ topic }) => has(topic));
+  return streams.filter(({ topic }) => (topic === "/cam_sources" ? topics?.has(topic) === true : has(topic)));
 }

@@ -6,11 +6,14 @@ import { DrivingPanel, EstopButton, GearSwitch, MappingPage, StickPad, TurnTakin
 import { AlarmBar, MuteButton } from "../panels/alarms/alarm_bar";
 import { AttitudePanel } from "../panels/attitude/attitude_panel";
 import { HealthLamp, LocalizationPanel } from "../panels/attitude/localization_panel";
+import { CameraPanel } from "../panels/camera/camera_panel";
+import { CameraView } from "../panels/camera/camera_view";
 import { Dialog } from "../panels/dialog";
 import { EventList } from "../panels/events/event_list";
 import { HintPanel } from "../panels/hint/hint_panel";
 import { LayersPanel, ViewSwitch } from "../panels/layers/layers_panel";
 import { LegendPanel } from "../panels/layers/legend_panel";
+import { StepsPanel } from "../panels/steps/steps_panel";
 import type { Layer } from "../scene/settings";
 import { LinkLamp, LinkPanel } from "../panels/link/link_panel";
 import { AboutDialog } from "../panels/session/about_dialog";
@@ -37,12 +40,13 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
       <Bar parts={parts} layout={layout} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
       <main class="page-scene" aria-label={texts.picture}>
         <Canvas canvas={canvas} />
+        <Camera parts={parts} />
+        <Guarded name={texts.cameraPicture}><CameraView feed={parts.camera} state={parts.state} link={parts.statistics} /></Guarded>
         <div class="page-top">
           <Guarded name={texts.alarms}><AlarmBar alarms={parts.alarms} /></Guarded>
           <Notices parts={parts} />
           {layout === "phone" && <DrivingCard parts={parts} />}
         </div>
-        <Camera parts={parts} />
         <div class="page-bottom">
           <div class="page-stick">{mayDrive && <StickPad driving={parts.driving} />}</div>
           <div class="page-middle">
@@ -113,10 +117,14 @@ function Panels({ parts, layout }: LaidOut) {
     <div class="page-drawer">
       <aside class="page-panels page-left" aria-label={texts.driving}>
         {layout !== "phone" && <DrivingCard parts={parts} />}
+        {state.dialect.value === "farsteer" && state.session.value?.mayDrive !== false && (
+          <Fold title={texts.steps}><StepsPanel steps={parts.steps} driving={driving} state={state} /></Fold>
+        )}
         <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>
         <Guarded name={texts.place}><LocalizationPanel state={state} /></Guarded>
       </aside>
       <aside class="page-panels page-right" aria-label={texts.information}>
+        <Guarded name={texts.cameraPicture}><CameraPanel feed={parts.camera} photo={parts.photo} state={state} /></Guarded>
         <Guarded name={texts.attitude}><AttitudePanel state={state} /></Guarded>
         <Fold title={texts.folds.link}><LinkPanel link={parts.statistics} state={state} /></Fold>
         <Fold title={texts.folds.picture}>

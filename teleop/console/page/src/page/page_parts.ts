@@ -3,8 +3,11 @@
 import { effect, signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import { Alarms } from "../alarms/alarms";
 import { browserAlarmEnvironment } from "../alarms/browser_environment";
+import { CameraFeed } from "../camera/camera_feed";
+import { PhotoControl } from "../camera/photo_control";
 import { Driving } from "../driving/driving";
 import { HintTool } from "../hint/hint_tool";
+import { httpAddress } from "../link/diagnosis";
 import { RobotLink } from "../link/robot_link";
 import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
@@ -14,6 +17,7 @@ import { browserKeeper, remembered } from "../scene/remembered";
 import { Scene } from "../scene/scene";
 import { sceneSettings, type SceneSettings } from "../scene/settings";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";
+import { StepControl } from "../steps/step_control";
 import { alarmTexts } from "../texts/alarms";
 import { viewHintsFromAbove } from "./hint_view";
 import { watchStaleness } from "./stale_picture";
@@ -29,6 +33,9 @@ export interface PageParts {
   readonly settings: SceneSettings;
   readonly driving: Driving;
   readonly hint: HintTool;
+  readonly steps: StepControl;
+  readonly camera: CameraFeed;
+  readonly photo: PhotoControl;
   readonly alarms: Alarms;
   readonly events: EventLog;
   readonly lean: ReadonlySignal<boolean>;
@@ -55,6 +62,15 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const scene = new Scene(canvas, state, settings);
   const driving = new Driving(commands, state, { window, document, navigator, now: () => performance.now() });
   const hint = new HintTool(canvas, scene, commands, state);
+  const steps = new StepControl(commands);
+  steps.stopWhenHidden(document);
+  driving.steps = steps;
+  const robot = httpAddress(address);
+  const camera = new CameraFeed(state, {
+    fetch: (url, init) => fetch(url, init), now: () => performance.now(), document, keeper: browserKeeper(),
+    page: location.href, robot, token: () => takeToken(PLACES),
+  });
+  const photo = new PhotoControl(commands, robot);
   driving.onEscape = () => closeTopDialog() || hint.escape();
   canvas.addEventListener("click", ({ clientX, clientY }) => {
     const number = hint.placing ? undefined : scene.hypothesisAt(clientX, clientY);
@@ -74,7 +90,8 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   watchStaleness(state, scene.stale);
   link.start();
   return {
-    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, alarms, events, lean,
+    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, camera, photo, alarms,
+    events, lean,
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },
     logOut: () => { keepToken(PLACES, ""); location.reload(); },

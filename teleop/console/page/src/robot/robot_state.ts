@@ -18,6 +18,12 @@ export interface Connection {
 /** What answers at the address: a Farsteer robot, another rosbridge, or not known yet. */
 export type Dialect = "unknown" | "farsteer" | "plain";
 
+/** A reading of the robot's clock [s] by the page's own [ms]. */
+export interface RobotTime {
+  readonly stamp: number;
+  readonly receivedAt: number;
+}
+
 export interface RobotState {
   readonly connection: Signal<Connection>;
   readonly dialect: Signal<Dialect>;
@@ -46,6 +52,10 @@ export interface RobotState {
   readonly description: Signal<string | undefined>;
   /** The camera's newest picture, of a plain rosbridge that has one. */
   readonly image: Signal<CameraImage | undefined>;
+  /** Addresses of a Farsteer robot's streams of pictures by name; undefined if it has no camera. */
+  readonly videoSources: Signal<ReadonlyMap<string, string> | undefined>;
+  /** The best reading of the robot's clock: a stamp [s], and when it came [ms]. */
+  readonly time: Signal<RobotTime | undefined>;
 }
 
 /** Return a state in which nothing is known. */
@@ -73,6 +83,8 @@ export function unknownState(): RobotState {
     truth: signal(undefined),
     description: signal(undefined),
     image: signal(undefined),
+    videoSources: signal(undefined),
+    time: signal(undefined),
   };
 }
 
@@ -83,6 +95,28 @@ export function forgetRun(state: RobotState): void {
   for (const part of Object.values(rest) as Signal<unknown>[]) {
     part.value = undefined;
   }
+}
+
+/** A reading of the clock holds for so long [ms]: a robot that falls behind its pace is followed. */
+const READING_HOLDS = 2000;
+
+/**
+ * Return the better of a clock's reading and a new one: that of the quickest message of the last seconds.
+ *
+ * A message that a busy machine held up says a time that has long passed when it comes.
+ */
+export function betterReading(known: RobotTime | undefined, fresh: RobotTime): RobotTime {
+  if (known === undefined || fresh.receivedAt - known.receivedAt > READING_HOLDS) {
+    return fresh;
+  }
+  const gained = 1000 * (fresh.stamp - known.stamp) - (fresh.receivedAt - known.receivedAt);
+  return gained >= 0 ? fresh : known;
+}
+
+/** Return the robot's time now [s]: the best that is known, and what has passed here since; undefined if none is. */
+export function robotTimeNow(state: RobotState, now: number): number | undefined {
+  const time = state.time.peek();
+  return time === undefined ? undefined : time.stamp + (now - time.receivedAt) / 1000;
 }
 
 /** Age and rate of one topic's messages. */

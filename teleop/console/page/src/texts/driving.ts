@@ -97,6 +97,8 @@ export const drivingTexts = {
     neutral: "the stick is at rest",
     driving: "it drives",
     slowly: "it drives slowly, because commands arrive late",
+    step: "drives a step",
+    afterStep: "at rest after a step",
     neutralFirst: "let go of the stick first",
     zeroFirst: "a zero velocity has to come first",
     serverGone: "its server was started again, and everybody was disconnected",

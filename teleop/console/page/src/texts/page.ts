@@ -21,6 +21,8 @@ export const pageTexts = {
   map: (share: number): string => `Loading the map: ${Math.round(100 * share)} %`,
   path: "path driven",
   truth: "true place, known in simulation",
+  cameraPicture: "Camera",
+  steps: "Steps",
   camera: (topic: string): string => `Camera: ${topic}`,
   insecure: "This page was not loaded by https or from localhost, so the browser withholds gamepads, the clipboard and the check of the map's hash. Start the robot with `farsteer serve --lan` and open the https address that it prints.",
   dismiss: "Understood",

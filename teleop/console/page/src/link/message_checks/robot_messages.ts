@@ -9,6 +9,8 @@ const HEALTH: readonly Health[] = [
 ];
 const SENTENCE = 1000;
 /** A model of primitive shapes has a few kB; one with meshes inside is not for this page. */
+const LONGEST_SOURCES = 64 * 1024;
+const MOST_SOURCES = 50;
 const LONGEST_DESCRIPTION = 1_000_000;
 
 /** `farsteer_msgs/MapInfo`. */
@@ -78,4 +80,24 @@ export function readControl(message: Field): ControlState {
 /** `std_msgs/String` with the robot's model as URDF. */
 export function readDescription(message: Field): string {
   return message.at("data").text(LONGEST_DESCRIPTION, false);
+}
+
+/** `std_msgs/String` with a JSON object: addresses of streams by name. */
+export function readVideoSources(message: Field): ReadonlyMap<string, string> {
+  const data = message.at("data");
+  let sources: unknown;
+  try {
+    sources = JSON.parse(data.text(LONGEST_SOURCES, false));
+  } catch (error) {
+    if (error instanceof SyntaxError) {
+      return data.fail("is not JSON");
+    }
+    throw error;
+  }
+  if (typeof sources !== "object" || sources === null || Array.isArray(sources)) {
+    return data.fail("is not an object of names and addresses");
+  }
+  const entries: [string, unknown][] = Object.entries(sources);
+  return new Map(entries.slice(0, MOST_SOURCES).map(([name, address]) =>
+    typeof address === "string" ? [name.slice(0, SENTENCE), address] : data.fail(`has an address that is not a text: ${name.slice(0, 80)}`)));
 }

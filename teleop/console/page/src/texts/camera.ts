@@ -1,0 +1,21 @@
+/** Words of the camera's panel. */
+
+export const cameraTexts = {
+  title: "Camera",
+  stream: "Stream",
+  off: "off",
+  picture: (name: string): string => `Camera: ${name}`,
+  waiting: "Waiting for a picture",
+  age: (words: string, lowerBound: boolean): string => `${lowerBound ? "at least " : ""}${words} old`,
+  enlarge: "Enlarge",
+  shrink: "Shrink",
+  elsewhere: "is not shown here: browsers let a page read its own robot's pictures only. It is at",
+  refused: (why: string): string => `No picture: ${why === "" ? "the robot refuses" : why}`,
+  ended: "No picture: the robot has ended the stream. It is asked again.",
+  failed: (why: string): string => `No picture: ${why}. It is asked again.`,
+  photo: "Take a photograph",
+  taking: "The robot takes a photograph.",
+  stored: "Stored:",
+  noPhoto: (why: string): string => `No photograph: ${why}`,
+  noTicket: (why: string): string => `It cannot be opened: ${why}`,
+} as const;
