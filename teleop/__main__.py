@@ -5,6 +5,7 @@ At its top it imports nothing that takes time, so that Ctrl-C and closed streams
 
 from __future__ import annotations
 
+import gc
 import os
 
 # One thread per process keeps sums in one order, and so the bits; numpy reads this when imported.
@@ -16,23 +17,25 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 
 import sys
 
+from teleop.interruption import Interruption
+
 
 def main(arguments: list[str] | None = None) -> int:
     """Parse the command line, run the command and return the exit status."""
+    interruption = Interruption()
     try:
+        if arguments is None:
+            interruption.handle()
         _open_streams()
         words = sys.argv[1:] if arguments is None else arguments
         return _version() if words == ["--version"] else _run(words)
     except KeyboardInterrupt:
-        sys.stderr.write("\nfarsteer: interrupted\n")
-        if arguments is None:
-            # Python kills itself by the signal, at exit, if it interrupted the text of a dataclass or a named tuple.
-            _flush()
-            os._exit(130)
-        return 130
+        return _interrupted(leave=arguments is None)
     except BrokenPipeError:
         return 0
     except Exception as error:
+        if interruption.raised or _is_interruption(error):
+            return _interrupted(leave=arguments is None)
         message = _user_error(error)
         if message is None:
             raise
@@ -40,6 +43,26 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     finally:
         _flush()
+        if arguments is None:
+            # The process ends: Python would look through all that was imported, for a third of a second, to free it.
+            gc.freeze()
+
+
+def _interrupted(leave: bool) -> int:
+    """Say that the user ended the command; leave the process at once if it is the command's own."""
+    sys.stderr.write("\nfarsteer: interrupted\n")
+    if leave:
+        # Python kills itself by the signal, at exit, if it interrupted the text of a dataclass or a named tuple.
+        _flush()
+        os._exit(130)
+    return 130
+
+
+def _is_interruption(error: BaseException | None) -> bool:
+    """Return whether Ctrl-C caused an error: modules of pybind11 turn it into an ``ImportError``."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def _version() -> int:

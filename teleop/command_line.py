@@ -10,10 +10,16 @@ import tyro
 from localization.cli.calibrate import Calibrate
 from localization.cli.localize import Localize
 from localization.cli.terminal import fitted
+from teleop.bridges.commands import KafkaBridge, KafkaRest
 from teleop.console.commands import Console
 from teleop.operator.commands import Operate
 from teleop.robot.commands import Serve, Validate
 from teleop.scenario.commands import Evaluate, Sim
+from teleop.scenario.fuzzing.commands import Fuzz
+from teleop.scenario.precision.command import Precision
+from teleop.scenario.scenario_command import Scenarios
+from teleop.scenario.sweeps.command import Sweep
+from teleop.scenario.whatif.command import WhatIf
 from teleop.world_building.map_command import Map
 from teleop.world_building.world_command import Worlds
 
@@ -27,7 +33,14 @@ COMMANDS: Final = {
     "serve": Serve,
     "console": Console,
     "operate": Operate,
+    "kafka-bridge": KafkaBridge,
+    "kafka-rest": KafkaRest,
     "validate": Validate,
+    "scenario": Scenarios,
+    "sweep": Sweep,
+    "whatif": WhatIf,
+    "fuzz": Fuzz,
+    "precision": Precision,
 }
 """The commands by name."""
 
@@ -41,7 +54,14 @@ Command: TypeAlias = (
     | Annotated[Serve, tyro.conf.subcommand("serve")]
     | Annotated[Console, tyro.conf.subcommand("console")]
     | Annotated[Operate, tyro.conf.subcommand("operate")]
+    | Annotated[KafkaBridge, tyro.conf.subcommand("kafka-bridge")]
+    | Annotated[KafkaRest, tyro.conf.subcommand("kafka-rest")]
     | Annotated[Validate, tyro.conf.subcommand("validate")]
+    | Annotated[Scenarios, tyro.conf.subcommand("scenario")]
+    | Annotated[Sweep, tyro.conf.subcommand("sweep")]
+    | Annotated[WhatIf, tyro.conf.subcommand("whatif")]
+    | Annotated[Fuzz, tyro.conf.subcommand("fuzz")]
+    | Annotated[Precision, tyro.conf.subcommand("precision")]
 )
 
 
@@ -85,6 +105,16 @@ examples:
   farsteer console ws://host:9090    the page for another rosbridge server
   farsteer operate ws://127.0.0.1:9090
                                      watch it in rerun, drive it by keyboard
+  farsteer kafka-bridge --brokers localhost:9092
+                                     drive a robot by step commands of a topic
+  farsteer scenario run office-visit --client "npm run e2e"
+                                     judge a client of your own; see report.html
+  farsteer sweep office-visit --over link.delay=0:0.4:0.1 --stale on
+                                     the same over delays and seeds
+  farsteer whatif runs/x --at 41.2 --delay 0.5
+                                     what if the link had been slower then?
+  farsteer precision --surface carpet
+                                     how exact steps of the robot are
 
 other options:
   --version                          print the version
@@ -92,7 +122,7 @@ other options:
 
 exit status:
   0 all limits met (localize: a pose was found), 1 not so, 2 bad input,
-  130 interrupted"""
+  3 the client under test failed, 130 interrupted"""
 
 
 def help_text() -> str:

@@ -117,17 +117,17 @@ class CommandAge:
 
         Without stamps that can be trusted it is the newest round trip.
         """
-        last, self._stamp = self._stamp, stamp
         if stamp <= 0:
-            self._offsets.clear()
+            # The stamps of its other commands stay what they are.
             return trips.delay
+        last, self._stamp = self._stamp, stamp
         offset = arrival - stamp
         if self._offsets and self._jumped(last, stamp, offset):
             self._offsets.clear()
             self._round_trips.clear()
         if trips.last is None:
             return trips.delay
-        least = self._round_trips.add(arrival, trips.last)
+        least = self._round_trips.add(arrival, trips.delay)
         return least + offset - self._offsets.add(arrival, offset)
 
     def _jumped(self, last: int, stamp: int, offset: int) -> bool:

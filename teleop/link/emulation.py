@@ -7,8 +7,10 @@ clock, so it works in simulated and in real time.
 from __future__ import annotations
 
 import random
+from abc import abstractmethod
+from collections.abc import Collection
 from dataclasses import dataclass, field, fields
-from typing import Final
+from typing import Final, Protocol as Interface
 
 from teleop.errors import SettingError
 from teleop.rosbridge.protocol.connection import Connection
@@ -63,6 +65,22 @@ class Direction:
                 return time
             time += period - time % period
 
+    def carried(self, start: int, size: int) -> int:
+        """Return when a message of a size [bytes] is on the link whose first byte is at ``start`` [ns]."""
+        return start + round(size / self.rate * SECOND) if self.rate else start
+
+    def delay_at(self, time: int) -> float:
+        """Return the time that a message takes that enters at ``time`` [s]."""
+        return self.delay + self.growth * time / SECOND
+
+    def jitter_at(self, time: int) -> float:
+        """Return the largest additional delay of a message that enters at ``time`` [s]."""
+        return self.jitter
+
+    def through(self, time: int) -> int:
+        """Return when a message comes out whose way ends at ``time`` [ns]; nothing stops it on its way."""
+        return time
+
 
 @dataclass(frozen=True, slots=True)
 class LinkConfig:
@@ -106,55 +124,76 @@ class LinkConfig:
         return cls(Direction(**values["up"]), Direction(**values["down"]), seed)
 
 
+class Course(Interface):
+    """How one direction of a link treats messages in the course of time; all times are in [ns]."""
+
+    def open_at(self, time: int) -> int:
+        """Return the first time at or after ``time`` at which it takes messages."""
+
+    def carried(self, start: int, size: int) -> int:
+        """Return when a message of a size [bytes] is on the link whose first byte is at ``start``."""
+
+    def delay_at(self, time: int) -> float:
+        """Return the time that a message takes that enters at ``time`` [s]."""
+
+    def jitter_at(self, time: int) -> float:
+        """Return the largest additional delay of a message that enters at ``time`` [s]."""
+
+    def through(self, time: int) -> int:
+        """Return when a message comes out whose way ends at ``time``."""
+
+
 class _Line:
     """One direction of one client's link: when what enters it comes out."""
 
-    def __init__(self, config: Direction, seed: str, begin: int) -> None:
-        self._config, self._random, self._begin = config, random.Random(seed), begin
+    def __init__(self, course: Course, seed: str, begin: int) -> None:
+        """Begin without messages; the course counts its time from ``begin`` [ns]."""
+        self._course, self._random, self._begin = course, random.Random(seed), begin
         self._free = begin
         self._last = begin
 
     def free(self, now: int) -> int:
         """Return the time from which on another message can enter [ns]; ``now`` if it can at once."""
-        return self._begin + self._config.open_at(max(now, self._free) - self._begin)
+        return self._begin + self._course.open_at(max(now, self._free) - self._begin)
 
     def out(self, size: int, now: int) -> int:
         """Return the time at which a message of a size [bytes] comes out that enters now [ns]."""
-        config = self._config
-        start = self.free(now)
-        if config.rate:
-            self._free = start = start + round(size / config.rate * SECOND)
-        delay = config.delay + config.growth * (now - self._begin) / SECOND
-        delay += config.jitter * self._random.random()
-        self._last = max(self._last, start + round(delay * SECOND))
+        course = self._course
+        entry = self.free(now) - self._begin
+        end = course.carried(entry, size)
+        delay = course.delay_at(entry) + course.jitter_at(entry) * self._random.random()
+        self._free = self._begin + end
+        self._last = max(self._last, self._begin + course.through(end + round(delay * SECOND)))
         return self._last
 
 
-class LinkEmulation(FrameDelay, Observer):
-    """The emulated links of all clients."""
+class EmulatedLinks(FrameDelay, Observer):
+    """Emulated links of all clients; a subclass says what the courses of each are."""
 
-    def __init__(self, config: LinkConfig, *, clock_service: str = "") -> None:
+    def __init__(self, *, seed: int, clock_services: Collection[str] = ()) -> None:
         """Create links without clients.
 
         Args:
-            config: Their settings.
-            clock_service: Service that advances simulated time: its calls and responses are of no link, since
+            seed: Seed of the jitter.
+            clock_services: Services that advance simulated time: their calls and responses are of no link, since
                 no time passes on it before they arrive.
         """
-        self._config = config
-        self._clock_text, self._clock_bytes = f'"{clock_service}"', f'"{clock_service}"'.encode()
-        self._stepped = bool(clock_service)
+        self._seed = seed
+        self._clock_texts = tuple(f'"{service}"' for service in clock_services)
+        self._clock_bytes = tuple(text.encode() for text in self._clock_texts)
         self._lines: dict[int, tuple[_Line, _Line]] = {}
 
+    @abstractmethod
+    def _courses(self, client: int, now: int) -> tuple[Course, Course, int]:
+        """Return the courses to the robot and from it, and the time from which they count [ns]."""
+
     def bypasses(self, payload: str | bytes) -> bool:
-        """Return whether a frame is of the service that advances time."""
-        if not self._stepped or len(payload) > _LARGEST_STEP:
+        """Return whether a frame is of a service that advances time."""
+        if not self._clock_texts or len(payload) > _LARGEST_STEP:
             return False
-        return (
-            self._clock_text in payload
-            if isinstance(payload, str)
-            else self._clock_bytes in payload
-        )
+        if isinstance(payload, str):
+            return any(text in payload for text in self._clock_texts)
+        return any(text in payload for text in self._clock_bytes)
 
     def arrival(self, client: int, size: int, now: int) -> int:
         """Return the time [ns] at which a frame that a client sends now reaches the robot."""
@@ -174,9 +213,26 @@ class LinkEmulation(FrameDelay, Observer):
 
     def _of(self, client: int, now: int) -> tuple[_Line, _Line]:
         if client not in self._lines:
-            config = self._config
+            up, down, begin = self._courses(client, now)
             self._lines[client] = (
-                _Line(config.up, f"{config.seed} {client} up", now),
-                _Line(config.down, f"{config.seed} {client} down", now),
+                _Line(up, f"{self._seed} {client} up", begin),
+                _Line(down, f"{self._seed} {client} down", begin),
             )
         return self._lines[client]
+
+
+class LinkEmulation(EmulatedLinks):
+    """The emulated links of all clients, the same for each from its connection on."""
+
+    def __init__(self, config: LinkConfig, *, clock_service: str = "") -> None:
+        """Create links without clients.
+
+        Args:
+            config: Their settings.
+            clock_service: Service that advances simulated time, which is of no link.
+        """
+        super().__init__(seed=config.seed, clock_services=(clock_service,) if clock_service else ())
+        self._config = config
+
+    def _courses(self, client: int, now: int) -> tuple[Course, Course, int]:
+        return self._config.up, self._config.down, now

@@ -19,7 +19,7 @@ from teleop.operator.display.threaded_display import LiveThreadedDisplay
 from teleop.operator.map_download import MapLibrary
 from teleop.operator.named_places import pose_of, read_places
 from teleop.operator.operate_config import OperateConfig
-from teleop.operator.operator_client import TOPICS, WATCHED, OperatorClient
+from teleop.operator.operator_client import CAMERA, TOPICS, WATCHED, OperatorClient
 from teleop.operator.operator_session import OperatorSession
 from teleop.operator.robot_state.link_words import plain_reason
 from teleop.operator.terminal.event_list import EventList
@@ -75,7 +75,7 @@ async def run_operator(config: OperateConfig, *, say: Callable[[str], None]) -> 
         client,
         None,
         display,
-        topics={**TOPICS, **WATCHED},
+        topics={**TOPICS, **WATCHED, **(CAMERA if config.camera else {})},
         on_message=lambda topic, message: session.receive(topic, message),
     )
     session = OperatorSession(
@@ -128,7 +128,8 @@ def _display(config: OperateConfig) -> LiveThreadedDisplay | None:
 
     def make(run: int) -> Display:
         file = None if config.record is None else recording_of(config.record, run)
-        return Display(None, sink=Sink(file=file, spawn=config.viewer), live=True)
+        sink = Sink(file=file, spawn=config.viewer)
+        return Display(None, sink=sink, live=True, camera=config.camera)
 
     return LiveThreadedDisplay(RestartingDisplay(make))
 

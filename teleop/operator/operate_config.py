@@ -25,6 +25,8 @@ class OperateConfig:
     """Record the display to this file (.rrd)."""
     viewer: bool = True
     """Open rerun's viewer; needs a screen."""
+    camera: bool = False
+    """Show the robot's camera, if it has one, ten times a second; depth twice."""
     hint: tuple[float, float, float] | None = None
     """Send the robot a pose hint: x, y [m], heading [degrees]."""
     find: bool = False

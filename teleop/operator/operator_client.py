@@ -42,6 +42,13 @@ WATCHED: Final[Mapping[str, str]] = {
 }
 """Topics that a person at a station watches as well."""
 
+CAMERA: Final[Mapping[str, str]] = {
+    "/camera/rgb/camera_info": "sensor_msgs/msg/CameraInfo",
+    "/camera/rgb/image_rect_color/compressed": "sensor_msgs/msg/CompressedImage",
+    "/camera/depth/image_raw/compressed": "sensor_msgs/msg/CompressedImage",
+}
+"""Topics of a camera, for who wants to see its pictures."""
+
 _THROTTLE: Final[Mapping[str, int]] = {
     "/clock": 100,
     "/odom": 100,
@@ -49,8 +56,11 @@ _THROTTLE: Final[Mapping[str, int]] = {
     "/scan": 100,
     "/scan_vertical": 100,
     "/imu/data": 100,
+    "/camera/rgb/camera_info": 2000,
+    "/camera/rgb/image_rect_color/compressed": 100,
+    "/camera/depth/image_raw/compressed": 500,
 }
-"""Least periods of topics that come faster than an eye follows [ms]."""
+"""Least periods of topics that come faster than an eye follows, or are large [ms]."""
 
 JOY: Final = "/joy"
 INITIALPOSE: Final = "/initialpose"

@@ -18,6 +18,7 @@ from teleop.rosbridge.auth.permissions import (
 from teleop.rosbridge.auth.tls import tls_context as tls_context
 from teleop.rosbridge.auth.token_file import TokenFile as TokenFile, TokenWatch as TokenWatch
 from teleop.rosbridge.client.client import Client as Client
+from teleop.rosbridge.client.goals import GoalResult as GoalResult
 from teleop.rosbridge.client.reconnecting_connection import ConnectionState as ConnectionState
 from teleop.rosbridge.compat.client_traffic import publish_client_traffic as publish_client_traffic
 from teleop.rosbridge.compat.rosapi import serve_rosapi as serve_rosapi
@@ -25,6 +26,9 @@ from teleop.rosbridge.compat.standard_services import serve_standard as serve_st
 from teleop.rosbridge.errors import (
     ClientError as ClientError,
     FrameError as FrameError,
+    GoalError as GoalError,
+    GoalLostError as GoalLostError,
+    GoalRejectedError as GoalRejectedError,
     MessageError as MessageError,
     OperationError as OperationError,
     RosbridgeError as RosbridgeError,

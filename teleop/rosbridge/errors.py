@@ -7,6 +7,7 @@ RosbridgeError
 ├── OperationError      readable operation that is rejected
 ├── ServiceError        failure reported by a service handler
 ├── ServiceCallError    service call without a valid response
+├── GoalError           goal without a result: GoalRejectedError, GoalLostError
 ├── ServerError         server that cannot start
 └── ClientError         connection that cannot be opened or used
 """
@@ -40,6 +41,18 @@ class ServiceError(RosbridgeError):
 
 class ServiceCallError(RosbridgeError):
     """The service call was rejected, timed out, or lost its connection."""
+
+
+class GoalError(RosbridgeError):
+    """A goal of an action has no result."""
+
+
+class GoalRejectedError(GoalError):
+    """The goal was never executed, or the action failed without a result."""
+
+
+class GoalLostError(GoalError):
+    """The connection was lost after the goal had been sent; how far it got is unknown."""
 
 
 class ServerError(RosbridgeError):

@@ -28,6 +28,7 @@ from localization.maps.cloud import Cloud
 from localization.types import SECOND, Pose
 from teleop.operator.display import message_decoding as decode
 from teleop.operator.display.banner_picture import Banner, draw_banner
+from teleop.operator.display.camera_drawing import CameraDrawing
 from teleop.operator.display.display_layout import LANE_COLOURS, LEGEND_TEXT, SERIES, blueprint
 from teleop.operator.display.message_decoding import Message
 from teleop.operator.robot_state.source_ages import STALE
@@ -53,7 +54,13 @@ class Display:
     """Draws the robot's topics; see ``topics``."""
 
     def __init__(
-        self, cloud: Cloud | None, *, sink: Sink, strict: bool = False, live: bool = False
+        self,
+        cloud: Cloud | None,
+        *,
+        sink: Sink,
+        strict: bool = False,
+        live: bool = False,
+        camera: bool = False,
     ) -> None:
         """Open the sink and draw the map, if there is one yet.
 
@@ -62,6 +69,7 @@ class Display:
             sink: Where the display goes.
             strict: Whether to raise errors that are otherwise counted.
             live: Whether a person watches: the banner is shown, and a robot without a pose with its scans.
+            camera: Whether to draw the camera of a robot that has one.
         """
         self.failures: Counter[str] = Counter()
         """Number of messages that could not be drawn, by topic."""
@@ -105,6 +113,15 @@ class Display:
         }
         if live:
             self._handlers |= {"/scan": self._scan, "/scan_vertical": self._scan}
+        self._camera: CameraDrawing | None = None
+        self._pictured = False
+        if camera:
+            self._camera = CameraDrawing(self._canvas, self._show_camera)
+            self._handlers |= {
+                "/camera/rgb/camera_info": self._camera.info,
+                "/camera/rgb/image_rect_color/compressed": self._camera.picture,
+                "/camera/depth/image_raw/compressed": self._camera.depth,
+            }
 
     @property
     def topics(self) -> tuple[str, ...]:
@@ -175,6 +192,16 @@ class Display:
                     rr.EncodedImage(contents=draw_banner(pulse.banner), media_type="image/png"),
                 )
             self._instruments.state("link", pulse.link)
+            if self._camera is not None:
+                self._camera.age(self._now + pulse.silence)
+
+    def _show_camera(self) -> None:
+        """Make room for the pictures of a camera that is there."""
+        self._pictured = True
+        self._layout()
+
+    def _layout(self) -> None:
+        self._canvas.layout(blueprint(*self._bounds, banner=self._live, camera=self._pictured))
 
     def _fade(self, stale: frozenset[str]) -> None:
         """Draw what became stale in grey; what is fresh again is drawn when it comes."""
@@ -221,6 +248,8 @@ class Display:
     def _clock(self, message: Message, _: int) -> None:
         self._now = stamp_from_message(message["clock"])
         self._at(self._now)
+        if self._camera is not None:
+            self._camera.age(self._now)
         if 0 <= self._hint_until <= self._now:
             self._hint_until = -1
             self._scene.clear_hint()
@@ -232,7 +261,7 @@ class Display:
             low, high = (np.array([message[end][axis] for axis in "xyz"]) for end in ("min", "max"))
             if not np.array_equal((low, high), self._bounds):
                 self._bounds = low, high
-                self._canvas.layout(blueprint(low, high, banner=True))
+                self._layout()
             if self._cloud is None or self._cloud.sha256 != self._map_sha256:
                 self._instruments.state("map", "awaited")
                 self._scene.clear_map()

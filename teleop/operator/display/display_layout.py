@@ -12,6 +12,7 @@ from localization.display.entity_paths import BANNER, LANES, LEGEND, TIMELINE
 from localization.display.rerun_views import close_view, events_view, plot_view, world_view
 from localization.geometry import FloatArray
 from teleop.operator.display.banner_picture import HEIGHT, WIDTH
+from teleop.operator.display.camera_drawing import camera_views
 
 LANE_COLOURS: Final = {
     "health": {**palette.HEALTH, "stale": palette.STALE},
@@ -48,16 +49,21 @@ left.
 
 **Grey** robot, points and states are old: the banner says how old. **White and yellow points around the robot** are its
 scans as they come, horizontal and vertical, while they have no place in the map.
+
+**Pictures** of a camera say how old they are. Depth: blue near, red at 10 m.
 """
 
 
-def blueprint(low: FloatArray, high: FloatArray, *, banner: bool = False) -> rrb.Blueprint:
+def blueprint(
+    low: FloatArray, high: FloatArray, *, banner: bool = False, camera: bool = False
+) -> rrb.Blueprint:
     """Lay out the display for a map with the given bounds (3,) [m].
 
     Args:
         low: Lowest corner of the map.
         high: Highest corner of the map.
         banner: Whether the banner is shown, above all else.
+        camera: Whether pictures of a camera are shown.
     """
     world, close = world_view(low, high), close_view()
     lanes = rrb.StateTimelineView(origin=LANES, name="States")
@@ -69,10 +75,16 @@ def blueprint(low: FloatArray, high: FloatArray, *, banner: bool = False) -> rrb
         plot_view("NIS", "nis"),
         plot_view("Speed [m/s]", "speed"),
     )
+    columns: list[rrb.Container | rrb.View] = [
+        world,
+        rrb.Vertical(close, lanes, row_shares=[2, 1.15]),
+    ]
+    widths = [2.2, 1.0]
+    if camera:
+        columns.append(camera_views())
+        widths = [1.7, 0.9, 1.0]
     rows: list[rrb.Container | rrb.View] = [
-        rrb.Horizontal(
-            world, rrb.Vertical(close, lanes, row_shares=[2, 1.15]), column_shares=[2.2, 1]
-        ),
+        rrb.Horizontal(*columns, column_shares=widths),
         rrb.Horizontal(rrb.Tabs(log, legend, active_tab=0), plots, column_shares=[1.0, 2.0]),
     ]
     shares = [3.0, 1.0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass
@@ -72,6 +73,20 @@ class Origins:
         with suppress(ValueError):
             return name in LOOPBACK or ip_address(name).is_loopback
         return name in LOOPBACK or any(_host(origin) == name for origin in self.named)
+
+    def names_this_machine(self, host: str) -> bool:
+        """Return whether a ``Host`` header certainly names this machine, wherever it listens.
+
+        An address does, since no page can have its name point to it; of names only this machine's own, the one
+        that is listened on, and those listed. Programs may leave the header out.
+        """
+        name = _host(f"//{host}") or ""
+        with suppress(ValueError):
+            ip_address(name)
+            return self.allow_host(host)
+        own = (*LOOPBACK, self.host, socket.gethostname().lower())
+        named = any(_host(origin) == name for origin in self.named)
+        return not host or named or (name in own and self.allow_host(host))
 
 
 def _host(url: str) -> str | None:

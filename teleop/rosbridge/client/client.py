@@ -1,4 +1,4 @@
-"""Reconnecting rosbridge client: publish, subscribe, call and provide services."""
+"""Reconnecting rosbridge client: publish, subscribe, call and provide services, send goals."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from typing import Final, Literal, Self
 from websockets.asyncio.client import ClientConnection
 
 from teleop.rosbridge.client.connector import Connector
+from teleop.rosbridge.client.goals import Feedback, GoalResult, SentGoals
 from teleop.rosbridge.client.pending_calls import PendingCalls
 from teleop.rosbridge.client.reconnecting_connection import ConnectionState, ReconnectingConnection
 from teleop.rosbridge.client.service_providers import Provider, ServiceProviders
 from teleop.rosbridge.client.subscriptions import Subscriptions
-from teleop.rosbridge.errors import ClientError, FrameError, ServiceCallError
+from teleop.rosbridge.errors import ClientError, FrameError, GoalLostError, ServiceCallError
 from teleop.rosbridge.framing.json_frames import operations
 from teleop.rosbridge.messages.cbor import read_cbor
 from teleop.rosbridge.messages.json_cbor_codec import Codec, write_json
@@ -82,6 +83,7 @@ class Client:
         self._advertised: dict[str, Message] = {}
         self._subscriptions = Subscriptions(self._registry, self._report)
         self._calls = PendingCalls()
+        self._goals = SentGoals()
         self._providers = ServiceProviders()
         self._responses: set[asyncio.Task[bool]] = set()
         self._status: list[Callable[[str, str], None]] = []
@@ -90,7 +92,7 @@ class Client:
             reconnect=reconnect,
             resume=self._resume,
             receive=self._receive,
-            lost=self._calls.fail_all,
+            lost=self._on_lost,
         )
 
     # Life cycle
@@ -259,6 +261,46 @@ class Client:
             raise ServiceCallError(f"{service}: {values}")
         return values
 
+    async def run_goal(
+        self, action: str, type: str, args: Message, *, feedback: Feedback | None = None
+    ) -> GoalResult:
+        """Send a goal to an action and return its result; cancelling this coroutine cancels the goal.
+
+        Args:
+            action: Name of the action.
+            type: Type of the action.
+            args: The goal's fields.
+            feedback: Takes each feedback.
+
+        Raises:
+            ClientError: If there is no connection; nothing was sent.
+            GoalRejectedError: If the goal was not executed, or failed without a result.
+            GoalLostError: If the connection is lost before the result is in; the server cancels the goal.
+        """
+        identity = f"send_action_goal:{action}:{next(self._ids)}"
+        operation = {
+            "op": "send_action_goal",
+            "id": identity,
+            "action": action,
+            "action_type": type,
+            "args": args,
+            "feedback": feedback is not None,
+        }
+        if not self.connected:
+            raise ClientError(f"{action}: not connected to {self.url}")
+        future = self._goals.add(identity, action, feedback)
+        try:
+            if not await self._send(operation):  # it may have left before the connection broke
+                raise GoalLostError(f"{action}: connection lost ({self.closed_reason})")
+            return await future
+        except asyncio.CancelledError:
+            await self._send({"op": "cancel_action_goal", "id": identity, "action": action})
+            raise
+        finally:
+            self._goals.remove(identity)
+            if future.done() and not future.cancelled():
+                future.exception()  # its failure may have been noticed above, by another error
+
     async def provide(self, service: str, type: str, provider: Provider) -> None:
         """Provide a service to other clients; this survives reconnecting.
 
@@ -303,6 +345,10 @@ class Client:
         ):
             await socket.send(write_json(operation))
 
+    def _on_lost(self, reason: str) -> None:
+        self._calls.fail_all(reason)
+        self._goals.fail_all(reason)
+
     async def _send(self, operation: Message | str) -> bool:
         text = operation if isinstance(operation, str) else write_json(operation)
         return await self._connection.send(text)
@@ -329,6 +375,10 @@ class Client:
                     )
                     self._responses.add(task)
                     task.add_done_callback(self._responses.discard)
+                case {"op": "action_feedback", "id": str(identity), "values": values}:
+                    self._goals.report(identity, values)
+                case {"op": "action_result", "id": str(identity)}:
+                    self._goals.complete(identity, operation)
                 case {"op": "status", "msg": text}:
                     self._report(str(operation.get("level", "error")), str(text))
                 case _:

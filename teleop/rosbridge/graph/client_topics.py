@@ -168,6 +168,5 @@ class ClientTopics:
             self._topics.update_expiry(topic)
 
     def _reject_owned(self, name: str) -> None:
-        topic = self._topics.find(name)
-        if topic is not None and topic.owned:
+        if self._topics.is_of_host(name):
             raise OperationError(f"topic {name} is published by the server only")

@@ -46,6 +46,7 @@ class Topics:
         self._send = send
         self._topics: dict[str, Topic] = {}
         self._idle: dict[str, Topic] = {}
+        self._reserved: set[str] = set()
 
     @property
     def all(self) -> list[Topic]:
@@ -75,6 +76,15 @@ class Topics:
         topic.owned = True
         topic.latch = latch
         self.update_expiry(topic)
+
+    def reserve(self, name: str) -> None:
+        """Keep clients from publishing on a topic that the host does not publish either."""
+        self._reserved.add(canonical(check_name(name, "topic")))
+
+    def is_of_host(self, name: str) -> bool:
+        """Return whether only the host may publish on a topic."""
+        topic = self.find(name)
+        return canonical(name) in self._reserved or (topic is not None and topic.owned)
 
     def unadvertise(self, name: str) -> None:
         """Release a topic of the host's."""

@@ -53,6 +53,9 @@ class Connection:
     closing: bool = False
     """Whether it is being disconnected; its frames are ignored."""
 
+    closed_for: str = ""
+    """Why the server has disconnected it; empty if the client has left by itself."""
+
     fragmented: int = 0
     """Number of messages sent in fragments, which numbers their ids."""
 

@@ -187,6 +187,7 @@ class Connections:
         connection = self._all.get(client)
         if connection is not None and not connection.closing:
             connection.closing = True
+            connection.closed_for = reason
             self.send(client, CloseFrame(code, reason))
 
     # Limits

@@ -15,12 +15,15 @@ from teleop.rosbridge.auth.permissions import UNGUARDED
 from teleop.rosbridge.framing.outbox import BULK_BYTES
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.ros_time import SECOND
+from teleop.rosbridge.server.handled_request import answer, foreign_page
 from teleop.rosbridge.server.http_connection import (
+    NOT_UNDERSTOOD,
     HttpConnection,
     page_response,
     wants_websocket,
 )
-from teleop.rosbridge.server.http_pages import HttpPages, Page
+from teleop.rosbridge.server.http_handlers import HttpHandlers, Route, Stream
+from teleop.rosbridge.server.http_pages import HttpPages, Page, of_method
 
 _MAX_DOWNLOADS: Final = 32
 """Simultaneous downloads of large files."""
@@ -31,7 +34,7 @@ _MAX_DOWNLOADS_OF_ADDRESS: Final = 4
 _STANDSTILL: Final = 2.0
 """Time without a piece after which a download stands still [s]."""
 
-_SINGLE: Final = ("Host", "Origin", "If-None-Match", "Accept-Encoding")
+_SINGLE: Final = ("Host", "Origin", "Sec-Fetch-Site", "If-None-Match", "Accept-Encoding")
 """Headers that a request may have only once, since proxies disagree on which one counts."""
 
 _PREFLIGHT: Final = Page(
@@ -49,11 +52,22 @@ _PREFLIGHT: Final = Page(
 class Handshake:
     """Processes each request before there is a WebSocket."""
 
-    def __init__(self, protocol: Protocol, origins: Origins, pages: HttpPages) -> None:
+    def __init__(
+        self,
+        protocol: Protocol,
+        origins: Origins,
+        pages: HttpPages,
+        handlers: HttpHandlers,
+        *,
+        websockets: bool = True,
+    ) -> None:
         self._protocol = protocol
         self._origins = origins
         self._pages = pages
+        self._handlers = handlers
+        self._websockets = websockets
         self._downloads: set[HttpConnection] = set()
+        self._streams: set[HttpConnection] = set()
 
     async def process(self, socket: ServerConnection, request: Request) -> Response | None:
         """Return the response to a request that is not upgraded to a WebSocket, otherwise None.
@@ -74,12 +88,23 @@ class Handshake:
             return socket.respond(HTTPStatus.FORBIDDEN, f"host {host[:80]} is not this machine\n")
         if origin is not None and not self._origins.allow(origin, host):
             return socket.respond(HTTPStatus.FORBIDDEN, f"origin {origin} is not allowed\n")
+        route = None if wants_websocket(request) else self._handlers.find(request.path)
+        if socket.body.content and (route is None or not route.takes_body):
+            return socket.respond(HTTPStatus.BAD_REQUEST, NOT_UNDERSTOOD)
+        if route is not None and route.own_pages_only:
+            if why := foreign_page(request, self._origins):
+                return socket.respond(HTTPStatus.FORBIDDEN, f"{why}\n")
+            origin = None  # so no header lets another origin read the answer
         if origin is not None and _is_preflight(request):
             return page_response(_PREFLIGHT, {"Access-Control-Allow-Origin": origin})
-        if refusal := self._authenticate(socket, request):
+        if refusal := self._authenticate(socket, request, route):
             return refusal
+        if route is not None:
+            return await self._handled(socket, request, route, origin)
         if not wants_websocket(request):
             return await self._page(socket, request, origin)
+        if not self._websockets:
+            return socket.respond(HTTPStatus.NOT_FOUND, "no WebSocket is served on this port\n")
         access = UNGUARDED if self._protocol.authenticator is None else socket.access
         if why := self._protocol.places.refusal(access, socket.host):
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, f"{why}\n")
@@ -95,12 +120,19 @@ class Handshake:
         for socket in self._downloads:
             socket.transport.abort()
 
+    def abort_streams(self) -> None:
+        """Disconnect the clients that wait for a handler, or take its stream."""
+        for socket in self._streams:
+            socket.transport.abort()
+
     def _known(self, socket: HttpConnection, request: Request) -> bool:
         """Return whether a request has a token of its address, which no flood may keep out."""
         token = None if self._protocol.authenticator is None else _token(request)
         return token is not None and self._protocol.token_guesses.known(socket.host, token)
 
-    def _authenticate(self, socket: HttpConnection, request: Request) -> Response | None:
+    def _authenticate(
+        self, socket: HttpConnection, request: Request, route: Route | None
+    ) -> Response | None:
         """Verify the token of a request; without one, the ``auth`` operation may follow."""
         authenticator = self._protocol.authenticator
         if authenticator is None:
@@ -120,7 +152,8 @@ class Handshake:
                 guesses.wrong(socket.host, self._now)
             else:
                 guesses.accepted(socket.host, token, self._now)
-        no_token_needed = wants_websocket(request) or self._pages.is_public(request.path)
+        public = self._pages.is_public(request.path) if route is None else route.public
+        no_token_needed = wants_websocket(request) or public
         may_follow = token is None and no_token_needed
         if socket.access is not None or may_follow:
             return None
@@ -135,9 +168,35 @@ class Handshake:
         """Return the response to a request for a page; a large one has been sent already."""
         page = self._pages.respond(request.method, request.path, request.headers)
         if page is None:
-            if request.path.partition("?")[0] == "/":
+            if request.path.partition("?")[0] == "/" and self._websockets:
                 return None  # websockets responds that a WebSocket is expected
             return socket.respond(HTTPStatus.NOT_FOUND, "page not found\n")
+        return await self._send(socket, page, origin)
+
+    async def _handled(
+        self, socket: HttpConnection, request: Request, route: Route, origin: str | None
+    ) -> Response | None:
+        """Return the response of a handler; a stream has been sent already, until its end."""
+        socket.ignore_input()
+        self._streams.add(socket)
+        try:
+            answered = await answer(socket, request, route)
+            if isinstance(answered, Stream):
+                head = page_response(Page(HTTPStatus.OK, dict(answered.headers)), {})
+                try:
+                    if request.method != "HEAD":
+                        await socket.stream(head, answered.chunks)
+                finally:
+                    answered.ended()
+                return head
+        except ConnectionError:
+            return socket.respond(HTTPStatus.REQUEST_TIMEOUT, "the client has left\n")
+        finally:
+            self._streams.discard(socket)
+        return await self._send(socket, of_method(request.method, answered), origin)
+
+    async def _send(self, socket: HttpConnection, page: Page, origin: str | None) -> Response:
+        """Return the response of a page; a large one has been sent already."""
         varies = (page.headers.get("Vary"), "Origin")
         headers = {"Vary": ", ".join(name for name in varies if name)}
         if origin is not None:

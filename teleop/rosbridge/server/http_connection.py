@@ -6,15 +6,18 @@ import asyncio
 import contextlib
 import fcntl
 import logging
+import socket as sockets
 import sys
 import termios
 from collections import deque
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from email.utils import formatdate
-from typing import Final
+from http import HTTPStatus
+from typing import Any, Final, TypeVar
 
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
+from websockets.exceptions import InvalidMessage
 from websockets.frames import CLOSE, DATA_OPCODES, PONG, Frame
 from websockets.http11 import Request, Response
 from websockets.protocol import Event, State
@@ -25,9 +28,10 @@ from teleop.rosbridge.ros_time import SECOND
 from teleop.rosbridge.server.dated_loop import arrival_now
 from teleop.rosbridge.server.gate import FrameBudget, Gate
 from teleop.rosbridge.server.http_pages import Page
+from teleop.rosbridge.server.request_body import RequestBody
 
 HEADER_TIMEOUT: Final = 5.0
-"""Time for the header of a request [s]; slower clients are disconnected."""
+"""Time for the header of a request, and its body [s]; slower clients are disconnected."""
 
 DOWNLOAD_TIMEOUT: Final = 120.0
 """Time for the download of a file [s]: 10 MB at 1 Mbit/s take 80 s."""
@@ -41,8 +45,17 @@ _PIECE: Final = 65_536
 _WAITING_BYTES: Final = 1_000_000
 """Size of the unprocessed messages with which reading is paused [bytes]."""
 
+STREAM_STALL: Final = 10.0
+"""Time for a chunk of a stream [s]; a client that takes none for so long is disconnected."""
+
+_STREAM_UNSENT: Final = 32_768
+"""Bytes of a stream that the kernel keeps before they leave; what waits there becomes old."""
+
+NOT_UNDERSTOOD: Final = "not a valid HTTP/1.1 request without a body\n"
+
 _LOG: Final = logging.getLogger(__name__)
 
+_T = TypeVar("_T")
 
 _READ_BYTES: Final = 262_144
 """What asyncio reads at most at once [bytes]; a shorter read has emptied the kernel's buffer."""
@@ -51,8 +64,8 @@ _READ_BYTES: Final = 262_144
 class HttpConnection(ServerConnection):
     """A connection that is aborted if its request does not arrive in time.
 
-    The ``open_timeout`` of websockets covers the whole handshake. Here it is the time for a
-    download, which takes place during the handshake, and the request has a shorter deadline.
+    The ``open_timeout`` of websockets covers the whole handshake. Here downloads and streams take
+    place during the handshake; request and downloads have deadlines of their own, and streams go on.
     """
 
     gate: Gate
@@ -75,6 +88,9 @@ class HttpConnection(ServerConnection):
         self.host = peer[0] if peer else ""
         """Address of the client, without the port."""
 
+        self.body = RequestBody()
+        """Body of the request."""
+
         self._budget: FrameBudget | None = None
         self._recv_frame = self.protocol.recv_frame
         self.protocol.recv_frame = self._count_frame  # type: ignore[method-assign]
@@ -82,8 +98,11 @@ class HttpConnection(ServerConnection):
         self._arrived = self.loop.time()
         self._paused: float | None = None
         self._partial = self._waiting = 0
+        self._deaf = False
         self.recv_messages.pause = self._pause_reading
         self._deadline = self.loop.call_later(HEADER_TIMEOUT, self._abort_without_request)
+        self._send_eof = self.protocol.send_eof
+        self.protocol.send_eof = self._explain_before_eof  # type: ignore[method-assign]
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Stop the deadline of the request."""
@@ -95,13 +114,16 @@ class HttpConnection(ServerConnection):
 
     def data_received(self, data: bytes) -> None:
         """Note when the data arrived, then process it."""
+        if self._deaf:
+            return
         self._arrived = arrival_now()
         if self._paused is not None:
             # What waited in the kernel came at any time since reading was paused.
             self._arrived = min(self._arrived, self._paused)
             if len(data) < _READ_BYTES and not self.recv_messages.paused:
                 self._paused = None
-        super().data_received(data)
+        if passed := self.body.take(data):
+            super().data_received(passed)
 
     def process_event(self, event: Event) -> None:
         """Note the arrival of each message."""
@@ -179,21 +201,92 @@ class HttpConnection(ServerConnection):
         view = memoryview(body)
         self.transport.write(response.serialize())
         try:
-            for start in range(0, len(body), _PIECE):
-                self.transport.write(view[start : start + _PIECE])
-                self.progress = self.loop.time()
-                async with asyncio.timeout(DOWNLOAD_STALL):
-                    await self.drain()
-                if self.transport.is_closing():  # the client has left; asyncio logs further writes
-                    return
+            async with asyncio.timeout(DOWNLOAD_TIMEOUT):
+                for start in range(0, len(body), _PIECE):
+                    self.transport.write(view[start : start + _PIECE])
+                    self.progress = self.loop.time()
+                    async with asyncio.timeout(DOWNLOAD_STALL):
+                        await self.drain()
+                    if (
+                        self.transport.is_closing()
+                    ):  # the client has left; asyncio logs further writes
+                        return
+                await self._finish()
         except (TimeoutError, ConnectionError):
             self.transport.abort()
-            return
+
+    async def stream(self, head: Response, chunks: AsyncIterator[bytes]) -> None:
+        """Send a response whose body has no known end, until there are no chunks or the client leaves.
+
+        A chunk is requested when the one before has left for the network but for a few kilobytes. So whatever
+        makes them can leave out what a slow client would get too late, and nothing piles up here.
+        """
+        self.limit_unsent(_STREAM_UNSENT)
+        self.transport.set_write_buffer_limits(high=0)
+        self.transport.write(head.serialize())
+        with contextlib.suppress(TimeoutError, ConnectionError):
+            await self.while_connected(self._pump(chunks))
+            await self._finish()
+        self.transport.abort()
+
+    async def _pump(self, chunks: AsyncIterator[bytes]) -> None:
+        async for chunk in chunks:
+            self.transport.write(chunk)
+            async with asyncio.timeout(STREAM_STALL):
+                await self.drain()
+
+    async def _finish(self) -> None:
+        """Say that there is no more, and wait until the client has received everything."""
         if self.transport.can_write_eof():
             self.transport.write_eof()
         else:  # TLS
             self.transport.close()
-        await self.wait_closed()
+        async with asyncio.timeout(DOWNLOAD_STALL):
+            await self.wait_closed()
+
+    def ignore_input(self) -> None:
+        """Ignore what the client sends from now on, as its request is all that counts."""
+        self._deaf = True
+
+    async def while_connected(self, work: Awaitable[_T]) -> _T:
+        """Return the result of work that is cancelled if the client leaves.
+
+        Raises:
+            ConnectionResetError: If it left.
+        """
+        task: asyncio.Future[_T] = asyncio.ensure_future(work)
+        left: asyncio.Future[Any] = self.connection_lost_waiter
+        try:
+            await asyncio.wait({task, left}, return_when=asyncio.FIRST_COMPLETED)
+            if not task.done():
+                raise ConnectionResetError("the client has left")
+            return task.result()
+        finally:
+            if not task.done():
+                task.cancel()
+                with contextlib.suppress(asyncio.CancelledError, Exception):
+                    await task
+
+    def limit_unsent(self, size: int) -> None:
+        """Keep the kernel from buffering more bytes that it cannot send yet, where they become old.
+
+        A small send buffer would do the same, but slows down fast connections to a third.
+        """
+        if hasattr(sockets, "TCP_NOTSENT_LOWAT"):  # Linux and macOS
+            raw = self.transport.get_extra_info("socket")
+            raw.setsockopt(sockets.IPPROTO_TCP, sockets.TCP_NOTSENT_LOWAT, size)
+
+    def _explain_before_eof(self) -> None:
+        """End the sending; a request that was not understood is answered with a line before.
+
+        websockets closes the connection without a word, so a body of a request would be a riddle.
+        """
+        self.protocol.send_eof = self._send_eof  # type: ignore[method-assign]
+        if self.request is None and isinstance(self.protocol.handshake_exc, InvalidMessage):
+            response = self.respond(HTTPStatus.BAD_REQUEST, NOT_UNDERSTOOD)
+            self.protocol.send_response(response)
+        else:
+            self._send_eof()
 
     def _abort_without_request(self) -> None:
         if self.request is None:

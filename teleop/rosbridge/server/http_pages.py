@@ -136,11 +136,15 @@ def _file_page(file: _File, request: Mapping[str, str]) -> Page:
 def _for_method(method: str, page: Page) -> Page:
     if method not in ("GET", "HEAD"):
         return Page(HTTPStatus.METHOD_NOT_ALLOWED, {"Allow": "GET, HEAD", "Content-Length": "0"})
-    length = str(len(page.body))
-    headers = {**page.headers, "Content-Length": length}
+    return of_method(method, page)
+
+
+def of_method(method: str, page: Page) -> Page:
+    """Return a page with its length, and for ``HEAD`` without its body."""
+    headers = {**page.headers, "Content-Length": str(len(page.body))}
     if page.status is HTTPStatus.NOT_MODIFIED:
         headers = page.headers
-    return Page(page.status, headers, page.body if method == "GET" else b"")
+    return Page(page.status, headers, b"" if method == "HEAD" else page.body)
 
 
 def _json_page(content: object) -> Page:

@@ -16,11 +16,7 @@ from teleop.rosbridge.errors import ServerError
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.server.accept_errors import AcceptErrors
 from teleop.rosbridge.server.gate import Gate
-from teleop.rosbridge.server.http_connection import (
-    DOWNLOAD_TIMEOUT,
-    HEADER_TIMEOUT,
-    HttpConnection,
-)
+from teleop.rosbridge.server.http_connection import HEADER_TIMEOUT, HttpConnection
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.socket_writer import CLOSE_TIMEOUT
 
@@ -68,7 +64,7 @@ class Listener:
                 max_size=limits.frame,
                 ping_interval=keepalive.ping_interval,
                 ping_timeout=keepalive.ping_timeout,
-                open_timeout=DOWNLOAD_TIMEOUT,  # the request has a shorter deadline
+                open_timeout=None,  # streams have no end; all else has a deadline of its own
                 close_timeout=2,
                 create_connection=connection,
                 process_request=process_request,

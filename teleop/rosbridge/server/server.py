@@ -23,6 +23,7 @@ from teleop.rosbridge.ros_time import SECOND
 from teleop.rosbridge.server.async_handlers import AsyncHandlers
 from teleop.rosbridge.server.handshake import Handshake
 from teleop.rosbridge.server.http_connection import HttpConnection
+from teleop.rosbridge.server.http_handlers import HttpHandlers
 from teleop.rosbridge.server.http_pages import HttpPages
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.listener import Listener
@@ -75,6 +76,9 @@ class Server:
         self.pages = HttpPages(lambda: len(protocol.connections))
         """Files that are offered over HTTP on the same port."""
 
+        self.handlers = HttpHandlers()
+        """Answers to other HTTP requests on the same port."""
+
         self.async_handlers = AsyncHandlers()
         """Wraps service handlers that are coroutine functions."""
 
@@ -83,7 +87,13 @@ class Server:
         self._keepalive = keepalive or (Keepalive.off() if lockstep else Keepalive())
         self._listener = Listener(host, port, tls)
         self._writers: dict[int, SocketWriter] = {}
-        self._handshake = Handshake(protocol, Origins.of(host, origins), self.pages)
+        self.origins = Origins.of(host, origins)
+        """Web pages that may connect."""
+
+        self.tls = tls
+        """Certificate and key; None if nothing is encrypted."""
+
+        self._handshake = Handshake(protocol, self.origins, self.pages, self.handlers)
         self._timer: asyncio.TimerHandle | None = None
         self._worker: ThreadPoolExecutor | None = None
         """The thread that works on large frames, one at a time."""
@@ -112,6 +122,7 @@ class Server:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+        self._handshake.abort_streams()
         await self._listener.close(self._abort_clients)
         self.protocol.connections.detach()
         if self._worker is not None:
@@ -130,6 +141,11 @@ class Server:
     def port(self) -> int:
         """The port that is listened on, also if 0 was requested."""
         return self._listener.port
+
+    @property
+    def addresses(self) -> list[str]:
+        """Addresses of the listening sockets; none before the start."""
+        return self._listener.addresses
 
     @property
     def url(self) -> str:
@@ -239,8 +255,8 @@ class Server:
                 frame, arrived = await socket.receive()
                 await self._receive(client, frame, self._date(arrived, self.now))
                 await asyncio.sleep(0)  # lets other clients run while one floods
-        except ConnectionClosed:
-            pass
+        except ConnectionClosed as closed:
+            self._note_reason(client, writer.gave_up, closed)
         finally:
             del self._writers[client]
             self.protocol.disconnect(client, self.now)
@@ -248,6 +264,16 @@ class Server:
             writing.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await writing
+
+    def _note_reason(self, client: int, gave_up: str, closed: ConnectionClosed) -> None:
+        """Note why a connection was closed below its messages: by a timeout, or a limit of frames."""
+        connection = self.protocol.connections.get(client)
+        if connection is None or connection.closed_for:
+            return
+        if gave_up:
+            connection.closed_for = gave_up
+        elif closed.sent is not None and not closed.rcvd_then_sent:
+            connection.closed_for = closed.sent.reason
 
     async def _receive(self, client: int, frame: str | bytes, arrived: int) -> None:
         """Process a frame; the work on a large one is done by a thread, and only its sender waits."""

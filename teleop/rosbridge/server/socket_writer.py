@@ -26,6 +26,9 @@ _LOG: Final = logging.getLogger(__name__)
 _FRAGMENT: Final = 131_072
 """Size of the WebSocket fragments (RFC 6455, section 5.4) of a large frame [bytes]."""
 
+_UNSENT: Final = 131_072
+"""Bytes that the kernel keeps before they leave, see ``HttpConnection.limit_unsent``."""
+
 CLOSE_TIMEOUT: Final = 3.0
 """Time for the closing handshake [s]; then the connection is aborted."""
 
@@ -57,7 +60,10 @@ class SocketWriter:
         self._idle = asyncio.Event()
         self._idle.set()
         self._close: CloseFrame | None = None
-        _limit_unsent(socket)
+        self.gave_up = ""
+        """Why the connection was aborted without a word; empty if it was not."""
+
+        socket.limit_unsent(_UNSENT)
 
     @property
     def address(self) -> str:
@@ -116,7 +122,8 @@ class SocketWriter:
                     async with asyncio.timeout(timeout):
                         await self._send(frame)
                 except TimeoutError:
-                    _LOG.warning("%s does not read from its socket: disconnected", self.address)
+                    self.gave_up = "does not read from its socket"
+                    _LOG.warning("%s %s: disconnected", self.address, self.gave_up)
                     self.socket.transport.abort()
                     return
                 except ConnectionClosed:
@@ -151,16 +158,6 @@ class SocketWriter:
                 await self.socket.close(close.code, close.reason)
         except TimeoutError:
             self.socket.transport.abort()
-
-
-def _limit_unsent(connection: ServerConnection) -> None:
-    """Keep the kernel from buffering megabytes that it cannot send yet, where they become old.
-
-    A small send buffer would do the same, but slows down fast connections to a third.
-    """
-    if hasattr(socket, "TCP_NOTSENT_LOWAT"):  # Linux and macOS
-        raw = connection.transport.get_extra_info("socket")
-        raw.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, 131_072)
 
 
 def _cork(connection: ServerConnection, on: bool) -> None:

@@ -95,3 +95,22 @@ def test_pause_over_a_working_link_is_a_rest_but_not_over_a_stalled_one() -> Non
     assert not age.observe(18 * SECOND, 0, burst).rested
     waiting = RoundTrips(last=1000, worst=1000, sent_at=round(19.9 * SECOND), waiting=100)
     assert not age.observe(20 * SECOND, 0, waiting).rested
+
+
+def test_command_without_a_stamp_among_stamped_ones_hides_no_delay_of_theirs() -> None:
+    """A pad stamps its stick and not its velocities; the link becomes slow in between."""
+    age = CommandAge()
+    for number in range(5):
+        written = 10.0 + 0.1 * number
+        age.observe(round((written + 0.01) * SECOND), round(written * SECOND), FAST)
+    age.observe(round(10.5 * SECOND), 0, FAST)
+    late = age.observe(round(12.1 * SECOND), round(10.6 * SECOND), FAST)
+    assert late.age / SECOND == pytest.approx(1.5, abs=0.02)
+
+
+def test_clock_that_jumps_on_a_link_that_has_just_stalled_hides_no_delay() -> None:
+    age = CommandAge()
+    age.observe(10 * SECOND, 10 * SECOND, FAST)
+    stalled = RoundTrips(last=2_000_000, unanswered=round(1.4 * SECOND), worst=2_000_000, sent_at=0)
+    late = age.observe(round(12.1 * SECOND), 5 * SECOND, stalled)
+    assert late.age / SECOND == pytest.approx(1.4, abs=0.01)

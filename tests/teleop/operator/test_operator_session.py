@@ -60,9 +60,9 @@ def robots(office: World, office_cloud: Cloud, cache: Path) -> Robots:
 
 
 @pytest.fixture
-def home(tmp_path: Path) -> dict[str, str]:
-    """An environment whose cached maps are nobody's."""
-    return {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
+def home(cache: Path) -> dict[str, str]:
+    """An environment whose cached maps are those of the tests."""
+    return {**os.environ, "XDG_CACHE_HOME": str(cache.parent)}
 
 
 class Station:

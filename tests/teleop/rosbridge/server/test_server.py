@@ -307,6 +307,20 @@ async def test_clients_that_read_nothing_are_disconnected() -> None:
         while not log.disconnections:
             server.protocol.topics.publish("/cloud", {"data": CLOUD}, server.now)
             await asyncio.sleep(0.01)
+        assert log.disconnections[0].closed_for == "does not read from its socket"
+
+
+@in_a_loop
+async def test_disconnections_below_the_messages_have_a_reason_and_goodbyes_have_none() -> None:
+    async with serving(ClientLimits(control=10, burst=1)) as server:
+        log = ConnectionLog(server.protocol)
+        async with client(server) as a, client(server):
+            for _ in range(100):
+                await a.ping()
+            await until(lambda: len(log.disconnections) == 1)
+        await until(lambda: len(log.disconnections) == 2)
+        reasons = [connection.closed_for for connection in log.disconnections]
+        assert reasons == ["more than 10 pings and pongs/s", ""]
 
 
 @in_a_loop
