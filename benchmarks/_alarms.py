@@ -26,7 +26,7 @@ CHUNKS = 8
 SECONDS = 600.0
 """Length of a drive [s]: there and back on the tour, again and again."""
 _COUNTS = ("false alarms of being lost", "false doubts", "wrong for 2 s and not flagged")
-_GOALS = (1.0, 10.0, None)
+_GOALS = (0.1, 10.0, None)
 """Rates of them [1/h] that are wanted at most; a doubt slows an operator down, and stops nobody."""
 _DRIVEN = "driven"
 

@@ -25,12 +25,15 @@ def main(sheet: Path, picture: Path) -> None:
         across = [[alarms.value - low], [high - alarms.value]]
         share = noticed.value
         up = [[share - (noticed.low or share)], [(noticed.high or share) - share]]
-        axes.errorbar([alarms.value], [share], xerr=across, yerr=up, fmt="o", capsize=3)
-        axes.annotate(f"  after {sweeps} sweeps", (alarms.value, share), va="bottom")
+        label = f"after {sweeps} sweeps"
+        axes.errorbar(
+            [alarms.value], [share], xerr=across, yerr=up, fmt="o", capsize=3, label=label
+        )
     axes.set_xlabel("false alarms of being lost, per hour of driving (95 % bounds)")
     axes.set_ylabel("carried off, said to be lost within 2 s [%]")
     axes.set_ylim(-3.0, 103.0)
-    axes.set_xlim(left=0.0)
+    axes.set_xlim(left=-0.05)
+    axes.legend(title="said to be lost", loc="center right")
     axes.grid(alpha=0.3)
     figure.savefig(picture, dpi=110)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -14,7 +14,7 @@ from localization.evaluation.consistency import nees
 from localization.geometry import FloatArray, wrap_angle
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.pipeline.log_replay import replay
-from localization.types import SECOND, Estimate, Health, Pose, Reading, Scan
+from localization.types import SECOND, Estimate, Health, Odometry, Pose, Reading, Scan
 
 WRONG = 0.5
 """An estimate farther off than this is wrong [m]."""
@@ -115,11 +115,15 @@ def answered(
     """
     waiting: list[Scan] = []
     track: list[Odom] = []
+    moved = -1
 
     def noted() -> Iterator[Reading]:
+        nonlocal moved
         for reading in readings:
             if isinstance(reading, Scan):
                 waiting.append(reading)
+            elif isinstance(reading, Odometry):
+                moved = reading.stamp
             yield reading
 
     begun = time.process_time()
@@ -131,7 +135,9 @@ def answered(
         waiting = [scan for scan in waiting if scan.stamp > estimate.stamp]
         for scan in due:
             now = time.process_time()
-            yield _answer(scan.stamp, estimate, track, mount, now - begun)
+            # The odometry of its own line is of the scan's instant, whatever stamp that was given.
+            at = estimate.stamp if scan.stamp == moved else scan.stamp
+            yield replace(_answer(at, estimate, track, mount, now - begun), stamp=scan.stamp)
             begun = time.process_time()
 
 

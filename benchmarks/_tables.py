@@ -14,6 +14,7 @@ from benchmarks._ablation_table import ablation, unmeasured
 from benchmarks._alarms import by_the_hour, by_world
 from benchmarks._console_table import console
 from benchmarks._figures import OURS, Figure, Sheet, digits, say, share
+from benchmarks._people_table import people
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "accuracy.md"
@@ -134,6 +135,8 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "localization-alarms": alarms,
     "localization-missing": lambda sheet: missing(sheet, localization.PARTS),
     "localization-facts": facts,
+    "people-alarms": people,
+    "people-facts": facts,
     "real-scores": _real_table.scores,
     "real-kidnaps": _real_table.kidnaps,
     "real-hints": _real_table.hints,

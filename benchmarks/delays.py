@@ -23,6 +23,7 @@ from teleop.robot.safety.safety import Safety
 from teleop.robot.safety.speed_limits import SpeedLimits
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.serving.server_setup import build_server, round_trips_of
+from teleop.robot.stepped_robot import SteppedRobot
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import latched_messages
 from teleop.scene_clouds import load_scene_cloud
@@ -115,7 +116,7 @@ async def drive_over(words: tuple[str, ...], *, limited: bool) -> list[Moment]:
         round_trips=round_trips_of(server),
     )
     ticks: list[TickRecord] = []
-    LockstepService(robot, adapter, observers=(ticks.append,))
+    LockstepService(SteppedRobot(robot, adapter, observers=(ticks.append,)))
     moments: list[Moment] = []
     async with server, connect(server.url, compression=None) as client:
         for number in range(round(SECONDS / PERIOD)):

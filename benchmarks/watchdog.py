@@ -11,12 +11,11 @@ import asyncio
 import json
 import random
 import re
-import sys
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 
 import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
+
+from benchmarks._served_robot import served_robot
 
 TAKES_WORDS = True
 
@@ -35,7 +34,10 @@ def main(words: list[str] | None = None) -> None:
 
 async def _measure(trials: int) -> None:
     chance = random.Random(0)
-    async with robot() as url, connect(url, compression=None) as client:
+    async with (
+        served_robot("--scene", "corridor") as (url, _),
+        connect(url, compression=None) as client,
+    ):
         driver = Driver(client)
         listening = asyncio.create_task(driver.listen())
         for kind, axes in KINDS.items():
@@ -51,29 +53,6 @@ async def _measure(trials: int) -> None:
                 flush=True,
             )
         listening.cancel()
-
-
-@asynccontextmanager
-async def robot() -> AsyncIterator[str]:
-    """Serve a robot by the command, in processes of its own; yield its address."""
-    process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "teleop", "serve", "--port", "0", "--scene", "corridor"),
-        stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.DEVNULL,
-    )
-    try:
-        assert process.stdout is not None
-        found = None
-        while found is None:
-            line = (await process.stdout.readline()).decode()
-            if not line:
-                raise SystemExit("farsteer serve has ended")
-            found = re.search(r"ws://\S+", line)
-        await asyncio.sleep(2.0)
-        yield found[0]
-    finally:
-        process.terminate()
-        await process.communicate()
 
 
 class Driver:

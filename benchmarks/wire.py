@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks._served_robot import served_robot
 from localization.types import Twist, WheelSpeeds
 from robot_sim import P3AT, Simulation, load_world
 from teleop.interfaces import registry
@@ -57,19 +58,8 @@ def ramp() -> tuple[float, float]:
 
 async def stick_to_wheel() -> Starts:
     """Push the stick again and again, on a robot that ``farsteer serve`` serves."""
-    process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "teleop", "serve", "--port", "0"),
-        stdout=asyncio.subprocess.PIPE,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
-    )
-    assert process.stdout is not None
-    try:
-        url = (await process.stdout.readline()).decode().split()[-1]
-        async with Client(url, registry=registry()) as client:
-            return await _starts(client)
-    finally:
-        process.terminate()
-        await process.communicate()
+    async with served_robot() as (url, _), Client(url, registry=registry()) as client:
+        return await _starts(client)
 
 
 async def _starts(client: Client) -> Starts:
