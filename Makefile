@@ -9,7 +9,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 INSTALL := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/pip install -qq --editable
 
 .DEFAULT_GOAL := help
-.PHONY: help env sim serve operate map world quick test test-all-pythons check format docs release bench clean
+.PHONY: help env sim serve operate map world scenarios quick test test-all-pythons check format docs release bench clean
 
 # `make quick AREA=localization` runs the tests of one package, or of one folder of it.
 AREA ?=
@@ -26,7 +26,7 @@ PAGE_SOURCES := $(shell find $(PAGE) \( -name node_modules -o -name dist \) -pru
 export FARSTEER_SKIP_CONSOLE := 1
 
 help: ## List these targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' Makefile
 	@echo "All commands, also those without a target: .venv/bin/farsteer --help"
 
 env: .venv/.env .venv/.page ## Make .venv with what running needs, in pinned versions, and the console page
@@ -45,6 +45,10 @@ map: .venv/.map ## Build the office's map from a simulated drive (ARGS="...")
 
 world: .venv/.map ## Generate, import and list worlds (ARGS="generate --seed 7 --area 400")
 	@$(BIN)/farsteer world $(ARGS)
+
+# One thread for each of the processes, of which there is one for each core.
+scenarios: .venv/.env ## Run and judge all scenarios, on all cores; reports in runs/scenarios (ARGS="--seed 3")
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/farsteer scenario run scenarios --out runs/scenarios --overwrite $(ARGS)
 
 quick: .venv/.dev ## Run the tests to run after each change (AREA=localization for one package)
 	@$(PYTEST) -q -m "not slow and not process and not sweep" $(AREAS) $(ARGS)

@@ -28,8 +28,9 @@ def main() -> None:
         # axes[1] is forward, axes[0] turns; buttons[4] is the deadman switch.
         return {"axes": [0.0, forward], "buttons": [0, 0, 0, 0, 1]}
 
-    joy.publish(stick(0.0))  # the robot arms on a neutral stick
-    time.sleep(0.1)  # of two messages within one tick of 20 ms it takes the newer
+    for _ in range(5):
+        joy.publish(stick(0.0))  # the robot arms on a neutral stick
+        time.sleep(0.1)  # of two messages within one tick of 20 ms it takes the newer
     end = time.monotonic() + arguments.seconds
     while time.monotonic() < end:
         joy.publish(stick(1.0))  # the watchdog stops the robot after half a second of silence

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import time
+from collections import defaultdict
 from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +27,11 @@ settings.load_profile("steady")
 
 CPU_LIMIT = 2.0
 """Processor time of a test without the mark `slow`, `process` or `sweep` [s], times FARSTEER_TEST_CPU_FACTOR."""
+
+TRACED = 1.0
+"""Processor time after which no coverage is measured with further parameters of the same test [s]."""
+_taken: dict[str, float] = defaultdict(float)
+"""Processor time that tests have taken without what was set up for them [s], parameters together."""
 
 
 def _forbid_skip(report: pytest.TestReport | pytest.CollectReport) -> None:
@@ -61,11 +68,25 @@ def pytest_testnodedown(node: Any, error: object) -> None:
 
 
 @pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Look for no garbage while test modules are imported, nor later among what they have imported."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+@pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
-    """Measure no coverage in tests marked so and what is set up for them: tracing adds half to their time."""
-    untraced = item.get_closest_marker("untraced") and item.config.pluginmanager.hasplugin("_cov")
-    measured = Coverage.current() if untraced else None
-    if measured is None:
+    """Measure no coverage in tests marked so and what is set up for them: tracing adds half to their time.
+
+    Nor with the further parameters of a test that has taken long with the first ones: they run the same lines.
+    """
+    traced = not item.get_closest_marker("untraced") and _taken[_without_parameters(item)] < TRACED
+    measured = Coverage.current() if item.config.pluginmanager.hasplugin("_cov") else None
+    if measured is None or traced:
         return (yield)
     measured.stop()
     try:
@@ -74,12 +95,17 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
         measured.start()
 
 
+def _without_parameters(item: pytest.Item) -> str:
+    return item.nodeid.partition("[")[0]
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     """Fail a test that takes long and does not say so: `make quick` must stay quick."""
     start = time.process_time()
     result = yield
     taken = time.process_time() - start
+    _taken[_without_parameters(item)] += taken
     limit = CPU_LIMIT * float(os.environ.get("FARSTEER_TEST_CPU_FACTOR", "1"))
     marked = any(item.get_closest_marker(name) for name in ("slow", "process", "sweep"))
     if taken > limit and not marked:
@@ -109,5 +135,12 @@ def office_cloud() -> Cloud:
 
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder for derived files, so that no test depends on the user's."""
-    return tmp_path_factory.mktemp("cache")
+    """A folder for derived files, so that no test depends on the user's; all processes of a run share it.
+
+    It is the default one where XDG_CACHE_HOME is its parent. Preparing the five scenes' maps takes 24 s.
+    """
+    base = tmp_path_factory.getbasetemp()
+    run = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    folder = run / "cache" / "farsteer"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

@@ -78,6 +78,7 @@ def test_test_that_takes_long_without_a_mark_fails(
 
 TRACED = """
 import sys
+import time
 import pytest
 
 @pytest.fixture
@@ -93,6 +94,13 @@ def test_untraced(tracer):
 
 def test_traced_again(tracer):
     assert None not in (tracer, sys.gettrace())
+
+@pytest.mark.parametrize("number", range(3))
+def test_takes_long(tracer, number):
+    assert (sys.gettrace() is None) == (number == 2)
+    end = time.process_time() + 0.6
+    while time.process_time() < end:
+        pass
 """
 
 
@@ -101,7 +109,7 @@ def test_coverage_is_measured_in_all_tests_but_those_that_say_so(ruled: pytest.P
     ruled.makeini("[pytest]\nmarkers = untraced: marked\n")
     ruled.makepyfile(TRACED)
     run = ruled.runpytest_subprocess("--cov=.", "--cov-report=", "-p", "no:dash", "-p", "no:xdist")
-    run.assert_outcomes(passed=3)
+    run.assert_outcomes(passed=6)
 
 
 DYING = """

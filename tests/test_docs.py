@@ -39,6 +39,7 @@ from teleop.robot.safety.stale_commands import StaleLimits
 from teleop.robot.serving.greeting import snippet
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
+from tests.warm_python import WarmPython
 
 ROOT = Path(__file__).parents[1]
 PAGES = [
@@ -99,9 +100,10 @@ def rows(page: str, heading: str) -> list[list[str]]:
 
 
 @pytest.fixture(scope="module")
-def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def clone(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Path:
     """A folder like a clone after ``make sim ARGS="--out runs/first"``, but for a short drive."""
     folder = tmp_path_factory.mktemp("clone")
+    (folder / "cache").symlink_to(cache.parent)
     (folder / "scenes").symlink_to(ROOT / "scenes")
     words = ("sim", "--duration", "5", "--out", "runs/first")
     done = in_clone(folder, "-m", "teleop", *words)
@@ -109,12 +111,24 @@ def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def python(clone: Path) -> Iterator[WarmPython]:
+    """Runs programs; a warning is an error."""
+    with WarmPython(environment_of(clone)) as warm:
+        yield warm
+
+
+def environment_of(folder: Path) -> dict[str, str]:
+    """Our packages on Python's path, and the tests' cache of maps."""
+    return {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(folder / "cache")}
+
+
 def in_clone(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """Run this Python in a folder, with our packages on its path and a cache of its own."""
+    """Run this Python in a folder."""
     return subprocess.run(
         [sys.executable, *words],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(folder / "cache")},
+        env=environment_of(folder),
         capture_output=True,
         text=True,
         check=False,
@@ -131,23 +145,26 @@ LOCALIZE = block_with("README.md", "localize")
 DRIVE = block_with("README.md", "roslibpy")
 STEP = block_with("docs/teleoperation.md", "/sim/step")
 PICTURE = block_with("docs/quickstart.md", "ViewerClient")
+CAMERA = block_with("docs/teleoperation.md", "image_rect_color/compressed")
 TUTORIAL = "docs/tutorial.md"
 ALONE = [
-    b for b in blocks("python") if b not in (LOCALIZE, DRIVE, STEP, PICTURE) and b.page != TUTORIAL
+    b
+    for b in blocks("python")
+    if b not in (LOCALIZE, DRIVE, STEP, PICTURE, CAMERA) and b.page != TUTORIAL
 ]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("block", ALONE, ids=str)
-def test_python_in_the_documentation_runs(block: Block, clone: Path) -> None:
-    done = in_clone(clone, "-W", "error", "-c", block.text)
+def test_python_in_the_documentation_runs(block: Block, clone: Path, python: WarmPython) -> None:
+    done = python.run("-c", block.text, cwd=clone)
     assert done.returncode == 0, done.stderr
     assert not done.stderr
 
 
 @pytest.mark.slow
-def test_python_of_the_readme_finds_the_robot(clone: Path) -> None:
-    done = in_clone(clone, "-W", "error", "-c", LOCALIZE.text)
+def test_python_of_the_readme_finds_the_robot(clone: Path, python: WarmPython) -> None:
+    done = python.run("-c", LOCALIZE.text, cwd=clone)
     assert done.returncode == 0, done.stderr
     last = (clone / "runs/first/estimate.tum").read_text().splitlines()[-1].split()
     assert "hint accepted - explains" in done.stdout
@@ -155,7 +172,7 @@ def test_python_of_the_readme_finds_the_robot(clone: Path) -> None:
 
 
 @pytest.mark.slow
-def test_tutorial_leads_from_the_log_to_all_that_it_shows(clone: Path) -> None:
+def test_tutorial_leads_from_the_log_to_all_that_it_shows(clone: Path, python: WarmPython) -> None:
     (line,) = (
         line
         for b in blocks("sh")
@@ -175,7 +192,7 @@ def test_tutorial_leads_from_the_log_to_all_that_it_shows(clone: Path) -> None:
     assert documented <= set(written)
     assert {name for name in written if not re.fullmatch(r"observable_r?[xyz]", name)} <= documented
     for block in (b for b in blocks("python") if b.page == TUTORIAL):
-        done = in_clone(clone, "-W", "error", "-c", block.text)
+        done = python.run("-c", block.text, cwd=clone)
         assert done.returncode == 0, f"{block}: {done.stderr}"
         assert done.stdout
         assert not done.stderr
@@ -186,7 +203,7 @@ def served(folder: Path, *words: str) -> Iterator[str]:
     """Run ``farsteer serve`` on a free port; yield the port, and see that it ends well."""
     process = subprocess.Popen(
         [sys.executable, "-m", "teleop", "serve", "--port", "0", *words],
-        env={**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(folder / "cache")},
+        env=environment_of(folder),
         stdout=subprocess.PIPE,
         text=True,
     )
@@ -220,9 +237,20 @@ def test_program_in_the_readme_drives_the_robot(clone: Path) -> None:
 
 
 @pytest.mark.slow
-def test_program_in_the_documentation_steps_the_robot(clone: Path) -> None:
+def test_program_in_the_documentation_looks_through_the_camera(
+    clone: Path, python: WarmPython
+) -> None:
+    with served(clone, "--camera", "kinect") as port:
+        done = python.run("-c", CAMERA.text.replace("9090", port), cwd=clone)
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr
+    assert "(640, 480)" in done.stdout
+
+
+@pytest.mark.slow
+def test_program_in_the_documentation_steps_the_robot(clone: Path, python: WarmPython) -> None:
     with served(clone, "--lockstep") as port:
-        done = in_clone(clone, "-W", "error", "-c", STEP.text.replace("9090", port))
+        done = python.run("-c", STEP.text.replace("9090", port), cwd=clone)
     assert done.returncode == 0, done.stderr
     assert not done.stderr
     assert done.stdout == "2 s, 18 poses, the last at x 23.46 m\n"

@@ -21,7 +21,11 @@ from localization.logs.mcap_log import read_log
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("localization", "robot_sim", "teleop")
 PAGE = "teleop/console/page"
-DATA = {"assets": "teleop/assets", "scenes": "robot_sim/scenes"}
+DATA = {
+    "assets": "teleop/assets",
+    "scenarios": "teleop/scenarios",
+    "scenes": "robot_sim/scenes",
+}
 """Folders of the repository that a wheel has inside a package."""
 
 pytestmark = [pytest.mark.slow, pytest.mark.process, pytest.mark.timeout(600)]
