@@ -9,7 +9,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 INSTALL := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/pip install -qq --editable
 
 .DEFAULT_GOAL := help
-.PHONY: help env sim serve operate map world scenarios quick test test-all-pythons check format docs release bench clean
+.PHONY: help env sim serve operate map world scenarios quick test long test-all-pythons check format docs release bench clean
 
 # `make quick AREA=localization` runs the tests of one package, or of one folder of it.
 AREA ?=
@@ -53,9 +53,13 @@ scenarios: .venv/.env ## Run and judge all scenarios, on all cores; reports in r
 quick: .venv/.dev ## Run the tests to run after each change (AREA=localization for one package)
 	@$(PYTEST) -q -m "not slow and not process and not sweep" $(AREAS) $(ARGS)
 
-test: .venv/.dev ## Run all tests; branch coverage of at least 93 % (ARGS="--no-cov -k name" for some)
+test: .venv/.dev ## Run the tests but the long ones; branch coverage of at least 93 % (ARGS="--no-cov -k name" for some)
 	@tools/test-setup
-	@FARSTEER_TEST_CPU_FACTOR=3 $(PYTEST) --cov --cov-fail-under=93 $(ARGS)
+	@FARSTEER_TEST_CPU_FACTOR=3 $(PYTEST) -m "not long" --cov --cov-fail-under=93 $(ARGS)
+
+long: .venv/.dev ## Run the long tests, which `make test` leaves out and CI does not (ARGS="-k name" for some)
+	@tools/test-setup
+	@$(PYTEST) -m long $(ARGS)
 
 test-all-pythons: ## Run all tests on Python 3.11, 3.12 and 3.13, each in an environment of its own
 	@tools/test-setup

@@ -117,6 +117,7 @@ def test_reports_are_kept_whatever_the_verdict() -> None:
     assert job()["artifacts"]["when"] == "always"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.timeout(300)
@@ -139,6 +140,7 @@ def test_the_steps_of_github_run_and_fail_with_the_scenario(
     assert Xml.parse(tmp_path / "farsteer-run/junit.xml").getroot().get("failures") == "1"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.timeout(300)

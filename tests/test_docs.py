@@ -154,6 +154,7 @@ ALONE = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("block", ALONE, ids=str)
 def test_python_in_the_documentation_runs(block: Block, clone: Path, python: WarmPython) -> None:
@@ -171,6 +172,7 @@ def test_python_of_the_readme_finds_the_robot(clone: Path, python: WarmPython) -
     assert f"x {float(last[1]):.3f} m, y {float(last[2]):.3f} m, tracking" in done.stdout
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_tutorial_leads_from_the_log_to_all_that_it_shows(clone: Path, python: WarmPython) -> None:
     (line,) = (
@@ -224,6 +226,7 @@ def test_program_in_the_readme_is_the_one_that_serve_prints() -> None:
     assert DRIVE.text == snippet(ServeConfig().port)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_program_in_the_readme_drives_the_robot(clone: Path) -> None:
     with served(clone) as port:
@@ -236,6 +239,7 @@ def test_program_in_the_readme_drives_the_robot(clone: Path) -> None:
     assert re.search(r"^cloud of \d{3,} points$", done.stdout, re.MULTILINE)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_program_in_the_documentation_looks_through_the_camera(
     clone: Path, python: WarmPython

@@ -185,6 +185,7 @@ def test_unmapped_room_is_reported_and_the_pose_recovers_on_return(
     assert back[-1].estimate.stamp < 60 * SECOND
 
 
+@pytest.mark.long
 def test_estimates_that_are_put_wrong_are_said_to_be_wrong_within_two_seconds(
     world: PreparedMap,
 ) -> None:

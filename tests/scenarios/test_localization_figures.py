@@ -111,6 +111,7 @@ def test_the_goal_for_slipping_wheels_is_kept(recording: Recording, world: Prepa
     assert result.most <= 0.05
 
 
+@pytest.mark.long
 def test_generated_building_keeps_the_same_goals(cache: Path) -> None:
     plan = generate(801, 60.0).plan
     house = build_world(plan)

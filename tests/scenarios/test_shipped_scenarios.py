@@ -60,6 +60,7 @@ def test_each_lasts_a_minute_at_most_and_has_limits_besides_its_goals() -> None:
         assert len(given) >= 2, name
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.untraced
 @pytest.mark.parametrize("world", sorted({s.world.scene for s in SCENARIOS.values()}))
@@ -85,6 +86,7 @@ PART: Final[dict[str, dict[str, tuple[float, float]]]] = {
 """Names of scenarios, and figures that show that what they are about has happened: least and greatest."""
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.untraced
 @pytest.mark.parametrize("name", PART)
@@ -97,6 +99,7 @@ def test_robot_passes(name: str) -> None:
         assert least <= outcome.figures[figure] <= greatest, figure
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.untraced
 def test_same_file_and_seed_give_the_same_bits_and_another_seed_others() -> None:
@@ -107,6 +110,7 @@ def test_same_file_and_seed_give_the_same_bits_and_another_seed_others() -> None
     assert run(replace(scenario, seed=scenario.seed + 1)).sha256 != first.sha256
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.untraced
 @pytest.mark.parametrize("watchdog", [1.0, 1e6], ids=["late", "absent"])

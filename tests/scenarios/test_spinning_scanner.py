@@ -83,6 +83,7 @@ def drive(path: Path, seconds: float) -> Trajectory:
     return Trajectory.from_poses(poses)
 
 
+@pytest.mark.long
 def test_scanner_of_sixteen_planes_is_localised_to_a_centimetre(tmp_path: Path) -> None:
     truth = drive(tmp_path / "bag", 6.0)
     layout = SensorLayout(mounts={"velodyne": MOUNT})

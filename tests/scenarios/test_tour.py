@@ -26,6 +26,7 @@ def drive(
     return run_in_process(mission, office, cloud, folder, cache=cache)
 
 
+@pytest.mark.long
 def test_robot_stays_localised_all_the_way_round_the_office(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
@@ -38,6 +39,7 @@ def test_robot_stays_localised_all_the_way_round_the_office(
     assert 2.0 <= summary.nees <= 10.0
 
 
+@pytest.mark.long
 def test_slipping_wheels_do_not_carry_the_estimate_away(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
@@ -50,6 +52,7 @@ def test_slipping_wheels_do_not_carry_the_estimate_away(
     assert summary.passed, summary.checks
 
 
+@pytest.mark.long
 def test_slip_is_noticed_even_when_it_sets_in_too_gently_for_the_tyre_test(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -66,6 +69,7 @@ def test_slip_is_noticed_even_when_it_sets_in_too_gently_for_the_tyre_test(
     assert summary.ate.position.max <= 0.05
 
 
+@pytest.mark.long
 def test_same_seed_gives_the_same_bits_and_another_seed_does_not(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:

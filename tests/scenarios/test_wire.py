@@ -55,6 +55,7 @@ def operators(folder: Path) -> list[int]:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_robot_and_operator_drive_together_over_the_wire(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
@@ -97,6 +98,7 @@ def test_robot_and_operator_drive_together_over_the_wire(
     assert again.checks == summary.checks
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.untraced
 def test_same_seed_gives_the_same_bits_over_the_wire(
@@ -110,6 +112,7 @@ def test_same_seed_gives_the_same_bits_over_the_wire(
     assert hashes[0] == hashes[1]
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.untraced
 def test_camera_changes_no_bit_of_the_drive_and_the_operator_sees_its_pictures(
@@ -164,6 +167,7 @@ def test_operator_that_dies_ends_the_run_and_leaves_its_files(
     assert abs(last.truth.twist.linear[0]) < 0.005, "the robot has braked to rest"
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.parametrize("tenth", [1, 4])
 def test_interrupted_run_leaves_readable_files_and_no_operator(tenth: int, tmp_path: Path) -> None:

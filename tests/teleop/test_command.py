@@ -108,6 +108,7 @@ def test_hint_outside_the_map_is_rejected_and_the_run_continues(
     assert "outside the map" in output
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_ctrl_c_in_the_middle_leaves_files_that_can_be_read(tmp_path: Path) -> None:
     folder = tmp_path / "run"
@@ -304,6 +305,7 @@ def begin(*words: str, cwd: Path, **environment: str) -> subprocess.Popen[str]:
 SHORT = ("sim", "--duration", "1", "--no-picture", "--out")
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_terminal_of_ascii_shows_the_report(tmp_path: Path) -> None:
     process = begin(*SHORT, "run", cwd=tmp_path, PYTHONIOENCODING="ascii")
@@ -338,6 +340,7 @@ def test_reader_who_leaves_early_costs_nothing(tmp_path: Path) -> None:
     assert not done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_full_disk_names_the_folder_and_leaves_a_log_that_can_be_read(tmp_path: Path) -> None:
     """A limit on the size of files stands for the disk; the log has whole chunks by then."""
@@ -380,6 +383,7 @@ def test_robot_drives_without_rerun_and_says_what_is_missing(tmp_path: Path) -> 
     assert names == {*FILES} - {"operator.rrd", "run.png"}
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_results_are_printed_as_json_and_nothing_else(tmp_path: Path) -> None:
     done = farsteer(*SHORT, "run", "--json", cwd=tmp_path)

@@ -264,6 +264,7 @@ def test_same_readings_give_the_same_bits(readings: list[Reading]) -> None:
     assert one.trajectory.quaternions_wxyz.tobytes() == two.trajectory.quaternions_wxyz.tobytes()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.untraced
 @pytest.mark.parametrize("motion", [Motion.WHEELS, Motion.GYRO, Motion.SCANNER])

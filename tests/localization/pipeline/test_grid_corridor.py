@@ -37,6 +37,7 @@ def passed(grid: PreparedMap, way: float, seed: int) -> Followed:
     return follow(grid, DRIVE, log)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1])
 def test_estimate_does_not_slide_along_a_corridor_while_the_wheels_are_right(
     grid: PreparedMap, seed: int

@@ -109,6 +109,7 @@ def driven(motion: Motion) -> Driven:
     return Driven(estimates, np.array(off), np.array(fit), stages[begun:].count("search"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("motion", [Motion.WHEELS_AND_GYRO, Motion.ODOMETRY])
 def test_pose_that_all_witnesses_agree_on_is_not_replaced_by_its_mirror_image(
     motion: Motion,

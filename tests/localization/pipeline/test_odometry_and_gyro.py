@@ -43,6 +43,7 @@ def rms(followed: Followed) -> tuple[float, float]:
     return float(np.sqrt(np.mean(followed.off**2))), float(np.sqrt(np.mean(followed.turned**2)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "bias"),
     [(0.7, 0.0), (0.7, DEGREE), (1.85, -DEGREE)],

@@ -138,6 +138,7 @@ PROPERTIES = (
 )
 
 
+@pytest.mark.long
 @pytest.mark.sweep
 @pytest.mark.untraced
 @pytest.mark.parametrize("seed", MORE_SEEDS)

@@ -184,6 +184,7 @@ def test_cloud_covers_the_tour(scene: str) -> None:
         assert np.hypot(*(up - (x, y)).T).min() < 0.6, (x, y)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["courtyard", "glasshouse"])  # the hilliest and the narrowest
 def test_tour_can_be_driven_without_touching_anything(scene: str) -> None:

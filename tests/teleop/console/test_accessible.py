@@ -62,6 +62,7 @@ async def findings(page: Page) -> list[str]:
     ]
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_axe_finds_nothing_in_any_situation(
     page_of: Pages, office: World, office_cloud: Cloud, cache: Path
@@ -101,6 +102,7 @@ async def test_axe_finds_nothing_in_any_situation(
     assert not lines, "\n".join(lines)
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_every_control_is_reached_by_tab_and_shows_the_focus(
     page_of: Pages, office: World, office_cloud: Cloud, cache: Path

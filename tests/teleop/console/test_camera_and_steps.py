@@ -49,6 +49,7 @@ async def age(page: Page) -> float:
     return float("inf") if found is None else float(found[1]) / (1e3 if found[2] == "ms" else 1.0)
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_person_watches_the_camera_drives_a_step_and_takes_a_photograph(
     page_of: Pages, served: Served, tmp_path: Path

@@ -21,6 +21,7 @@ DRAWN = "window.farsteerFigures().frameTimes.length"
 STATUS = "document.querySelector('.driving-status').innerText"
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_firefox_sees_drives_stops_and_loads_again(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path

@@ -46,6 +46,7 @@ async def test_scripts_in_names_and_reasons_stay_text(
                 assert [v for v in visit.violations if "connect-src" not in v] == []
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_spoilt_fields_are_named_and_never_drive(
     page_of: Pages, office: World, office_cloud: Cloud, cache: Path
@@ -80,6 +81,7 @@ async def test_spoilt_fields_are_named_and_never_drive(
                 await page.keyboard.up("w")
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_spoilt_standard_messages_of_a_plain_robot_never_drive(page_of: Pages) -> None:
     chance = Random(15)

@@ -21,6 +21,7 @@ BUSY = "too busy to drive"
 """What the page says instead where the machine gave it no time for half a second; the robot stops all the same."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kinds", [KINDS[:5], KINDS[5:]], ids=["hands", "machines"])
 @in_a_loop
 async def test_robot_stops_in_time_and_does_not_drive_on(

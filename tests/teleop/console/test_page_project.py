@@ -13,6 +13,7 @@ ROOT = Path(__file__).resolve().parents[3]
 PAGE = ROOT / "teleop/console/page"
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
 def test_unit_tests_of_the_page_pass() -> None:

@@ -28,6 +28,7 @@ pytestmark = [pytest.mark.process, pytest.mark.slow]
 SIZE = {"width": 1120, "height": 600}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("serve", [library_robot, suite_robot], ids=["library", "rosbridge_suite"])
 @in_a_loop
 async def test_page_shows_what_there_is_and_drives_only_after_a_confirmation(

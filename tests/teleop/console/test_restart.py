@@ -44,6 +44,7 @@ async def front() -> AsyncIterator[Proxy]:
         yield proxy
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_new_run_clears_what_belonged_to_the_last_and_does_not_drive_on(
     page_of: Pages, office: World, office_cloud: Cloud, cache: Path
@@ -93,6 +94,7 @@ async def _hint(page: Page, robot: PacedRobot) -> None:
     await verdict.get_by_text("Accepted").or_(verdict.get_by_text("Kept")).first.wait_for()
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_page_is_back_within_a_second_with_its_subscriptions_and_its_map(
     page_of: Pages, office: World, office_cloud: Cloud, cache: Path

@@ -75,6 +75,7 @@ async def offered(page: Page, name: str) -> bool:
     return await page.get_by_role("button", name=name).count() > 0
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_robot_changes_hands_by_asking_and_taking_over(
     page_of: Pages, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
@@ -126,6 +127,7 @@ async def test_robot_changes_hands_by_asking_and_taking_over(
         assert visit.violations == []
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_onlooker_is_offered_no_controls_but_the_stop_which_others_release(
     page_of: Pages, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path

@@ -43,6 +43,7 @@ async def until(true: Callable[[], bool], what: str) -> None:
         pytest.fail(f"waited in vain: {what}")
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_person_logs_in_drives_is_carried_off_hints_stops_and_comes_back(
     page_of: Pages, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path

@@ -216,6 +216,7 @@ async def test_terminated_station_restores_the_terminal(
         operated.terminal.wait_for(b"\x1b[?1049l")
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_refused_hint_is_status_1_and_an_old_verdict_is_not_its_answer(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path

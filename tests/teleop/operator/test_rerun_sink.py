@@ -102,6 +102,7 @@ def test_file_and_viewer_get_the_same(
     assert "map/odom/base_link/body/chassis" in rows(tmp_path / "both.rrd")
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.parametrize("end", [signal.SIGSTOP, signal.SIGKILL])
 def test_hung_or_dead_viewer_stops_neither_client_nor_file(

@@ -47,6 +47,7 @@ def _load(viewer: ViewerClient, recording: Path) -> None:
     raise TimeoutError("the viewer does not load the recording")
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
 def test_the_operator_sees_map_live_cloud_robot_path_and_hint(

@@ -37,6 +37,7 @@ def _euler(filter_: AttitudeFilter) -> tuple[float, float, float]:
     return euler_from_rotation(rotation_from_quaternion(filter_.quaternion))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.untraced
 @pytest.mark.parametrize("seed", [0, 1])

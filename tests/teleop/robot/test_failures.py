@@ -210,6 +210,7 @@ SLACK = 0.15
 """Of the watcher's view: messages come every 40 ms, and slowing by 5 % takes two ticks [s]."""
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
@@ -232,6 +233,7 @@ async def test_robot_stops_when_its_operator_is_killed(
         assert watcher.last("/teleop/state")["reason"].endswith("disconnected")
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
@@ -263,6 +265,7 @@ async def test_robot_stops_when_its_operator_freezes_and_keeps_the_socket_open(
         assert abs(watcher.speed) < 0.005
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
@@ -415,6 +418,7 @@ async def test_operate_ends_its_process_with_one_line_and_the_status() -> None:
     assert "ws://127.0.0.1:9090" in one_line(err)
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
 @in_a_loop

@@ -148,6 +148,7 @@ async def test_search_that_the_robot_began_by_itself_gives_way_to_a_requested_on
         assert reasons == ["searching the whole map (requested)"]
 
 
+@pytest.mark.long
 @pytest.mark.process
 @in_a_loop
 async def test_operator_has_the_robot_found_with_an_option(

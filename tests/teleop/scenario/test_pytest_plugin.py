@@ -54,6 +54,7 @@ def test_the_plugin_imports_nothing_until_a_fixture_is_used(run_tests: RunTests)
     result.assert_outcomes(passed=2)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.timeout(400)
@@ -141,6 +142,7 @@ def test_a_robot_is_stepped_carried_and_driven_by_a_client_that_blocks(run_tests
     result.assert_outcomes(passed=8)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.process
 def test_a_robot_ends_when_the_process_of_its_test_is_killed(tmp_path: Path) -> None:
@@ -167,6 +169,7 @@ def test_a_robot_ends_when_the_process_of_its_test_is_killed(tmp_path: Path) -> 
     pytest.fail(f"process {robot.name} goes on")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.timeout(200)

@@ -200,6 +200,7 @@ def test_an_operator_of_one_s_own_is_found_in_the_working_directory(
             operator_named(name)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.process
 def test_a_run_leaves_reports_and_can_be_repeated_to_the_bit(tmp_path: Path) -> None:
@@ -230,6 +231,7 @@ def test_a_run_leaves_reports_and_can_be_repeated_to_the_bit(tmp_path: Path) -> 
     assert (tmp_path / "other/report.html").is_file()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.process
 def test_a_killed_run_is_repeated_as_far_as_it_went_and_completed(tmp_path: Path) -> None:
@@ -259,6 +261,7 @@ def test_a_killed_run_is_repeated_as_far_as_it_went_and_completed(tmp_path: Path
     assert outcome["status"] == "missed"  # it has not been seen to pass
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.process
 def test_many_files_give_one_table_and_the_worst_exit_status(tmp_path: Path) -> None:

@@ -107,6 +107,7 @@ def test_quality_describes_the_written_files(mapped: Path, plan: Path) -> None:
     assert truth.stamps[0] < drive.stamps[0] < drive.stamps[-1] <= truth.stamps[-1]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.untraced
 def test_log_of_the_drive_gives_the_same_map(

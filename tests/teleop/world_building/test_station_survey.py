@@ -128,6 +128,7 @@ def boarded(thickness: float) -> World:
     return build_world(plan)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("thickness", [0.04, 0.05])
 def test_both_faces_of_a_board_are_in_the_map(thickness: float) -> None:

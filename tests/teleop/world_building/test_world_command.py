@@ -33,6 +33,7 @@ def write_map(folder: Path, middle: bytes = b"\xfe" * 80) -> Path:
     return path
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_generated_building_is_a_scene_that_loads_with_its_cloud(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

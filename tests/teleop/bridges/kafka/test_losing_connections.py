@@ -30,6 +30,7 @@ async def test_kills_and_cuts_lose_and_repeat_nothing(tmp_path: Path) -> None:
         assert len(steps.begun) - len(account.driven) <= account.interrupted <= 4
 
 
+@pytest.mark.long
 @pytest.mark.process
 @in_a_loop
 async def test_a_broker_that_forgets_is_noticed_and_nothing_is_driven_twice(
@@ -126,6 +127,7 @@ async def test_an_admins_token_and_a_topic_of_several_partitions_are_refused_in_
                 assert "another bridge uses the journal" in str(await second.fails())
 
 
+@pytest.mark.long
 @pytest.mark.process
 @in_a_loop
 async def test_cut_off_from_its_broker_it_answers_later(topic: str, tmp_path: Path) -> None:

@@ -161,6 +161,7 @@ async def test_robot_brakes_and_gets_a_new_server_when_the_server_is_killed(
                     await asyncio.sleep(0.1)
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_watchdog_brakes_while_the_server_hangs_and_it_is_replaced(
     office: World, office_cloud: Cloud, cache: Path

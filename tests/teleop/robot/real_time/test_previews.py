@@ -39,6 +39,7 @@ async def scored(client: Peer) -> None:
             await asyncio.sleep(0.1)
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_client_that_asks_without_end_is_answered_each_time_and_holds_up_nobody(
     office: World, office_cloud: Cloud, cache: Path

@@ -46,6 +46,7 @@ async def driven(client: Peer, distance: float, measure: str) -> dict[str, Any]:
     raise AssertionError(f"no step of ten was driven: {values}")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @in_a_loop
 async def test_step_by_the_localiser_is_driven_and_logged_in_real_time(

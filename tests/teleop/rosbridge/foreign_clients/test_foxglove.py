@@ -111,6 +111,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return installed(tmp_path_factory.mktemp("foxglove"), *PACKAGES)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @node
 @pytest.mark.parametrize("ros_version", ["ros1", "ros2"])

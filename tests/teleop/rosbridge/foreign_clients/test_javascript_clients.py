@@ -52,6 +52,7 @@ def url() -> Iterator[str]:
 # roslibpy
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @roslibpy
 @pytest.mark.parametrize(

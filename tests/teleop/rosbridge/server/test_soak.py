@@ -92,6 +92,7 @@ def test_memory_stays_constant_over_many_connections() -> None:
     assert protocol.timers.due is None
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @in_a_loop
 async def test_sockets_and_tasks_are_released_after_many_clients() -> None:

@@ -184,6 +184,7 @@ RUN = """
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("number", "said"), [(signal.SIGINT, "interrupted"), (signal.SIGKILL, "")])
 def test_the_client_ends_with_the_run_however_that_ends(
     tmp_path: Path, number: signal.Signals, said: str

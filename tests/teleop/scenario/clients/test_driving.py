@@ -37,25 +37,30 @@ def passes(folder: Path, command: str) -> Outcome:
     return outcome
 
 
+@pytest.mark.long
 def test_plain_websockets_drive_to_a_goal(tmp_path: Path) -> None:
     passes(tmp_path, python("plain_websockets"))
     assert (tmp_path / "client.log").read_text(encoding="utf-8") == "all goals are reached\n"
 
 
+@pytest.mark.long
 def test_roslibpy_drives_to_a_goal(tmp_path: Path) -> None:
     # The shell of the client's command knows its environment.
     passes(tmp_path, f'{python("with_roslibpy")} "$FARSTEER_HOST" "$FARSTEER_PORT"')
 
 
+@pytest.mark.long
 @node
 @pytest.mark.parametrize(("package", "by"), [("roslib", "joy"), ("roslib-1", "cmd_vel")])
 def test_roslib_drives_to_a_goal(javascript: Path, tmp_path: Path, package: str, by: str) -> None:
     passes(tmp_path, shlex.join(["node", str(javascript), package, by]))
 
 
+@pytest.mark.long
 def test_ros_sharp_drives_to_a_goal(tmp_path: Path) -> None:
     passes(tmp_path, python("as_ros_sharp"))
 
 
+@pytest.mark.long
 def test_the_console_page_in_a_browser_drives_to_a_goal(tmp_path: Path) -> None:
     passes(tmp_path, python("browser_page"))

@@ -21,6 +21,7 @@ pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 BRAKES = Limits(goals=False, contacts=0, stopping_time=1.5, runaway=1.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("silent", [False, True])
 def test_the_run_goes_on_after_the_scenario_has_killed_its_client(
     tmp_path: Path, silent: bool
@@ -40,6 +41,7 @@ def test_the_run_goes_on_after_the_scenario_has_killed_its_client(
     assert left or silent
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pace", ["real", "lockstep"])
 def test_a_delayed_link_delays_what_a_client_wants_and_the_run_can_be_repeated(
     tmp_path: Path, pace: Literal["real", "lockstep"]
@@ -53,6 +55,7 @@ def test_a_delayed_link_delays_what_a_client_wants_and_the_run_can_be_repeated(
     assert replay_run(tmp_path).sha256 == outcome.sha256
 
 
+@pytest.mark.long
 def test_a_blackout_stops_the_robot_and_the_client_drives_on_after_it(tmp_path: Path) -> None:
     judged = scenario(fault=(Link("link", 2.0, 1.5, blackout=True),))
     outcome = run(tmp_path, python("plain_websockets"), judged)

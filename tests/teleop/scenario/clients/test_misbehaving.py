@@ -73,6 +73,7 @@ def test_a_client_that_goes_at_once_has_failed_though_its_status_is_zero(tmp_pat
     assert outcome.ending == "the client ended before the end of the run"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("habit", "ending"),
     [
@@ -104,6 +105,7 @@ def test_a_client_that_leaves_but_lives_is_given_time_to_come_back(tmp_path: Pat
     assert rests(outcome)
 
 
+@pytest.mark.long
 def test_a_client_may_leave_and_come_back(tmp_path: Path) -> None:
     judged = scenario(time_limit=4.0, patience=10.0)
     outcome = run(tmp_path, python("misbehaving", "comes_back"), judged)
@@ -113,6 +115,7 @@ def test_a_client_may_leave_and_come_back(tmp_path: Path) -> None:
     assert outcome.ending == "the client left before the end"
 
 
+@pytest.mark.long
 def test_a_client_that_freezes_misses_its_goal_and_its_robot_brakes(tmp_path: Path) -> None:
     judged = scenario(time_limit=4.0)
     outcome = run(tmp_path, python("misbehaving", "freezes_while_driving"), judged)
@@ -122,6 +125,7 @@ def test_a_client_that_freezes_misses_its_goal_and_its_robot_brakes(tmp_path: Pa
     assert rests(outcome)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("habit", "why"),
     [
@@ -143,6 +147,7 @@ def test_a_client_that_floods_is_disconnected_and_the_report_says_why(
     assert rests(outcome)
 
 
+@pytest.mark.long
 def test_a_flood_of_connections_ends_with_the_run(tmp_path: Path) -> None:
     outcome = run(
         tmp_path, python("misbehaving", "floods_with_connections"), scenario(time_limit=5.0)
@@ -151,6 +156,7 @@ def test_a_flood_of_connections_ends_with_the_run(tmp_path: Path) -> None:
     assert outcome.factor > 0.3
 
 
+@pytest.mark.long
 def test_nonsense_is_reported_and_changes_nothing(tmp_path: Path) -> None:
     outcome = run(tmp_path, python("misbehaving", "talks_nonsense"), scenario(time_limit=30.0))
     assert (outcome.status, outcome.ending) == (ExitStatus.PASSED, "all goals are reached")
@@ -159,6 +165,7 @@ def test_nonsense_is_reported_and_changes_nothing(tmp_path: Path) -> None:
     assert outcome.figures["violations"] == 0
 
 
+@pytest.mark.long
 def test_a_client_that_reads_nothing_cannot_drive_as_its_link_counts_as_dead(
     tmp_path: Path,
 ) -> None:
@@ -168,6 +175,7 @@ def test_a_client_that_reads_nothing_cannot_drive_as_its_link_counts_as_dead(
     assert np.nanmax(outcome.command_ages) > 1.0
 
 
+@pytest.mark.long
 def test_a_client_that_somebody_else_has_started_is_judged_as_well(tmp_path: Path) -> None:
     clients: list[subprocess.Popen[bytes]] = []
 

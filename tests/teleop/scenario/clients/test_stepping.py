@@ -32,6 +32,7 @@ TRIED = (
 """What the cheating client is found out at; ``odom`` is ``/odom``, and a parameter is nobody's secret."""
 
 
+@pytest.mark.long
 def test_stepping_clients_drive_the_same_way_each_time_whether_they_cheat_or_not(
     tmp_path: Path,
 ) -> None:
@@ -52,6 +53,7 @@ def test_stepping_clients_drive_the_same_way_each_time_whether_they_cheat_or_not
     assert not said(honest, EventKind.VIOLATION)
 
 
+@pytest.mark.long
 def test_cheats_in_real_time_change_nothing_and_are_reported(tmp_path: Path) -> None:
     tolerant = scenario(limits=Limits(contacts=0, violations=20))
     outcome = run(tmp_path, python("cheating"), tolerant)
@@ -64,6 +66,7 @@ def test_cheats_in_real_time_change_nothing_and_are_reported(tmp_path: Path) -> 
     assert "time goes by the clock here; it cannot be stepped" in log
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("time_limit", [30.0, 3.0])
 def test_a_stepping_client_that_leaves_with_the_end_is_not_blamed_however_late_that_is_seen(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, time_limit: float

@@ -86,6 +86,7 @@ def test_operators_of_the_library_need_no_tokens(tokens: Path, tmp_path: Path) -
         run_scenario(STRAIGHT_ON, tmp_path, operator=Follower(), tokens=tokens)
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_a_client_with_its_token_drives_and_it_is_in_no_file(tokens: Path, tmp_path: Path) -> None:
     folder = tmp_path / "run"

@@ -16,6 +16,7 @@ from teleop.scenario.referee.rules.rule import Broken
 from tests.teleop.scenario.fuzzing.test_rules import session
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_numbers_give_the_same_digests_on_one_process_and_on_two() -> None:
     numbers = (5, 7)  # short ones

@@ -65,6 +65,7 @@ CASES = [
 """Mutant, the rule that it breaks, and the session in which it does."""
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.untraced
 @pytest.mark.parametrize(
@@ -74,6 +75,7 @@ def test_robot_breaks_no_rule(changes: dict[str, Any]) -> None:
     assert judge_session(session(**changes)).broken == ()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("mutant", "rule", "changes"), CASES)
 def test_defect_breaks_its_rule(

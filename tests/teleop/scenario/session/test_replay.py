@@ -54,6 +54,7 @@ OPERATORS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("operator", OPERATORS)
 def test_run_of_each_operator_repeats_to_the_bit(tmp_path: Path, operator: str) -> None:
@@ -100,6 +101,7 @@ FAULTS: dict[str, list[dict[str, Any]]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("faults", FAULTS)
 def test_run_with_faults_repeats_to_the_bit(tmp_path: Path, faults: str) -> None:

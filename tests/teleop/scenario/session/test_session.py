@@ -40,6 +40,7 @@ WORLDS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("world", WORLDS)
 def test_same_scenario_and_seed_give_the_same_bits_and_another_seed_others(world: str) -> None:
@@ -58,6 +59,7 @@ print(run(scenario(*faults, seed=4, world={"alive": True}), Forward(), ticks=30)
 """
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_two_processes_give_the_same_bits_whatever_the_order_of_their_sets() -> None:
     digests = set()

@@ -86,6 +86,7 @@ def test_a_result_that_nobody_waits_for_any_more_is_not_printed_and_a_defect_is(
     assert len([record for record in printed if "never retrieved" in record.message]) == said
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_two_workers_one_of_which_is_killed_write_the_same_table_as_one(tmp_path: Path) -> None:
     made = cells("link.delay=0,0.2", mission={"time_limit": 2.0})
@@ -162,6 +163,7 @@ def _ends(group: int) -> bool:
     return False
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_ctrl_c_ends_all_workers_and_the_same_command_goes_on(tmp_path: Path) -> None:
     file = tmp_path / "short.toml"
@@ -221,6 +223,7 @@ def cluster(
             process.wait()
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.parametrize("lost", ["scheduler", "worker"])
 def test_a_sweep_whose_cluster_goes_away_ends_in_one_line(

@@ -8,6 +8,7 @@ import pytest
 from teleop.__main__ import main
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_command_shows_both_futures_side_by_side(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -35,6 +35,7 @@ def differs_from(futures: Futures) -> int:
     return count if same.all() else int(np.argmin(same))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "fault",
     [
@@ -66,6 +67,7 @@ def test_a_time_within_a_tick_is_the_end_of_that_tick(run: Path, tmp_path: Path)
     assert futures.faults[0].at == 1.5
 
 
+@pytest.mark.long
 def test_a_fork_of_a_clients_run_replays_its_messages_later_and_says_so(
     client_run: Path, tmp_path: Path
 ) -> None:
@@ -104,6 +106,7 @@ class Turner(Operator):
             self._hands.neutral(wire)
 
 
+@pytest.mark.long
 def test_an_operator_of_ones_own_drives_anew_if_it_is_named_and_else_is_replayed(
     tmp_path: Path,
 ) -> None:
