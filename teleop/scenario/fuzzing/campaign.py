@@ -87,7 +87,7 @@ def _judged(scenario: Scenario) -> JudgedSession | None:
     except Exception as error:
         # Whatever a client does, the robot's program must not fall.
         broken = Broken("no-crash", 0, f"{type(error).__name__}: {error}")
-        return JudgedSession((broken,), 0.0, wall_seconds() - begun, "", 0, 0, math.nan, math.nan)
+        return JudgedSession((broken,), 0.0, wall_seconds() - begun, "", (), math.nan, math.nan)
 
 
 def campaign(

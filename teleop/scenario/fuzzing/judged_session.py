@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -49,10 +50,9 @@ class JudgedSession:
     """Real time that it took [s]."""
     sha256: str
     """Digest of its trajectory."""
-    carried: int
-    """How often the robot was carried off by a metre or more while it was localised."""
-    noticed: int
-    """How often it said so within two seconds."""
+    said_after: tuple[float, ...]
+    """Each time that the robot was carried off by a metre or more while it was localised: the time after which
+    it said so [s]; infinite if not within ``NOTICED_WITHIN``."""
     nees: float
     """Median normalised estimation error squared of the pose in quiet times; NaN without any."""
     tracking: float
@@ -84,23 +84,20 @@ def judge_session(scenario: Scenario, *, to_first: bool = True) -> JudgedSession
     operators = [operator_of(each, beside=None) for each in chosen]
     run_in_memory(session, operators, briefing_of(scenario, scene.world))
     lines = session.referee.log.lines()
-    carried, noticed = _noticed(scenario, lines)
     nees, tracking = _in_quiet(scenario, lines)
     return JudgedSession(
         tuple(book.broken),
         session.stamp / SECOND,
         wall_seconds() - begun,
         session.referee.log.sha256,
-        carried,
-        noticed,
+        tuple(_said_after(scenario, lines)),
         nees,
         tracking,
     )
 
 
-def _noticed(scenario: Scenario, lines: TimeLines) -> tuple[int, int]:
-    """Return how often the robot was carried off, and how often it said so in time."""
-    carried = noticed = 0
+def _said_after(scenario: Scenario, lines: TimeLines) -> Iterator[float]:
+    """Yield each time that the robot was carried off, the time after which it said so [s]; infinite if too late."""
     names = {health.value for health in LOCALISED}
     localised = np.array([health in names for health in lines.health])
     times = lines.stamps * 1e-9
@@ -113,9 +110,8 @@ def _noticed(scenario: Scenario, lines: TimeLines) -> tuple[int, int]:
         moved = lines.true[first, :2] - lines.true[first - 1, :2]
         if math.hypot(*moved) < _FAR:
             continue
-        carried += 1
-        noticed += not localised[first : first + round(NOTICED_WITHIN / 0.02)].all()
-    return carried, noticed
+        said = np.flatnonzero(~localised[first : first + round(NOTICED_WITHIN / 0.02)])
+        yield float(times[first + said[0]] - fault.at) if len(said) else math.inf
 
 
 def _in_quiet(scenario: Scenario, lines: TimeLines) -> tuple[float, float]:

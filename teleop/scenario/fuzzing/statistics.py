@@ -18,6 +18,8 @@ _ALARM = 1e-4
 """Probability below which a share or a mean is no accident."""
 _NEES = (0.1, 50.0)
 """A session's NEES counts as no less and no more than this: one that went astray shall not hide the others."""
+_TICK = 0.02
+"""Times count as no less [s]."""
 _FEWEST = 8
 """Least number of sessions that are compared."""
 
@@ -28,8 +30,14 @@ class Reference:
 
     sessions: int
     """Number of sessions."""
+    carried: int
+    """How often the robot was carried off."""
     noticed: float
-    """Share of the times that it was carried off of which it said so within two seconds."""
+    """Share of these times of which it said so within two seconds."""
+    log_said_after: float
+    """Mean of the logarithms of the time after which it said so [ln s], where it did within two seconds."""
+    log_said_after_sigma: float
+    """Their standard deviation."""
     log_nees: float
     """Mean of the logarithms of the sessions' median NEES in quiet times."""
     log_nees_sigma: float
@@ -70,14 +78,16 @@ def reference() -> Reference:
 def reference_of(sessions: Iterable[JudgedSession]) -> Reference:
     """Return the reference that sessions give."""
     judged = list(sessions)
-    logs = _log_nees(judged)
-    carried = sum(each.carried for each in judged)
-    noticed = sum(each.noticed for each in judged)
+    logs, said = _log_nees(judged), _log_said_after(judged)
+    carried = sum(len(each.said_after) for each in judged)
     tracking = _tracking(judged)
     return Reference(
         len(judged),
+        carried,
         # Laplace's rule of succession: what was never seen to fail may fail.
-        (noticed + 1) / (carried + 2),
+        (len(said) + 1) / (carried + 2),
+        float(said.mean()),
+        float(said.std(ddof=1)),
         float(logs.mean()),
         float(logs.std(ddof=1)),
         float(tracking.mean()),
@@ -93,15 +103,22 @@ def to_json(of: Reference) -> str:
 def compare(sessions: Iterable[JudgedSession], expected: Reference) -> tuple[Comparison, ...]:
     """Compare sessions with the reference."""
     judged = list(sessions)
-    carried = sum(each.carried for each in judged)
-    noticed = sum(each.noticed for each in judged)
-    share = noticed / carried if carried else math.nan
-    chance = binomtest(noticed, carried, expected.noticed).pvalue if carried else 1.0
+    carried, said = sum(len(each.said_after) for each in judged), _log_said_after(judged)
+    share = len(said) / carried if carried else math.nan
+    chance = binomtest(len(said), carried, expected.noticed).pvalue if carried else 1.0
+    time = math.exp(float(said.mean())) if len(said) else math.nan
     logs, tracking = _log_nees(judged), _tracking(judged)
     nees = math.exp(float(logs.mean())) if len(logs) else math.nan
     shares = float(tracking.mean()) if len(tracking) else math.nan
     return (
         Comparison("carried off and said so", share, expected.noticed, carried, float(chance)),
+        Comparison(
+            "seconds until it said so",
+            time,
+            math.exp(expected.log_said_after),
+            len(said),
+            _chance(said, expected.log_said_after, expected.log_said_after_sigma, expected.carried),
+        ),
         Comparison(
             "NEES in quiet times",
             nees,
@@ -122,12 +139,18 @@ def compare(sessions: Iterable[JudgedSession], expected: Reference) -> tuple[Com
 Values: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
 
 
-def _chance(values: Values, mean: float, sigma: float, sessions: int) -> float:
-    """Return the probability that the mean of values differs by so much from that of the reference, by chance."""
+def _chance(values: Values, mean: float, sigma: float, count: int) -> float:
+    """Return the probability that the mean of values differs by so much from that of so many others, by chance."""
     if not len(values):
         return 1.0
-    spread = max(sigma, 1e-3) * math.sqrt(1.0 / len(values) + 1.0 / sessions)
+    spread = max(sigma, 1e-3) * math.sqrt(1.0 / len(values) + 1.0 / count)
     return math.erfc(abs(float(values.mean()) - mean) / spread / math.sqrt(2.0))
+
+
+def _log_said_after(sessions: Iterable[JudgedSession]) -> Values:
+    """Return the logarithms of the times after which robots said that they were carried off [ln s]."""
+    values = [time for each in sessions for time in each.said_after if math.isfinite(time)]
+    return np.log(np.maximum(np.array(values, dtype=np.float64), _TICK))
 
 
 def _tracking(sessions: Iterable[JudgedSession]) -> Values:

@@ -12,12 +12,21 @@ from typing import Any, Final
 
 import numpy as np
 
-from localization.monitoring.jump_detection import JumpDetectionConfig
+from localization.monitoring.jump_detection import Change, JumpDetector
 from localization.pipeline.localizer import Localizer
 from localization.pipeline.validation import ReadingValidator
 from localization.relocalization.hint_search import HintSearch
 from localization.relocalization.hypotheses import Hypotheses
-from localization.types import Candidate, Health, Inertial, Pose, Twist, Verdict, WheelSpeeds
+from localization.types import (
+    Candidate,
+    Health,
+    Inertial,
+    Pose,
+    Sweep,
+    Twist,
+    Verdict,
+    WheelSpeeds,
+)
 from robot_sim.drive.drivetrain import Drivetrain
 from robot_sim.drive.encoders import Encoders
 from robot_sim.sensors.imu import InertialUnit
@@ -301,13 +310,15 @@ def first_place_believed() -> None:
 
 
 def jumps_unnoticed() -> None:
-    """That everything seen changes at once is not noticed."""
+    """That what is seen changes at once, all or a part of it, is not noticed."""
 
-    def begin(original: Any, self: Any, *args: Any, **settings: Any) -> None:
-        original(self, *args, **settings)
-        object.__setattr__(self, "min_overlap", -1.0)
+    def compared(
+        original: Any, self: JumpDetector, sweep: Sweep, odom_from_base: Pose
+    ) -> tuple[JumpDetector, Change]:
+        detector, change = original(self, sweep, odom_from_base)
+        return detector, change if change is Change.UNKNOWN else Change.NONE
 
-    _wrapped(JumpDetectionConfig, "__init__", begin)
+    _wrapped(JumpDetector, "compared", compared)
 
 
 def late_estop() -> None:

@@ -49,7 +49,7 @@ def test_session_whose_bits_differ_when_run_again_is_a_failure(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     digests = iter(("a" * 64, "b" * 64))
-    plain = JudgedSession((), 1.0, 1.0, "", 0, 0, 1.0, 1.0)
+    plain = JudgedSession((), 1.0, 1.0, "", (), 1.0, 1.0)
     monkeypatch.setattr(
         campaigns, "judge_session", lambda scenario: replace(plain, sha256=next(digests))
     )
@@ -62,7 +62,7 @@ def test_time_at_which_another_rule_is_broken_does_not_count(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     broken = (Broken("source", 2_000_000_000, ""), Broken("rest", 3_000_000_000, ""))
-    judged = JudgedSession(broken, 5.0, 1.0, "", 0, 0, 1.0, 1.0)
+    judged = JudgedSession(broken, 5.0, 1.0, "", (), 1.0, 1.0)
     monkeypatch.setattr(campaigns, "judge_session", lambda scenario: judged)
     assert broken_at(session(), "rest") == 3.0
     assert broken_at(session(), "undo") is None
