@@ -16,7 +16,7 @@ import numpy as np
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.search_config import SearchConfig
-from localization.relocalization.verification import same_place, settled
+from localization.relocalization.verification import HELD_OFF_SIGMA, same_place, settled
 from localization.types import Candidate, Pose, Sweep
 
 
@@ -35,6 +35,9 @@ class HypothesesConfig:
     drop_margin: float = 0.25
     """A place is dropped if a larger share of the sweeps contradicts it than the best one, by this in the
     mean."""
+    standing_factor: float = 3.0
+    """A place that shall replace a pose that stands must outdo it by so many times what distinguishes two places that
+    a search found: wheels, gyro and scanner have led to that pose."""
     min_share: float = 0.3
     """A place that explains a smaller share of the sweeps in the mean is dropped, whatever is mapped there."""
     max_distance: float = 8.0
@@ -170,6 +173,11 @@ class Hypotheses:
             if place.present and present is not None:
                 followed = present
             seen, _, match = settled(sweep, world, followed)
+            if place.present:
+                # Places that a search found explain the most around them; so may this one.
+                wider, _, other = settled(sweep, world, followed, HELD_OFF_SIGMA)
+                if wider.score > seen.score and same_place(wider.map_from_base, followed, search):
+                    seen, match = wider, other
             at = seen.map_from_base
             classes = beams.classify(sweep, at, match.distances)
             contradicts = 1.0 - seen.score - (classes.unmapped if classes is not None else 0.0)
@@ -202,18 +210,23 @@ class Hypotheses:
             return None
         if min(best.score, best.shares[-1]) < search.min_inlier_ratio:
             return None
-        if len(self.places) > 1 and not _outdoes(best, self.places[1], search):
+        if not all(_outdoes(best, p, search) for p in self.places[1:2]):
+            return None
+        standing = (p for p in self.places[1:] if p.present)
+        if not all(_outdoes(best, p, search, config.standing_factor) for p in standing):
             return None
         return Candidate(best.map_from_base, best.score)
 
 
-def _outdoes(best: Hypothesis, other: Hypothesis, search: SearchConfig) -> bool:
-    """Return whether all sweeps together distinguish two places.
+def _outdoes(
+    best: Hypothesis, other: Hypothesis, search: SearchConfig, factor: float = 1.0
+) -> bool:
+    """Return whether all sweeps together distinguish two places, by a multiple of what is needed at least.
 
     As for one sweep, but of sums: what contradicts one place again and again adds up, while what noise
     and clutter leave over grows like the square root of the number of sweeps.
     """
-    c, n = search, len(best.contradictions)
+    c, noise = search, factor * math.sqrt(len(best.contradictions))
     left, others = sum(best.contradictions), sum(other.contradictions)
-    clear = others - left >= c.min_margin * math.sqrt(n)
-    return clear or others >= c.decisive_ratio * left + c.decisive_floor * math.sqrt(n)
+    clear = others - left >= c.min_margin * noise
+    return clear or others >= c.decisive_ratio * left + c.decisive_floor * noise

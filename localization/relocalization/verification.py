@@ -14,6 +14,8 @@ from localization.types import Candidate, Match, Pose, Sweep
 
 SETTLING_SIGMA = (0.05, 0.05, 0.03, 0.01, 0.01, 0.02)
 """Assumed error of a pose that only has to settle: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
+HELD_OFF_SIGMA = (0.2, 0.2, 0.03, 0.01, 0.01, 0.1)
+"""The same of an estimate that sweeps may have held off its place, as along the wrong side of a thin wall."""
 
 
 def same_place(a: Pose, b: Pose, config: SearchConfig = SearchConfig()) -> bool:  # noqa: B008  (frozen)
@@ -55,9 +57,14 @@ def explain(sweep: Sweep, world: PreparedMap, pose: Pose) -> Candidate:
     return settled(sweep, world, pose)[0]
 
 
-def settled(sweep: Sweep, world: PreparedMap, pose: Pose) -> tuple[Candidate, float, Match]:
-    """Settle a pose; return what it explains, how closely in [0, 1], and the match that did it."""
-    sigma = np.array(SETTLING_SIGMA)
+def settled(
+    sweep: Sweep,
+    world: PreparedMap,
+    pose: Pose,
+    assumed: tuple[float, ...] = SETTLING_SIGMA,
+) -> tuple[Candidate, float, Match]:
+    """Settle a pose of an assumed error; return what it explains, how closely in [0, 1], and the match that did it."""
+    sigma = np.array(assumed)
     match = register(sweep, world, pose, np.diag(sigma**2))
     pull = match.information @ difference(pose, match.map_from_base)
     step = np.linalg.solve(np.diag(sigma**-2) + match.information, pull)

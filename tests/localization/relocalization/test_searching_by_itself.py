@@ -256,15 +256,42 @@ def test_estimate_that_stands_is_one_of_the_places_that_a_search_compares() -> N
     assert Hypotheses.of((), Pose.identity(), config, present=here).places == ()
 
 
-@pytest.mark.parametrize(("contradicted", "replaced"), [(0.1, False), (0.9, True)])
-def test_estimate_that_stands_is_replaced_only_by_a_place_that_outdoes_it(
-    contradicted: float, replaced: bool
+@pytest.mark.parametrize(
+    ("contradicted", "present", "replaced"),
+    [(0.1, True, False), (0.45, False, True), (0.45, True, False), (0.9, True, True)],
+)
+def test_estimate_that_stands_is_replaced_only_by_a_place_that_outdoes_it_by_far(
+    contradicted: float, present: bool, replaced: bool
 ) -> None:
     elsewhere = Hypothesis(Pose.planar(1.0, 0.0, 0.0), (0.7,) * 4, (0.3,) * 3)
-    stands = Hypothesis(Pose.planar(5.0, 5.0, 0.0), (0.5,) * 3, (contradicted,) * 3)
-    places = Hypotheses((elsewhere, stands), distance=1.0)
+    other = Hypothesis(Pose.planar(5.0, 5.0, 0.0), (0.5,) * 3, (contradicted,) * 3, present=present)
+    places = Hypotheses((elsewhere, other), distance=1.0)
     decided = places.decided(SearchConfig(), HypothesesConfig())
     assert (decided is not None) is replaced
+
+
+def test_estimate_that_is_held_off_its_place_is_compared_with_others_at_its_place() -> None:
+    """Decimetres off, the right place explains less than a wrong one may, and moving on does not change that."""
+    world, here = HALL.prepared(), Pose.planar(3.0, 2.5, 0.2)
+    places = Hypotheses.of(
+        [Candidate(Pose.planar(5.5, 2.5, 2.5), 0.6)],
+        Pose.identity(),
+        HypothesesConfig(),
+        present=here,
+    )
+    now = Pose.planar(3.4, 2.6, 0.3)
+    left, _ = places.compared(
+        HALL.sweep(now, stamp=SECOND),
+        Pose.planar(0.4, 0.0, 0.1),
+        world,
+        BeamClassifier(world),
+        SearchConfig(),
+        HypothesesConfig(),
+        present=now @ Pose.planar(0.15, 0.15, 0.17),
+    )
+    (stands,) = (p for p in left.places if p.present)
+    assert stands.shares[-1] > 0.95
+    assert apart(stands.map_from_base, now)[0] < 0.02
 
 
 def test_estimate_that_stands_is_compared_where_it_was_registered_not_where_odometry_leads() -> (
