@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
+from urllib.parse import urlsplit
 from uuid import UUID, uuid4
 
 import numpy as np
@@ -83,14 +85,13 @@ class Canvas:
             # `rerun rrd optimize` rebuilds it.
             self._open(recording, rr.FileSink(sink.file, write_footer=True), _FILE_TICK, blueprint)
         if viewer is not None:
+            if sink.viewer is not None and not _listens(viewer):
+                raise _no_viewer(viewer)
             # rerun itself would wait forever for a viewer that accepts the connection and never answers.
             given = rr.GrpcSink(viewer), _LIVE_TICK, blueprint
             if not _in_time(lambda: self._open(recording, *given), _PATIENCE):
                 rr.unregister_shutdown()
-                raise SinkError(
-                    f"no viewer answers at {viewer}: start one with `rerun --bind 127.0.0.1`, or let the "
-                    "display spawn one"
-                )
+                raise _no_viewer(viewer)
 
     def _open(
         self,
@@ -153,6 +154,31 @@ class Canvas:
         finally:
             for stream in self._streams:
                 _in_time(stream.disconnect, timeout)
+
+
+def _no_viewer(viewer: str) -> SinkError:
+    return SinkError(
+        f"no viewer answers at {viewer}: start one with `rerun --bind 127.0.0.1`, or let the display spawn one"
+    )
+
+
+def _listens(viewer: str) -> bool:
+    """Return whether anything listens at a viewer's address; True if it names no port, as rerun knows what it means.
+
+    rerun retries for eleven seconds, and meanwhile the process can open no other viewer.
+    """
+    try:
+        address = urlsplit(viewer)
+        host, port = address.hostname, address.port
+    except ValueError:
+        return True
+    if host is None or port is None:
+        return True
+    try:
+        with socket.create_connection((host, port), timeout=_PATIENCE):
+            return True
+    except OSError:
+        return False
 
 
 def _in_time(call: Callable[[], None], timeout: float) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from hypothesis import settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
@@ -163,5 +164,5 @@ class Exchange(RuleBasedStateMachine):
         assert self.wire.protocol.timers.due is None
 
 
-TestExchange = Exchange.TestCase
+TestExchange = pytest.mark.slow(Exchange.TestCase)
 TestExchange.settings = settings(max_examples=80, stateful_step_count=40)

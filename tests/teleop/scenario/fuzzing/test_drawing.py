@@ -28,6 +28,7 @@ def test_most_numbers_stand_for_a_session_and_no_two_for_the_same() -> None:
     assert len(set(sessions)) == len(sessions)
 
 
+@pytest.mark.slow
 def test_sessions_use_all_scenes_operators_and_faults() -> None:
     sessions = drawn(range(150))
     assert {session.world.scene for session in sessions} == set(SCENES)
