@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from coverage import Coverage
 from hypothesis import settings
+from hypothesis.internal.conjecture import providers
+from hypothesis.internal.constants_ast import Constants
 
 if TYPE_CHECKING:
     from localization.maps.cloud import Cloud
@@ -24,6 +26,17 @@ if TYPE_CHECKING:
 settings.register_profile("steady", deadline=None, derandomize=True)
 settings.register_profile("random", deadline=None, derandomize=False, max_examples=300)
 settings.load_profile("steady")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep numbers of our own source out of the steady examples.
+
+    Hypothesis draws some from the modules that are loaded, and these depend on the tests that a process ran before.
+    """
+    if not config.getoption("--hypothesis-profile", default=None):
+        nothing = Constants()
+        vars(providers)["_get_local_constants"] = lambda: nothing
+
 
 CPU_LIMIT = 2.0
 """Processor time of a test without the mark `slow`, `process` or `sweep` [s], times FARSTEER_TEST_CPU_FACTOR."""

@@ -45,8 +45,8 @@ class ArrivalOrder:
 
     It does so while the stamps are known to be wrong. A scanner's scans follow each other as they arrive. A pose
     of odometry that is stamped before the last one is placed by its stamp if it lies on the way there, and
-    after the last one if not. A scan that is stamped together with odometry, as in a line of a CARMEN log, goes
-    with it.
+    after the last one if not, or if one of the same stamp has come and the robot has moved since. A scan that
+    is stamped together with odometry, as in a line of a CARMEN log, goes with it.
     """
 
     stamp_error: int
@@ -118,12 +118,14 @@ class ArrivalOrder:
     def _placed(self, reading: Odometry) -> int:
         """Return the stamp [ns] that a pose is given, and remember it."""
         path, stamp = self._path, reading.stamp
-        given = self._given(stamp)
-        if given is not None:
-            return given
+        twin = next((known for known in reversed(path) if known[1] == stamp), None)
+        moved = twin is not None and _way(twin[2], reading.odom_from_base) > _EQUAL
+        if twin is not None and not (moved and self.distrusted):
+            return twin[0]
         if path and stamp < path[-1][0] - self.stamp_error:
             del path[bisect_right(path, stamp, key=lambda known: known[0]) :]
-        wrong = bool(path) and stamp <= path[-1][0] and self._lies_beyond(reading)
+        late = bool(path) and stamp <= path[-1][0]
+        wrong = late and (moved or self._lies_beyond(reading))
         if path and _way(path[-1][2], reading.odom_from_base) > _EQUAL:
             self._beyond.append(wrong)
         if wrong and self.distrusted:

@@ -63,6 +63,14 @@ def test_poses_of_a_drive_with_stamps_shaken_by_50_ms_stay_in_order_and_near_the
     assert max(late) <= 100 * MS + len(own)
 
 
+def test_pose_of_a_stamp_that_has_come_already_is_a_repetition_unless_stamps_are_wrong_and_it_moved() -> (
+    None
+):
+    own = [odometry(BEGIN, 0.0), odometry(BEGIN, 0.0), odometry(BEGIN, 0.06)]
+    assert stamps(distrusting(), [*own]) == [BEGIN, BEGIN, BEGIN + 1]
+    assert stamps(ArrivalOrder(ERROR), [*own]) == [BEGIN, BEGIN, BEGIN]
+
+
 def test_a_pose_that_came_late_is_placed_by_its_stamp() -> None:
     order = distrusting()
     own = [odometry(BEGIN + at * MS, 0.5e-3 * at) for at in (0, 100, 200, 120, 300, 220)]
