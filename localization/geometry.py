@@ -181,5 +181,7 @@ def interpolate_many(
     spans = (knot_times[1:] - knot_times[:-1]).astype(float)
     f = np.clip((times - knot_times[k]) / spans[k], 0.0, 1.0)
     positions = knot_positions[k] + f[:, None] * (knot_positions[k + 1] - knot_positions[k])
-    steps = np.array([so3_log(a.T @ b) for a, b in pairwise(knot_rotations)])
-    return positions, knot_rotations[k] @ so3_exp_many(f[:, None] * steps[k])
+    # Of a long track only the few steps that the times fall into.
+    first, last = (int(k.min()), int(k.max())) if len(k) else (0, 0)
+    steps = np.array([so3_log(a.T @ b) for a, b in pairwise(knot_rotations[first : last + 2])])
+    return positions, knot_rotations[k] @ so3_exp_many(f[:, None] * steps[k - first])

@@ -20,8 +20,6 @@ from localization.maps.nearest_point_grid import IndexArray, NearestGrid as Near
 
 _VERSION = 3
 """Part of a cache file's name; it changes with the layout or the meaning of the file's content."""
-_CORNERS = np.array([[-1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0]])
-"""Horizontal directions to the cells around a place, in half cells."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,14 +43,12 @@ class PreparedMap:
         to the same side. Here the nearest to the four cell centres around each point are compared with it; the
         rows of such a map are alike in height.
         """
-        half, n = 0.5 * self.grid.cell, len(points)
-        around = (points[None] + half * _CORNERS[:, None]).reshape(-1, 3)
-        index = self.grid.nearest(around)
-        offset = self.cloud.points[index].reshape(len(_CORNERS), n, 3) - points
+        index = self.grid.nearest_around(points)
+        offset = self.cloud.points.take(index, axis=0) - points
         square = np.einsum("cij,cij->ci", offset, offset)
-        square[index.reshape(len(_CORNERS), n) < 0] = np.inf
+        square[index < 0] = np.inf
         best = square.argmin(axis=0)
-        found: IndexArray = index.reshape(len(_CORNERS), n)[best, np.arange(n)]
+        found: IndexArray = index[best, np.arange(len(points))]
         return found
 
     def contains(self, x: float, y: float, *, margin: float = 0.0) -> bool:

@@ -131,8 +131,8 @@ def residuals(
     level = np.hypot(normals[:, 0], normals[:, 1])
     upright = level > _UPRIGHT
     tangent = np.zeros_like(normals)
-    tangent[upright, 0] = -normals[upright, 1] / level[upright]
-    tangent[upright, 1] = normals[upright, 0] / level[upright]
+    np.divide(-normals[:, 1], level, out=tangent[:, 0], where=upright)
+    np.divide(normals[:, 0], level, out=tangent[:, 1], where=upright)
     along = np.einsum("ij,ij->i", tangent, offset)
     return Residuals(distance, jacobian, along, _jacobian(arms, tangent, rotation))
 
@@ -149,8 +149,8 @@ def _jacobian(arms: FloatArray, directions: FloatArray, rotation: FloatArray) ->
     jacobian = np.empty((len(arms), 6))
     jacobian[:, :3] = directions
     (ax, ay, az), (nx, ny, nz) = arms.T, directions.T
-    turned = np.column_stack([ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx])
-    jacobian[:, 3:] = turned @ rotation
+    turned = np.stack([ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx], axis=1)
+    np.matmul(turned, rotation, out=jacobian[:, 3:])
     return jacobian
 
 
@@ -270,7 +270,7 @@ def _normal_equations(
 ) -> tuple[FloatArray, FloatArray]:
     weighted = seen.jacobian * weight[:, None]
     hessian = seen.jacobian.T @ weighted
-    gradient = weighted.T @ np.nan_to_num(seen.distance)
+    gradient = weighted.T @ np.where(seen.valid, seen.distance, 0.0)
     if seen.along is None or seen.along_jacobian is None:
         return hessian, gradient
     weighted = seen.along_jacobian * (config.tangential * weight)[:, None]
