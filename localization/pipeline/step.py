@@ -362,7 +362,8 @@ def _placed(
     health = HealthMonitor.placed(r.config.health, placement.explained)
     if believed:
         step = placement.map_from_base.position - state.filter.pose.position
-        health = HealthMonitor.after_replacement(state.health, float(np.hypot(*step[:2])))
+        jumped, full = float(np.hypot(*step[:2])), placement.explained == 1.0
+        health = HealthMonitor.after_replacement(state.health, jumped, full=full)
     covariance = np.diag(np.array(r.config.placement_sigma) ** 2)
     if placement.unseen is not None:
         covariance += placement.unseen

@@ -57,7 +57,8 @@ class Placement:
     unseen: FloatArray | None = None
     """(6, 6) covariance of what the sweep leaves open, as in ``Estimate``; None if it shows the whole pose."""
     explained: float = 1.0
-    """Share of what is seen that it explains, if a place that was not searched may clearly explain more; else 1."""
+    """Share of what is seen that it explains, if that leaves room for a place that was not searched, or if it
+    replaces a pose that stood; else 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -386,12 +387,11 @@ class Relocalizer:
                 return self._unsettled(state, unsure=False), None
             reason = f"explains {place.score:.0%} of the sweeps on the way here"
             placement = Placement(place.map_from_base, reason)
-            if not left.near:
-                return _found(state), placement
-            # The place may not be the only one in the map that explains the sweeps.
-            if self._leaves_room(place):
+            # Near is not the only place in the map that may explain the sweeps. Of a pose that stands, a place
+            # that leaves room needs the agreement of a way.
+            if (left.near or stands) and self._leaves_room(place):
                 placement = replace(placement, explained=place.score)
-            return _to_check(_found(state)), placement
+            return (_to_check(_found(state)) if left.near else _found(state)), placement
         if stands and left.exhausted(self._config, self._hypotheses):
             state = self._unsettled(state, unsure=False)
             if left.nowhere(self._config, self._hypotheses):

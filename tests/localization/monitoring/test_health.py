@@ -76,6 +76,21 @@ def test_given_pose_that_explains_little_is_suspect_until_metres_agree() -> None
     assert ask(HealthMonitor.placed(HealthConfig()))[0] is Health.TRACKING
 
 
+def test_pose_that_was_replaced_is_trusted_at_once_only_after_a_jump_and_if_the_new_one_explains_all() -> (
+    None
+):
+    stood = feed(HealthMonitor(), 5)
+    jumped = stood.after_jump(THROUGH, Change.MOST)
+    assert ask(HealthMonitor.after_replacement(jumped, 7.0))[0] is Health.TRACKING
+    for before, full in ((stood, True), (stood, False), (jumped, False)):
+        monitor = HealthMonitor.after_replacement(before, 7.0, full=full)
+        state, (reason,) = ask(monitor)
+        assert state is Health.SUSPECT
+        assert reason.startswith("a search moved the pose by 7.0 m: undo it if that is wrong")
+        assert ask(monitor.after_distance(2.9))[0] is Health.SUSPECT
+        assert ask(monitor.after_distance(3.1))[0] is Health.TRACKING
+
+
 def test_poor_fit_is_doubtful_though_not_refused() -> None:
     monitor = feed(HealthMonitor(), 3, inlier_ratio=0.49)
     health, reasons = ask(monitor)
