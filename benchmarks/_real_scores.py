@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import binom, chi2
 
 from benchmarks._real_logs import RealDrive
 from localization.evaluation.consistency import nees
@@ -64,6 +64,7 @@ class RealScore:
         references: odd corrected scans that have a pose.
         mean: mean position error at these.
         p95: 95th percentile of the position error at these.
+        p95_bounds: 95 % interval of it, as if errors at different references were independent.
         max: largest position error at these.
         trusted: share of the scans at which the estimate is wrong in a state that means trust.
         tracking: share of the state ``tracking`` among scans with an error below ``GOOD``.
@@ -85,6 +86,7 @@ class RealScore:
     references: int
     mean: float
     p95: float
+    p95_bounds: tuple[float, float]
     max: float
     trusted: float
     tracking: float
@@ -191,6 +193,7 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
         references=len(held),
         mean=float(np.mean(held)) if held else np.nan,
         p95=float(np.percentile(held, 95)) if held else np.nan,
+        p95_bounds=_quantile_bounds(held, 0.95) if held else (np.nan, np.nan),
         max=max(held, default=np.nan),
         trusted=np.nan if health is None else float((wrong & np.isin(health, TRUSTED)).mean()),
         tracking=np.nan
@@ -206,6 +209,16 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
         covered=float(np.mean(covered)) if covered else np.nan,
         cpu=(float(np.median(cpu)), float(np.percentile(cpu, 99)), float(cpu.max())),
     )
+
+
+def _quantile_bounds(values: Sequence[float], share: float) -> tuple[float, float]:
+    """Return the 95 % interval of a quantile, whatever the distribution.
+
+    The number of values below it is binomial (David and Nagaraja, Order Statistics, 3rd edition, section 7.1).
+    """
+    ranked, n = np.sort(values), len(values)
+    low, high = (int(binom.ppf(p, n, share)) for p in (0.025, 0.975))
+    return float(ranked[max(low - 1, 0)]), float(ranked[min(high, n - 1)])
 
 
 def _against_references(drive: RealDrive, found: Sequence[Answer]) -> tuple[list[float], float]:

@@ -44,7 +44,10 @@ def of_score(case: str, method: str, s: RealScore, cpu_mean: float) -> Iterator[
         ("CPU max", s.cpu[2], "ms", n),
     )
     for quantity, value, unit, count in values:
-        yield Figure(case, method, quantity, value, unit, count)
+        figure = Figure(case, method, quantity, value, unit, count)
+        if quantity == "error p95":
+            figure = replace(figure, low=s.p95_bounds[0], high=s.p95_bounds[1])
+        yield figure
 
 
 def of_kidnaps(case: str, trials: Sequence[Kidnap]) -> Iterator[Figure]:
@@ -95,7 +98,7 @@ def _mean(values: Sequence[float]) -> float:
 def scores(sheet: Sheet) -> str:
     """Return the table of drives: a row for each method on each log."""
     lines = [
-        "| log | method | scans | error, mean / p95 / max, m | relations, m | wrong | trusted though wrong"
+        "| log | method | scans | error, mean / p95 (95 % interval) / max, m | relations, m | wrong | trusted though wrong"
         " | tracking where right | NEES(3) | relations within 95 % | CPU per scan, mean; p50 / p99 / max, ms |",
         "|" + "---|" * 11,
     ]
@@ -112,7 +115,10 @@ def scores(sheet: Sheet) -> str:
             case,
             name,
             f"{f['scans'].value:.0f}",
-            " / ".join(_metres(f[f"error {q}"]) for q in ("mean", "p95", "max")),
+            " / ".join(
+                f"{_metres(f[f'error {q}'])}{_interval(f[f'error {q}'])}"
+                for q in ("mean", "p95", "max")
+            ),
             relations if math.isfinite(f["relations mean"].value) else _NO_SCORE,
             *percent,
             digits(f["NEES(3)"].value),
@@ -184,6 +190,12 @@ def _rows(sheet: Sheet, kind: str) -> dict[tuple[str, str], dict[str, Figure]]:
 def _metres(figure: Figure) -> str:
     value = figure.value
     return f"{value:.3f}" if math.isfinite(value) else _NO_SCORE
+
+
+def _interval(figure: Figure) -> str:
+    if figure.low is None or figure.high is None or not math.isfinite(figure.low):
+        return ""
+    return f" ({figure.low:.3f}-{figure.high:.3f})"
 
 
 def _percent(figure: Figure) -> str:

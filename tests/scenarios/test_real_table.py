@@ -16,7 +16,7 @@ from benchmarks._real_hints import KINDS, beginnings, start_at
 from benchmarks._real_kidnaps import HELD, Course, _misled, _recovered, kidnap, pairs
 from benchmarks._real_logs import Excerpt, RealDrive, real_drive
 from benchmarks._real_peers import AMCL, GICP, KISS, peer_answers
-from benchmarks._real_scores import Answer, score_real
+from benchmarks._real_scores import Answer, _quantile_bounds, score_real
 from benchmarks._real_table import of_kidnaps, of_score, scores
 from benchmarks._real_trials import place_at
 from benchmarks._submissions import read_submission, submitted_answers
@@ -79,6 +79,14 @@ def test_true_poses_handed_in_have_no_error_and_their_covariance_is_judged(
     path.write_text("5000.0 0 0 0 0 0 0 1\n", encoding="utf-8")
     with pytest.raises(ValueError, match="no line is within"):
         submitted_answers(drive, read_submission(path))
+
+
+def test_interval_of_a_percentile_holds_the_true_one_in_95_of_100_drives() -> None:
+    drawn = np.random.default_rng(0).exponential(size=(2000, 220))
+    bounds = np.array([_quantile_bounds(list(errors), 0.95) for errors in drawn])
+    held = (bounds[:, 0] <= np.log(20.0)) & (np.log(20.0) <= bounds[:, 1])
+    assert 0.94 <= held.mean() <= 0.975
+    assert _quantile_bounds([0.1], 0.95) == (0.1, 0.1)
 
 
 @pytest.mark.slow
