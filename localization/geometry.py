@@ -151,8 +151,12 @@ def euler_from_rotation(rotation: FloatArray) -> tuple[float, float, float]:
     r = rotation
     roll = float(np.arctan2(r[2, 1], r[2, 2]))
     pitch = float(np.arctan2(-r[2, 0], np.hypot(r[2, 1], r[2, 2])))
-    yaw = float(np.arctan2(r[1, 0], r[0, 0]))
-    return roll, pitch, yaw
+    return roll, pitch, yaw_from_rotation(r)
+
+
+def yaw_from_rotation(rotation: FloatArray) -> float:
+    """Return the heading [rad], in (-pi, pi], of a rotation matrix (3, 3)."""
+    return float(np.arctan2(rotation[1, 0], rotation[0, 0]))
 
 
 def wrap_angle(angle: float) -> float:

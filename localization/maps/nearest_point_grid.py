@@ -15,7 +15,6 @@ import numpy.typing as npt
 from localization.geometry import FloatArray
 
 IndexArray = npt.NDArray[np.int32]
-_CellArray = npt.NDArray[np.int64]
 CodeArray = npt.NDArray[np.unsignedinteger]
 
 _BITS = 3
@@ -50,7 +49,7 @@ class NearestGrid:
 
         The result is exact for the centre of the point's cell.
         """
-        return self._at(*(self._cells(c, axis) for axis, c in enumerate(points.T)))
+        return self._at(*points.T)
 
     def nearest_around(self, points: FloatArray) -> IndexArray:
         """Return the same (4, N) for the places half a cell off each point (N, 3) [m] to both sides, in x and y.
@@ -58,32 +57,26 @@ class NearestGrid:
         These are the four cells whose centres, at the height of the point's own cell, are nearest to it.
         """
         x, y, z = points.T
-        half = 0.5 * self.cell
-        to_x = self._cells(np.stack([x - half, x + half]), 0)
-        to_y = self._cells(np.stack([y - half, y + half]), 1)
-        found = self._at(to_x[:, None], to_y, self._cells(z, 2))
-        return found.reshape(4, len(points))
+        aside = np.array([[-0.5 * self.cell], [0.5 * self.cell]])
+        return self._at((x + aside)[:, None], y + aside, z).reshape(4, len(points))
 
-    def _cells(self, places: FloatArray, axis: int) -> _CellArray:
-        """Return the cells of coordinates [m] along an axis."""
-        with np.errstate(invalid="ignore"):
-            return np.floor((places - self.origin[axis]) / self.cell).astype(np.int64)
-
-    def _at(self, x: _CellArray, y: _CellArray, z: _CellArray) -> IndexArray:
-        """Return the index for each cell (x, y, z), three arrays that are broadcast.
+    def _at(self, *places: FloatArray) -> IndexArray:
+        """Return the index for places x, y, z [m], three arrays that are broadcast.
 
         What one axis decides is computed before that, on the smaller arrays.
         """
-        beyond, place, within = [], [], []
-        for cell, blocks in zip((x, y, z), self.directory.shape, strict=True):
-            # As unsigned integers, negative indices are beyond the limit, so one comparison finds both sides.
-            out = cell.view(np.uint64) >= np.uint64(blocks << _BITS)
-            kept = np.where(out, 0, cell)
-            beyond.append(out)
-            place.append(kept >> _BITS)
-            within.append(kept & (BLOCK - 1))
+        beyond, block_at, within = [], [], []
+        with np.errstate(invalid="ignore"):
+            for place, low, blocks in zip(places, self.origin, self.directory.shape, strict=True):
+                cell = np.floor((place - low) / self.cell).astype(np.int64)
+                # As unsigned integers, negative indices are beyond the limit, so one comparison finds both sides.
+                out = cell.view(np.uint64) >= np.uint64(blocks << _BITS)
+                cell[out] = 0
+                beyond.append(out)
+                block_at.append(cell >> _BITS)
+                within.append(cell & (BLOCK - 1))
         _, ny, nz = self.directory.shape
-        where = place[0] * (ny * nz) + (place[1] * nz + place[2])
+        where = block_at[0] * (ny * nz) + (block_at[1] * nz + block_at[2])
         inside = (within[0] << 2 * _BITS) + ((within[1] << _BITS) + within[2])
         block = self.directory.ravel().take(where)
         code = self.blocks.reshape(len(self.blocks), -1)[block, inside]

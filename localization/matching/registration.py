@@ -149,7 +149,10 @@ def _jacobian(arms: FloatArray, directions: FloatArray, rotation: FloatArray) ->
     jacobian = np.empty((len(arms), 6))
     jacobian[:, :3] = directions
     (ax, ay, az), (nx, ny, nz) = arms.T, directions.T
-    turned = np.stack([ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx], axis=1)
+    turned = np.empty((len(arms), 3))
+    turned[:, 0] = ay * nz - az * ny
+    turned[:, 1] = az * nx - ax * nz
+    turned[:, 2] = ax * ny - ay * nx
     np.matmul(turned, rotation, out=jacobian[:, 3:])
     return jacobian
 

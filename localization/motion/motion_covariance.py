@@ -54,8 +54,8 @@ def surface_pieces(flat: FloatArray, length: float) -> tuple[FloatArray, FloatAr
     along = np.concatenate([[0.0], np.cumsum(np.where(jump, 0.0, steps))])
     surface = np.concatenate([[0], np.cumsum(jump)])
     # Far away, a step may be longer than a piece: what counts is the order of the pieces.
-    _, piece = np.unique(np.column_stack([surface, along // length]), axis=0, return_inverse=True)
-    piece = piece.ravel()
+    begun = jump | (np.diff(along // length) != 0.0)
+    piece = np.concatenate([[0], np.cumsum(begun)])
     count = np.bincount(piece).astype(float)
     middle = np.column_stack([np.bincount(piece, flat[:, k]) / count for k in (0, 1)])
     of = np.zeros(len(count), dtype=int)

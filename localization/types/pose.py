@@ -16,6 +16,7 @@ from localization.geometry import (
     quaternion_product,
     rotation_entries,
     rotation_from_euler,
+    yaw_from_rotation,
 )
 from localization.types.arrays import InvalidReadingError, read_only, require_finite
 
@@ -101,7 +102,7 @@ class Pose:
     @property
     def yaw(self) -> float:
         """Heading [rad], in (-pi, pi]."""
-        return self.euler[2]
+        return yaw_from_rotation(self.rotation)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
