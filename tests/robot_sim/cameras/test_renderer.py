@@ -9,6 +9,7 @@ import pickle
 import subprocess
 import sys
 import time
+from ctypes.util import find_library
 from dataclasses import replace
 
 import mujoco
@@ -150,6 +151,39 @@ def test_another_process_draws_the_same_bytes(
     )
 
     assert done.stdout.decode().strip() == expected
+
+
+SEEN_BY_OSMESA = """
+import pickle, sys
+from robot_sim.cameras import CAMERAS
+from robot_sim.cameras.renderer import CameraRenderer
+scene, state = pickle.load(sys.stdin.buffer)
+frame = CameraRenderer(scene, CAMERAS["small"]).render(state)
+assert "OpenGL.osmesa" in sys.modules
+pickle.dump((frame.rgb, frame.depth), sys.stdout.buffer)
+"""
+
+
+@pytest.mark.process
+def test_osmesa_draws_what_egl_draws(make_renderer: Make, office: World) -> None:
+    if find_library("OSMesa") is None:
+        pytest.skip("OSMesa is missing; on Debian 12: sudo apt-get install libosmesa6")
+    state = at(Simulation(office), 1.0, 0.5, 0.4)
+    expected = make_renderer(office).render(state)
+    done = subprocess.run(
+        [sys.executable, "-c", SEEN_BY_OSMESA],
+        input=pickle.dumps((camera_scene(office), state)),
+        capture_output=True,
+        check=True,
+        timeout=120,
+        env={**os.environ, "MUJOCO_GL": "osmesa"},
+    )
+    rgb, depth = pickle.loads(done.stdout)
+    # The same renderer gives the same bits; EGL may also be a graphics card's.
+    assert np.abs(rgb.astype(int) - expected.rgb).mean() < 2.0
+    near = np.isclose(depth, expected.depth, atol=0.02, equal_nan=True)
+    assert near.mean() > 0.99
+    assert np.isfinite(depth).mean() > 0.5
 
 
 def test_the_physics_is_the_same_with_and_without_a_camera(make_renderer: Make) -> None:
