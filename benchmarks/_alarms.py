@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -152,7 +153,7 @@ def by_world(figures: Iterable[Figure]) -> dict[str, list[Figure]]:
 
 def by_the_hour(case: str, figures: Sequence[Figure]) -> Iterator[Figure]:
     """Yield the rates of some drives' events, with Poisson's bounds and their goals."""
-    hours = sum(f.value for f in figures if f.quantity == _DRIVEN)
+    hours = math.fsum(f.value for f in figures if f.quantity == _DRIVEN)
     yield Figure(case, OURS, _DRIVEN, hours, "h", len({f.case for f in figures}))
     for name, most in zip(_COUNTS, _GOALS, strict=True):
         events = round(sum(f.value for f in figures if f.quantity == name))
