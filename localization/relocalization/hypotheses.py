@@ -40,6 +40,9 @@ class HypothesesConfig:
     a search found: wheels, gyro and scanner have led to that pose."""
     min_share: float = 0.3
     """A place that explains a smaller share of the sweeps in the mean is dropped, whatever is mapped there."""
+    sure_share: float = 0.75
+    """A place that explains a smaller share of the sweeps in the mean is taken, but suspect until metres agree, though
+    no other place of the map explains as much: the robot may be where nothing is mapped."""
     max_distance: float = 8.0
     """Without a decision after this distance [m], the search begins anew."""
     looks: int = 3

@@ -57,8 +57,8 @@ class Placement:
     unseen: FloatArray | None = None
     """(6, 6) covariance of what the sweep leaves open, as in ``Estimate``; None if it shows the whole pose."""
     explained: float = 1.0
-    """Share of what is seen that it explains, if that leaves room for a place that was not searched, or if it
-    replaces a pose that stood; else 1."""
+    """Share of what is seen that it explains, if that leaves room for a place that was not searched, for one that is not
+    mapped, or if it replaces a pose that stood; else 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -388,8 +388,9 @@ class Relocalizer:
             reason = f"explains {place.score:.0%} of the sweeps on the way here"
             placement = Placement(place.map_from_base, reason)
             # Near is not the only place in the map that may explain the sweeps. Of a pose that stands, a place
-            # that leaves room needs the agreement of a way.
-            if (left.near or stands) and self._leaves_room(place):
+            # that leaves room needs the agreement of a way, and so does one that explains little anywhere.
+            room = self._leaves_room(place) and (left.near or stands)
+            if room or place.score < self._hypotheses.sure_share:
                 placement = replace(placement, explained=place.score)
             return (_to_check(_found(state)) if left.near else _found(state)), placement
         if stands and left.exhausted(self._config, self._hypotheses):

@@ -77,6 +77,33 @@ def test_robot_without_a_pose_searches_after_five_seconds_and_places_itself_once
     assert placed < 12 * SECOND
 
 
+@pytest.mark.slow
+@pytest.mark.untraced
+def test_place_that_explains_two_thirds_of_what_is_seen_is_suspect_until_metres_agree(
+    hall: PreparedMap,
+) -> None:
+    """Where nothing is mapped, the best of the wrong places explains as much."""
+    drive = Drive(HALL, START, (6.0, 0.0, 0.0), (14.0, 0.4, 0.3), noise=0.012, seed=4)
+    estimates = run(Localizer(hall, MOUNTS), (hidden(r) for r in drive.readings()))
+    placed = [e for e in estimates if e.map_from_base is not None]
+    assert apart(placed[0].map_from_base, drive.pose(placed[0].stamp))[0] < 0.1
+    after = placed[1:]
+    assert after[0].health is Health.SUSPECT
+    assert "the new pose explains only" in after[0].reasons[0]
+    trusted = next(e.stamp for e in after if e.health is Health.TRACKING)
+    # Three metres at 0.4 m/s.
+    assert (trusted - placed[0].stamp) / SECOND == pytest.approx(7.5, abs=1.0)
+
+
+def hidden(reading: Reading) -> Reading:
+    """Return a scan of which something on the robot hides every third beam; other readings as they are."""
+    if not isinstance(reading, Scan):
+        return reading
+    ranges = reading.ranges.copy()
+    ranges[::3] = 0.4
+    return replace(reading, ranges=ranges)
+
+
 def test_robot_that_waits_for_the_search_says_so(hall: PreparedMap) -> None:
     drive = Drive(HALL, START, (1.0, 0.0, 0.0), noise=0.012, seed=4)
     last = run(Localizer(hall, MOUNTS), drive.readings())[-1]
