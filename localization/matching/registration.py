@@ -305,7 +305,6 @@ def _conclude(
         whole, gradient = _normal_equations(seen, weight, config)
         held = unscaled @ whole @ unscaled.T
         offset = -unscaled.T @ np.linalg.solve(held, unscaled @ gradient)
-    explained = seen.valid & (np.abs(np.nan_to_num(seen.distance)) < config.inlier_distance)
     # The prior still pulls at the pose found; the sweep alone gives a slightly different one.
     alone = Pose.from_rotation(pose.position + offset[:3], pose.rotation @ so3_exp(offset[3:]))
     distances = seen.distance.copy()
@@ -316,8 +315,24 @@ def _conclude(
         information=information,
         observable_directions=directions,
         distances=distances,
-        inlier_ratio=float(explained.mean()) if len(explained) else 0.0,
+        inlier_ratio=_share_explained(seen, config),
     )
+
+
+def share_explained(
+    sweep: Sweep,
+    world: PreparedMap,
+    map_from_base: Pose,
+    config: RegistrationConfig = RegistrationConfig(),
+) -> float:
+    """Return the share of a sweep that a map explains at a pose, in [0, 1]: a match's ``inlier_ratio`` there."""
+    rough = world.noise.normal > config.rough
+    return _share_explained(_seen(sweep, world, map_from_base, config, rough=rough), config)
+
+
+def _share_explained(seen: Residuals, config: RegistrationConfig) -> float:
+    explained = seen.valid & (np.abs(np.nan_to_num(seen.distance)) < config.inlier_distance)
+    return float(explained.mean()) if len(explained) else 0.0
 
 
 def _information_of_normal_noise(

@@ -30,13 +30,14 @@ from localization.filter.updates import (
     widen,
 )
 from localization.matching.matchers import MatchSweep
+from localization.matching.registration import share_explained
 from localization.matching.scan_consistency import explanation
 from localization.motion.kiss_odometry import ObservedMotion
 from localization.motion.slip_detection import SlipDetector
 from localization.pipeline.registration_cache import SweepRecord
 from localization.pipeline.resources import Resources
 from localization.pipeline.state import LastSweep, State
-from localization.types import SECOND, Match, Pose, ScanConsistency
+from localization.types import SECOND, Match, Pose, ScanConsistency, Sweep
 
 _GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
 """Largest normalised innovation squared of a match by its number of observable directions (99.99 %)."""
@@ -164,7 +165,8 @@ def _matched(
             filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
         match, nis = _registered(filter_, record, matcher, share, r)
     refusal = _refusal(match, nis, config)
-    if refusal is not None and _shows_slip(match, slip.slipping(now) or observed is None, config):
+    suspected = slip.slipping(now) or observed is None
+    if refusal is not None and suspected and _shows_slip(match, filter_.pose, record.sweep, r):
         slip, filter_ = _slipped(slip, filter_, now, config)
         # The record keeps the first match: a replay begins from the prediction that it belongs to.
         match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
@@ -353,17 +355,23 @@ def _refusal(match: Match, nis: float, config: LocalizerConfig) -> str | None:
     return None
 
 
-def _shows_slip(match: Match, suspected: bool, config: LocalizerConfig) -> bool:
-    """Return whether a rejected sweep shows that the wheels slipped.
+def _shows_slip(match: Match, predicted: Pose, sweep: Sweep, r: Resources) -> bool:
+    """Return whether a rejected sweep shows that the wheels slipped, if nothing but they observed the motion.
+
+    If KISS-ICP observed it and agrees with the wheels, the map or the earlier pose is at fault. So is the map if it
+    explains more of the sweep where the wheels lead: one with holes draws a sweep to where it has points.
 
     Args:
         match: the sweep fits the map, but contradicts the prediction.
-        suspected: whether the wheels are distrusted, or no other sensor observed the motion. If KISS-ICP
-            observed it and agrees with the wheels, the map or the earlier pose is at fault.
-        config: what counts as fitting.
+        predicted: ``map_from_base`` where the wheels lead.
+        sweep: the sweep.
+        r: what counts as fitting, and the map.
     """
     constrained = len(match.observable_directions) > 0
-    return suspected and constrained and match.inlier_ratio >= config.slip_min_inlier_ratio
+    if not constrained or match.inlier_ratio < r.config.slip_min_inlier_ratio:
+        return False
+    there = share_explained(sweep, r.world, predicted, r.config.registration)
+    return there <= match.inlier_ratio + _SAMPLING
 
 
 def _with_way_since_placement(

@@ -86,7 +86,9 @@ def test_place_that_explains_two_thirds_of_what_is_seen_is_suspect_until_metres_
     drive = Drive(HALL, START, (6.0, 0.0, 0.0), (14.0, 0.4, 0.3), noise=0.012, seed=4)
     estimates = run(Localizer(hall, MOUNTS), (hidden(r) for r in drive.readings()))
     placed = [e for e in estimates if e.map_from_base is not None]
-    assert apart(placed[0].map_from_base, drive.pose(placed[0].stamp))[0] < 0.1
+    found = placed[0].map_from_base
+    assert found is not None
+    assert apart(found, drive.pose(placed[0].stamp))[0] < 0.1
     after = placed[1:]
     assert after[0].health is Health.SUSPECT
     assert "the new pose explains only" in after[0].reasons[0]
