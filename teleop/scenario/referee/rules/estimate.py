@@ -27,6 +27,8 @@ _MARGIN: Final = 0.1
 """By so much less of it may fit than at the true place."""
 _UNDONE: Final = 0.3
 """Distance from the expected place within which an undo has undone [m]."""
+_PLACED: Final = "placed anew"
+"""What the estimate's reasons say where a search set the pose (``docs/health.md``)."""
 _FLOOR: Final = np.diag([0.02, 0.02, math.radians(0.5)]) ** 2
 """Error that no operator sees (x, y [m], yaw [rad]), squared: it is added to the claimed covariance."""
 
@@ -202,7 +204,9 @@ class UndoUndoes(Rule):
         """Return whether a hint or a search has set the pose with this tick."""
         assert self._last is not None
         way = _apart(self._last, now)
-        return _accepted(tick) or (way is not None and way > _UNDONE)
+        # A search may find the robot close to where it believed to be: then only the reason shows it.
+        found = any(_PLACED in reason for each in tick.estimates for reason in each.reasons)
+        return found or _accepted(tick) or (way is not None and way > _UNDONE)
 
 
 def _accepted(tick: TickRecord) -> bool:
