@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Iterator
 from typing import Final
 
+from localization.filter.ekf_config import GRAVITY
 from localization.types import SECOND
 from teleop.robot.steps.step_results import StepProgress
 from teleop.robot.tick_record import TickRecord
@@ -117,14 +120,15 @@ class CommandIsLimited(Rule):
 
     name = "speed"
     sentence = (
-        "neither the command in force nor the driven speed is beyond the robot's limits; what touches the robot "
-        "may push it faster, such as a door that closes upon it"
+        "neither the command in force nor the driven speed is beyond the robot's limits; a descent may make it "
+        "faster by what it fell in the last second, and so may what touches it, such as a door that closes upon it"
     )
 
     def __init__(self, facts: RunFacts) -> None:
         """Begin a run."""
         super().__init__(facts)
         self._touched = -_PUSHED
+        self._heights: deque[float] = deque(maxlen=SECOND // TICK)
 
     def take(self, tick: TickRecord) -> str | None:
         """See ``Rule.take``."""
@@ -135,8 +139,13 @@ class CommandIsLimited(Rule):
         if tick.condition.touching:
             self._touched = tick.stamp
         driven = abs(float(tick.truth.twist.linear[0]))
-        # Downhill, and as a tyre lets go, the wheels' servos give way a little.
-        if tick.stamp - self._touched > _PUSHED and driven > 1.25 * facts.max_speed:
+        height = float(tick.truth.map_from_base.position[2])
+        self._heights.append(height)
+        # Downhill, and as a tyre lets go, the wheels' servos give way a little. Where the robot drops off a bank
+        # its wheels hold nothing, and what it falls becomes speed: v^2 = v0^2 + 2 g h.
+        fallen = max(self._heights) - height
+        fastest = math.sqrt((1.25 * facts.max_speed) ** 2 + 2.0 * GRAVITY * fallen)
+        if tick.stamp - self._touched > _PUSHED and driven > fastest:
             return f"it drives at {driven:.2f} m/s"
         return None
 

@@ -1,4 +1,4 @@
-"""Rules of what the robot believes: sound numbers, an honest bound, an undo that undoes."""
+"""Rules of what the robot believes: sound numbers, an honest bound, no jump of its dead reckoning."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from localization.geometry import FloatArray, wrap_angle
 from localization.types import SECOND, Health, Pose, Sweep, Verdict
-from teleop.robot.inbox import Undo
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.files.faults import Kidnap
 from teleop.scenario.referee.rules.command_in_force import TICK
@@ -25,10 +24,6 @@ _FITS: Final = 0.5
 """Share of a sweep that fits a place that looks right."""
 _MARGIN: Final = 0.1
 """By so much less of it may fit than at the true place."""
-_UNDONE: Final = 0.3
-"""Distance from the expected place within which an undo has undone [m]."""
-_PLACED: Final = "placed anew"
-"""What the estimate's reasons say where a search set the pose (``docs/health.md``)."""
 _FLOOR: Final = np.diag([0.02, 0.02, math.radians(0.5)]) ** 2
 """Error that no operator sees (x, y [m], yaw [rad]), squared: it is added to the claimed covariance."""
 
@@ -166,59 +161,3 @@ class OdometryIsSmooth(Rule):
         if step > farthest:
             return f"dead reckoning jumps by {step:.3f} m in a tick"
         return None
-
-
-class UndoUndoes(Rule):
-    """An undo puts the robot back to where it believed to be before."""
-
-    name = "undo"
-    sentence = "after an undo the pose is the one before the placement, moved on by dead reckoning, or none"
-
-    def __init__(self, facts: RunFacts) -> None:
-        """Begin a run without a placement."""
-        super().__init__(facts)
-        self._last: tuple[Pose | None, Pose] | None = None
-        self._before: tuple[Pose | None, Pose] | None = None
-
-    def take(self, tick: TickRecord) -> str | None:
-        """See ``Rule.take``."""
-        estimate = tick.estimate
-        now = estimate.map_from_base, estimate.odom_from_base
-        undone = any(isinstance(message, Undo) for message in tick.inbox)
-        broken = None
-        if undone and self._before is not None:
-            way = _apart(self._before, now)
-            if _accepted(tick):
-                pass  # the hint came after the undo, and moved the robot in the same tick
-            elif way is not None and way > _UNDONE:
-                broken = f"after an undo it is {way:.2f} m from where it was"
-            elif self._before[0] is None and now[0] is not None:
-                broken = "after an undo of its first pose it still has one"
-            self._before = None
-        elif self._last is not None and self._placed(tick, now):
-            self._before = self._last
-        self._last = now
-        return broken
-
-    def _placed(self, tick: TickRecord, now: tuple[Pose | None, Pose]) -> bool:
-        """Return whether a hint or a search has set the pose with this tick."""
-        assert self._last is not None
-        way = _apart(self._last, now)
-        # A search may find the robot close to where it believed to be: then only the reason shows it.
-        found = any(_PLACED in reason for each in tick.estimates for reason in each.reasons)
-        return found or _accepted(tick) or (way is not None and way > _UNDONE)
-
-
-def _accepted(tick: TickRecord) -> bool:
-    """Return whether a hint was accepted with this tick."""
-    verdicts = (estimate.verdict for estimate in tick.estimates)
-    return any(each is not None and each.verdict is Verdict.ACCEPTED for each in verdicts)
-
-
-def _apart(before: tuple[Pose | None, Pose], after: tuple[Pose | None, Pose]) -> float | None:
-    """Return how far a pose is from where dead reckoning leads from an earlier one [m]; None without both."""
-    (pose, odometry), (found, reckoned) = before, after
-    if pose is None or found is None:
-        return None
-    off = (pose @ odometry.inverse() @ reckoned).position - found.position
-    return math.hypot(off[0], off[1])

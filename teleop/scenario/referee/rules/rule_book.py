@@ -21,10 +21,10 @@ from teleop.scenario.referee.rules.estimate import (
     NumbersAreSound,
     OdometryIsSmooth,
     ReadingsAreTaken,
-    UndoUndoes,
 )
 from teleop.scenario.referee.rules.motion import ComesToRest, MovesAsTold
 from teleop.scenario.referee.rules.rule import Broken, Rule, RunFacts
+from teleop.scenario.referee.rules.undo import UndoUndoes
 from teleop.scenario.referee.rules.wire_facts import WireFacts
 
 RULES: tuple[type[Rule], ...] = (

@@ -26,6 +26,20 @@ def test_robot_beyond_its_speed_breaks_the_rule_unless_something_has_just_pushed
     assert later == [None] * 25 + ["it drives at 1.10 m/s"]
 
 
+def test_robot_that_drops_may_be_as_fast_as_its_fall_makes_it_and_no_faster() -> None:
+    rule = CommandIsLimited(
+        RunFacts(Scenario(1, "one"), WireFacts(lambda: 0), NOTHING, 0.7, 2.0, 1.0)
+    )
+    ticks = Ticks()
+    assert rule.take(ticks.tick(speed=0.7, height=0.2)) is None
+    # 1.25 * 0.7 m/s and a fall of 0.05 m: 1.322 m/s.
+    assert rule.take(ticks.tick(speed=1.3, height=0.15)) is None
+    assert rule.take(ticks.tick(speed=1.34, height=0.15)) == "it drives at 1.34 m/s"
+    later = [rule.take(ticks.tick(speed=1.0, height=0.15)) for _ in range(50)]
+    assert later[:47] == [None] * 47
+    assert later[47] == "it drives at 1.00 m/s"
+
+
 def test_command_beyond_the_speed_breaks_the_rule_even_as_something_pushes() -> None:
     rule = CommandIsLimited(
         RunFacts(Scenario(1, "one"), WireFacts(lambda: 0), NOTHING, 0.7, 2.0, 1.0)

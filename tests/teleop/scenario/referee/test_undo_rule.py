@@ -8,8 +8,8 @@ import pytest
 from localization.maps.cloud import Cloud
 from teleop.robot.inbox import Undo
 from teleop.scenario.files.scenario import Scenario
-from teleop.scenario.referee.rules.estimate import UndoUndoes
 from teleop.scenario.referee.rules.rule import RunFacts
+from teleop.scenario.referee.rules.undo import UndoUndoes
 from teleop.scenario.referee.rules.wire_facts import WireFacts
 from tests.teleop.scenario.referee.ticks import Ticks
 

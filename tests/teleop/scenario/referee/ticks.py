@@ -50,6 +50,7 @@ class Ticks:
         reason: str = "driving",
         touching: Iterable[str] = (),
         tilt: float = 0.0,
+        height: float = 0.0,
         inbox: Iterable[InboxMessage] = (),
     ) -> TickRecord:
         """Return the next tick.
@@ -73,11 +74,13 @@ class Ticks:
             reason: Of the mode.
             touching: Names of touched obstacles.
             tilt: From the vertical [rad].
+            height: True z [m].
             inbox: Messages of the tick.
         """
         self.number += 1
         stamp = self.number * TICK_NS
-        true = Pose.planar(x, y, heading)
+        flat = Pose.planar(x, y, heading)
+        true = Pose(flat.position + (0.0, 0.0, height), flat.quaternion_wxyz)
         estimated = guess if isinstance(guess, Pose) else Pose.planar(*(guess or (x, y, heading)))
         estimate = Estimate(
             stamp,
