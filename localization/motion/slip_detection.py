@@ -86,9 +86,15 @@ class SlipDetector(NamedTuple):
     def shown_by_map(self, speed: float, now: int) -> SlipDetector:
         """Return the detector after registered sweeps showed the robot's forward speed [m/s].
 
-        KISS-ICP begins from its own speed while the wheels are distrusted, and could run away.
+        KISS-ICP begins from its own speed while the wheels are distrusted, and could run away. Between walls it
+        sees no motion along them, and what the wheels read may be as wrong as it was: as long as the map
+        contradicts them, they are distrusted.
         """
-        return self._replace(trusted_speed=speed) if self.slipping(now) else self
+        if not self.slipping(now):
+            return self
+        shown = self._replace(trusted_speed=speed)
+        apart = abs(speed - self.rolling_speed) > self.config.overspeed_margin
+        return shown.distrusted(now) if apart and self.config.sensors.wheels else shown
 
     def rolled_on(self, distance: float) -> SlipDetector:
         """Return the detector after the wheels rolled for another distance [m]."""

@@ -71,3 +71,28 @@ def test_robot_that_speeds_up_while_its_wheels_are_in_doubt_is_followed_as_the_m
     assert not alone.plausible(1)
     trusted = SlipDetector(LocalizerConfig()).shown_by_map(0.6, 1)
     assert not trusted.observed(Pose.planar(0.06, 0.0, 0.0), 0.1).plausible(1)
+
+
+@pytest.mark.parametrize(
+    ("rolling", "still"),
+    [
+        (0.0, True),  # encoders that read nothing
+        (0.55, False),  # the wheels grip again
+        (1.2, True),  # they still spin
+    ],
+)
+def test_wheels_are_distrusted_for_as_long_as_the_map_contradicts_them(
+    rolling: float, still: bool
+) -> None:
+    config = LocalizerConfig()
+    detector, memory = SlipDetector(config).distrusted(0), config.slip_memory
+    # Wheels that spin up as fast as this are a sign of slip themselves: here they did so before.
+    detector = detector.wheels_read(rolling, 1.0, 1)
+    for now in range(0, 4 * memory, memory // 4):
+        detector = detector.shown_by_map(0.6, now)
+    assert detector.slipping(4 * memory) is still
+    assert not detector.slipping(6 * memory)
+
+
+def test_wheels_that_have_not_come_in_doubt_stay_trusted_whatever_the_map_shows() -> None:
+    assert not SlipDetector(LocalizerConfig()).shown_by_map(0.6, 1).slipping(1)
