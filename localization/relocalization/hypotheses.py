@@ -213,7 +213,8 @@ class Hypotheses:
             return None
         if min(best.score, best.shares[-1]) < search.min_inlier_ratio:
             return None
-        if not all(_outdoes(best, p, search) for p in self.places[1:2]):
+        # Not only the second: another may explain less, and contradict no more of what is seen.
+        if not all(_outdoes(best, p, search) for p in self.places[1:]):
             return None
         standing = (p for p in self.places[1:] if p.present)
         if not all(_outdoes(best, p, search, config.standing_factor) for p in standing):

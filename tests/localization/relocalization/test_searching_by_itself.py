@@ -299,6 +299,19 @@ def test_estimate_that_stands_is_replaced_only_by_a_place_that_outdoes_it_by_far
     assert (decided is not None) is replaced
 
 
+@pytest.mark.parametrize(("contradicted", "believed"), [(0.09, False), (0.5, True)])
+def test_place_is_believed_only_if_it_outdoes_every_other_one(
+    contradicted: float, believed: bool
+) -> None:
+    """Also one that explains less, because more of what is seen ends where nothing is mapped."""
+    best = Hypothesis(Pose.identity(), (0.83,) * 6, (0.11,) * 5)
+    second = Hypothesis(Pose.planar(8.0, 0.0, 0.0), (0.78,) * 6, (0.4,) * 5)
+    third = Hypothesis(Pose.planar(0.0, 8.0, 0.0), (0.5,) * 6, (contradicted,) * 5)
+    places = Hypotheses((best, second, third), distance=1.2)
+    decided = places.decided(SearchConfig(), HypothesesConfig())
+    assert (decided is not None) is believed
+
+
 def test_estimate_that_is_held_off_its_place_is_compared_with_others_at_its_place() -> None:
     """Decimetres off, the right place explains less than a wrong one may, and moving on does not change that."""
     world, here = HALL.prepared(), Pose.planar(3.0, 2.5, 0.2)
