@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from localization.maps.cloud import Cloud
@@ -27,6 +28,13 @@ _SAME_FACE = 0.5
 """Normals with a smaller cosine belong to different faces."""
 _FEWEST = 30
 """With fewer points that have neighbours nothing is measured."""
+_AROUND = 0.1
+"""Distance within which normals are compared with that of a point [m]: where a wall ends, normals that were
+estimated from the points around are wrong about that far."""
+_FEW = 8
+"""Of so many neighbours, the nearest."""
+_BLOCK = 100_000
+"""Number of points whose neighbours are held in memory at a time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +45,31 @@ class MapNoise:
     """The distance of a point from its surface, along the normal [m]."""
     normal: float = 0.0
     """The angle between a normal and the surface's true normal [rad]."""
+
+
+def normal_spread(cloud: Cloud) -> npt.NDArray[np.float32]:
+    """Return for each point (N,) by how much its normal and those around it differ, one sigma of each [rad].
+
+    On a surface that is the noise of its normals. Where a wall ends or meets another, a normal that was estimated
+    from the points around it is one of neither. Other faces are not compared; 0 where there is nothing around.
+    """
+    points, normals = cloud.points, cloud.normals.astype(float)
+    spread = np.zeros(len(points), dtype=np.float32)
+    k = min(_FEW + 1, len(points))
+    if k < 2:
+        return spread
+    tree = cKDTree(points)
+    for begin in range(0, len(points), _BLOCK):
+        part = slice(begin, begin + _BLOCK)
+        away, index = tree.query(points[part], k=k, distance_upper_bound=_AROUND)
+        near = np.isfinite(away)
+        cosine = np.einsum("ikj,ij->ik", normals[np.where(near, index, 0)], normals[part])
+        # A point is its own neighbour at no angle; what is seen from behind is another face.
+        near &= cosine > 0.0
+        square = np.where(near, np.arccos(np.clip(cosine, -1.0, 1.0)), 0.0) ** 2
+        spread[part] = np.sqrt(0.5 * square.sum(axis=1) / np.maximum(near.sum(axis=1) - 1, 1))
+    spread.flags.writeable = False
+    return spread
 
 
 def measured_noise(cloud: Cloud) -> MapNoise:

@@ -1,4 +1,4 @@
-"""Cloud prepared for matching: a grid of nearest points, the height of the ground, its noise.
+"""Cloud prepared for matching: a grid of nearest points, the height of the ground, its noise, where walls end.
 
 All are derived from the cloud alone and are cached under the cloud's hash.
 """
@@ -9,16 +9,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.maps.ground_height import Ground, ground_of
 from localization.maps.map_cache import default_cache as default_cache, load, store
-from localization.maps.map_noise import MapNoise, measured_noise
+from localization.maps.map_noise import MapNoise, measured_noise, normal_spread
 from localization.maps.nearest_grid_building import build_grid
 from localization.maps.nearest_point_grid import IndexArray, NearestGrid as NearestGrid
 
-_VERSION = 3
+_VERSION = 4
 """Part of a cache file's name; it changes with the layout or the meaning of the file's content."""
 
 
@@ -34,6 +35,8 @@ class PreparedMap:
     """Height of the ground."""
     noise: MapNoise = field(default_factory=MapNoise)
     """Noise of its points and normals, as measured on the map."""
+    spread: npt.NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, dtype=np.float32))
+    """(N,) by how much the normals around each point differ [rad]; empty if that is not known."""
 
     def nearest(self, points: FloatArray) -> IndexArray:
         """Return for each point (N, 3) [m] the index of the nearest cloud point; -1 if none is in reach.
@@ -77,7 +80,7 @@ def prepare(
         if kept is not None:
             return kept
     grid = build_grid(cloud.points, cell, reach)
-    world = PreparedMap(cloud, grid, ground_of(cloud), measured_noise(cloud))
+    world = PreparedMap(cloud, grid, ground_of(cloud), measured_noise(cloud), normal_spread(cloud))
     if file is not None:
         _store(file, world)
     return world
@@ -98,9 +101,10 @@ def _load(file: Path, cloud: Cloud) -> PreparedMap | None:
         )
         ground = Ground(kept["ground_origin"], kept["ground_height"], bool(kept["ground_level"]))
         noise = MapNoise(*kept["noise"].tolist())
+        spread = kept["spread"].reshape(len(cloud.points))
     except (KeyError, TypeError, ValueError):
         return None
-    return PreparedMap(cloud, grid, ground, noise)
+    return PreparedMap(cloud, grid, ground, noise, spread)
 
 
 def _store(file: Path, world: PreparedMap) -> None:
@@ -117,5 +121,6 @@ def _store(file: Path, world: PreparedMap) -> None:
         "ground_height": ground.height,
         "ground_level": np.bool_(ground.level),
         "noise": np.array([world.noise.distance, world.noise.normal]),
+        "spread": world.spread,
     }
     store(file, {name: np.asarray(value) for name, value in arrays.items()})

@@ -21,6 +21,7 @@ from localization.filter.covariance import pose_covariance
 from localization.filter.pose_error import LEVER, difference
 from localization.geometry import FloatArray, hat, so3_exp
 from localization.maps.map_noise import MapNoise
+from localization.maps.nearest_point_grid import IndexArray
 from localization.maps.prepared_map import PreparedMap
 from localization.types import Match, Pose, Sweep
 
@@ -64,7 +65,8 @@ class RegistrationConfig:
     maps they never are: the two faces of a wall are not apart there."""
     rough: float = 0.1
     """Normals with more noise than this make a map rough, one sigma [rad]: clouds that were surveyed have 0.03
-    to 0.05, occupancy grids 0.14 to 0.24."""
+    to 0.05, occupancy grids 0.14 to 0.24. In a smooth map, a point around which the normals differ by this much more
+    counts half for what is observable: there a wall ends."""
     tangential: float = 0.3
     """Weight, in rough maps, of a point's distance from its nearest cloud point along the wall, as a share of
     the weight of its distance across."""
@@ -85,6 +87,8 @@ class Residuals:
     """(N,) signed distance to the plane [m]; NaN where the cloud has no front-facing point near."""
     jacobian: FloatArray
     """(N, 6) derivative by (position in map, rotation in base)."""
+    nearest: IndexArray
+    """(N,) index of the nearest cloud point; -1 where there is none."""
     along: FloatArray | None = None
     """(N,) signed distance from the nearest cloud point along its wall, horizontally [m]; 0 on surfaces that are
     not upright. None unless the map is rough."""
@@ -127,14 +131,14 @@ def residuals(
         distance[np.einsum("ij,ij->i", normals, to_sensor) <= 0.0] = np.nan
     jacobian = _jacobian(arms, normals, rotation)
     if not rough:
-        return Residuals(distance, jacobian)
+        return Residuals(distance, jacobian, index)
     level = np.hypot(normals[:, 0], normals[:, 1])
     upright = level > _UPRIGHT
     tangent = np.zeros_like(normals)
     np.divide(-normals[:, 1], level, out=tangent[:, 0], where=upright)
     np.divide(normals[:, 0], level, out=tangent[:, 1], where=upright)
     along = np.einsum("ij,ij->i", tangent, offset)
-    return Residuals(distance, jacobian, along, _jacobian(arms, tangent, rotation))
+    return Residuals(distance, jacobian, index, along, _jacobian(arms, tangent, rotation))
 
 
 _UPRIGHT = 0.8
@@ -291,10 +295,13 @@ def _conclude(
     weight = _weights(seen, config.kernel, config)
     weight *= _independent_share(weight, config)
     # What is held along a wall by its nearest points is where the sweep was put, no information.
-    across = Residuals(seen.distance, seen.jacobian)
+    across = Residuals(seen.distance, seen.jacobian, seen.nearest)
     hessian, _ = _normal_equations(across, weight, config)
-    fake = _information_of_normal_noise(sweep, pose, weight, hessian, config.normal_noise)
-    directions = observable_directions(hessian, fake, config)
+    if rough or not len(world.spread):
+        fake = _information_of_normal_noise(sweep, pose, weight, hessian, config.normal_noise)
+        directions = observable_directions(hessian, fake, config)
+    else:
+        directions = _held_by_surfaces(sweep, world, pose, across, weight, config)
     information, offset = np.zeros((6, 6)), np.zeros(6)
     if len(directions):
         # Project on the observable directions W (rows, orthonormal in the scaled space).
@@ -317,6 +324,28 @@ def _conclude(
         distances=distances,
         inlier_ratio=_share_explained(seen, config),
     )
+
+
+def _held_by_surfaces(
+    sweep: Sweep,
+    world: PreparedMap,
+    pose: Pose,
+    seen: Residuals,
+    weight: FloatArray,
+    config: RegistrationConfig,
+) -> FloatArray:
+    """Return the observable directions (k, 6); where the map's normals differ, their own difference is their noise.
+
+    Where a wall ends, the estimated normals turn away from it, and a scanner that sees no more than that edge would
+    be held along the wall by them alone. Such a point counts for the less the more the normals around it differ.
+    """
+    spread = np.maximum(world.spread[seen.nearest].astype(float), config.normal_noise)
+    even = weight / (1.0 + (spread**2 - config.normal_noise**2) / config.rough**2)
+    hessian, _ = _normal_equations(seen, even, config)
+    noise = even * spread**2
+    turned, _ = _normal_equations(seen, noise, config)
+    fake = _information_of_normal_noise(sweep, pose, noise, turned, 1.0)
+    return observable_directions(hessian, fake, config)
 
 
 def share_explained(
