@@ -54,7 +54,8 @@ class RegistrationConfig:
     """A point this near to its plane counts as explained [m]."""
     normal_noise: float = 0.04
     """The least angular noise of the map's normals, one sigma [rad], for the debiasing; what is measured on
-    the map counts if it is more (see ``map_noise``)."""
+    the map counts if it is more (see ``map_noise``). In a smooth map, points around which the normals differ by more, as
+    where a wall ends, count the less for whether a direction is observable."""
     debias: float = 4.0
     """A direction is observable if its information exceeds this many times the spurious information of noisy
     normals: two sigma squared (after Hatleskog and Alexis, arXiv:2410.10784)."""
@@ -65,8 +66,7 @@ class RegistrationConfig:
     maps they never are: the two faces of a wall are not apart there."""
     rough: float = 0.1
     """Normals with more noise than this make a map rough, one sigma [rad]: clouds that were surveyed have 0.03
-    to 0.05, occupancy grids 0.14 to 0.24. In a smooth map, a point around which the normals differ by this much more
-    counts half for what is observable: there a wall ends."""
+    to 0.05, occupancy grids 0.14 to 0.24."""
     tangential: float = 0.3
     """Weight, in rough maps, of a point's distance from its nearest cloud point along the wall, as a share of
     the weight of its distance across."""
@@ -297,11 +297,11 @@ def _conclude(
     # What is held along a wall by its nearest points is where the sweep was put, no information.
     across = Residuals(seen.distance, seen.jacobian, seen.nearest)
     hessian, _ = _normal_equations(across, weight, config)
-    if rough or not len(world.spread):
-        fake = _information_of_normal_noise(sweep, pose, weight, hessian, config.normal_noise)
-        directions = observable_directions(hessian, fake, config)
-    else:
-        directions = _held_by_surfaces(sweep, world, pose, across, weight, config)
+    # Noise s of a normal under a weight of 1/s^2 fakes as much as usual noise does under the whole weight.
+    fake = _information_of_normal_noise(sweep, pose, weight, hessian, config.normal_noise)
+    even = weight if rough else _by_normals(weight, seen, world, config)
+    held, _ = _normal_equations(across, even, config)
+    directions = observable_directions(held, fake, config)
     information, offset = np.zeros((6, 6)), np.zeros(6)
     if len(directions):
         # Project on the observable directions W (rows, orthonormal in the scaled space).
@@ -326,26 +326,19 @@ def _conclude(
     )
 
 
-def _held_by_surfaces(
-    sweep: Sweep,
-    world: PreparedMap,
-    pose: Pose,
-    seen: Residuals,
-    weight: FloatArray,
-    config: RegistrationConfig,
+def _by_normals(
+    weight: FloatArray, seen: Residuals, world: PreparedMap, config: RegistrationConfig
 ) -> FloatArray:
-    """Return the observable directions (k, 6); where the map's normals differ, their own difference is their noise.
+    """Return the weights (N,) with which points decide what is observable: by inverse variance of their normals.
 
     Where a wall ends, the estimated normals turn away from it, and a scanner that sees no more than that edge would
-    be held along the wall by them alone. Such a point counts for the less the more the normals around it differ.
+    be held along the wall by them alone.
     """
-    spread = np.maximum(world.spread[seen.nearest].astype(float), config.normal_noise)
-    even = weight / (1.0 + (spread**2 - config.normal_noise**2) / config.rough**2)
-    hessian, _ = _normal_equations(seen, even, config)
-    noise = even * spread**2
-    turned, _ = _normal_equations(seen, noise, config)
-    fake = _information_of_normal_noise(sweep, pose, noise, turned, 1.0)
-    return observable_directions(hessian, fake, config)
+    if not len(world.spread):
+        return weight
+    spread = np.maximum(world.spread[seen.nearest], config.normal_noise)
+    even: FloatArray = weight * (config.normal_noise / spread) ** 2
+    return even
 
 
 def share_explained(

@@ -43,7 +43,8 @@ class SlipDetector(NamedTuple):
     elapsed: float = 0.0
     """Length of the present window [s]."""
     speed: float | None = None
-    """Forward speed [m/s] to use while the wheels slip; None before KISS-ICP has observed one."""
+    """Forward speed [m/s] to use while the wheels slip: the last that was observed or that trusted wheels rolled; None
+    before the first."""
     turn_rate: float = 0.0
     """Yaw rate that KISS-ICP observed last [rad/s]."""
 
@@ -114,6 +115,19 @@ class SlipDetector(NamedTuple):
         """
         way = motion if self.motion is None else self.motion @ motion
         return self._replace(motion=way, elapsed=self.elapsed + elapsed)
+
+    def unobserved(self, elapsed: float, now: int) -> SlipDetector:
+        """Return the detector after a sweep in which KISS-ICP observed nothing; what it observed before grows old.
+
+        Args:
+            elapsed: time since the last sweep [s].
+            now: stamp of the sweep [ns].
+        """
+        if not self.config.sensors.wheels:
+            return self.restarted()
+        window = self._replace(elapsed=self.elapsed + elapsed).restarted()
+        speed = self.trusted_speed if self.slipping(now) else window.last_speed
+        return window._replace(speed=speed)
 
     @property
     def complete(self) -> bool:

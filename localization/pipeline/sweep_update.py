@@ -117,7 +117,8 @@ def _observed_motion(
             moved = state.last.odom_from_base.inverse() @ state.odom_from_base
             kiss, observed, record.view = r.kiss.add(kiss, record.sweep, moved)
     if observed is None:
-        return state._replace(kiss=kiss, slip=slip.restarted()), None
+        slip = slip.unobserved(elapsed, record.sweep.stamp)
+        return state._replace(kiss=kiss, slip=slip), None
     if r.config.sensors.displaced:
         # Wheels without a gyro and KISS-ICP are weighed against each other when the sweep is registered.
         return state._replace(kiss=kiss, slip=slip.restarted()), observed

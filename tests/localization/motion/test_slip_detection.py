@@ -96,3 +96,16 @@ def test_wheels_are_distrusted_for_as_long_as_the_map_contradicts_them(
 
 def test_wheels_that_have_not_come_in_doubt_stay_trusted_whatever_the_map_shows() -> None:
     assert not SlipDetector(LocalizerConfig()).shown_by_map(0.6, 1).slipping(1)
+
+
+def test_speed_to_go_on_with_is_that_of_trusted_wheels_where_kiss_icp_sees_nothing() -> None:
+    """Not the one that KISS-ICP saw seconds ago, while one of the scanners was still alive."""
+    detector = SlipDetector(LocalizerConfig())
+    detector = detector.observed(Pose.planar(0.06, 0.0, 0.0), 0.1).confirmed().restarted()
+    assert detector.speed == pytest.approx(0.6)
+    for _ in range(3):
+        detector = detector.rolled_on(0.02).unobserved(0.1, 1)
+    assert detector.speed == pytest.approx(0.2)
+    slipping = detector.distrusted(2).rolled_on(0.12).unobserved(0.1, 3)
+    assert slipping.speed == pytest.approx(0.2)
+    assert slipping.shown_by_map(0.1, 4).unobserved(0.1, 5).speed == pytest.approx(0.1)
