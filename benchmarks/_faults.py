@@ -60,8 +60,8 @@ class Silence:
 SILENCES = (
     Silence("both scanners silent for 10 s", SCANNERS, 10.0, most=15.0, peers=True),
     Silence("both scanners silent for 2 s", SCANNERS, 2.0, most=15.0),
-    Silence("horizontal scanner silent for 10 s", SCANNERS[:1], 10.0),
-    Silence("vertical scanner silent for 10 s", SCANNERS[1:], 10.0),
+    Silence("horizontal scanner silent for 10 s", SCANNERS[:1], 10.0, most=15.0),
+    Silence("vertical scanner silent for 10 s", SCANNERS[1:], 10.0, most=15.0),
     Silence("wheels silent for 10 s", (WHEELS,), 10.0, peers=True),
     Silence("gyro silent for 2 s", (INERTIAL,), 2.0, peers=True),
 )

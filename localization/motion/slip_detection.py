@@ -14,6 +14,10 @@ from localization.types import Pose
 
 _SLIP_GATE = float(chi2.ppf(0.999, 1))
 """Beyond it KISS-ICP's forward motion contradicts the wheels' (99.9 %)."""
+_RECENT = 4
+"""Slip that ended no longer ago than so many times its memory may be what wheels come back from."""
+_ROOM = 3.0
+"""So many sigma the position may have been off before."""
 
 
 class SlipDetector(NamedTuple):
@@ -80,9 +84,24 @@ class SlipDetector(NamedTuple):
         detector = self._replace(rolling_speed=rolling)
         if abs(rolling - before) <= c.max_acceleration * seconds + c.wheel_speed_noise:
             return detector
+        if self._grips_again(rolling, now):
+            return detector
         if not self.slipping(now):
             detector = detector._replace(speed=before)
         return detector.distrusted(now)
+
+    def _grips_again(self, rolling: float, now: int) -> bool:
+        """Return whether wheels that have slipped roll at the robot's speed of before again.
+
+        They were trusted once nothing had contradicted them for a while: between walls nothing does.
+        """
+        c = self.config
+        recent = 0 <= now - self.slip_until < _RECENT * c.slip_memory
+        off, was_off = (
+            abs(rolling - self.trusted_speed),
+            abs(self.rolling_speed - self.trusted_speed),
+        )
+        return recent and off < c.overspeed_margin < was_off
 
     def shown_by_map(self, speed: float, now: int) -> SlipDetector:
         """Return the detector after registered sweeps showed the robot's forward speed [m/s].
@@ -153,6 +172,22 @@ class SlipDetector(NamedTuple):
             return low - c.overspeed_margin <= speed <= high + c.overspeed_margin
         gain = speed - (self.speed or 0.0)
         return abs(gain) <= c.max_acceleration * self.elapsed + c.overspeed_margin
+
+    def explains(self, distance: float, elapsed: float, sigma: float, now: int) -> bool:
+        """Return whether wheels that slip could have let the robot move so far: no further than they or it went before.
+
+        Args:
+            distance: forward motion since the last sweep [m].
+            elapsed: time since then [s].
+            sigma: of the position along the way, before that sweep's own information [m].
+            now: stamp of the sweep [ns].
+        """
+        if not self.config.sensors.wheels:
+            return True
+        before = self.trusted_speed if self.slipping(now) else 0.0
+        speeds = (0.0, self.last_speed, self.rolling_speed, before)
+        room = self.config.overspeed_margin * elapsed + _ROOM * sigma
+        return min(speeds) * elapsed - room <= distance <= max(speeds) * elapsed + room
 
     def confirmed(self) -> SlipDetector:
         """Return the detector with the speed and yaw rate that KISS-ICP observed."""

@@ -167,7 +167,8 @@ def _matched(
         match, nis = _registered(filter_, record, matcher, share, r)
     refusal = _refusal(match, nis, config)
     suspected = slip.slipping(now) or observed is None
-    if refusal is not None and suspected and _shows_slip(match, filter_.pose, record.sweep, r):
+    possible = suspected and _could_have_slipped(match, state, elapsed, now)
+    if refusal is not None and possible and _shows_slip(match, filter_.pose, record.sweep, r):
         slip, filter_ = _slipped(slip, filter_, now, config)
         # The record keeps the first match: a replay begins from the prediction that it belongs to.
         match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
@@ -356,11 +357,20 @@ def _refusal(match: Match, nis: float, config: LocalizerConfig) -> str | None:
     return None
 
 
+def _could_have_slipped(match: Match, state: State, elapsed: float, now: int) -> bool:
+    """Return whether slipping wheels could have taken the robot to where a sweep fits."""
+    way = state.last.map_from_base.inverse() @ match.map_from_base
+    forward = state.last.map_from_base.rotation[:, 0]
+    sigma = float(np.sqrt(forward @ state.filter.covariance[:3, :3] @ forward))
+    return state.slip.explains(float(way.position[0]), elapsed, sigma, now)
+
+
 def _shows_slip(match: Match, predicted: Pose, sweep: Sweep, r: Resources) -> bool:
     """Return whether a rejected sweep shows that the wheels slipped, if nothing but they observed the motion.
 
-    If KISS-ICP observed it and agrees with the wheels, the map or the earlier pose is at fault. So is the map if it
-    explains more of the sweep where the wheels lead: one with holes draws a sweep to where it has points.
+    If KISS-ICP observed it and agrees with the wheels, the map or the earlier pose is at fault. So is the map unless it
+    explains clearly more of the sweep than where the wheels lead: one with holes draws a sweep to where it has
+    points, and a scanner that sees one upright plane alone fits at many places along a wall.
 
     Args:
         match: the sweep fits the map, but contradicts the prediction.
@@ -372,7 +382,7 @@ def _shows_slip(match: Match, predicted: Pose, sweep: Sweep, r: Resources) -> bo
     if not constrained or match.inlier_ratio < r.config.slip_min_inlier_ratio:
         return False
     there = share_explained(sweep, r.world, predicted, r.config.registration)
-    return there <= match.inlier_ratio + _SAMPLING
+    return there <= match.inlier_ratio - r.config.retry_gain
 
 
 def _with_way_since_placement(

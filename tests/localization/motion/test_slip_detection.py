@@ -6,7 +6,7 @@ import pytest
 from localization.config import LocalizerConfig
 from localization.filter.ekf import initial_state
 from localization.motion.slip_detection import SlipDetector
-from localization.types import Pose
+from localization.types import SECOND, Pose
 
 COVARIANCE = np.diag(np.square([0.0057, 0.0049, 0.002]))
 """What KISS-ICP's motion of one sweep is worth in an office: x, y [m], yaw [rad]."""
@@ -109,3 +109,39 @@ def test_speed_to_go_on_with_is_that_of_trusted_wheels_where_kiss_icp_sees_nothi
     slipping = detector.distrusted(2).rolled_on(0.12).unobserved(0.1, 3)
     assert slipping.speed == pytest.approx(0.2)
     assert slipping.shown_by_map(0.1, 4).unobserved(0.1, 5).speed == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("distance", "sigma", "possible"),
+    [
+        (0.01, 0.005, True),  # the wheels spin and the robot stays behind
+        (0.08, 0.005, True),
+        (0.17, 0.005, False),  # faster than its wheels have ever turned
+        (-0.10, 0.005, False),
+        (0.17, 0.05, True),  # its place was not known better before
+    ],
+)
+def test_slip_takes_a_robot_no_further_than_its_wheels(
+    distance: float, sigma: float, possible: bool
+) -> None:
+    detector = SlipDetector(LocalizerConfig()).rolled_on(0.06).unobserved(0.1, 1)
+    assert detector.explains(distance, 0.1, sigma, 2) is possible
+
+
+@pytest.mark.parametrize(
+    ("after", "later", "slip"), [(0.7, 1, False), (0.0, 1, True), (0.7, 9, True)]
+)
+def test_wheels_that_come_back_from_slip_to_the_speed_of_before_are_trusted(
+    after: float, later: int, slip: bool
+) -> None:
+    """They had been trusted again for a while, as nothing between walls contradicts them."""
+    config = LocalizerConfig()
+    step, memory = SECOND // 50, config.slip_memory
+    detector = SlipDetector(config).wheels_read(0.7, 1.0, 0)._replace(slip_until=-1)
+    detector = detector.rolled_on(0.07).unobserved(0.1, step)
+    detector = detector.wheels_read(1.4, 0.02, 2 * step)
+    assert detector.slipping(2 * step)
+    end = 2 * step + later * memory + memory // 4
+    detector = detector.wheels_read(1.4, 0.02, end)
+    assert not detector.slipping(end)
+    assert detector.wheels_read(after, 0.02, end + step).slipping(end + step) is slip
