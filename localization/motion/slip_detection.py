@@ -10,14 +10,14 @@ from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState
 from localization.filter.prediction import rolling_noise
 from localization.geometry import FloatArray
-from localization.types import Pose
+from localization.types import SECOND, Pose
 
 _SLIP_GATE = float(chi2.ppf(0.999, 1))
 """Beyond it KISS-ICP's forward motion contradicts the wheels' (99.9 %)."""
 _RECENT = 4
 """Slip that ended no longer ago than so many times its memory may be what wheels come back from."""
 _ROOM = 3.0
-"""So many sigma the position may have been off before."""
+"""So many sigma a position may be off."""
 
 
 class SlipDetector(NamedTuple):
@@ -51,6 +51,10 @@ class SlipDetector(NamedTuple):
     before the first."""
     turn_rate: float = 0.0
     """Yaw rate that KISS-ICP observed last [rad/s]."""
+    ahead: float = 0.0
+    """Way of the robot by the map beyond what the wheels rolled, in a stretch of time in which they are distrusted [m]."""
+    compared: float = 0.0
+    """Length of that stretch so far [s]."""
 
     @property
     def velocity(self) -> tuple[float, float]:
@@ -103,18 +107,34 @@ class SlipDetector(NamedTuple):
         )
         return recent and off < c.overspeed_margin < was_off
 
-    def shown_by_map(self, speed: float, now: int) -> SlipDetector:
-        """Return the detector after registered sweeps showed the robot's forward speed [m/s].
+    def shown_by_map(self, way: float, elapsed: float, sigma: float, now: int) -> SlipDetector:
+        """Return the detector after registered sweeps showed how far the robot came.
 
         KISS-ICP begins from its own speed while the wheels are distrusted, and could run away. Between walls it
         sees no motion along them, and what the wheels read may be as wrong as it was: as long as the map
         contradicts them, they are distrusted.
+
+        Args:
+            way: forward motion since the last sweep, by the map [m].
+            elapsed: time since then [s].
+            sigma: of the position along the way [m].
+            now: stamp of the sweep [ns].
         """
         if not self.slipping(now):
-            return self
-        shown = self._replace(trusted_speed=speed)
-        apart = abs(speed - self.rolling_speed) > self.config.overspeed_margin
-        return shown.distrusted(now) if apart and self.config.sensors.wheels else shown
+            return self._replace(ahead=0.0, compared=0.0)
+        # A sweep that fits elsewhere makes no robot as fast as that.
+        low, high = self._reach(now)
+        margin = self.config.overspeed_margin
+        shown = self._replace(
+            trusted_speed=min(max(way / elapsed, low - margin), high + margin),
+            ahead=self.ahead + way - self.rolling_speed * elapsed,
+            compared=self.compared + elapsed,
+        )
+        fresh = shown._replace(ahead=0.0, compared=0.0)
+        room = margin * shown.compared + _ROOM * sigma
+        if self.config.sensors.wheels and abs(shown.ahead) > room:
+            return fresh.distrusted(now)
+        return shown if shown.compared * SECOND < self.config.slip_memory else fresh
 
     def rolled_on(self, distance: float) -> SlipDetector:
         """Return the detector after the wheels rolled for another distance [m]."""
@@ -184,10 +204,15 @@ class SlipDetector(NamedTuple):
         """
         if not self.config.sensors.wheels:
             return True
+        low, high = self._reach(now)
+        room = self.config.overspeed_margin * elapsed + _ROOM * sigma
+        return low * elapsed - room <= distance <= high * elapsed + room
+
+    def _reach(self, now: int) -> tuple[float, float]:
+        """Return the least and the greatest speed that wheels, or a robot that goes on as before, may have [m/s]."""
         before = self.trusted_speed if self.slipping(now) else 0.0
         speeds = (0.0, self.last_speed, self.rolling_speed, before)
-        room = self.config.overspeed_margin * elapsed + _ROOM * sigma
-        return min(speeds) * elapsed - room <= distance <= max(speeds) * elapsed + room
+        return min(speeds), max(speeds)
 
     def confirmed(self) -> SlipDetector:
         """Return the detector with the speed and yaw rate that KISS-ICP observed."""

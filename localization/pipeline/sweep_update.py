@@ -193,7 +193,8 @@ def _matched(
     health = state.health.after_sweep(match, filter_.pose, refusal, elapsed, record.consistency)
     if refusal is None and "forward" not in health.unobservable:
         way = state.last.map_from_base.inverse() @ filter_.pose
-        slip = slip.shown_by_map(float(way.position[0]) / max(elapsed, 1e-3), now)
+        sigma = _sigma_along(filter_)
+        slip = slip.shown_by_map(float(way.position[0]), max(elapsed, 1e-3), sigma, now)
     moved = state.odom_from_base.position - state.last.odom_from_base.position
     if not state.search.checking:
         health = health.after_distance(float(np.hypot(*moved[:2])))
@@ -360,9 +361,13 @@ def _refusal(match: Match, nis: float, config: LocalizerConfig) -> str | None:
 def _could_have_slipped(match: Match, state: State, elapsed: float, now: int) -> bool:
     """Return whether slipping wheels could have taken the robot to where a sweep fits."""
     way = state.last.map_from_base.inverse() @ match.map_from_base
-    forward = state.last.map_from_base.rotation[:, 0]
-    sigma = float(np.sqrt(forward @ state.filter.covariance[:3, :3] @ forward))
-    return state.slip.explains(float(way.position[0]), elapsed, sigma, now)
+    return state.slip.explains(float(way.position[0]), elapsed, _sigma_along(state.filter), now)
+
+
+def _sigma_along(filter_: FilterState) -> float:
+    """Return the standard deviation of the position along the robot's heading [m]."""
+    forward = filter_.pose.rotation[:, 0]
+    return float(np.sqrt(forward @ filter_.covariance[:3, :3] @ forward))
 
 
 def _shows_slip(match: Match, predicted: Pose, sweep: Sweep, r: Resources) -> bool:

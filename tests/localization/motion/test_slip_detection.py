@@ -66,10 +66,10 @@ def test_robot_that_speeds_up_while_its_wheels_are_in_doubt_is_followed_as_the_m
         way = Pose.planar(speed / 10, 0.0, 0.0)
         detector = detector.restarted().observed(way, 0.1)
         assert detector.plausible(1)
-        detector = detector.shown_by_map(speed, 1).distrusted(1)
+        detector = detector.shown_by_map(speed / 10, 0.1, 0.02, 1).distrusted(1)
         alone = alone.restarted().observed(way, 0.1).distrusted(1)
     assert not alone.plausible(1)
-    trusted = SlipDetector(LocalizerConfig()).shown_by_map(0.6, 1)
+    trusted = SlipDetector(LocalizerConfig()).shown_by_map(0.06, 0.1, 0.02, 1)
     assert not trusted.observed(Pose.planar(0.06, 0.0, 0.0), 0.1).plausible(1)
 
 
@@ -88,14 +88,23 @@ def test_wheels_are_distrusted_for_as_long_as_the_map_contradicts_them(
     detector, memory = SlipDetector(config).distrusted(0), config.slip_memory
     # Wheels that spin up as fast as this are a sign of slip themselves: here they did so before.
     detector = detector.wheels_read(rolling, 1.0, 1)
-    for now in range(0, 4 * memory, memory // 4):
-        detector = detector.shown_by_map(0.6, now)
+    for now in range(0, 4 * memory, memory // 5):
+        detector = detector.shown_by_map(0.06, 0.1, 0.02, now)
     assert detector.slipping(4 * memory) is still
     assert not detector.slipping(6 * memory)
 
 
+def test_map_that_shows_centimetres_to_and_fro_does_not_contradict_the_wheels() -> None:
+    config = LocalizerConfig()
+    detector = SlipDetector(config).wheels_read(0.6, 1.0, 0).distrusted(0)
+    for k in range(6):
+        now = k * config.slip_memory // 5
+        detector = detector.shown_by_map(0.06 + (-1) ** k * 0.04, 0.1, 0.02, now)
+    assert not detector.slipping(config.slip_memory)
+
+
 def test_wheels_that_have_not_come_in_doubt_stay_trusted_whatever_the_map_shows() -> None:
-    assert not SlipDetector(LocalizerConfig()).shown_by_map(0.6, 1).slipping(1)
+    assert not SlipDetector(LocalizerConfig()).shown_by_map(0.06, 0.1, 0.02, 1).slipping(1)
 
 
 def test_speed_to_go_on_with_is_that_of_trusted_wheels_where_kiss_icp_sees_nothing() -> None:
@@ -108,7 +117,7 @@ def test_speed_to_go_on_with_is_that_of_trusted_wheels_where_kiss_icp_sees_nothi
     assert detector.speed == pytest.approx(0.2)
     slipping = detector.distrusted(2).rolled_on(0.12).unobserved(0.1, 3)
     assert slipping.speed == pytest.approx(0.2)
-    assert slipping.shown_by_map(0.1, 4).unobserved(0.1, 5).speed == pytest.approx(0.1)
+    assert slipping.shown_by_map(0.01, 0.1, 0.02, 4).unobserved(0.1, 5).speed == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(
@@ -145,3 +154,13 @@ def test_wheels_that_come_back_from_slip_to_the_speed_of_before_are_trusted(
     detector = detector.wheels_read(1.4, 0.02, end)
     assert not detector.slipping(end)
     assert detector.wheels_read(after, 0.02, end + step).slipping(end + step) is slip
+
+
+def test_sweep_that_fits_elsewhere_makes_no_robot_faster_than_its_wheels() -> None:
+    """Dead reckoning goes on with that speed, and must not jump."""
+    config = LocalizerConfig()
+    detector = SlipDetector(config).wheels_read(0.6, 1.0, 0).distrusted(0)
+    detector = detector.shown_by_map(0.4, 0.1, 0.5, 1).unobserved(0.1, 2)
+    assert detector.speed == pytest.approx(0.6 + config.overspeed_margin)
+    back = SlipDetector(config).wheels_read(0.6, 1.0, 0).distrusted(0)
+    assert back.shown_by_map(-0.4, 0.1, 0.5, 1).unobserved(0.1, 2).speed == pytest.approx(-0.3)
