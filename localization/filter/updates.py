@@ -234,13 +234,16 @@ def update_match(
 def widen(
     state: FilterState, forward: float, side: float, vertical: float, yaw: float
 ) -> FilterState:
-    """Return the state with added variance of the pose along the base's axes [m, m, m, rad, one sigma]."""
+    """Return the state with added variance of the pose along the base's axes [m, m, m] and about the vertical [rad].
+
+    All are one sigma. About the base's own axis, gravity would show the heading of a robot that leans.
+    """
     rotation = state.pose.rotation
     extra = np.zeros((6, 6))
     extra[POSITION, POSITION] = (
         rotation @ np.diag(np.square([forward, side, vertical])) @ rotation.T
     )
-    extra[5, 5] = yaw**2
+    extra[ROTATION, ROTATION] = yaw**2 * np.outer(rotation[2], rotation[2])
     wider = with_pose_covariance(state, state.full_covariance[:6, :6] + extra)
     return replace(wider, accrued=state.accrued + extra)
 

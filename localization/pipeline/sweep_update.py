@@ -82,13 +82,13 @@ def corrected_by_sweep(
     """
     config, sweep, before = r.config, record.sweep, state.last
     elapsed = (sweep.stamp - before.stamp) / SECOND
-    state, observed = _observed_motion(state, record, elapsed, r)
     with r.stage("ekf"):
         if config.sensors.flat:
             filter_ = update_level(state.filter, config.ekf)
         else:
             filter_ = update_tilt(state.filter, config.ekf, elapsed)
-    state = state._replace(filter=filter_)
+    # After it: what slip adds to the covariance is taken away by the motion that is observed, and by nothing between.
+    state, observed = _observed_motion(state._replace(filter=filter_), record, elapsed, r)
     registration = Registration()
     if state.placed and r.match is not None:
         state, registration = _matched(state, record, observed, r.match, elapsed, r)

@@ -477,6 +477,19 @@ def test_widening_adds_variance_along_the_robots_axes() -> None:
     healthy(ekf)
 
 
+def test_gravity_says_nothing_about_the_heading_of_a_robot_that_leans() -> None:
+    """Slip may have turned it about the vertical, which it carries askew."""
+    ekf = DrivenFilter()
+    leaning = so3_exp(np.array([0.2, -0.1, 0.0]))
+    ekf.reset_pose(Pose.from_rotation(np.zeros(3), leaning), np.eye(6) * 1e-6)
+    ekf.predict(DT, np.zeros(3), leaning.T @ DOWN, 0.0, 0.0, slipping=False)
+    ekf.widen(0.1, 0.05, 0.02, 0.05)
+    ekf.update_tilt(0.1)
+    vertical = ekf.pose.rotation[2]
+    assert vertical @ ekf.covariance[3:, 3:] @ vertical == pytest.approx(0.05**2, rel=0.01)
+    healthy(ekf)
+
+
 def test_new_pose_forgets_how_the_old_one_hung_together_with_the_rest() -> None:
     ekf = DrivenFilter()
     a_little(ekf, 200)
