@@ -13,6 +13,8 @@ from localization.pipeline.events import (
 )
 from localization.types import Hint, HintVerdict
 
+PLACED_ANEW = "placed anew"
+"""How the reason begins where a search or a hint set the pose."""
 _REMEMBERED = 16
 """Number of answers that are not published again when late readings make the search end again."""
 
@@ -37,7 +39,7 @@ class EventQueue:
             case RobotPlaced():
                 if event != self._placement:
                     self._placement = event
-                    self._note = (f"placed anew: {event.reason}",)
+                    self._note = (f"{PLACED_ANEW}: {event.reason}",)
             case PlacementUndone():
                 self._note = (f"undid the placement of {event.seconds:.1f} s ago: {event.reason}",)
             case ScanDropped():

@@ -166,9 +166,9 @@ def _matched(
             filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
         match, nis = _registered(filter_, record, matcher, share, r)
     refusal = _refusal(match, nis, config)
-    suspected = slip.slipping(now) or observed is None
-    possible = suspected and _could_have_slipped(match, state, elapsed, now)
-    if refusal is not None and possible and _shows_slip(match, filter_.pose, record.sweep, r):
+    suspected = refusal is not None and (slip.slipping(now) or observed is None)
+    suspected = suspected and _could_have_slipped(match, state, elapsed, now)
+    if suspected and _shows_slip(match, filter_.pose, record.sweep, r):
         slip, filter_ = _slipped(slip, filter_, now, config)
         # The record keeps the first match: a replay begins from the prediction that it belongs to.
         match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)

@@ -146,7 +146,7 @@ def test_wheels_that_come_back_from_slip_to_the_speed_of_before_are_trusted(
     """They had been trusted again for a while, as nothing between walls contradicts them."""
     config = LocalizerConfig()
     step, memory = SECOND // 50, config.slip_memory
-    detector = SlipDetector(config).wheels_read(0.7, 1.0, 0)._replace(slip_until=-1)
+    detector = SlipDetector(config).wheels_read(0.7, 1.0, 0)
     detector = detector.rolled_on(0.07).unobserved(0.1, step)
     detector = detector.wheels_read(1.4, 0.02, 2 * step)
     assert detector.slipping(2 * step)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from localization.pipeline.event_queue import PLACED_ANEW
 from localization.types import Pose, Verdict
 from teleop.robot.inbox import Undo
 from teleop.robot.tick_record import TickRecord
@@ -12,8 +13,6 @@ from teleop.scenario.referee.rules.rule import Rule, RunFacts
 
 _UNDONE: Final = 0.3
 """Distance from the expected place within which an undo has undone [m]."""
-_PLACED: Final = "placed anew"
-"""What the estimate's reasons say where a search set the pose (``docs/health.md``)."""
 
 
 class UndoUndoes(Rule):
@@ -53,7 +52,7 @@ class UndoUndoes(Rule):
         assert self._last is not None
         way = _apart(self._last, now)
         # A search may find the robot close to where it believed to be: then only the reason shows it.
-        found = any(_PLACED in reason for each in tick.estimates for reason in each.reasons)
+        found = any(PLACED_ANEW in reason for each in tick.estimates for reason in each.reasons)
         return found or _accepted(tick) or (way is not None and way > _UNDONE)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from localization.maps.cloud import Cloud
+from localization.pipeline.event_queue import PLACED_ANEW
 from teleop.robot.inbox import Undo
 from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.referee.rules.rule import RunFacts
@@ -14,7 +15,7 @@ from teleop.scenario.referee.rules.wire_facts import WireFacts
 from tests.teleop.scenario.referee.ticks import Ticks
 
 NOTHING = Cloud(np.zeros((0, 3)), np.zeros((0, 3)), "nothing")
-FOUND = ("placed anew: explains 59% of the sweeps on the way here",)
+FOUND = (f"{PLACED_ANEW}: explains 59% of the sweeps on the way here",)
 
 
 @pytest.fixture
