@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar, cast, get_type_hints
@@ -13,13 +14,14 @@ from localization.errors import LocalizationError
 from localization.filter.ekf_config import EkfConfig
 from localization.matching.matchers import FixedCovariance, Matcher
 from localization.matching.registration import RegistrationConfig
+from localization.matching.scan_consistency import ScanConsistencyConfig
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.monitoring.health import HealthConfig
 from localization.monitoring.jump_detection import JumpDetectionConfig
 from localization.motion.dead_reckoning_config import DeadReckoningConfig
 from localization.motion.kiss_icp import KissConfig
-from localization.motion.sensor_configuration import SensorConfiguration
-from localization.pipeline.late_readings import LateReadingsConfig
+from localization.motion.late_readings import LateReadingsConfig
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.relocalization.branch_and_bound import MapSearchConfig
 from localization.relocalization.hypotheses import HypothesesConfig
 from localization.relocalization.search_config import SearchConfig
@@ -38,7 +40,7 @@ _KISS_ANGLE = np.deg2rad(0.6)
 
 @dataclass(frozen=True, slots=True)
 class LocalizerConfig:
-    """All settings of the localiser; nothing else configures it."""
+    """All settings of the localiser; what is no setting is a constant beside the code that uses it."""
 
     sensors: SensorConfiguration = field(default_factory=SensorConfiguration)
     ekf: EkfConfig = field(default_factory=EkfConfig)
@@ -51,6 +53,7 @@ class LocalizerConfig:
     map_search: MapSearchConfig = field(default_factory=MapSearchConfig)
     hypotheses: HypothesesConfig = field(default_factory=HypothesesConfig)
     search_schedule: SearchScheduleConfig = field(default_factory=SearchScheduleConfig)
+    scan_consistency: ScanConsistencyConfig = field(default_factory=ScanConsistencyConfig)
     dead_reckoning: DeadReckoningConfig = field(default_factory=DeadReckoningConfig)
     matcher: Matcher = Matcher.PLANE
     """The method that registers sweeps against the cloud."""
@@ -114,7 +117,7 @@ class LocalizerConfig:
     @classmethod
     def of(cls, sensors: SensorConfiguration) -> LocalizerConfig:
         """Return the settings that suit a robot's sensors."""
-        config = cls(sensors=sensors, ekf=sensors.ekf())
+        config = cls(sensors=sensors, ekf=EkfConfig.of(sensors))
         if sensors.displaced:
             kiss = replace(config.kiss, sigma_floor=_KISS_POSITION, sigma_floor_angle=_KISS_ANGLE)
             # The pose that sweeps are compared at is then corrected by them, and wrong by what they are wrong by.
@@ -122,6 +125,26 @@ class LocalizerConfig:
             health = replace(config.health, jump_growth=-1.0)
             config = replace(config, kiss=kiss, jump_detection=jumps, health=health)
         return replace(config, placement_sigma=_PLACEMENT_FLAT) if sensors.flat else config
+
+    def require_suited(self) -> None:
+        """Check that the filter is not set for other sensors, as by ``LocalizerConfig(sensors=...)``.
+
+        Raises:
+            LocalizationError: If its settings are those that suit other sensors.
+        """
+        if self.ekf != EkfConfig.of(self.sensors) and self.ekf in _usual():
+            given = f"{self.sensors.motion}{' on a flat floor' if self.sensors.flat else ''}"
+            raise LocalizationError(
+                f"the filter is set for other sensors than {given}: begin with LocalizerConfig.of(sensors), and"
+                " replace what differs"
+            )
+
+
+@functools.cache
+def _usual() -> tuple[EkfConfig, ...]:
+    """Return the filter's settings for all kinds of sensors."""
+    kinds = (SensorConfiguration(motion, flat) for motion in Motion for flat in (False, True))
+    return tuple(map(EkfConfig.of, kinds))
 
 
 OLD_NAMES: dict[str, dict[str, str]] = {

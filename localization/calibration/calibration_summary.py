@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from localization.calibration.calibration_config import AXES
 from localization.calibration.extrinsic_calibration import Calibration
 from localization.geometry import FloatArray
+from localization.mount_estimation.calibration_config import AXES
 
 
 def summary(found: Calibration) -> tuple[str, ...]:

@@ -14,15 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
-from localization.calibration.calibration_config import AXES, CalibrationConfig
-from localization.calibration.calibration_sample import CalibrationSample
-from localization.calibration.mount_problem import MountProblem
 from localization.calibration.sample_extraction import calibration_samples
 from localization.errors import LocalizationError
 from localization.geometry import FloatArray, so3_exp
 from localization.logs.log_interface import ReadingsLog
 from localization.maps.map_files import load_map
 from localization.maps.prepared_map import PreparedMap, default_cache, prepare
+from localization.mount_estimation.calibration_config import AXES, CalibrationConfig
+from localization.mount_estimation.calibration_sample import CalibrationSample
+from localization.mount_estimation.mount_problem import MountProblem
 from localization.pipeline.log_replay import config_of
 from localization.types import Mounts, Pose
 

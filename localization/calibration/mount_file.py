@@ -9,6 +9,7 @@ It is TOML with a table for each scanner's frame::
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 
@@ -34,8 +35,18 @@ def write_mounts(path: Path, mounts: Mounts, *, comment: str = "") -> None:
     for name in sorted(mounts):
         w, x, y, z = (float(v) for v in mounts[name].quaternion_wxyz)
         position = [float(v) for v in mounts[name].position]
-        lines += ["", f'["{name}"]', f"position = {position}", f"rotation_xyzw = {[x, y, z, w]}"]
+        lines += [
+            "",
+            f"[{_quoted(name)}]",
+            f"position = {position}",
+            f"rotation_xyzw = {[x, y, z, w]}",
+        ]
     path.write_text("\n".join(lines).lstrip("\n") + "\n", encoding="utf-8")
+
+
+def _quoted(name: str) -> str:
+    """Return a name as a basic string of TOML, which escapes what JSON does, and the delete character."""
+    return json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def read_mounts(path: Path) -> dict[str, Pose]:

@@ -12,10 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from localization.calibration.calibration_sample import CalibrationSample
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import Matcher
 from localization.motion.odometry_track import OdometryTrack
+from localization.mount_estimation.calibration_sample import CalibrationSample
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.pipeline.log_replay import replay
 from localization.types import (

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from localization.cli.run_folder import check_file, check_folder, run_folder, writing_to
+from localization.cli.sensor_layout import Mount, layout_of
 from localization.cli.terminal import Progress, say
 from localization.extras import require
 
@@ -34,8 +35,9 @@ class LogMapping:
     """Follow the ground's height and slope; by default the ground is taken to be level."""
     motion: Motion | None = None
     """Source of the motion in a log; by default the best that the log has."""
-    mount: dict[str, tuple[float, float, float, float]] = field(default_factory=dict)
-    """Pose of a log's frame on base_link, where a bag lacks it: NAME x y z [m] yaw [degrees]."""
+    mount: dict[str, Mount] = field(default_factory=dict)
+    """Pose of a log's frame on base_link, where a bag lacks it: NAME x y z [m] yaw
+    [degrees], or NAME x y z roll pitch yaw."""
     topics: tuple[str, ...] = ()
     """Topics of a bag to read; by default all of a known type."""
     overwrite: bool = False
@@ -44,7 +46,6 @@ class LogMapping:
     def map_log(self, path: Path, out: Path | None) -> int:
         """Build the cloud of a log, and write it and the drive; return the exit status."""
         self.check(out)
-        from localization.cli.sensor_layout import layout_of
         from localization.logs.log_interface import require_scanner
         from localization.logs.open_log import open_log
         from localization.types import Pose

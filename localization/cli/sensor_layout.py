@@ -4,26 +4,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from localization.logs.frame_tree import SensorLayout
+    from localization.types import Pose
+
+Mount: TypeAlias = (
+    tuple[float, float, float, float, float, float] | tuple[float, float, float, float]
+)
+"""x, y, z [m] and roll, pitch, yaw [degrees] of a frame on ``base_link``, or yaw alone."""
 
 
-def layout_of(
-    mount: Mapping[str, tuple[float, float, float, float]], topics: tuple[str, ...]
-) -> SensorLayout:
+def layout_of(mount: Mapping[str, Mount], topics: tuple[str, ...]) -> SensorLayout:
     """Return the facts about a log's robot.
 
     Args:
-        mount: Pose of frames on ``base_link``: x, y, z [m] and yaw [degrees].
+        mount: Pose of frames on ``base_link``.
         topics: Topics to read; if there are none, all of a known type.
     """
     from localization.logs.frame_tree import SensorLayout
+
+    mounts = {name: _pose(numbers) for name, numbers in mount.items()}
+    return SensorLayout(mounts=mounts, topics=topics)
+
+
+def _pose(mount: Mount) -> Pose:
     from localization.types import Pose
 
-    mounts = {
-        name: Pose.from_euler((x, y, z), yaw=math.radians(degrees))
-        for name, (x, y, z, degrees) in mount.items()
-    }
-    return SensorLayout(mounts=mounts, topics=topics)
+    x, y, z, *angles = mount
+    *tilt, yaw = map(math.radians, angles)
+    roll, pitch = tilt or (0.0, 0.0)
+    return Pose.from_euler((x, y, z), roll=roll, pitch=pitch, yaw=yaw)

@@ -29,8 +29,8 @@ test compares the two.
 A *sigma* is one standard deviation unless stated otherwise. A *chi-square* is a bound on a squared, normalised
 error, given with its degrees of freedom and the share of consistent errors below it. A *density* [unit/sqrt(Hz)]
 is the noise of a rate: the error of its integral over t seconds is density x sqrt(t). The source of a value is a
-data sheet or a paper if one is named; all other values were chosen on the shipped scenes, never on the generated
-buildings of the benchmark, and [the benchmark](accuracy.md) shows their effect.
+data sheet or a paper if one is named; all other values were chosen on the shipped scenes or on public logs of real
+robots, never on the generated buildings of the benchmark, and [the benchmark](accuracy.md) shows their effect.
 """
 
 

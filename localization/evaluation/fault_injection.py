@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from localization.pipeline.validation import end_of as end_of
 from localization.types import (
     SECOND,
     Hint,
@@ -24,6 +23,7 @@ from localization.types import (
     Reading,
     Scan,
     WheelSpeeds,
+    end_of as end_of,
 )
 
 WHEELS, INERTIAL, ODOMETRY, HINT = "wheels", "inertial", "odometry", "hint"

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from localization.motion.odometry_noise import OdometryNoise
-
-GRAVITY = 9.81
-"""Acceleration of gravity [m/s^2]."""
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,3 +102,56 @@ class EkfConfig:
     """The error of the scanners' positions on the robot, added to each match, one sigma [m]."""
     mount_angle: float = math.radians(0.02)
     """The error of the scanners' orientations on the robot, added to each match, one sigma [rad]."""
+
+    @classmethod
+    def of(cls, sensors: SensorConfiguration) -> EkfConfig:
+        """Return the settings that suit a robot's sensors."""
+        config = cls()
+        along, _, lateral, ahead = config.skid_steer
+        if sensors.motion is Motion.ODOMETRY_AND_GYRO:
+            # Any base, with any unit: wheels may turn the robot by another ratio than the nominal one.
+            config = replace(
+                config,
+                gyro_bias=_ANY_GYRO_BIAS,
+                turn_share=_ANY_GYRO_SCALE,
+                skid_steer=(along, _YAW_RATIO, lateral, ahead),
+                odometry=replace(config.odometry, rocking=0.0),
+            )
+        elif not sensors.gyro:
+            # The substitute of the gyro has no constant bias. Wheels that no gyro watches may turn the robot
+            # by another ratio than the nominal one.
+            config = replace(
+                config,
+                turn_share=_TURN_SHARE,
+                turn_floor=_TURN_FLOOR,
+                gyro_noise=_ROCKING,
+                gyro_bias=1e-5,
+                gyro_bias_walk=1e-6,
+                skid_steer=(along, _YAW_RATIO, lateral, ahead),
+                # Without a gyro nothing shows that a robot at rest is turned by hand.
+                still_settle=math.inf,
+            )
+        if sensors.flat:
+            odometry = replace(config.odometry, heave=1e-4, rocking=_ROCKING_LEVEL)
+            config = replace(config, heave_noise=1e-4, level=_LEVEL, odometry=odometry)
+        return config
+
+
+_ANY_GYRO_BIAS = math.radians(1.0)
+"""Error of the bias of an inertial unit that nobody calibrated, at the start [rad/s]."""
+_ANY_GYRO_SCALE = 0.01
+"""Error of its scale, as a share of the turn: data sheets of small MEMS units have 0.5 to 3 %."""
+_LEVEL = math.radians(0.1)
+"""Tilt of a floor that is said to be flat, at each sweep, one sigma [rad]."""
+_ROCKING = math.radians(0.3)
+"""Roll and pitch of a robot on an indoor floor that no gyro measures [rad/sqrt(s)]."""
+_ROCKING_LEVEL = math.radians(0.1)
+"""Roll and pitch on a floor that is said to be flat, with the distance [rad/sqrt(m)]."""
+_YAW_RATIO = 0.33
+"""Error of the logarithm of the yaw ratio at the start: skid-steer robots turn by 0.5 to 1.9 times what their
+wheels count."""
+_TURN_SHARE = 0.15
+"""Error of a turn that only the scanner observed, as a share of it [1/sqrt(Hz)]."""
+_TURN_FLOOR = math.radians(5.0)
+"""Error of the heading in addition [rad/sqrt(s)]; without any sensor, a robot may begin a turn of 30 deg/s
+within one sweep of 0.1 s."""

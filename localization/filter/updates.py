@@ -22,7 +22,7 @@ from localization.filter.ekf import (
     require_finite,
     with_pose_covariance,
 )
-from localization.filter.ekf_config import GRAVITY, EkfConfig
+from localization.filter.ekf_config import EkfConfig
 from localization.filter.pose_error import LEVER, difference
 from localization.filter.standstill_detection import quiet, wheels_stand
 from localization.geometry import (
@@ -32,7 +32,7 @@ from localization.geometry import (
     quaternion_product,
 )
 from localization.motion.gyro_turn import ReportedTilt
-from localization.types import Match, Pose
+from localization.types import GRAVITY, Match, Pose
 
 _TILT_CORRELATION = 0.1
 """Errors of tilt measurements are correlated over this time: faster ones together count as one [s]."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bz2
 import gzip
 import lzma
+import zlib
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -58,7 +59,7 @@ class CarmenLog:
     share: float
     """Fraction of the file that the iteration has read so far, in [0, 1]."""
     warnings: tuple[str, ...]
-    """One line each about repaired times, several robots, or a cut beginning."""
+    """One line each about repaired times, several robots, or a cut beginning or end."""
 
     def __init__(self, path: Path | str) -> None:
         """Open a log, plain or compressed by gzip, bzip2 or xz.
@@ -68,6 +69,7 @@ class CarmenLog:
         """
         self.path, self.metadata, self.skipped, self.share = Path(path), {}, {}, 0.0
         self._zeros = self._logged = False
+        self._damage = ""
         self._require_carmen()
         seen = survey(self._lines())
         self._hosts = seen.readable_hosts()
@@ -109,6 +111,10 @@ class CarmenLog:
         yield from (f"{self.path}: {line}" for line in seen.successions())
         if seen.cut:
             yield f"{self.path}: begins in the middle of a line; what stood before it is missing"
+        if self._damage:
+            yield (
+                f"{self.path}: its compressed data {self._damage}: the log is read up to there, what followed is missing"
+            )
 
     @property
     def sensors(self) -> SensorConfiguration:
@@ -197,8 +203,10 @@ class CarmenLog:
                         yield line.decode("ascii", "replace")
         except OSError as error:
             raise LogError(f"{self.path}: {error.strerror or error}") from error
-        except (EOFError, lzma.LZMAError):
-            return
+        except EOFError:
+            self._damage = "are cut short"
+        except (lzma.LZMAError, zlib.error):
+            self._damage = "are damaged"
 
 
 def _mount(looks: Sequence[ScanLine]) -> Pose:

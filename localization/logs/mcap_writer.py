@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -66,6 +68,7 @@ class ReadingsWriter:
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
         self._counts: dict[int, int] = {}
+        self._whole = 0
         self._path.parent.mkdir(parents=True, exist_ok=True)
         self._file = self._path.open("wb")
         self._writer = Writer(self._file, chunk_size=_CHUNK_SIZE)
@@ -95,6 +98,7 @@ class ReadingsWriter:
 
         Raises:
             LogError: If the time decreases, or no message holds the reading exactly.
+            OSError: If the disk takes no more; ``abandon`` then keeps what it has taken.
         """
         if log_time < self._last:
             raise LogError(f"{self._path}: log_time decreased from {self._last} to {log_time} ns")
@@ -105,6 +109,20 @@ class ReadingsWriter:
         self._last = log_time
         self._add(topic_of(reading), message, log_time)
 
+    def write_beside(self, topic: str, message: Message, log_time: int) -> None:
+        """Append a message that no localiser reads, such as of an arm's joints.
+
+        Args:
+            topic: Its topic.
+            message: The message.
+            log_time: As for ``write``.
+
+        Raises:
+            OSError: As for ``write``.
+        """
+        self._last = max(self._last, log_time)
+        self._add(topic, message, self._last)
+
     def close(self) -> None:
         """Complete the file; further calls have no effect."""
         if self._file.closed:
@@ -114,6 +132,13 @@ class ReadingsWriter:
         finally:
             self._file.close()
 
+    def abandon(self) -> None:
+        """End the log after a write that failed: what was written before stays readable."""
+        with contextlib.suppress(OSError):
+            self._file.close()  # tries to write the rest once more
+        with contextlib.suppress(OSError):
+            os.truncate(self._path, self._whole)
+
     def _add(self, topic: str, message: Message, log_time: int) -> None:
         channel = self._channel(topic, message.__msgtype__)
         self._counts[channel] = sequence = self._counts.get(channel, 0) + 1
@@ -121,6 +146,7 @@ class ReadingsWriter:
             channel, log_time, to_cdr(message), publish_time=log_time, sequence=sequence
         )
         self._file.flush()
+        self._whole = self._file.tell()
 
     def _channel(self, topic: str, message_type: str) -> int:
         if topic not in self._channels:

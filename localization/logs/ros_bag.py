@@ -43,8 +43,8 @@ class RosBag:
         """Open a bag: a ``.bag`` file, a folder with ``metadata.yaml``, an ``.mcap`` or ``.db3`` file.
 
         Raises:
-            LogError: If the bag cannot be read, has neither a scanner nor odometry or wheels, or lacks a
-                scanner's mount.
+            LogError: If the bag cannot be read, has neither a scanner nor odometry or wheels, or lacks the
+                mount of a scanner or an inertial unit.
         """
         self.path, self.metadata, self.skipped, self.share = Path(path), {}, {}, 0.0
         self._layout = layout or SensorLayout()
@@ -165,22 +165,37 @@ class RosBag:
                 f"{self.path}: no scanner, odometry or wheels among its types"
                 f" {', '.join(kinds) or '(none)'}"
             )
-        for scan in scans:
-            first = next(self._messages(reader, [scan]), None)
-            if first is None:
-                continue
-            try:
-                frame = str(self._decoded(reader, scan.msgtype, first[2]).header.frame_id)
-            except MessageError as error:
-                raise LogError(f"{self.path}: damaged: {scan.topic} begins with {error}") from error
-            mount = self._tree.base_from(frame)
-            if mount is None:
-                known = ", ".join(self._tree.frames) or "none"
-                raise LogError(
-                    f"{self.path}: the pose of {frame!r} (of {scan.topic}) on {self._layout.base!r} is"
-                    f" unknown; frames in its transforms: {known}; give its mount"
-                )
-            self.mounts[frame] = mount
+        units = [
+            c for c in reader.connections if c.topic in self._topics and c.msgtype == ros_types.IMU
+        ]
+        for connection in (*scans, *units):
+            frame = self._first_frame(reader, connection)
+            mount = None if frame is None else self._mount(connection.topic, frame)
+            if mount is not None and connection in scans:
+                self.mounts[str(frame)] = mount
+
+    def _first_frame(self, reader: AnyReader, connection: Connection) -> str | None:
+        """Return the frame of a topic's first message; None if there is no message."""
+        first = next(self._messages(reader, [connection]), None)
+        if first is None:
+            return None
+        try:
+            return str(self._decoded(reader, connection.msgtype, first[2]).header.frame_id)
+        except MessageError as error:
+            raise LogError(
+                f"{self.path}: damaged: {connection.topic} begins with {error}"
+            ) from error
+
+    def _mount(self, topic: str, frame: str) -> Pose:
+        mount = self._tree.base_from(frame)
+        if mount is None:
+            known = ", ".join(self._tree.frames) or "none"
+            raise LogError(
+                f"{self.path}: the pose of {frame!r} (of {topic}) on {self._layout.base!r} is unknown;"
+                f" frames in its transforms: {known}; give its mount, as in"
+                f" `--mount {frame or repr(frame)} 0.1 0 0.3 0`, or name all other topics by --topics"
+            )
+        return mount
 
     @contextmanager
     def _open(self) -> Iterator[AnyReader]:

@@ -53,7 +53,9 @@ def _inertial(message: Message, tree: FrameTree) -> Inertial:
     reading = read_inertial(message)
     mount = tree.base_from(str(message.header.frame_id))
     if mount is None:
-        return reading
+        raise MessageError(
+            f"the pose of its frame {message.header.frame_id!r} on the base is unknown"
+        )
     turn, orientation = mount.rotation, reading.orientation
     if orientation is not None:
         world_from_unit = rotation_from_quaternion(orientation)

@@ -15,6 +15,7 @@ import numpy as np
 
 from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import initial_state, mark
+from localization.filter.ekf_config import EkfConfig
 from localization.filter.prediction import predict
 from localization.filter.updates import (
     update_level,
@@ -97,7 +98,7 @@ class Odometer:
         """Begin at the origin, for scanners with mounts ``base_from_scanner`` by frame name."""
         self.config = config
         sensors, self._mounts = config.sensors, dict(mounts)
-        self._ekf = ekf = sensors.ekf()
+        self._ekf = ekf = EkfConfig.of(sensors)
         self._validator = ReadingValidator(self._mounts, sensors.leader)
         self._motion = MotionModel(sensors, ekf.effective_track, config.silence)
         self._filter = initial_state(ekf)

@@ -27,7 +27,8 @@ FREE: Final = 1
 OCCUPIED: Final = 2
 """Code of an occupied cell."""
 NEAR: Final = 0.06
-"""Distance in occupancy from a threshold within which a cell is borderline: 15 of 255 grey levels, chosen."""
+"""Distance in occupancy from a threshold within which a cell is borderline: 15 of 255 grey levels, chosen; but at
+most half of what lies beyond the threshold, so that pure black and pure white never are."""
 _STRIP: Final = 1 << 22
 """Number of pixels that are converted at a time."""
 _KIND: Final = {UNKNOWN: "unknown", FREE: "free", OCCUPIED: "occupied"}
@@ -47,6 +48,8 @@ class Borderline:
     """Commonest value of their pixels, from 0 to 255; the mean of the channels in a coloured image."""
     occupancy: float
     """Occupancy of that value, which the threshold is compared with."""
+    within: float
+    """Distance from the threshold within which they all are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,11 +110,14 @@ class ImageCells:
             ("free_thresh", self.rule.low, (FREE,)),
             ("occupied_thresh", self.rule.high, (FREE, UNKNOWN, OCCUPIED)),
         ):
-            near = np.abs(occupancy - at) <= NEAR
+            within = min(NEAR, 0.5 * at, 0.5 * (1.0 - at))
+            near = np.abs(occupancy - at) <= within
             for code in codes:
                 if n := int(self.counts[code, near].sum()):
                     grey = int(np.argmax(np.where(near, self.counts[code], -1)))
-                    found.append(Borderline(n, _KIND[code], name, grey, float(occupancy[grey])))
+                    found.append(
+                        Borderline(n, _KIND[code], name, grey, float(occupancy[grey]), within)
+                    )
         return tuple(sorted(found, key=lambda b: -b.cells))
 
 

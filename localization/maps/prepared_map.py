@@ -1,4 +1,4 @@
-"""Cloud prepared for matching: a grid of nearest points, the height of the ground, its noise, where walls end.
+"""Cloud prepared for matching: a grid of nearest points, the height of the ground, its noise, ends and faces of walls.
 
 All are derived from the cloud alone and are cached under the cloud's hash.
 """
@@ -18,8 +18,9 @@ from localization.maps.map_cache import default_cache as default_cache, load, st
 from localization.maps.map_noise import MapNoise, measured_noise, normal_spread
 from localization.maps.nearest_grid_building import build_grid
 from localization.maps.nearest_point_grid import IndexArray, NearestGrid as NearestGrid
+from localization.maps.thin_walls import other_faces
 
-_VERSION = 4
+_VERSION = 5
 """Part of a cache file's name; it changes with the layout or the meaning of the file's content."""
 
 
@@ -37,6 +38,9 @@ class PreparedMap:
     """Noise of its points and normals, as measured on the map."""
     spread: npt.NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, dtype=np.float32))
     """(N,) by how much the normals around each point differ [rad]; empty if that is not known."""
+    behind: IndexArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    """(N,) index of the nearest point of a thin wall's other face, -1 for other points; empty if there are no thin
+    walls."""
 
     def nearest(self, points: FloatArray) -> IndexArray:
         """Return for each point (N, 3) [m] the index of the nearest cloud point; -1 if none is in reach.
@@ -80,10 +84,22 @@ def prepare(
         if kept is not None:
             return kept
     grid = build_grid(cloud.points, cell, reach)
-    world = PreparedMap(cloud, grid, ground_of(cloud), measured_noise(cloud), normal_spread(cloud))
+    world = PreparedMap(
+        cloud,
+        grid,
+        ground_of(cloud),
+        measured_noise(cloud),
+        normal_spread(cloud),
+        _if_any(other_faces(cloud)),
+    )
     if file is not None:
         _store(file, world)
     return world
+
+
+def _if_any(behind: IndexArray) -> IndexArray:
+    """Return the indices (N,) of other faces, or an empty array if there are none."""
+    return behind if (behind >= 0).any() else behind[:0]
 
 
 def _load(file: Path, cloud: Cloud) -> PreparedMap | None:
@@ -102,9 +118,12 @@ def _load(file: Path, cloud: Cloud) -> PreparedMap | None:
         ground = Ground(kept["ground_origin"], kept["ground_height"], bool(kept["ground_level"]))
         noise = MapNoise(*kept["noise"].tolist())
         spread = kept["spread"].reshape(len(cloud.points))
+        behind = kept["behind"]
+        if len(behind) not in (0, len(cloud.points)):
+            return None
     except (KeyError, TypeError, ValueError):
         return None
-    return PreparedMap(cloud, grid, ground, noise, spread)
+    return PreparedMap(cloud, grid, ground, noise, spread, behind)
 
 
 def _store(file: Path, world: PreparedMap) -> None:
@@ -122,5 +141,6 @@ def _store(file: Path, world: PreparedMap) -> None:
         "ground_level": np.bool_(ground.level),
         "noise": np.array([world.noise.distance, world.noise.normal]),
         "spread": world.spread,
+        "behind": world.behind,
     }
     store(file, {name: np.asarray(value) for name, value in arrays.items()})

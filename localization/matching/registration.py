@@ -124,11 +124,22 @@ def residuals(
     index = world.nearest(points) if rough else world.grid.nearest(points)
     normals = world.cloud.normals[index].astype(float)
     offset = points - world.cloud.points[index]
-    distance = np.einsum("ij,ij->i", normals, offset)
-    distance[index < 0] = np.nan
+    culled = index < 0
     if backface_culling:
-        to_sensor = sweep.origins @ rotation.T + position - points + offset
-        distance[np.einsum("ij,ij->i", normals, to_sensor) <= 0.0] = np.nan
+        # The sensor seen from the nearest point.
+        back = sweep.origins @ rotation.T + position - points + offset
+        culled |= np.einsum("ij,ij->i", normals, back) <= 0.0
+        if len(world.behind):
+            # Of a thin wall the face is meant that the scanner sees.
+            thin = np.flatnonzero(culled & (world.behind[index] >= 0) & (index >= 0))
+            other = world.behind[index[thin]]
+            back[thin] -= offset[thin]
+            index[thin], normals[thin] = other, world.cloud.normals[other]
+            offset[thin] = points[thin] - world.cloud.points[other]
+            back[thin] += offset[thin]
+            culled[thin] = np.einsum("ij,ij->i", normals[thin], back[thin]) <= 0.0
+    distance = np.einsum("ij,ij->i", normals, offset)
+    distance[culled] = np.nan
     jacobian = _jacobian(arms, normals, rotation)
     if not rough:
         return Residuals(distance, jacobian, index)

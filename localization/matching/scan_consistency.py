@@ -66,7 +66,7 @@ class BeamClassifier:
         self._stride = np.array([self._shape[1] * self._shape[2], self._shape[2], 1])
         self._solid = np.zeros(int(self._shape.prod()), dtype=bool)
         self._solid[cells @ self._stride] = True
-        self._two_faced = _two_faced(points)
+        self._thin = _thin_walls(world)
 
     def classify(
         self, sweep: Sweep, map_from_base: Pose, distances: FloatArray
@@ -130,7 +130,7 @@ class BeamClassifier:
             along = np.einsum("ij,ij->i", normal, offset) / slope
             aside = offset - along[:, None] * direction
         meets &= (np.einsum("ij,ij->i", aside, aside) < c.aside**2) & (np.abs(along) < c.edge)
-        faces = (slope < 0.0) | self._two_faced[index]
+        faces = (slope < 0.0) | self._thin[index]
         beam, at, faces = beam[meets], at[meets] + along[meets], faces[meets]
         met, facing = np.full(len(start), np.inf), np.zeros(len(start), dtype=bool)
         order = np.lexsort((at, beam))
@@ -151,22 +151,12 @@ class BeamClassifier:
         return solid
 
 
-def _two_faced(points: FloatArray) -> BoolArray:
-    """Return which points (N,) share their place with another.
+def _thin_walls(world: PreparedMap) -> BoolArray:
+    """Return which points (N,) are of thin walls: whichever face is the nearest to a beam, the wall faces it."""
+    if len(world.behind):
+        return world.behind >= 0
+    return np.zeros(len(world.cloud.points), dtype=bool)
 
-    Both faces of a wall that is one cell of an occupancy grid thick are in one place, and whichever of them is
-    the nearest to a beam, the wall faces it.
-    """
-    low, high = points.min(axis=0), points.max(axis=0)
-    step = np.maximum((high - low) / (2.0**21 - 1.0), _SAME_PLACE)
-    x, y, z = np.round((points - low) / step).astype(np.int64).T
-    _, place, count = np.unique(x << 42 | y << 21 | z, return_inverse=True, return_counts=True)
-    shared: BoolArray = count[place] > 1
-    return shared
-
-
-_SAME_PLACE = 1e-3
-"""Points nearer to each other than this are in one place [m]: below any cloud's spacing."""
 
 _GRAZING = 0.1
 """A beam at a smaller angle to a surface than this (sine of 6 degrees) runs along it and does not meet it."""

@@ -13,17 +13,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from localization.calibration.calibration_config import AXES, CalibrationConfig
-from localization.calibration.calibration_sample import CalibrationSample
-from localization.calibration.mount_problem import MountProblem
-from localization.calibration.normal_equations import (
+from localization.geometry import FloatArray
+from localization.maps.prepared_map import PreparedMap
+from localization.motion.odometry_track import OdometryTrack
+from localization.mount_estimation.calibration_config import AXES, CalibrationConfig
+from localization.mount_estimation.calibration_sample import CalibrationSample
+from localization.mount_estimation.mount_problem import MountProblem
+from localization.mount_estimation.normal_equations import (
     SegmentBuilder,
     observable_solution,
     robust_covariance,
 )
-from localization.geometry import FloatArray
-from localization.maps.prepared_map import PreparedMap
-from localization.motion.odometry_track import OdometryTrack
 from localization.types import Mounts, PointScan, Pose, Scan
 
 

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from localization.filter.ekf_config import GRAVITY
 from localization.geometry import FloatArray
 from localization.motion.displacement import arc_length, arc_step, odometry_step, rolled_arc
 from localization.motion.gyro_turn import GyroStep, GyroTurn
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import (
+    GRAVITY,
     SECOND,
     Inertial,
     Odometry,

@@ -153,7 +153,8 @@ class Localizer:
             raise PreviewError("no sweep yet: no scanner has delivered a whole scan")
         back = state.odom_from_base.inverse() @ last.odom_from_base
         current, config = state.filter.pose, self.config.search
-        explained = explained_share(map_from_base @ back, last.sweep, world, current, config)
+        then, registration = map_from_base @ back, self.config.registration
+        explained = explained_share(then, last.sweep, world, current, config, registration)
         present = self._present_share(last, current @ back) if state.placed else None
         return Preview(last.sweep.stamp, explained, present)
 
@@ -161,7 +162,8 @@ class Localizer:
         """Return the share of a sweep that the estimate explains; it is the same for all previews of a sweep."""
         known = self._present
         if known is None or known[0] is not last or not self._same(known[1], map_from_base):
-            share = explain(last.sweep, self._resources.world, map_from_base).score
+            world, registration = self._resources.world, self.config.registration
+            share = explain(last.sweep, world, map_from_base, registration).score
             known = self._present = (last, map_from_base, share)
         return known[2]
 

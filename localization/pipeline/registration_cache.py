@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from localization.motion.kiss_odometry import KissView
-from localization.pipeline.late_readings import LateReadingsConfig
+from localization.motion.late_readings import LateReadingsConfig
 from localization.types import Match, PointScan, Pose, Scan, ScanConsistency, Sweep
 
 

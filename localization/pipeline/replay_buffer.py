@@ -11,8 +11,8 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from localization.motion.late_readings import LateReadingsConfig
 from localization.motion.sensor_configuration import SensorConfiguration
-from localization.pipeline.late_readings import LateReadingsConfig
 from localization.types import (
     Inertial,
     Odometry,

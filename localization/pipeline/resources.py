@@ -37,6 +37,7 @@ class Resources:
         matcher: MatchSweep | None = None,
     ) -> None:
         """Build; the arguments are those of ``Localizer``."""
+        config.require_suited()
         self.config, self.stage = config, stage
         self.mounts = dict(mounts)
         if config.sensors.flat:
@@ -49,7 +50,9 @@ class Resources:
             self.match = matcher_of(
                 config.matcher, world, config.registration, config.kiss, config.fixed_covariance
             )
-        self.beams = BeamClassifier(world, inlier=config.registration.inlier_distance)
+        self.beams = BeamClassifier(
+            world, config.scan_consistency, inlier=config.registration.inlier_distance
+        )
         self.kiss = KissOdometry(config.kiss)
         self.relocalizer = Relocalizer(world, self.mounts, config, by_itself=self.match is not None)
         self.cache = RegistrationCache(config.late_readings)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from localization.config import LocalizerConfig
@@ -11,10 +11,10 @@ from localization.filter.ekf import FilterState, initial_state
 from localization.monitoring.health import HealthMonitor
 from localization.monitoring.jump_detection import JumpDetector
 from localization.monitoring.silence_detection import ListeningTime, SourceTimes
+from localization.monitoring.slip_detection import SlipDetector
 from localization.motion.kiss_odometry import KissState
 from localization.motion.motion_model import MotionModel
 from localization.motion.odometry_track import OdometryTrack
-from localization.motion.slip_detection import SlipDetector
 from localization.pipeline.scan_synchronizer import ScanSynchronizer
 from localization.pipeline.undo import ReplacedEstimate
 from localization.relocalization.relocalizer import CurrentPose, RelocalizerState
@@ -33,6 +33,20 @@ class LastSweep:
     """Pose at that time, corrected by the sweep."""
     listened: int = 0
     """Time listened until then [ns]."""
+
+    def before(self, map_from_base: Pose, odom_from_base: Pose) -> LastSweep:
+        """Return the last sweep of a robot that is found somewhere: odometry leads back to where it was then.
+
+        Args:
+            map_from_base: where it is found now.
+            odom_from_base: now.
+        """
+        back = odom_from_base.inverse() @ self.odom_from_base
+        return replace(self, map_from_base=map_from_base @ back)
+
+    def carried(self, odom_from_base: Pose) -> Pose:
+        """Return ``map_from_base`` where odometry leads from it to another ``odom_from_base``."""
+        return self.map_from_base @ (self.odom_from_base.inverse() @ odom_from_base)
 
 
 class State(NamedTuple):

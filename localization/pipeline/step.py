@@ -372,7 +372,7 @@ def _placed(
         filter=filter_,
         placed=True,
         health=health,
-        last=replace(state.last, map_from_base=filter_.pose),
+        last=state.last.before(filter_.pose, state.odom_from_base),
         replaced=replaced,
         jump=_without_memory(state, r.config),
     )
@@ -388,14 +388,14 @@ def _undone(state: State, config: LocalizerConfig) -> tuple[State, Events]:
     """Go back to the estimate that the last placement replaced, if it is still known."""
     if state.replaced is None:
         return state, ()
-    attitude = state.last.map_from_base.rotation
+    attitude = state.last.carried(state.replaced.odom_from_base).rotation
     before = state.replaced.extended(state.odom_from_base, state.filter.accrued, attitude, None)
     filter_ = before.restored(state.filter)
     undone = state._replace(
         filter=filter_,
         placed=before.placed,
         health=before.health,
-        last=replace(state.last, map_from_base=filter_.pose),
+        last=state.last.before(filter_.pose, state.odom_from_base),
         replaced=None,
         search=state.search.with_pause(),
         jump=_without_memory(state, config),

@@ -32,8 +32,8 @@ from localization.filter.updates import (
 from localization.matching.matchers import MatchSweep
 from localization.matching.registration import share_explained
 from localization.matching.scan_consistency import explanation
+from localization.monitoring.slip_detection import SlipDetector
 from localization.motion.kiss_odometry import ObservedMotion
-from localization.motion.slip_detection import SlipDetector
 from localization.pipeline.registration_cache import SweepRecord
 from localization.pipeline.resources import Resources
 from localization.pipeline.state import LastSweep, State
@@ -401,7 +401,7 @@ def _with_way_since_placement(
         return state._replace(replaced=None)
     # The first sweep after a placement observed more than the way since then.
     seen = observed if replaced.steps is not None else None
-    attitude = state.last.map_from_base.rotation
+    attitude = state.last.carried(replaced.odom_from_base).rotation
     return state._replace(
         replaced=replaced.extended(state.odom_from_base, state.filter.accrued, attitude, seen),
     )

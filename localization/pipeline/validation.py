@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left, insort
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from localization.types import (
     Reading,
     Scan,
     WheelSpeeds,
+    end_of,
 )
 
 _FASTEST_RIM = 20.0
@@ -43,6 +45,21 @@ _LONGEST_SCAN = 2 * SECOND
 """Longest duration of a scan [ns]."""
 _FARTHEST_AHEAD = SECOND
 """A scan may arrive before the inertial readings that cover it, but by no more than this [ns]."""
+_CAUGHT_UP = SECOND // 4
+"""Odometry that follows a scan of the same clock is stamped at most this much before its end [ns]: the difference
+of two sensors' latencies."""
+
+
+@dataclass(slots=True)
+class _Lead:
+    """A reading that was stamped far ahead of the readings that advance time."""
+
+    end: int
+    """When it is complete [ns]."""
+    honest: bool
+    """Whether those before it were caught up with."""
+    followed: bool | None = None
+    """Whether the next reading that advanced time caught up with it; None before that."""
 
 
 class ReadingValidator:
@@ -64,7 +81,7 @@ class ReadingValidator:
         self._mounts, self._leader, self._horizon = mounts, leader, horizon
         self._received: dict[str, list[int]] = {}
         self._jumped: int | None = None
-        self._ahead: dict[str, bool] = {}
+        self._ahead: dict[str, _Lead | None] = {}
         self.refused = 0
         """Number of readings that were rejected."""
 
@@ -89,6 +106,8 @@ class ReadingValidator:
             self._keep(_source(reading), reading.stamp)
             if isinstance(reading, self._leader):
                 self._jumped = None
+                if reading.stamp > now:
+                    self._follow(reading.stamp)
         else:
             self.refused += 1
         return why
@@ -106,7 +125,7 @@ class ReadingValidator:
             return None
         leads = isinstance(reading, self._leader)
         ahead = end_of(reading) - now
-        if now and not leads and self._runs_ahead(source, ahead):
+        if now and not leads and self._runs_ahead(source, end_of(reading), now):
             return (
                 f"refused {source} stamped {ahead / SECOND:.1f} s ahead of the {_PLURAL[self._leader[0]]}: "
                 "all sensors must share one clock"
@@ -132,18 +151,36 @@ class ReadingValidator:
             )
         return self._jump(source, reading, now) if leads and now else None
 
-    def _runs_ahead(self, source: str, ahead: int) -> bool:
-        """Return whether a source's clock runs ahead [ns] of the readings that advance time.
+    def _runs_ahead(self, source: str, end: int, now: int) -> bool:
+        """Return whether a source's clock runs ahead of the readings that advance time.
 
-        After a pause of the whole log its first reading is as far ahead as the pause was long; a clock that
-        runs ahead does so again with the next reading. Inertial readings come so often that a scan cannot
-        be the first.
+        Inertial readings come so often that a scan cannot be the first. Where odometry is as rare as scans, or
+        after a pause of the whole log, a scan is as far ahead as the pause was long, and the odometry that
+        follows it catches up; with a clock that runs ahead it does not.
+
+        Args:
+            source: of the reading.
+            end: when the reading is complete [ns].
+            now: stamp of the newest reading that advanced time [ns].
         """
-        now = ahead > _FARTHEST_AHEAD
+        ahead, before, new = end - now, self._ahead.get(source), source not in self._ahead
+        if ahead <= _FARTHEST_AHEAD:
+            self._ahead[source] = None
+            return False
         if Inertial in self._leader:
-            return now
-        before, self._ahead[source] = self._ahead.get(source, now), now
-        return now and (before or ahead > _LONGEST_JUMP)
+            return True
+        if before is None or before.followed:
+            self._ahead[source] = _Lead(end, honest=before is not None)
+            return ahead > (_LONGEST_PAUSE if new else _LONGEST_JUMP)
+        self._ahead[source] = _Lead(end, honest=before.honest and before.followed is None)
+        believed = before.honest or end - before.end > _FARTHEST_AHEAD
+        return before.followed is False or not believed or ahead > _LONGEST_PAUSE
+
+    def _follow(self, stamp: int) -> None:
+        """Note which readings that were far ahead the one that advances time to a stamp [ns] catches up with."""
+        for lead in self._ahead.values():
+            if lead is not None and lead.followed is None:
+                lead.followed = stamp >= lead.end - _CAUGHT_UP
 
     def _jump(self, source: str, reading: Reading, now: int) -> str | None:
         """A jump of time is believed when another source jumped too, or the next reading follows it.
@@ -235,8 +272,3 @@ def _source(reading: Reading) -> str:
             return "odometry"
         case Hint():
             return "hint"
-
-
-def end_of(reading: Reading) -> int:
-    """Return the stamp at which a reading is complete [ns]."""
-    return reading.end_stamp if isinstance(reading, Scan | PointScan) else reading.stamp

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.registration import RegistrationConfig
 from localization.relocalization.floor_plan import FloorPlan, level_points
 from localization.relocalization.refinement import best_places, refined_places
 from localization.relocalization.search_config import SearchConfig
@@ -149,6 +150,7 @@ def search_map(
     level: Pose,
     config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
     window: Window | None = None,
+    registration: RegistrationConfig = RegistrationConfig(),  # noqa: B008  (frozen)
 ) -> SearchWork:
     """Search the whole map or a window; yields the amount of each piece of work and returns the places found.
 
@@ -159,6 +161,7 @@ def search_map(
         level: a pose whose height, roll and pitch the robot has.
         config: steps and thresholds.
         window: if given, only places in it are examined, and fewer of them refined.
+        registration: how places are registered.
 
     Returns:
         Distinct places, best first, each with the share of the sweep that it explains.
@@ -188,7 +191,7 @@ def search_map(
     most = c.refine if window is None else config.refine
     peaks = best_places(bounds, places, yaws[which], config, most=most)
     yield len(bounds)
-    return (yield from refined_places(sweep, world, peaks, level, config))
+    return (yield from refined_places(sweep, world, peaks, level, config, registration))
 
 
 def _yaws(window: Window | None, config: SearchConfig) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.registration import RegistrationConfig
 from localization.relocalization.branch_and_bound import MapSearchConfig, Pyramid, search_map
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.search_config import SearchConfig
@@ -118,6 +119,7 @@ class HintSearch:
         plan: FloorPlan,
         config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
         map_config: MapSearchConfig = MapSearchConfig(),  # noqa: B008  (frozen)
+        registration: RegistrationConfig = RegistrationConfig(),  # noqa: B008  (frozen)
         *,
         same: Callable[[Pose, Pose], bool] = lambda a, b: a is b,
     ) -> None:
@@ -128,9 +130,10 @@ class HintSearch:
             plan: its floor plan at the horizontal scanner's height.
             config: how a window is searched, and what counts as found.
             map_config: how the whole map is searched.
+            registration: how places are registered.
             same: whether two poses are so near to each other that a search from one serves for the other.
         """
-        self.config = config
+        self.config, self._registration = config, registration
         self._same = same
         self._world, self._map_config = world, map_config
         self._pyramid = Pyramid(plan, map_config)
@@ -199,7 +202,9 @@ class HintSearch:
         odom_from_base: Pose,
         level: Pose,
     ) -> SearchState:
-        work = search_map(sweep, self._world, self._pyramid, level, self.config, window)
+        work = search_map(
+            sweep, self._world, self._pyramid, level, self.config, window, self._registration
+        )
         task = SearchTask(hint, window, sweep, odom_from_base, level, ResumableSearch(work))
         # When readings are replayed, the search has been computed before.
         same = next((t for t in self._begun if t.like(task, self._same)), None)
@@ -238,7 +243,8 @@ class HintSearch:
         places = tuple(Candidate(c.map_from_base @ moved, c.score) for c in candidates)
         unseen = None
         if verdict is Verdict.ACCEPTED and window is not None:
-            _, _, match = settled(task.sweep, self._world, candidates[0].map_from_base)
+            found = candidates[0].map_from_base
+            _, _, match = settled(task.sweep, self._world, found, self._registration)
             unseen = unseen_within(match, window)
         whole_map = task.window is None
         result = SearchResult(
@@ -256,7 +262,7 @@ class HintSearch:
         if window is None:
             return None
         at = standing(self._world, window.x, window.y, window.yaw, task.level)
-        return explain(task.sweep, self._world, at)
+        return explain(task.sweep, self._world, at, self._registration)
 
     def _judged(
         self,
@@ -277,7 +283,8 @@ class HintSearch:
             )
         best = candidates[0]
         if current is not None:
-            own = explain(task.sweep, self._world, current @ moved.inverse())
+            then = current @ moved.inverse()
+            own = explain(task.sweep, self._world, then, self._registration)
             if same_place(own.map_from_base, best.map_from_base, c):
                 return (
                     Verdict.KEPT,

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.registration import RegistrationConfig
 from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.verification import HELD_OFF_SIGMA, same_place, settled
@@ -96,6 +97,7 @@ class Hypotheses:
         candidates: Sequence[Candidate],
         odom_from_base: Pose,
         config: HypothesesConfig,
+        search: SearchConfig,
         *,
         near: bool = False,
         present: Pose | None = None,
@@ -106,6 +108,7 @@ class Hypotheses:
             candidates: The places found.
             odom_from_base: The pose in ``odom`` now.
             config: How many places are tracked.
+            search: What counts as one place.
             near: Whether only the surroundings of a lost estimate or of a hint were searched.
             present: The estimate, if the robot has one that stands. It is one of the places, or compared with them
                 as one more, so that only a clearly better one replaces it.
@@ -113,7 +116,7 @@ class Hypotheses:
         found = candidates[: config.max_places - (present is not None)]
         places: list[Hypothesis] = []
         for c in found:
-            same = present is not None and same_place(c.map_from_base, present)
+            same = present is not None and same_place(c.map_from_base, present, search)
             same = same and not any(p.present for p in places)
             places.append(Hypothesis(c.map_from_base, (c.score,), present=same))
         if present is not None and places and not any(p.present for p in places):
@@ -147,6 +150,7 @@ class Hypotheses:
         beams: BeamClassifier,
         search: SearchConfig,
         config: HypothesesConfig,
+        registration: RegistrationConfig,
         *,
         present: Pose | None = None,
     ) -> tuple[Hypotheses, Candidate | None]:
@@ -159,6 +163,7 @@ class Hypotheses:
             beams: classifies the beams that a place does not explain.
             search: what counts as one place, and as a decision.
             config: when to evaluate, and what decides.
+            registration: how a sweep is registered at a place.
             present: the estimate at the sweep's stamp, if it stands.
 
         Returns:
@@ -175,10 +180,10 @@ class Hypotheses:
             followed = place.map_from_base @ moved
             if place.present and present is not None:
                 followed = present
-            seen, _, match = settled(sweep, world, followed)
+            seen, _, match = settled(sweep, world, followed, registration)
             if place.present:
                 # Places that a search found explain the most around them; so may this one.
-                wider, _, other = settled(sweep, world, followed, HELD_OFF_SIGMA)
+                wider, _, other = settled(sweep, world, followed, registration, HELD_OFF_SIGMA)
                 if wider.score > seen.score and same_place(wider.map_from_base, followed, search):
                     seen, match = wider, other
             at = seen.map_from_base

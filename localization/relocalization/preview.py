@@ -8,6 +8,7 @@ import numpy as np
 
 from localization.errors import LocalizationError
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.registration import RegistrationConfig
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import window_of
 from localization.relocalization.verification import explain, outside_map, standing
@@ -36,6 +37,7 @@ def explained_share(
     world: PreparedMap,
     level: Pose,
     config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
+    registration: RegistrationConfig = RegistrationConfig(),  # noqa: B008  (frozen)
 ) -> float:
     """Return the share of a sweep that the map explains at a proposed pose, in [0, 1].
 
@@ -48,6 +50,7 @@ def explained_share(
         world: The prepared cloud.
         level: A pose whose height, roll and pitch the robot has.
         config: The window of a hint, which may reach as far beyond the edge of the map.
+        registration: How the sweep is registered.
 
     Raises:
         PreviewError: If the pose is outside the map.
@@ -56,4 +59,5 @@ def explained_share(
     reach = window_of(map_from_base, np.zeros((6, 6)), config).half_width
     if (reason := outside_map(world, x, y, margin=reach)) is not None:
         raise PreviewError(reason)
-    return explain(sweep, world, standing(world, x, y, map_from_base.yaw, level)).score
+    at = standing(world, x, y, map_from_base.yaw, level)
+    return explain(sweep, world, at, registration).score

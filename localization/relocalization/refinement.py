@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from localization.types import Candidate, Pose, Sweep
 
 _LEAST_SCORE = 0.3
 """Places on the floor plan that score less are not refined."""
+_WIDER, _LONGER = 2.0, 6
+"""From a place on the floor plan registration begins with so many times the usual scale, and takes so many more steps."""
 _MOST_EXAMINED = 20_000
 """Number of the best-scoring places among which distinct ones are chosen."""
 
@@ -61,6 +64,7 @@ def refined_places(
     peaks: Sequence[tuple[float, float, float]],
     level: Pose,
     config: SearchConfig,
+    registration: RegistrationConfig,
 ) -> SearchWork:
     """Refine places (x, y, yaw) against the cloud; yields the amount of work, returns the distinct ones."""
     max_tilt = config.max_tilt if world.ground.level else config.max_tilt_uneven
@@ -68,14 +72,14 @@ def refined_places(
     for x, y, yaw in peaks:
         yield REFINEMENT
         start = standing(world, x, y, yaw, level)
-        candidate = _refined(sweep, world, start, config)
+        candidate = _refined(sweep, world, start, config, registration)
         # The third rows are the map's vertical in the robot's axes.
         upright = candidate.map_from_base.rotation[2] @ start.rotation[2] > np.cos(max_tilt)
         if upright:
             found.append(candidate)
     distinct = _distinct(found, config)
     for i, candidate in enumerate(distinct[: config.compared]):
-        distinct[i] = yield from _best_along(sweep, world, candidate, config)
+        distinct[i] = yield from _best_along(sweep, world, candidate, config, registration)
     # A neighbour along a corridor may be a place that was found already.
     return tuple(_distinct(distinct, config))
 
@@ -90,14 +94,18 @@ def _distinct(places: Sequence[Candidate], config: SearchConfig) -> list[Candida
 
 
 def _best_along(
-    sweep: Sweep, world: PreparedMap, place: Candidate, config: SearchConfig
+    sweep: Sweep,
+    world: PreparedMap,
+    place: Candidate,
+    config: SearchConfig,
+    registration: RegistrationConfig,
 ) -> Work[Candidate]:
     """Compare a place with its neighbours in the direction that constrains the robot least.
 
     Refining ends where walls lie on walls. In a corridor or between shelves that is so every few
     decimetres, and of neighbours as near as that only one was refined.
     """
-    best, closest, match = settled(sweep, world, place.map_from_base)
+    best, closest, match = settled(sweep, world, place.map_from_base, registration)
     _, directions = np.linalg.eigh(match.information[:2, :2])
     pose = best.map_from_base
     for way in np.arange(1, round(config.neighbours / config.step) + 1) * config.step:
@@ -105,7 +113,7 @@ def _best_along(
         for sign in (-1.0, 1.0):
             offset = np.append(sign * way * directions[:, 0], 0.0)
             shifted = Pose(pose.position + offset, pose.quaternion_wxyz)
-            other, closeness, _ = settled(sweep, world, shifted)
+            other, closeness, _ = settled(sweep, world, shifted, registration)
             # A horizontal scan fits nothing more closely than the floor, once it has sunk there.
             climb = abs(float(other.map_from_base.position[2] - pose.position[2]))
             if closeness > closest and climb < 3.0 * SETTLING_SIGMA[2]:
@@ -113,11 +121,21 @@ def _best_along(
     return best
 
 
-def _refined(sweep: Sweep, world: PreparedMap, start: Pose, config: SearchConfig) -> Candidate:
-    wide = RegistrationConfig(kernel_wide=0.3, iterations=14)
+def _refined(
+    sweep: Sweep,
+    world: PreparedMap,
+    start: Pose,
+    config: SearchConfig,
+    registration: RegistrationConfig,
+) -> Candidate:
+    wide = replace(
+        registration,
+        kernel_wide=_WIDER * registration.kernel_wide,
+        iterations=registration.iterations + _LONGER,
+    )
     sigma = np.array([config.step, config.step, 0.03, 0.02, 0.02, config.step_yaw])
     near = register(sweep, world, start, np.diag((2.0 * sigma) ** 2), wide).map_from_base
     # A wall that is too far away from the start can be reached by pitch as well. The robot's tilt is known
     # better than that: restore it, and settle the rest.
     x, y = float(near.position[0]), float(near.position[1])
-    return explain(sweep, world, standing(world, x, y, near.yaw, start))
+    return explain(sweep, world, standing(world, x, y, near.yaw, start), registration)

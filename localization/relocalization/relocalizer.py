@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
-from localization.config import LocalizerConfig
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
-from localization.matching.scan_consistency import BeamClassifier
+from localization.matching.registration import RegistrationConfig
+from localization.matching.scan_consistency import BeamClassifier, ScanConsistencyConfig
 from localization.monitoring.health import horizontal_sigma
-from localization.relocalization.branch_and_bound import FEWEST_POINTS
+from localization.motion.late_readings import LateReadingsConfig
+from localization.relocalization.branch_and_bound import FEWEST_POINTS, MapSearchConfig
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.hint_search import HintSearch, SearchResult, SearchState
-from localization.relocalization.hypotheses import Hypotheses
+from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig
+from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_schedule import (
     SearchCause,
     SearchSchedule,
@@ -28,6 +31,38 @@ _HORIZONTAL = 0.9
 """A scanner whose z axis is this near to the robot's (cosine) counts as horizontal."""
 _DEFAULT_HEIGHT = 0.3
 """Height of the floor plan for a robot without a horizontal scanner [m]."""
+
+
+class RelocalizerSettings(Protocol):
+    """What ``LocalizerConfig`` says of the search; the names are explained there."""
+
+    @property
+    def search(self) -> SearchConfig:
+        """How places are searched."""
+
+    @property
+    def map_search(self) -> MapSearchConfig:
+        """How the whole map is searched."""
+
+    @property
+    def hypotheses(self) -> HypothesesConfig:
+        """What decides between places."""
+
+    @property
+    def search_schedule(self) -> SearchScheduleConfig:
+        """When a search begins."""
+
+    @property
+    def registration(self) -> RegistrationConfig:
+        """How sweeps are registered."""
+
+    @property
+    def scan_consistency(self) -> ScanConsistencyConfig:
+        """How beams are classified."""
+
+    @property
+    def late_readings(self) -> LateReadingsConfig:
+        """How readings are replayed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -165,7 +200,7 @@ class Relocalizer:
     """Steps of the search for the robot; what is being searched for is in ``RelocalizerState``."""
 
     def __init__(
-        self, world: PreparedMap, mounts: Mounts, config: LocalizerConfig, *, by_itself: bool
+        self, world: PreparedMap, mounts: Mounts, config: RelocalizerSettings, *, by_itself: bool
     ) -> None:
         """Build.
 
@@ -181,9 +216,11 @@ class Relocalizer:
         height = float(horizontal[0]) if horizontal else _DEFAULT_HEIGHT
         c = config.search
         plan = FloorPlan(world, height, cell=c.cell, sigma=c.field_sigma)
-        same = config.late_readings.same
-        self._beams = BeamClassifier(world, inlier=config.registration.inlier_distance)
-        self._search = HintSearch(world, plan, c, config.map_search, same=same)
+        same, self._registration = config.late_readings.same, config.registration
+        self._beams = BeamClassifier(
+            world, config.scan_consistency, inlier=config.registration.inlier_distance
+        )
+        self._search = HintSearch(world, plan, c, config.map_search, config.registration, same=same)
 
     def receive(
         self, state: RelocalizerState, hint: Hint, now: int, odom_then: Pose, current: CurrentPose
@@ -300,7 +337,9 @@ class Relocalizer:
                 placement = replace(placement, explained=best.score)
                 state = _to_check(state) if self._by_itself else state
         elif result.verdict is Verdict.AMBIGUOUS and unsure:
-            places = Hypotheses.of(result.candidates, odom, self._hypotheses, near=True)
+            places = Hypotheses.of(
+                result.candidates, odom, self._hypotheses, self._config, near=True
+            )
             state = replace(state, hypotheses=places)
         elif result.verdict is Verdict.REJECTED:
             state = self._after_rejection(state, current)
@@ -330,7 +369,9 @@ class Relocalizer:
         """Return the state after a search without a hint: what it found is proposed, and driving decides."""
         if result.whole_map:
             present = None if unsure else current.map_from_base
-            places = Hypotheses.of(result.candidates, odom, self._hypotheses, present=present)
+            places = Hypotheses.of(
+                result.candidates, odom, self._hypotheses, self._config, present=present
+            )
             if places.places:
                 return replace(state, hypotheses=places)
             return self._unsettled(state, unsure=unsure)
@@ -339,7 +380,7 @@ class Relocalizer:
         if result.verdict is Verdict.REJECTED:
             # Not near where it was lost: it may be anywhere.
             return replace(state, schedule=state.schedule.with_cause(SearchCause.LOST))
-        places = Hypotheses.of(result.candidates, odom, self._hypotheses, near=True)
+        places = Hypotheses.of(result.candidates, odom, self._hypotheses, self._config, near=True)
         return replace(state, hypotheses=places)
 
     def _unsettled(self, state: RelocalizerState, *, unsure: bool) -> RelocalizerState:
@@ -380,10 +421,11 @@ class Relocalizer:
             self._beams,
             self._config,
             self._hypotheses,
+            self._registration,
             present=current.map_from_base if stands else None,
         )
         if place is not None:
-            if stands and same_place(place.map_from_base, current.map_from_base):
+            if stands and same_place(place.map_from_base, current.map_from_base, self._config):
                 return self._unsettled(state, unsure=False), None
             reason = f"explains {place.score:.0%} of the sweeps on the way here"
             placement = Placement(place.map_from_base, reason)

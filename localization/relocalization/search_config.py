@@ -27,8 +27,6 @@ class SearchConfig:
     """Number of the distinct places that are compared with their neighbours along the weakest direction."""
     neighbours: float = 0.5
     """Largest distance of those neighbours to either side [m]."""
-    budget: int = 6000
-    """Number of candidates per tick; a refinement counts as many as this."""
     smallest_window: float = 0.5
     """Smallest half width of a window [m]."""
     smallest_window_yaw: float = np.deg2rad(10.0)

@@ -18,7 +18,7 @@ HELD_OFF_SIGMA = (0.2, 0.2, 0.03, 0.01, 0.01, 0.1)
 """The same of an estimate that sweeps may have held off its place, as along the wrong side of a thin wall."""
 
 
-def same_place(a: Pose, b: Pose, config: SearchConfig = SearchConfig()) -> bool:  # noqa: B008  (frozen)
+def same_place(a: Pose, b: Pose, config: SearchConfig) -> bool:
     """Return whether two poses are one place within the search's resolution."""
     near = float(np.hypot(*(a.position - b.position)[:2])) < config.same_place
     return near and abs(wrap_angle(a.yaw - b.yaw)) < config.same_yaw
@@ -49,28 +49,31 @@ def standing(world: PreparedMap, x: float, y: float, yaw: float, level: Pose) ->
     return Pose.from_euler([x, y, level.position[2]], roll=roll, pitch=pitch, yaw=yaw)
 
 
-def explain(sweep: Sweep, world: PreparedMap, pose: Pose) -> Candidate:
+def explain(
+    sweep: Sweep, world: PreparedMap, pose: Pose, registration: RegistrationConfig
+) -> Candidate:
     """Settle a pose on the cloud within a few centimetres and return the share that it explains there.
 
     The pose's own tilt takes part: two planes of points hardly constrain pitch, and alone would allow any.
     """
-    return settled(sweep, world, pose)[0]
+    return settled(sweep, world, pose, registration)[0]
 
 
 def settled(
     sweep: Sweep,
     world: PreparedMap,
     pose: Pose,
+    registration: RegistrationConfig,
     assumed: tuple[float, ...] = SETTLING_SIGMA,
 ) -> tuple[Candidate, float, Match]:
     """Settle a pose of an assumed error; return what it explains, how closely in [0, 1], and the match that did it."""
     sigma = np.array(assumed)
-    match = register(sweep, world, pose, np.diag(sigma**2))
+    match = register(sweep, world, pose, np.diag(sigma**2), registration)
     pull = match.information @ difference(pose, match.map_from_base)
     step = np.linalg.solve(np.diag(sigma**-2) + match.information, pull)
     at = Pose.from_rotation(pose.position + step[:3], pose.rotation @ so3_exp(step[3:]))
     # The shares count points within 10 cm. Neighbours explain almost as much, but with centimetres left.
-    square, kernel2 = match.distances**2, RegistrationConfig().kernel ** 2
+    square, kernel2 = match.distances**2, registration.kernel**2
     closeness = float(np.nansum((kernel2 / (kernel2 + square)) ** 2)) / max(len(square), 1)
     return Candidate(at, match.inlier_ratio), closeness, match
 

@@ -24,6 +24,7 @@ from localization.types.pose import (
     Twist as Twist,
 )
 from localization.types.readings import (
+    GRAVITY as GRAVITY,
     SECOND as SECOND,
     Hint as Hint,
     Inertial as Inertial,
@@ -33,4 +34,5 @@ from localization.types.readings import (
     Reading as Reading,
     Scan as Scan,
     WheelSpeeds as WheelSpeeds,
+    end_of as end_of,
 )

@@ -21,6 +21,8 @@ from localization.types.pose import Pose, Twist
 
 SECOND = 1_000_000_000
 """One second [ns]."""
+GRAVITY = 9.81
+"""Acceleration of gravity [m/s^2]."""
 
 _FARTHEST_HINT = 1e6
 """Largest coordinate of a hint [m]; no map reaches so far."""
@@ -236,3 +238,8 @@ Reading: TypeAlias = Scan | PointScan | WheelSpeeds | Inertial | Odometry | Hint
 
 Mounts: TypeAlias = Mapping[str, Pose]
 """``base_from_scanner`` of each scanner, by its frame's name."""
+
+
+def end_of(reading: Reading) -> int:
+    """Return the stamp at which a reading is complete [ns]."""
+    return reading.end_stamp if isinstance(reading, Scan | PointScan) else reading.stamp

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+import re
 import shlex
 import sys
 import tomllib
+from collections.abc import Iterator
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -13,6 +17,7 @@ from localization import extras
 from localization.extras import EXTRAS, MissingLibraryError, has, install_command, missing, require
 
 ROOT = Path(__file__).parents[2]
+OURS = ("localization", "robot_sim", "teleop")
 
 
 def test_command_installs_from_the_clone_that_runs(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -55,11 +60,49 @@ def test_every_library_is_of_the_extra_that_is_named() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     names = {
         "OpenGL": "mujoco-core",
+        "dask": "distributed",
         "mujoco": "mujoco-core",
         "open3d": "open3d-cpu",
         "rerun": "rerun-sdk",
+        "serial": "pyserial",
     }
     for library, extra in EXTRAS.items():
         if library != "rerun_bindings":  # a part of rerun
             wanted = names.get(library, library)
             assert any(line.startswith(wanted) for line in project["optional-dependencies"][extra])
+
+
+def imported() -> Iterator[tuple[str, Path]]:
+    """Yield the library of each import of our code, wherever it is written, and the file."""
+    for path in (file for folder in OURS for file in (ROOT / folder).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                yield from ((alias.name.partition(".")[0], path) for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                yield node.module.partition(".")[0], path
+
+
+def always_installed() -> set[str]:
+    """Return the import names of the distributions that an installation without extras has."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    base = {normal(line) for line in project["dependencies"]}
+    return {
+        name for name, wheels in packages_distributions().items() if base & set(map(normal, wheels))
+    }
+
+
+def normal(requirement: str) -> str:
+    """Return the name of a distribution as PEP 503 compares it, without version and extras."""
+    name = re.match(r"[\w.-]+", requirement)
+    assert name is not None
+    return re.sub(r"[-_.]+", "-", name[0]).lower()
+
+
+@pytest.mark.slow
+def test_every_library_that_our_code_imports_has_its_extra_unless_it_is_always_installed() -> None:
+    known = {*sys.stdlib_module_names, *OURS, *always_installed(), *EXTRAS}
+    # The plug-in of pytest is imported by pytest alone.
+    unknown = {(name, str(path.relative_to(ROOT))) for name, path in imported()} - {
+        ("pytest", "teleop/scenario/pytest_plugin.py")
+    }
+    assert sorted(pair for pair in unknown if pair[0] not in known) == []

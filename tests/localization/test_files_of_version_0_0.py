@@ -27,6 +27,7 @@ REMOVED: tuple[str, ...] = (
     "health.disagreements",
     "health.opinion_distance",
     "health.opinion_yaw",
+    "search.budget",
     "map_search.budget",
     "hypotheses.nowhere",
     "second_opinion",

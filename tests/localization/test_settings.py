@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from localization.config import LocalizerConfig, to_json
+from localization.errors import LocalizationError
+from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import Matcher
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
+from localization.pipeline.localizer import Localizer
 from localization.settings import SettingError, assignments, read_settings, with_settings
+from tests.support_rooms import MOUNTS
 
 
 def test_dotted_and_nested_names_set_the_same() -> None:
@@ -124,3 +130,25 @@ def test_bad_file_of_settings_is_named(
         read_settings(path)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("of", "used"),
+    [
+        (None, SensorConfiguration(Motion.ODOMETRY)),
+        (None, SensorConfiguration(flat=True)),
+        (SensorConfiguration(Motion.ODOMETRY, flat=True), SensorConfiguration()),
+    ],
+)
+def test_filter_that_is_set_for_other_sensors_is_refused_with_the_way_out(
+    hall: PreparedMap, of: SensorConfiguration | None, used: SensorConfiguration
+) -> None:
+    config = replace(LocalizerConfig() if of is None else LocalizerConfig.of(of), sensors=used)
+    with pytest.raises(LocalizationError, match=r"begin with LocalizerConfig\.of\(sensors\)"):
+        Localizer(hall, MOUNTS, config)
+
+
+def test_filter_with_settings_of_its_own_is_taken_for_any_sensors(hall: PreparedMap) -> None:
+    for motion in Motion:
+        config = LocalizerConfig.of(SensorConfiguration(motion))
+        Localizer(hall, MOUNTS, replace(config, ekf=replace(config.ekf, speed_noise=0.02)))

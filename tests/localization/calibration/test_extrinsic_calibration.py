@@ -6,8 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.calibration.calibration_config import AXES
-from localization.calibration.calibration_sample import CalibrationSample
 from localization.calibration.calibration_summary import summary
 from localization.calibration.extrinsic_calibration import (
     Calibration,
@@ -23,6 +21,8 @@ from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.map_files import save_cloud
 from localization.maps.prepared_map import PreparedMap
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
+from localization.mount_estimation.calibration_config import AXES
+from localization.mount_estimation.calibration_sample import CalibrationSample
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import Hint, Mounts, Pose, Reading
 from teleop.__main__ import main

@@ -24,6 +24,14 @@ def test_mounts_are_restored_from_their_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    "name", ['a "quoted" one', "back\\slash", "two\nlines", "ü/läser", "\x7f\x01", "]", ""]
+)
+def test_any_name_of_a_frame_is_restored(tmp_path: Path, name: str) -> None:
+    write_mounts(tmp_path / "m.toml", {name: Pose.identity()})
+    assert set(read_mounts(tmp_path / "m.toml")) == {name}
+
+
+@pytest.mark.parametrize(
     ("text", "why"),
     [
         ("", "holds no mounts"),

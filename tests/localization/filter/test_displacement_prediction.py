@@ -28,7 +28,7 @@ from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Pose
 from tests.support import floats, vectors
 
-CONFIG = SensorConfiguration(Motion.ODOMETRY).ekf()
+CONFIG = EkfConfig.of(SensorConfiguration(Motion.ODOMETRY))
 EXACT = replace(CONFIG, odometry=OdometryNoise(*(0.0 for _ in range(10))))
 """Wheels without any error."""
 PSI = KAPPA.start + 1
@@ -183,7 +183,7 @@ def test_displacement_of_no_finite_duration_is_refused(seconds: float) -> None:
         predict_displacement(filter_at(Pose.identity()), CONFIG, Pose.identity(), seconds)
 
 
-GYRO = SensorConfiguration(Motion.ODOMETRY_AND_GYRO).ekf()
+GYRO = EkfConfig.of(SensorConfiguration(Motion.ODOMETRY_AND_GYRO))
 EXACT_GYRO = replace(
     GYRO, odometry=EXACT.odometry, gyro_noise=1e-9, gyro_bias_walk=0.0, turn_share=0.0
 )

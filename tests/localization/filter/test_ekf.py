@@ -10,10 +10,9 @@ from hypothesis import given, settings, strategies as st
 
 from localization.filter import prediction, updates
 from localization.filter.ekf import STATES, EkfConfig, FilterState, corrected, propagated
-from localization.filter.ekf_config import GRAVITY
 from localization.filter.pose_error import LEVER, difference
 from localization.geometry import so3_exp, wrap_angle
-from localization.types import Match, Pose
+from localization.types import GRAVITY, Match, Pose
 from tests.localization.filter.driven_filter import DrivenFilter
 from tests.support import bits, floats, vectors
 from tests.support_rooms import apart

@@ -6,7 +6,7 @@ import pytest
 from localization.config import LocalizerConfig
 from localization.filter.ekf import EkfConfig
 from localization.filter.standstill_detection import MOVING, Rest, quiet, rest_after, wheels_stand
-from localization.motion.slip_detection import SlipDetector
+from localization.monitoring.slip_detection import SlipDetector
 from localization.types import Pose
 from tests.localization.filter.driven_filter import DrivenFilter
 

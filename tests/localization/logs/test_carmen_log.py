@@ -159,13 +159,29 @@ def test_compressed_logs_read_the_same(
     assert [r.stamp for r in open_log(packed)] == [r.stamp for r in open_log(log)]
 
 
-def test_cut_text_ends_with_its_last_whole_line(text: str, tmp_path: Path) -> None:
-    packed = tmp_path / "cut.gz"
-    data = gzip.compress(text.encode())
-    packed.write_bytes(data[: len(data) // 2])
+@pytest.mark.parametrize("pack", [gzip.compress, lzma.compress])
+def test_cut_text_ends_with_its_last_whole_line_and_a_note_says_so(
+    log: Path, text: str, tmp_path: Path, pack: Callable[[bytes], bytes]
+) -> None:
+    packed = tmp_path / "cut"
+    data = pack(text.encode())
+    packed.write_bytes(data[: 2 * len(data) // 3])
+    whole, log_cut = list(CarmenLog(log)), CarmenLog(packed)
+    assert 50 < len(list(log_cut)) < len(whole)
+    assert any("its compressed data are cut short" in line for line in log_cut.warnings)
+
+
+def test_damaged_gzip_is_read_up_to_the_damage_and_a_note_says_so(
+    text: str, tmp_path: Path
+) -> None:
+    packed = tmp_path / "damaged.gz"
+    data = bytearray(gzip.compress(4 * text.encode()))
+    half = len(data) // 2
+    data[half : half + 2000] = b"\xff" * 2000
+    packed.write_bytes(data)
     log = CarmenLog(packed)
-    readings = list(log)
-    assert 100 < len(readings) < text.count("\n")
+    assert 50 < len(list(log)) < 4 * text.count("\n")
+    assert any("its compressed data are damaged" in line for line in log.warnings)
 
 
 def test_broken_lines_are_counted_with_the_reason(text: str, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin, Writer as Ros2Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from localization.cli.sensor_layout import layout_of
 from localization.geometry import (
     FloatArray,
     quaternion_from_rotation,
@@ -335,8 +336,77 @@ def test_bag_without_frames_needs_a_given_mount(tmp_path: Path, drive: Drive) ->
         LogError, match=r"pose of 'laser_horizontal' \(of /front/scan\) on 'base_link' is unknown"
     ):
         RosBag(path)
-    layout = SensorLayout(mounts=MOUNTS)
+    layout = SensorLayout(mounts={**MOUNTS, "imu": IMU})
     assert set(RosBag(path, layout).mounts) == set(MOUNTS)
+
+
+UNLINKED = Pose.from_euler([0.1, 0.0, 0.2], roll=0.5 * np.pi, yaw=-0.3)
+"""Of a unit on its side, as on some Huskies: gravity is on its y axis."""
+
+
+def without_link_to_the_unit(drive: Drive, seconds: float) -> Messages:
+    """A bag whose transforms lead to the scanners and not to the inertial unit, which lies on its side."""
+    links = [("base_link", name, mount) for name, mount in MOUNTS.items()]
+    held: Messages = [("/tf_static", SECOND, transforms(links))]
+    for topic, stamp, message in recorded(
+        r for r in drive.readings() if r.stamp < seconds * SECOND
+    )[1:]:
+        if topic == "/imu":
+            turn = UNLINKED.rotation.T @ IMU.rotation
+            for name in ("angular_velocity", "linear_acceleration"):
+                v = getattr(message, name)
+                setattr(message, name, vector_message(turn @ np.array([v.x, v.y, v.z])))
+        held.append((topic, stamp, message))
+    return held
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_unit_in_a_frame_that_nothing_connects_is_an_error_with_the_way_out(
+    tmp_path: Path, drive: Drive, kind: str
+) -> None:
+    path = KINDS[kind](tmp_path / "bag", without_link_to_the_unit(drive, 0.5))
+    with pytest.raises(LogError) as raised:
+        open_log(path)
+    message = str(raised.value)
+    assert "the pose of 'imu' (of /imu) on 'base_link' is unknown" in message
+    assert "`--mount imu 0.1 0 0.3 0`" in message
+    assert "--topics" in message
+    without = SensorLayout(topics=("/front/scan", "/up/scan", "/joints"))
+    assert not any(isinstance(r, Inertial) for r in open_log(path, without))
+
+
+def test_given_mount_of_a_unit_turns_its_readings_into_the_axes_of_the_base(
+    tmp_path: Path, drive: Drive
+) -> None:
+    path = ros1(tmp_path / "bag", without_link_to_the_unit(drive, 0.5))
+    words = (0.1, 0.0, 0.2, 90.0, 0.0, float(np.rad2deg(-0.3)))
+    found = [r for r in open_log(path, layout_of({"imu": words}, ())) if isinstance(r, Inertial)]
+    true = [r for r in drive.readings() if isinstance(r, Inertial)]
+    assert len(found) >= 20
+    for reading, expected in zip(found, true, strict=False):
+        np.testing.assert_allclose(reading.angular_velocity, expected.angular_velocity, atol=1e-9)
+        np.testing.assert_allclose(reading.specific_force, expected.specific_force, atol=1e-9)
+
+
+def test_unit_whose_later_readings_come_from_an_unknown_frame_is_left_out_and_counted(
+    tmp_path: Path, drive: Drive
+) -> None:
+    held = recorded(drive.readings()[:60])
+    for topic, _, message in held[40:]:
+        if topic == "/imu":
+            message.header.frame_id = "elsewhere"  # type: ignore[attr-defined]
+    bag = RosBag(ros1(tmp_path / "bag", held))
+    assert len([r for r in bag if isinstance(r, Inertial)]) > 5
+    assert "'elsewhere' on the base is unknown" in bag.skipped["/imu"].reason
+
+
+def test_mount_of_four_numbers_is_level_and_of_six_has_roll_and_pitch() -> None:
+    layout = layout_of(
+        {"laser": (0.2, 0.0, 0.3, 90.0), "imu": (0.1, 0.2, 0.3, 10.0, 20.0, 30.0)}, ()
+    )
+    assert np.rad2deg(layout.mounts["laser"].euler) == pytest.approx([0.0, 0.0, 90.0])
+    assert np.rad2deg(layout.mounts["imu"].euler) == pytest.approx([10.0, 20.0, 30.0])
+    assert layout.mounts["imu"].position == pytest.approx([0.1, 0.2, 0.3])
 
 
 def test_topics_can_be_chosen(tmp_path: Path, drive: Drive) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PIL import Image
 
 from localization.maps.grid_image import FREE, OCCUPIED, UNKNOWN, Borderline, ImageRule, read_cells
@@ -25,7 +27,7 @@ def test_grey_furniture_that_counts_as_free_floor_is_counted(tmp_path: Path) -> 
     pixels[0], pixels[5:8, 5:10], pixels[10] = 0, 211, 205
     cells = read_cells(saved(tmp_path, pixels), SAVER)
     (near,) = cells.borderline()
-    assert near == Borderline(15, "free", "free_thresh", 211, 1.0 - 211 / 255)
+    assert near == Borderline(15, "free", "free_thresh", 211, 1.0 - 211 / 255, 0.06)
 
 
 def test_map_of_three_shades_has_no_cell_near_a_threshold(tmp_path: Path) -> None:
@@ -33,6 +35,21 @@ def test_map_of_three_shades_has_no_cell_near_a_threshold(tmp_path: Path) -> Non
     cells = read_cells(saved(tmp_path, pixels), SAVER)
     assert cells.codes.tolist() == [[OCCUPIED, UNKNOWN, FREE]]
     assert cells.borderline() == ()
+
+
+@pytest.mark.parametrize("low", [0.01, 0.02, 0.05])
+def test_white_and_black_are_near_no_threshold_however_strict(low: float, tmp_path: Path) -> None:
+    rule = replace(SAVER, low=low, high=1.0 - low)
+    assert read_cells(saved(tmp_path, np.array([[0, 255, 205]])), rule).borderline() == ()
+
+
+def test_greys_beside_a_strict_threshold_are_counted_and_map_savers_white_is_not(
+    tmp_path: Path,
+) -> None:
+    rule = replace(SAVER, low=0.02)
+    cells = read_cells(saved(tmp_path, np.array([[254, 254, 251]])), rule)
+    (near,) = cells.borderline()
+    assert (near.cells, near.kind, near.grey, near.within) == (1, "free", 251, 0.01)
 
 
 def test_pale_walls_that_do_not_count_as_occupied_are_counted(tmp_path: Path) -> None:

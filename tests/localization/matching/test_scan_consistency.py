@@ -40,8 +40,12 @@ def test_thing_that_was_put_there_is_met_before_the_mapped_wall(hall: PreparedMa
 
 
 def test_thing_that_is_gone_is_passed_through(hall: PreparedMap) -> None:
+    # What stood behind the shelf was never seen.
+    points, normals = hall.cloud.points, hall.cloud.normals
+    hidden = (points[:, 0] < 0.01) & (np.abs(points[:, 1] - 1.8) < 0.8) & (points[:, 2] < 1.2)
+    world = prepare(replace(hall.cloud, points=points[~hidden], normals=normals[~hidden]))
     to_the_shelf = Pose.planar(2.6, 1.6, 2.8)
-    found = seen(Place(WALLS).sweep(to_the_shelf), hall, to_the_shelf)
+    found = seen(Place(WALLS).sweep(to_the_shelf), world, to_the_shelf)
     assert found.unexplained > 0.04
     assert found.free_space_violation > 0.9 * found.unexplained
 

@@ -8,8 +8,7 @@ import pytest
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.pipeline.localizer import Localizer
-from localization.pipeline.validation import end_of
-from localization.types import SECOND, Hint, Inertial, Pose, Reading, Scan, WheelSpeeds
+from localization.types import SECOND, Hint, Inertial, Pose, Reading, Scan, WheelSpeeds, end_of
 from tests.localization.filter.driven_filter import DrivenFilter
 from tests.support_rooms import HALL, MOUNTS, TRACK, Drive
 

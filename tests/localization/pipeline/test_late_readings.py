@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.maps.prepared_map import PreparedMap
+from localization.motion.late_readings import LateReadingsConfig
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
-from localization.pipeline.late_readings import LateReadingsConfig
 from localization.pipeline.localizer import Localizer, LocalizerConfig
-from localization.pipeline.validation import end_of
 from localization.types import (
     SECOND,
     Estimate,
@@ -24,6 +23,7 @@ from localization.types import (
     Scan,
     Verdict,
     WheelSpeeds,
+    end_of,
 )
 from tests.support_rooms import HALL, MOUNTS, TICK, Drive, apart
 

@@ -10,8 +10,7 @@ from localization.filter.pose_error import difference
 from localization.maps.prepared_map import PreparedMap
 from localization.motion.kiss_odometry import KissState
 from localization.pipeline.localizer import Localizer
-from localization.pipeline.validation import end_of
-from localization.types import SECOND, Health, Hint, Inertial, Pose, Reading, Scan
+from localization.types import SECOND, Health, Hint, Inertial, Pose, Reading, Scan, end_of
 from tests.support_rooms import HALL, MOUNTS, TICK, Drive
 
 START = Pose.planar(2.6, 1.6, 0.2)

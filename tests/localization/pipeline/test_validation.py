@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -174,6 +175,80 @@ def test_leap_of_the_clock_is_refused_with_what_to_do() -> None:
         why = validator.refusal(made(kind, 62 * SECOND), SECOND)
         assert why is not None
         assert "ahead of the inertial readings: all sensors must share one clock" in why
+
+
+def refusals(arrivals: Iterable[tuple[str, float]]) -> list[str]:
+    """What is refused of scans and odometry that arrive with some stamps [s], where odometry advances time."""
+    validator, now, found = ReadingValidator(MOUNTS, leader=(Odometry,)), 0, []
+    for kind, seconds in arrivals:
+        stamp = round(seconds * SECOND)
+        reading = (
+            Odometry(stamp, Pose.planar(0.1 * seconds, 0.0, 0.0))
+            if kind == "odometry"
+            else a_scan(stamp, kind)
+        )
+        if validator.repeats(reading):
+            continue
+        why = validator.refusal(reading, now)
+        if why is not None:
+            found.append(why)
+        elif isinstance(reading, Odometry):
+            now = max(now, stamp)
+    return found
+
+
+LASER, OTHER = "laser_horizontal", "laser_vertical"
+SPARSE = {
+    "scan first": [(LASER, 0.0), ("odometry", 0.0)],
+    "odometry first": [("odometry", 0.0), (LASER, 0.0)],
+    "odometry before and after": [("odometry", 0.0), (LASER, 0.0), ("odometry", 0.0)],
+    "two scanners first": [(LASER, 0.0), (OTHER, 0.0), ("odometry", 0.0)],
+    "a scanner before, another after": [(LASER, 0.0), ("odometry", 0.0), (OTHER, 0.0)],
+    "odometry with less latency": [(LASER, 0.0), ("odometry", -0.2)],
+}
+
+
+@pytest.mark.parametrize("order", SPARSE.values(), ids=SPARSE)
+@pytest.mark.parametrize("period", [0.9, 1.2, 2.0, 5.0, 9.5])
+def test_scans_of_which_each_comes_with_its_odometry_are_taken_however_rare_they_are(
+    order: list[tuple[str, float]], period: float
+) -> None:
+    stamps = [10.0 + period * i for i in range(20)]
+    assert refusals((kind, at + off) for at in stamps for kind, off in order) == []
+
+
+def test_scans_between_rare_poses_are_taken() -> None:
+    cycle = [(LASER, 1.2), (LASER, 2.4), ("odometry", 2.4)]
+    arrivals = [(kind, 10.0 + 2.4 * i + at) for i in range(20) for kind, at in cycle]
+    assert refusals([("odometry", 10.0), *arrivals]) == []
+
+
+def test_of_two_scans_before_each_rare_pose_one_is_refused_at_first_and_none_later() -> None:
+    cycle = [(LASER, 1.5), (LASER, 2.0), ("odometry", 2.0)]
+    arrivals = [(kind, 10.0 + 2.0 * i + at) for i in range(20) for kind, at in cycle]
+    assert len(refusals([("odometry", 10.0), *arrivals])) == 1
+
+
+@pytest.mark.parametrize("offset", [1.1, 1.5, 5.0, 59.0, 3600.0])
+@pytest.mark.parametrize(("odometry", "scans"), [(0.05, 0.1), (0.1, 2.0), (0.2, 5.0), (1.0, 1.0)])
+def test_scans_of_a_clock_that_runs_ahead_are_refused_from_the_second_on(
+    offset: float, odometry: float, scans: float
+) -> None:
+    poses = [("odometry", 10.0 + odometry * i) for i in range(round(20.0 / odometry))]
+    seen = [
+        (LASER, 10.5 + scans * i, 10.5 + scans * i + offset) for i in range(round(18.0 / scans))
+    ]
+    arrivals = [(at, kind, at) for kind, at in poses] + [
+        (at, kind, stamp) for kind, at, stamp in seen
+    ]
+    why = refusals((kind, stamp) for _, kind, stamp in sorted(arrivals))
+    assert len(why) >= len(seen) - 1
+    assert all("ahead of the odometry: all sensors must share one clock" in line for line in why)
+
+
+def test_scans_of_silent_odometry_are_refused_from_the_second_on_beyond_a_second() -> None:
+    arrivals = [("odometry", 10.0), *((LASER, 10.05 + 0.1 * i) for i in range(40))]
+    assert len(refusals(arrivals)) == 29
 
 
 @given(order=st.permutations(KINDS))

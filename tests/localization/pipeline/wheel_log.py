@@ -155,7 +155,7 @@ def moments(
         now = drive.pose(true)
         step = before.inverse() @ now
         counted = counted @ _counted(step, (true - BEGIN) / SECOND, wheels, rng)
-        scan = _scan(place, now, true, reach, rng) if number % scan_every == 0 else None
+        scan = scan_of(place, now, true, reach, rng) if number % scan_every == 0 else None
         log.append(Moment(true, counted, scan))
         before = now
     return log
@@ -177,7 +177,8 @@ def _counted(step: Pose, since: float, wheels: Wheels, rng: np.random.Generator)
     return Pose.planar(wheels.way * (c * x - s * y), wheels.way * (s * x + c * y), turn)
 
 
-def _scan(place: Place, pose: Pose, stamp: int, reach: float, rng: np.random.Generator) -> Scan:
+def scan_of(place: Place, pose: Pose, stamp: int, reach: float, rng: np.random.Generator) -> Scan:
+    """Return what a scanner with a reach [m] sees from a pose of the base, all beams at one instant."""
     mount = MOUNTS[SCANNER]
     beams = np.stack([np.cos(_BEAMS), np.sin(_BEAMS), 0.0 * _BEAMS], axis=1)
     start = np.tile(pose.apply(mount.position[None]), (len(beams), 1))

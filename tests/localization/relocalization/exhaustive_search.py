@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.registration import RegistrationConfig
 from localization.relocalization.floor_plan import FloorPlan, level_points
 from localization.relocalization.refinement import best_places, refined_places
 from localization.relocalization.search_config import SearchConfig
@@ -48,15 +49,11 @@ def exhaustive_search(
     turns = int(np.ceil(window.half_yaw / config.step_yaw))
     yaws = window.yaw + config.step_yaw * np.arange(-turns, turns + 1, dtype=np.float64)
     scores = np.empty((len(yaws), len(places)))
-    spent = 0
     for i, yaw in enumerate(yaws):
         c, s = np.cos(yaw), np.sin(yaw)
         scores[i] = plan.score(flat @ np.array([[c, s], [-s, c]]), places)
-        spent += len(places)
-        if spent >= config.budget:
-            yield spent * len(flat)
-            spent = 0
+        yield len(places) * len(flat)
 
     heading, place = np.divmod(np.arange(scores.size), len(places))
     peaks = best_places(scores.ravel(), places[place], yaws[heading], config, most=config.refine)
-    return (yield from refined_places(sweep, world, peaks, level, config))
+    return (yield from refined_places(sweep, world, peaks, level, config, RegistrationConfig()))

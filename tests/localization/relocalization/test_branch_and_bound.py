@@ -85,7 +85,7 @@ def test_branch_and_bound_finds_what_trying_every_place_finds(hall: PreparedMap)
     thorough = MapSearchConfig(slack=1.0)
     narrow = finish(search_map(sweep, hall, Pyramid(plan), Pose.identity()))[0]
     wide = finish(search_map(sweep, hall, Pyramid(plan, thorough), Pose.identity()))[0]
-    assert same_place(narrow[0].map_from_base, wide[0].map_from_base)
+    assert same_place(narrow[0].map_from_base, wide[0].map_from_base, SearchConfig())
     assert narrow[0].score == pytest.approx(wide[0].score, abs=0.02)
 
 
@@ -169,7 +169,7 @@ def test_window_without_the_robot_yields_no_place_and_one_around_it_the_true_one
     elsewhere, around = Window(5.5, 3.0, 0.2, 0.8, 0.5), Window(2.8, 1.5, 0.1, 0.8, 0.5)
     assert finish(search_map(sweep, hall, pyramid, level, window=elsewhere))[0] == ()
     found, _ = finish(search_map(sweep, hall, pyramid, level, window=around))
-    assert same_place(found[0].map_from_base, pose)
+    assert same_place(found[0].map_from_base, pose, SearchConfig())
     assert found[0].score > 0.95
 
 

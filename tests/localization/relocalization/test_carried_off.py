@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig
 from localization.relocalization.relocalizer import RelocalizerState
+from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_schedule import SearchCause, SearchScheduleConfig
 from localization.types import SECOND, Candidate, Pose
 
@@ -11,7 +12,7 @@ PLACES = (Candidate(Pose.planar(1.0, 2.0, 0.0), 0.97), Candidate(Pose.planar(7.0
 
 
 def test_comparing_begins_again_with_a_search_at_once() -> None:
-    places = Hypotheses.of(PLACES, Pose.identity(), HypothesesConfig())
+    places = Hypotheses.of(PLACES, Pose.identity(), HypothesesConfig(), SearchConfig())
     state = RelocalizerState(hypotheses=places, cause=SearchCause.REQUESTED).carried_off()
     assert state.hypotheses.places == ()
     assert state.schedule.cause is SearchCause.REQUESTED

@@ -131,9 +131,9 @@ def test_wide_hint_in_a_square_room_is_ambiguous_and_names_the_places(square: Pr
     assert found.verdict is Verdict.AMBIGUOUS
     assert "narrower hint" in found.reason
     assert len(found.candidates) >= 4
-    assert any(same_place(c.map_from_base, true) for c in found.candidates)
+    assert any(same_place(c.map_from_base, true, SearchConfig()) for c in found.candidates)
     turned = Pose.planar(-0.8, -0.3, 0.4 + np.pi)
-    assert any(same_place(c.map_from_base, turned) for c in found.candidates)
+    assert any(same_place(c.map_from_base, turned, SearchConfig()) for c in found.candidates)
 
 
 def test_narrow_hint_in_a_square_room_is_accepted(square: PreparedMap) -> None:
@@ -141,7 +141,7 @@ def test_narrow_hint_in_a_square_room_is_accepted(square: PreparedMap) -> None:
     hint = a_hint(true @ Pose.planar(0.2, -0.1, 0.1), sigma=0.2, sigma_yaw=0.15)
     found = settle(search_of(square), hint, SQUARE, true)
     assert found.verdict is Verdict.ACCEPTED
-    assert same_place(found.candidates[0].map_from_base, true)
+    assert same_place(found.candidates[0].map_from_base, true, SearchConfig())
 
 
 PILLARS = Place(
@@ -206,7 +206,7 @@ def test_wrong_estimate_gives_way_to_the_hint(search: DrivenSearch) -> None:
     wrong = Pose.planar(2.0, 3.5, -2.0)
     found = settle(search, a_hint(true), HALL, true, current=wrong)
     assert found.verdict is Verdict.ACCEPTED
-    assert same_place(found.candidates[0].map_from_base, true)
+    assert same_place(found.candidates[0].map_from_base, true, SearchConfig())
 
 
 @given(x=floats(-0.5, 0.5), y=floats(-0.5, 0.5), turn=floats(-1.0, 1.0))
@@ -230,7 +230,7 @@ def test_window_moves_on_with_the_robot_until_the_search_begins(search: DrivenSe
     search.begin(HALL.sweep(hinted @ moved), ODOM @ moved, LEVEL)
     found = finish(search, odom=ODOM @ moved)
     assert found.verdict is Verdict.ACCEPTED
-    assert same_place(found.candidates[0].map_from_base, hinted @ moved)
+    assert same_place(found.candidates[0].map_from_base, hinted @ moved, SearchConfig())
 
 
 @pytest.mark.parametrize("begun", [False, True])

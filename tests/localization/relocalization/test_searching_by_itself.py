@@ -12,6 +12,7 @@ import pytest
 from localization.config import LocalizerConfig
 from localization.evaluation.fault_injection import kidnapped
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.registration import RegistrationConfig
 from localization.matching.scan_consistency import BeamClassifier
 from localization.pipeline.localizer import Localizer
 from localization.relocalization.hint_search import SearchState
@@ -279,10 +280,10 @@ def test_places_that_explain_too_little_in_the_mean_are_given_up_after_three_loo
 def test_estimate_that_stands_is_one_of_the_places_that_a_search_compares() -> None:
     found = (Candidate(Pose.planar(1.0, 0.0, 0.0), 0.6),)
     here, config = Pose.planar(5.0, 5.0, 0.0), HypothesesConfig()
-    places = Hypotheses.of(found, Pose.identity(), config, present=here).places
+    places = Hypotheses.of(found, Pose.identity(), config, SearchConfig(), present=here).places
     assert [p.map_from_base for p in places] == [found[0].map_from_base, here]
     assert [p.score for p in places] == [0.6, 0.0]
-    assert Hypotheses.of((), Pose.identity(), config, present=here).places == ()
+    assert Hypotheses.of((), Pose.identity(), config, SearchConfig(), present=here).places == ()
 
 
 @pytest.mark.parametrize(
@@ -319,6 +320,7 @@ def test_estimate_that_is_held_off_its_place_is_compared_with_others_at_its_plac
         [Candidate(Pose.planar(5.5, 2.5, 2.5), 0.6)],
         Pose.identity(),
         HypothesesConfig(),
+        SearchConfig(),
         present=here,
     )
     now = Pose.planar(3.4, 2.6, 0.3)
@@ -329,6 +331,7 @@ def test_estimate_that_is_held_off_its_place_is_compared_with_others_at_its_plac
         BeamClassifier(world),
         SearchConfig(),
         HypothesesConfig(),
+        RegistrationConfig(),
         present=now @ Pose.planar(0.15, 0.15, 0.17),
     )
     (stands,) = (p for p in left.places if p.present)
@@ -344,13 +347,22 @@ def test_estimate_that_stands_is_compared_where_it_was_registered_not_where_odom
     search, config = SearchConfig(), HypothesesConfig()
     elsewhere = Candidate(Pose.planar(5.5, 2.5, 2.5), 0.6)
     for found in ([elsewhere], [elsewhere, Candidate(here, 1.0)]):
-        places = Hypotheses.of(found, Pose.identity(), config, present=here)
+        places = Hypotheses.of(found, Pose.identity(), config, SearchConfig(), present=here)
         now, odom = Pose.planar(3.4, 2.6, 0.3), Pose.planar(0.4, 0.0, 1.4)
         sweep = HALL.sweep(now, stamp=SECOND)
         left, _ = places.compared(
-            sweep, odom, world, BeamClassifier(world), search, config, present=now
+            sweep,
+            odom,
+            world,
+            BeamClassifier(world),
+            search,
+            config,
+            RegistrationConfig(),
+            present=now,
         )
         assert left.places[0].shares[-1] > 0.95
         assert apart(left.places[0].map_from_base, now)[0] < 0.02
-        lost, _ = places.compared(sweep, odom, world, BeamClassifier(world), search, config)
+        lost, _ = places.compared(
+            sweep, odom, world, BeamClassifier(world), search, config, RegistrationConfig()
+        )
         assert all(p.shares[-1] < 0.8 for p in lost.places), "odometry alone leads elsewhere"

@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import given
 
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.registration import RegistrationConfig
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.verification import distinguishable, explain, same_place
 from localization.types import Pose
@@ -28,16 +29,18 @@ def test_place_that_leaves_almost_nothing_unexplained_beats_one_that_leaves_some
 
 
 def test_places_are_the_same_across_half_a_turn_of_the_angle() -> None:
-    assert same_place(Pose.planar(1, 1, np.pi - 0.01), Pose.planar(1.1, 1, -np.pi + 0.01))
-    assert not same_place(Pose.planar(1, 1, 0), Pose.planar(1, 1.4, 0))
-    assert not same_place(Pose.planar(1, 1, 0), Pose.planar(1, 1, 0.3))
+    assert same_place(
+        Pose.planar(1, 1, np.pi - 0.01), Pose.planar(1.1, 1, -np.pi + 0.01), SearchConfig()
+    )
+    assert not same_place(Pose.planar(1, 1, 0), Pose.planar(1, 1.4, 0), SearchConfig())
+    assert not same_place(Pose.planar(1, 1, 0), Pose.planar(1, 1, 0.3), SearchConfig())
 
 
 def test_explaining_settles_a_pose_within_centimetres_only(hall: PreparedMap) -> None:
     true = Pose.planar(4.0, 2.5, 0.4)
     sweep = HALL.sweep(true, noise=0.01)
-    near = explain(sweep, hall, true @ Pose.planar(0.05, 0.03, 0.01))
-    far = explain(sweep, hall, true @ Pose.planar(0.8, 0.5, 0.6))
+    near = explain(sweep, hall, true @ Pose.planar(0.05, 0.03, 0.01), RegistrationConfig())
+    far = explain(sweep, hall, true @ Pose.planar(0.8, 0.5, 0.6), RegistrationConfig())
     assert near.score > 0.95
     assert apart(near.map_from_base, true)[0] < 0.03
     assert far.score < 0.7

@@ -12,18 +12,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from localization.calibration.calibration_config import CalibrationConfig
-from localization.calibration.calibration_sample import CalibrationSample
-from localization.calibration.normal_equations import (
+from localization.geometry import FloatArray, hat, so3_exp, so3_log
+from localization.maps.prepared_map import PreparedMap
+from localization.matching.registration import residuals
+from localization.mount_estimation.calibration_config import CalibrationConfig
+from localization.mount_estimation.calibration_sample import CalibrationSample
+from localization.mount_estimation.normal_equations import (
     Rows,
     Segment,
     SegmentBuilder,
     observable_solution,
     robust_covariance,
 )
-from localization.geometry import FloatArray, hat, so3_exp, so3_log
-from localization.maps.prepared_map import PreparedMap
-from localization.matching.registration import residuals
 from localization.types import Mounts, Pose
 
 

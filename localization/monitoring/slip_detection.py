@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from scipy.stats import chi2
 
-from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState
+from localization.filter.ekf_config import EkfConfig
 from localization.filter.prediction import rolling_noise
 from localization.geometry import FloatArray
+from localization.motion.sensor_configuration import SensorConfiguration
 from localization.types import SECOND, Pose
 
 _SLIP_GATE = float(chi2.ppf(0.999, 1))
@@ -18,6 +19,38 @@ _RECENT = 4
 """Slip that ended no longer ago than so many times its memory may be what wheels come back from."""
 _ROOM = 3.0
 """So many sigma a position may be off."""
+
+
+class SlipSettings(Protocol):
+    """What ``LocalizerConfig`` says of slip; the names are explained there."""
+
+    @property
+    def sensors(self) -> SensorConfiguration:
+        """Which sensors the robot has."""
+
+    @property
+    def ekf(self) -> EkfConfig:
+        """The noise of rolling wheels."""
+
+    @property
+    def slip_memory(self) -> int:
+        """How long wheels are distrusted [ns]."""
+
+    @property
+    def slip_window(self) -> float:
+        """Time over which wheels and KISS-ICP are compared [s]."""
+
+    @property
+    def overspeed_margin(self) -> float:
+        """How much faster than its wheels a robot moves [m/s]."""
+
+    @property
+    def wheel_speed_noise(self) -> float:
+        """Change of wheel speed that noise causes [m/s]."""
+
+    @property
+    def max_acceleration(self) -> float:
+        """What tyres transmit [m/s^2]."""
 
 
 class SlipDetector(NamedTuple):
@@ -29,7 +62,7 @@ class SlipDetector(NamedTuple):
     ``contradicted``, then ``restarted``.
     """
 
-    config: LocalizerConfig
+    config: SlipSettings
     """The thresholds."""
     slip_until: int = -1
     """The wheels are distrusted before this stamp [ns]."""

@@ -5,7 +5,7 @@ import pytest
 
 from localization.config import LocalizerConfig
 from localization.filter.ekf import initial_state
-from localization.motion.slip_detection import SlipDetector
+from localization.monitoring.slip_detection import SlipDetector
 from localization.types import SECOND, Pose
 
 COVARIANCE = np.diag(np.square([0.0057, 0.0049, 0.002]))

@@ -1,0 +1,237 @@
+"""Each setting of the localiser changes what it answers in some situation: none is dead, none stops half way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from enum import StrEnum
+from functools import cache
+from typing import Any
+
+import pytest
+
+from localization.errors import LocalizationError
+from localization.settings import setting_types
+from tests.localization.settings_situations import SITUATIONS
+
+pytestmark = [pytest.mark.slow, pytest.mark.untraced, pytest.mark.sweep, pytest.mark.long]
+
+SITUATION_OF = {
+    "jump_detection.match_distance": "carried",
+    "search.default_sigma_yaw": "tracked",
+    "matcher": "tracked",
+    "wheel_speed_noise": "slipping",
+    "slip_memory": "slipping",
+    "scanner_patience": "blind",
+    "max_acceleration": "slipping",
+    "slip_window": "slipping",
+    "sweep_period": "tracked",
+    "slip_sigma": "slipping",
+    "placement_sigma": "tracked",
+    "map_share": "odometry",
+    "min_inlier_ratio": "odometry",
+    "dead_reckoning": "reckoned without orientation",
+    "dead_reckoning.distance_scale": "reckoned",
+    "dead_reckoning.heading_drift": "reckoned",
+    "dead_reckoning.heading_sigma": "reckoned",
+    "dead_reckoning.tilt_sigma": "reckoned",
+    "dead_reckoning.odometry": "reckoned",
+    "dead_reckoning.odometry.heading": "reckoned without orientation",
+    "dead_reckoning.odometry.heading_share": "reckoned without orientation",
+    "ekf": "tracked",
+    "ekf.level": "flat",
+    "ekf.slip_forward": "slipping",
+    "ekf.slip_side": "slipping",
+    "ekf.still_gate": "odometry and gyro",
+    "ekf.tilt_gate": "slipping",
+    "ekf.wheel_yaw_gate": "odometry and gyro",
+    "ekf.odometry": "odometry",
+    "fixed_covariance": "kiss",
+    "health": "carried",
+    "health.low_inlier_ratio": "tracked",
+    "health.max_free_space_violation": "standing",
+    "health.notable_unexplained": "changed room",
+    "hypotheses": "searched",
+    "hypotheses.turn": "ambiguous",
+    "kiss": "odometry",
+    "kiss.convergence": "kiss",
+    "kiss.kernel": "kiss",
+    "kiss.keypoint_spacing": "kiss",
+    "kiss.max_correspondence_distance": "kiss",
+    "kiss.point_noise": "tracked",
+    "kiss.points_per_voxel": "kiss",
+    "kiss.voxel": "kiss",
+    "late_readings": "shaken stamps",
+    "map_search": "searched",
+    "registration": "tracked",
+    "registration.rough": "odometry",
+    "registration.rough_iterations": "odometry",
+    "registration.rough_kernel": "odometry",
+    "registration.rough_kernel_wide": "odometry",
+    "registration.tangential": "odometry",
+    "scan_consistency": "changed room",
+    "search": "narrow hint",
+    "search.decisive_floor": "searched",
+    "search_schedule": "ambiguous",
+}
+"""Where a setting shows, by its name or the beginning of it; the longest name counts."""
+RARE: frozenset[str] = frozenset(
+    {
+        "dead_reckoning.odometry.heave",
+        "dead_reckoning.odometry.idle",
+        "dead_reckoning.odometry.idle_heading",
+        "dead_reckoning.odometry.rocking",
+        "dead_reckoning.odometry.yaw_ratio_walk",
+        "dead_reckoning.rest_noise",
+        "extrinsics_monitor.min_offset",
+        "extrinsics_monitor.problem.effective_points",
+        "extrinsics_monitor.problem.forward_error",
+        "extrinsics_monitor.problem.gate",
+        "extrinsics_monitor.problem.ground_sigma",
+        "extrinsics_monitor.problem.kernels",
+        "extrinsics_monitor.problem.lateral_slip",
+        "extrinsics_monitor.problem.max_samples",
+        "extrinsics_monitor.problem.min_incidence",
+        "extrinsics_monitor.problem.min_sigma",
+        "extrinsics_monitor.problem.observable_share",
+        "extrinsics_monitor.problem.pivot_sigma",
+        "extrinsics_monitor.problem.prior_sigma",
+        "extrinsics_monitor.problem.segment_samples",
+        "extrinsics_monitor.problem.sigma",
+        "extrinsics_monitor.problem.uneven_ground_sigma",
+        "extrinsics_monitor.remembered",
+        "extrinsics_monitor.sigmas",
+        "extrinsics_monitor.step",
+        "extrinsics_monitor.stretches",
+        "extrinsics_monitor.turn",
+        "health.agreement_distance",
+        "health.clear_inlier_ratio",
+        "health.jump_growth",
+        "health.jump_inconsistency",
+        "health.jump_occlusion",
+        "health.jump_violation",
+        "health.lost_sigma",
+        "health.occluded_lost_after",
+        "health.occluded_suspect_after",
+        "health.recheck_period",
+        "health.settling_sweeps",
+        "health.silence",
+        "health.trusted_after",
+        "hypotheses.drop_margin",
+        "hypotheses.looks",
+        "hypotheses.max_distance",
+        "hypotheses.max_places",
+        "hypotheses.standing_factor",
+        "hypotheses.sure_share",
+        "jump_detection.gap_distance",
+        "jump_detection.max_gap",
+        "jump_detection.min_overlap",
+        "jump_detection.part_overlap",
+        "jump_detection.part_points",
+        "jump_detection.part_turn",
+        "jump_detection.points",
+        "kiss_odometry",
+        "late_readings.horizon",
+        "map_search.max_blocks",
+        "map_search.max_work",
+        "map_search.reach",
+        "map_search.refine",
+        "overspeed_margin",
+        "retry_below",
+        "retry_gain",
+        "retry_sigma",
+        "search.beams",
+        "search.decisive_ratio",
+        "search.default_sigma",
+        "search.largest_window",
+        "search.max_tilt",
+        "search.max_tilt_uneven",
+        "search.min_margin",
+        "search.refine",
+        "search.same_yaw",
+        "search.smallest_window_yaw",
+        "search_schedule.check_distance",
+        "search_schedule.check_period",
+        "search_schedule.distance",
+        "search_schedule.period",
+        "slip_min_inlier_ratio",
+        "sweep_distance",
+        "undo_memory",
+    }
+)
+"""Settings that no drive here has shown; all others must show."""
+SETTINGS = sorted(name for name in setting_types() if not name.startswith("sensors."))
+
+
+def situation_of(name: str) -> str:
+    """Return the situation in which a setting shows."""
+    fitting = [known for known in SITUATION_OF if name == known or name.startswith(f"{known}.")]
+    return SITUATION_OF[max(fitting, key=len)]
+
+
+def others(value: Any) -> Iterator[Any]:
+    """Yield other values of a setting, first those near its own."""
+    match value:
+        case bool():
+            yield not value
+        case StrEnum():
+            yield from (member for member in type(value) if member is not value)
+        case int():
+            yield from (2 * value + 1, value // 2)
+        case float():
+            finite = value if value < 1e9 else 1.0
+            yield from (
+                1.5 * finite + 0.01,
+                0.5 * finite - 0.001,
+                4.0 * finite + 0.3,
+                0.05 * finite,
+            )
+        case tuple():
+            yield tuple(next(others(each)) for each in value)
+
+
+def value_of(config: Any, name: str) -> Any:
+    """Return the value of a setting."""
+    for part in name.split("."):
+        config = getattr(config, part)
+    return config
+
+
+def changed(config: Any, name: str, value: Any) -> Any:
+    """Return settings with another value for one of them."""
+    first, _, rest = name.partition(".")
+    return replace(
+        config, **{first: changed(getattr(config, first), rest, value) if rest else value}
+    )
+
+
+@cache
+def usual(situation: str) -> str:
+    """The digest of a situation with its own settings."""
+    return SITUATIONS[situation].run(SITUATIONS[situation].config)
+
+
+def shows(name: str, situation: str) -> bool:
+    """Return whether some other value of a setting changes what is answered in a situation."""
+    config, run = SITUATIONS[situation].config, SITUATIONS[situation].run
+    for other in others(value_of(config, name)):
+        try:
+            if run(changed(config, name, other)) != usual(situation):
+                return True
+        except (LocalizationError, ValueError, ArithmeticError):
+            continue  # A value that is refused shows nothing.
+    return False
+
+
+@pytest.mark.parametrize("situation", SITUATIONS)
+def test_a_situation_repeats_itself_to_the_bit(situation: str) -> None:
+    assert SITUATIONS[situation].run(SITUATIONS[situation].config) == usual(situation)
+
+
+@pytest.mark.parametrize("name", [name for name in SETTINGS if name not in RARE])
+def test_setting_changes_what_the_localiser_answers(name: str) -> None:
+    assert shows(name, situation_of(name)), name
+
+
+def test_every_setting_that_is_left_out_exists() -> None:
+    assert set(SETTINGS) >= RARE
