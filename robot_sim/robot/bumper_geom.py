@@ -6,12 +6,10 @@ from typing import Final
 
 import mujoco
 
-from robot_sim.robot.mujoco_body import ROBOT_GROUP
+from robot_sim.collision_bits import MOVER_BIT as MOVER_BIT, ROBOT_GROUP
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.robot.underbody import HULL_FRICTION
 
-MOVER_BIT: Final = 1 << 30
-"""Collision bit of movers: they collide with the robot's bumper geom only."""
 BUMPER: Final = "bumper"
 """Name of the box around the robot, wheels included, that movers push; between single parts of the
 robot they would get stuck."""
@@ -24,7 +22,7 @@ _GIVE: Final = (0.1, 0.1, 0.001, 0.5, 2.0)
 harder than one from one side."""
 FIRM: Final = (0.05, 1.0)
 """Time constant [s] and damping ratio of contacts with boxes and doors that come at their time. The robot's motors
-press it 1 cm into them; where one comes upon the robot it is pushed aside at 2 m/s, not thrown."""
+press it 1 cm into them."""
 
 
 def add_bumper(spec: mujoco.MjSpec, robot: SkidSteer) -> None:
@@ -52,7 +50,7 @@ def make_firm(geom: mujoco.MjsGeom) -> None:
 
 
 def make_yielding(geom: mujoco.MjsGeom) -> None:
-    """Let a mover's geom collide with the bumper geom only, softly."""
+    """Let a mover's geom collide with the bumper geom and an arm only, softly."""
     geom.contype, geom.conaffinity = MOVER_BIT, 0
     # With priority the mover's contact parameters are used.
     geom.priority = 1

@@ -25,9 +25,13 @@ LINK_FROM_OPTICAL: Final = Pose.from_euler((0.0, 0.0, 0.0), roll=-0.5 * math.pi,
 """``camera_link_from_optical``: z forward, x right, y down (REP 103)."""
 
 
-def camera_frames(robot: SkidSteer) -> Mapping[str, Pose]:
-    """Return ``base_from_frame`` of the camera's three frames on a robot."""
-    optical = robot.camera_mount @ LINK_FROM_OPTICAL
-    return MappingProxyType(
-        {CAMERA_LINK: robot.camera_mount, RGB_FRAME: optical, DEPTH_FRAME: optical}
-    )
+def camera_frames(robot: SkidSteer, place: Pose | None = None) -> Mapping[str, Pose]:
+    """Return ``base_from_frame`` of the camera's three frames on a robot.
+
+    Args:
+        robot: Its parameters.
+        place: Where the camera is carried, from the robot's usual place for one; there by default.
+    """
+    link = robot.camera_mount if place is None else robot.camera_mount @ place
+    optical = link @ LINK_FROM_OPTICAL
+    return MappingProxyType({CAMERA_LINK: link, RGB_FRAME: optical, DEPTH_FRAME: optical})

@@ -14,9 +14,17 @@ from typing import Final
 
 import mujoco
 
+from robot_sim.arm.arm_table import ArmTable
+from robot_sim.arm.body import add_arm
+from robot_sim.collision_bits import (
+    FLOOR_BIT as FLOOR_BIT,
+    OBSTACLE_BIT as OBSTACLE_BIT,
+    ROBOT_GROUP as ROBOT_GROUP,
+)
+from robot_sim.errors import ArmError
 from robot_sim.robot.contact_sensors import add_contact_sensors
 from robot_sim.robot.platforms import P3AT
-from robot_sim.robot.skid_steer_parameters import SkidSteer
+from robot_sim.robot.skid_steer_parameters import REFERENCE_HALF_WIDTH, REFERENCE_HULL, SkidSteer
 from robot_sim.robot.underbody import HULL_FRICTION, add_underbody
 
 WHEELS: Final = ("front_left", "front_right", "rear_left", "rear_right")
@@ -24,15 +32,8 @@ WHEELS: Final = ("front_left", "front_right", "rear_left", "rear_right")
 SIDES: Final = ("left", "right", "left", "right")
 """Side of each of ``WHEELS``."""
 
-ROBOT_GROUP: Final = 3
-"""Geom group of the robot, which its own lidars do not see."""
-OBSTACLE_BIT: Final = 1
-"""Collision bit of obstacles and of the robot's own hull."""
 HEADROOM: Final = 0.6
 """Height above which geoms can be seen but not collided with [m]; the robot is lower."""
-FLOOR_BIT: Final = 2
-"""Collision bit of drivable surfaces. Tyres touch them in pairs of their own; of the rest only
-parts that touch the ground when the robot bottoms out or falls have it."""
 
 SERVO_STIFFNESS: Final = 300.0
 """Stiffness of the position-integrating velocity servo that models the wheel's PID [N m/rad]."""
@@ -60,14 +61,15 @@ _FRONT = {"front": 1.0, "rear": -1.0}
 _SIDE = {"left": 1.0, "right": -1.0}
 
 
-def set_physics(spec: mujoco.MjSpec, *, timestep: float) -> None:
-    """Set the solver up for the contact parameters; ``timestep`` in [s], stable up to 0.005."""
+def set_physics(spec: mujoco.MjSpec, *, timestep: float, arm: bool = False) -> None:
+    """Set the solver up for the contact parameters; ``timestep`` in [s], stable up to 0.005; ``arm`` for a robot with one."""
     option = spec.option
     option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     # With as few constraints as four wheels have, a step takes a fifth to a quarter less than with
-    # Newton's method. It is less symmetric: 30 s straight ahead end 0.1 mm to the side.
-    option.solver = mujoco.mjtSolver.mjSOL_CG
+    # Newton's method. It is less symmetric: 30 s straight ahead end 0.1 mm to the side. Out of an arm's jaws a box creeps
+    # with it, and is lost; ``ArmPlant`` uses it while the arm touches nothing.
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON if arm else mujoco.mjtSolver.mjSOL_CG
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = FRICTION_TO_NORMAL
     # A silent reset to the start would be worse than an error.
@@ -82,10 +84,26 @@ def friction_time(robot: SkidSteer) -> float:
     return FRICTION_TIME * robot.fastest_slip
 
 
-def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer | None = None) -> None:
+def add_robot(
+    spec: mujoco.MjSpec,
+    surfaces: Iterable[str],
+    robot: SkidSteer | None = None,
+    arm: ArmTable | None = None,
+    mount: str = "bracket",
+) -> None:
     """Add a robot (a P3-AT by default) at the origin, with wheels that touch the named floor geoms.
 
     The friction of a surface is its geom's ``user`` attribute, ``MU_LONG MU_LAT``, or else the robot's.
+
+    Args:
+        spec: Specification of the world, with its floors.
+        surfaces: Names of the geoms that it drives on.
+        robot: Its parameters.
+        arm: The arm that it carries, if it does.
+        mount: Where, a key of the arm's ``mounts``.
+
+    Raises:
+        ArmError: The arm has no such mount, or is not made for this robot.
     """
     robot = robot or P3AT()
     base = spec.worldbody.add_body(name="base_link")
@@ -107,6 +125,10 @@ def add_robot(spec: mujoco.MjSpec, surfaces: Iterable[str], robot: SkidSteer | N
         objname="imu_link",
     )
     add_contact_sensors(spec, "base_link", WHEELS)
+    if arm is not None:
+        if robot.name != P3AT().name:
+            raise ArmError(f"arm {arm.name!r} has mounts for a p3at only, not for a {robot.name}")
+        add_arm(spec, base, arm, mount)
 
 
 def _battery_position(robot: SkidSteer) -> tuple[float, float, float]:
@@ -117,7 +139,7 @@ def _battery_position(robot: SkidSteer) -> tuple[float, float, float]:
     payload_moment = robot.scanner_mass * sum(m.position[0] for m in robot.mounts.values())
     lever = robot.mass / robot.battery_mass
     dx, dy, dz = robot.imperfections.com_offset
-    floor = robot.clearance + 0.06 * (robot.height - robot.clearance) / 0.217
+    floor = robot.clearance + 0.06 * (robot.height - robot.clearance) / REFERENCE_HULL
     return -payload_moment / robot.battery_mass + lever * dx, lever * dy, floor + lever * dz
 
 
@@ -130,7 +152,8 @@ def _add_hull(base: mujoco.MjsBody, robot: SkidSteer) -> None:
     deck = {**_SLIDING, "contype": both, "conaffinity": both}
     inside = {"group": ROBOT_GROUP, "contype": 0, "conaffinity": 0}
     half_width, half_height = robot.inner_half_width, 0.5 * (robot.height - robot.clearance)
-    long, wide, tall = robot.length_scale, half_width / 0.1575, half_height / 0.1085
+    long, wide = robot.length_scale, half_width / REFERENCE_HALF_WIDTH
+    tall = half_height / (0.5 * REFERENCE_HULL)
     base.add_geom(
         name="chassis",
         type=box,

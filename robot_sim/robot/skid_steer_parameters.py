@@ -13,6 +13,10 @@ from robot_sim.robot.imperfections import AS_DRAWN, Imperfections
 _REFERENCE_LENGTH = 0.508
 _REFERENCE_HEIGHT = 0.277
 """Length and height of the P3-AT, for which the mast was designed [m]."""
+REFERENCE_HALF_WIDTH = 0.1575
+"""``inner_half_width`` of the P3-AT, for which plate and batteries were drawn [m]."""
+REFERENCE_HULL = 0.217
+"""Height of the P3-AT above its clearance, for which the batteries were drawn [m]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,10 @@ from typing import Final
 from xml.etree import ElementTree as ET
 
 from localization.types import Pose
+from robot_sim.arm.arm_table import ArmTable
+from robot_sim.robot.arm_urdf import add_arm_links
 from robot_sim.robot.camera_mount import CAMERA_LINK, camera_frames
-from robot_sim.robot.skid_steer_parameters import SkidSteer
+from robot_sim.robot.skid_steer_parameters import REFERENCE_HALF_WIDTH, SkidSteer
 
 _COLOURS: Final = {
     "red": (0.75, 0.1, 0.1),
@@ -37,17 +39,29 @@ Shape = tuple[str, Mapping[str, str]]
 """Name and attributes of an element within ``geometry``."""
 
 
-def urdf(robot: SkidSteer, mounts: Mapping[str, Pose], *, camera: bool = False) -> str:
+def urdf(
+    robot: SkidSteer,
+    mounts: Mapping[str, Pose],
+    *,
+    camera: Pose | None = None,
+    arm: ArmTable | None = None,
+    arm_mount: str = "bracket",
+) -> str:
     """Return the URDF of a robot.
 
     Args:
         robot: Its parameters.
         mounts: ``base_from_scanner`` of the scanners that it carries, by their frames.
-        camera: Whether it carries a camera, with its frames; see ``camera_mount``.
+        camera: Where it carries a camera, from its usual place for one; it has none by default. See ``camera_mount``.
+        arm: An arm that it carries, if any.
+        arm_mount: Where the arm is mounted.
 
     Returns:
         The XML: ``base_link`` on the floor plane between the wheels, x forward; a link for each of the four
-        wheels, which turn about y; a link for each scanner, and ``imu_link``.
+        wheels, which turn about y; a link for each scanner, and ``imu_link``; the links of an arm have masses.
+
+    Raises:
+        ArmError: If the arm has no such mount.
     """
     root = ET.Element("robot", name=robot.name)
     for name, colour in _COLOURS.items():
@@ -62,11 +76,13 @@ def urdf(robot: SkidSteer, mounts: Mapping[str, Pose], *, camera: bool = False) 
         radius, height = _HOUSING
         _add_shape(link, _cylinder(radius, height), _UPRIGHT, "blue")
     _add_link(root, "imu_link", robot.imu_mount, "fixed")
-    if camera:
-        for name, pose in camera_frames(robot).items():
+    if camera is not None:
+        for name, pose in camera_frames(robot, camera).items():
             link = _add_link(root, name, pose, "fixed")
             if name == CAMERA_LINK:
                 _add_shape(link, _box(*_CAMERA), _UPRIGHT, "black")
+    if arm is not None:
+        add_arm_links(root, arm, arm_mount)
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
@@ -78,7 +94,7 @@ def _add_body(root: ET.Element, robot: SkidSteer) -> None:
     middle = robot.clearance + 0.5 * tall
     chassis = _box(robot.length, 2.0 * half_width, tall)
     _add_shape(base, chassis, Pose.from_euler((0.0, 0.0, middle)), "red")
-    long, wide = 0.44 * robot.length_scale, 0.36 * half_width / 0.1575
+    long, wide = 0.44 * robot.length_scale, 0.36 * half_width / REFERENCE_HALF_WIDTH
     _add_shape(
         base, _box(long, wide, 0.01), Pose.from_euler((0.0, 0.0, robot.height + 0.03)), "black"
     )

@@ -107,7 +107,11 @@ class Block:
     @property
     def solid(self) -> bool:
         """Whether the robot can collide with it; blocks that hang higher can be seen only."""
-        return self.bottom - self.ground < HEADROOM
+        return self.hangs_below(HEADROOM)
+
+    def hangs_below(self, height: float) -> bool:
+        """Return whether a part of it is lower than a height above the ground [m]."""
+        return self.bottom - self.ground < height
 
     @property
     def quaternion_wxyz(self) -> tuple[float, float, float, float]:
@@ -116,13 +120,19 @@ class Block:
         cp, sp = math.cos(0.5 * self.pitch), math.sin(0.5 * self.pitch)
         return cy * cp, 0.0 - sy * sp, cy * sp, sy * cp
 
-    def add_to(self, spec: mujoco.MjSpec, body: mujoco.MjsBody | None = None) -> mujoco.MjsGeom:
-        """Add the block as an obstacle, or as visible only if it hangs above the robot.
+    def add_to(
+        self,
+        spec: mujoco.MjSpec,
+        body: mujoco.MjsBody | None = None,
+        *,
+        headroom: float = HEADROOM,
+    ) -> mujoco.MjsGeom:
+        """Add the block as an obstacle, or as visible only if it hangs higher than ``headroom`` above the ground [m].
 
         It is static unless it is part of a ``body``; its pose is then in the frame of that body.
         """
         # Ceilings, lintels and table tops would cost a quarter of the physics for nothing.
-        bits = OBSTACLE_BIT if self.solid else 0
+        bits = OBSTACLE_BIT if self.hangs_below(headroom) else 0
         a, b, c = self.half
         geom = (body or spec.worldbody).add_geom(
             name=self.name,

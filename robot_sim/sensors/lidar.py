@@ -11,6 +11,7 @@ from localization.types import IntArray, Pose, Scan
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import SensorError
 from robot_sim.raycasting import RayCaster
+from robot_sim.sensors.arm_shadow import ArmShadow
 from robot_sim.sensors.beam_pattern import BeamPattern
 from robot_sim.sensors.echoes import Echoes
 from robot_sim.sensors.light_paths import LightTracer
@@ -33,6 +34,7 @@ class Scanner:
         optics: SurfaceOptics | None = None,
         *,
         faults: Sequence[ScannerFault] = (),
+        shadow: ArmShadow | None = None,
     ) -> None:
         """Mount a scanner.
 
@@ -43,6 +45,7 @@ class Scanner:
             seed: Seed of its noise and effects.
             optics: Optics of the world's geoms; needed by effects that depend on the surface.
             faults: Its faults; dirt on its window is applied here.
+            shadow: Shadow of the robot's arm, if it has one.
 
         Raises:
             SensorError: Such an effect is enabled without optics.
@@ -54,6 +57,7 @@ class Scanner:
         self._config = config
         self._caster = caster
         self._receiver = RangeReceiver(config.effects, config.beam, config.noise, seed)
+        self._shadow = shadow
         self._dirt = DirtyWindow(faults, config.beams, config.interlace, seed) if faults else None
         self.tracer: LightTracer | None = None
         """Tracer of its light; None where a beam is a single ray of which only the distance matters."""
@@ -121,6 +125,10 @@ class Scanner:
     def _scan(self, ranges: FloatArray, remissions: FloatArray) -> Scan:
         """Return the scan of the sweep that has ended, and begin to wait for the next one."""
         config, part = self._config, self._part
+        if self._shadow is not None:
+            times = self.start + self._offsets[part]
+            angles = self._patterns[part].angles
+            self._shadow.cover(config.name, angles, times, ranges, remissions)
         if self._dirt is not None:
             self._dirt.cover(ranges, remissions, self.start + self._offsets[part], part)
         np.putmask(ranges, ranges < config.range_min, np.nan)

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Final
 
 from robot_sim.validation import (
+    arm_rows,
     driving_rows,
     imperfection_rows,
     repeatability_rows,
@@ -28,6 +29,9 @@ PARTS: Final[Mapping[str, Callable[[], Iterator[Row]]]] = MappingProxyType(
         "steps": driving_rows.responses,
         "uneven tyres": imperfection_rows.radii,
         "dead band": imperfection_rows.dead_band,
+        "arm": arm_rows.models,
+        "turning with the arm": arm_rows.turning,
+        "tipping over": arm_rows.tipping_over,
         "replay": repeatability_rows.replay,
         "chatter": repeatability_rows.chatter,
         "default contacts": repeatability_rows.control,

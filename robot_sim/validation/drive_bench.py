@@ -10,6 +10,8 @@ from typing import Final
 import mujoco
 import numpy as np
 
+from robot_sim.arm.arm_table import ArmTable
+from robot_sim.arm.parts import TOOL
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.drive.tyres import GRAVITY, Tyres
 from robot_sim.robot.contact_sensors import ContactSensorColumns
@@ -76,6 +78,20 @@ class Inertia:
     """Inertia of one wheel and its rotor about the axle [kg m^2]."""
 
 
+@dataclass(frozen=True, slots=True)
+class HeldArm:
+    """An arm that the robot carries, and that keeps its pose."""
+
+    table: ArmTable
+    """The arm."""
+    mount: str
+    """Where it is mounted."""
+    angles: Sequence[float]
+    """Angles of its joints [rad]."""
+    payload: float = 0.0
+    """Mass of a ball at its tip [kg]."""
+
+
 class DriveBench:
     """A floor with a robot on it, at rest."""
 
@@ -88,6 +104,7 @@ class DriveBench:
         roll: float = 0.0,
         patches: Sequence[Patch] = (),
         compliant: bool = True,
+        arm: HeldArm | None = None,
     ) -> None:
         """Build the bench.
 
@@ -98,9 +115,10 @@ class DriveBench:
             roll: Angle of the slope that falls to the robot's left [rad].
             patches: Areas of other surfaces on the floor.
             compliant: Whether the tyres bend sideways.
+            arm: An arm that the robot carries, if any.
         """
         spec = mujoco.MjSpec()
-        set_physics(spec, timestep=STEP)
+        set_physics(spec, timestep=STEP, arm=arm is not None)
         spec.option.gravity = (
             -GRAVITY * math.sin(pitch),
             GRAVITY * math.cos(pitch) * math.sin(roll),
@@ -110,10 +128,16 @@ class DriveBench:
             name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(100.0, 100.0, 0.1)
         )
         mark_drivable(floor, surface.mu_long, surface.mu_lat, surface.rolling_resistance)
-        add_robot(spec, surfaces=("floor",), robot=robot)
+        if arm is None:
+            add_robot(spec, surfaces=("floor",), robot=robot)
+        else:
+            add_robot(spec, ("floor",), robot, arm.table, arm.mount)
+            _load(spec, arm.payload)
         self.robot = robot
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
+        if arm is not None:
+            self._hold(arm)
         self._tyres = Tyres(self.model, robot, patches, compliant=compliant)
         self._down = ContactSensorColumns.of(self.model, "base_link", WHEELS).tyres
         mujoco.mj_forward(self.model, self.data)
@@ -140,13 +164,19 @@ class DriveBench:
         times[0], state[0] = data.time, self._state()
         row = 1
         for left, right in commands.tolist():
-            data.ctrl[:] = (left, right, left, right)
+            data.ctrl[: len(WHEELS)] = (left, right, left, right)
             self._tyres.grip(data)
             for _ in range(STEPS_PER_TICK // steps):
                 mujoco.mj_step(model, data, nstep=steps)
                 times[row], state[row] = data.time, self._state()
                 row += 1
         return self._run(times, state)
+
+    def _hold(self, arm: HeldArm) -> None:
+        """Put the arm into its pose, and its servos' set-points with it, which then stay."""
+        for joint, angle in zip(arm.table.joints, arm.angles, strict=True):
+            self.data.joint(joint.name).qpos = angle
+            self.data.act[self.model.actuator_actadr[self.model.actuator(joint.name).id]] = angle
 
     def _state(self) -> FloatArray:
         data = self.data
@@ -158,20 +188,32 @@ class DriveBench:
         q, v, act, sensors = np.split(state, np.cumsum([model.nq, model.nv, model.na]), axis=1)
         yaws, planar = _planar(q[:, 3:7], v[:, :3])
         limit = self.robot.wheel_torque
-        servo = SERVO_STIFFNESS * (act - q[:, 7:]) - SERVO_DAMPING * v[:, 6:]
+        # The joints of an arm, if there is one, follow those of the wheels.
+        act, angles, rates = (
+            part[:, first : first + len(WHEELS)] for part, first in ((act, 0), (q, 7), (v, 6))
+        )
+        servo = SERVO_STIFFNESS * (act - angles) - SERVO_DAMPING * rates
         if not self.robot.imperfections.integral_control:
-            servo = SERVO_DAMPING * (act - v[:, 6:])
+            servo = SERVO_DAMPING * (act - rates)
         return Run(
             times=times,
             positions=q[:, :3],
             yaws=yaws,
             twists=np.column_stack([planar, v[:, 5]]),
-            wheel_angles=q[:, 7:],
-            wheel_rates=v[:, 6:],
+            wheel_angles=angles,
+            wheel_rates=rates,
             torques=np.clip(servo, -limit, limit),
             accelerations=sensors[:, :3],
             tyres_down=sensors[:, self._down] > 0.0,
         )
+
+
+def _load(spec: mujoco.MjSpec, payload: float) -> None:
+    """Put a ball of a mass [kg] at an arm's tip, which collides with nothing."""
+    if payload > 0.0:
+        ball = mujoco.mjtGeom.mjGEOM_SPHERE
+        size = (0.01, 0.0, 0.0)
+        spec.body(TOOL).add_geom(type=ball, size=size, mass=payload, contype=0, conaffinity=0)
 
 
 def _planar(quaternions: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:

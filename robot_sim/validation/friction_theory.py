@@ -48,20 +48,26 @@ def spin_torque(robot: SkidSteer, friction: float) -> float:
     return friction * load * along / math.hypot(along, across) * robot.rolling_radius
 
 
-def turning_chi(robot: SkidSteer, offset: float) -> float:
+def turning_chi(robot: SkidSteer, offset: float, aside: float = 0.0) -> float:
     """Return chi in place with the centre of mass ``offset`` [m] ahead of the wheels' centre.
 
     The three equations of forces and moment of four Coulomb contacts, whose loads follow from the
     offset, are solved by Newton's method for the twist, independently of MuJoCo.
 
+    Args:
+        robot: The robot.
+        offset: How far ahead of the wheels' centre the centre of mass is [m].
+        aside: How far to the left of it [m].
+
     Raises:
-        ValueError: the offset is more than 3 cm; the lighter axle is then close to dragging alone.
+        ValueError: an offset is more than 3 cm; the lighter wheels are then close to dragging alone.
     """
-    if not abs(offset) <= 0.03:
-        raise ValueError(f"offset must be within 0.03 m, got {offset}")
+    if not max(abs(offset), abs(aside)) <= 0.03:
+        raise ValueError(f"offset must be within 0.03 m, got {offset} and {aside} aside")
     x, y = contact_positions(robot)
-    a = 0.5 * robot.wheelbase
-    loads = np.where(x > 0.0, 1.0 + offset / a, 1.0 - offset / a) / 4.0
+    a, b = 0.5 * robot.wheelbase, 0.5 * robot.track
+    # Four equal springs under a rigid robot share its weight so.
+    loads = (1.0 + np.sign(x) * offset / a + np.sign(y) * aside / b) / 4.0
     rims = np.sign(-y)
     twist = np.array([0.0, 0.0, 2.0 / robot.effective_track])
     for _ in range(50):
@@ -79,6 +85,16 @@ def turning_chi(robot: SkidSteer, offset: float) -> float:
         if np.abs(change).max() < 1e-12:
             break
     return 2.0 / robot.track / float(twist[2])
+
+
+def tip_over(lever: float, height: float) -> float:
+    """Return the slope at which a rigid robot tips over [rad].
+
+    Args:
+        lever: How far uphill of the lower wheels' contacts its centre of mass is, on level ground [m].
+        height: Its height above the ground [m].
+    """
+    return math.atan2(lever, height)
 
 
 def _wrench(

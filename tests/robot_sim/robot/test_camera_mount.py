@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from robot_sim.cameras import CAMERAS
 from robot_sim.robot.camera_mount import CAMERA_LINK, DEPTH_FRAME, RGB_FRAME, camera_frames
 from robot_sim.robot.platforms import PLATFORMS
 from robot_sim.robot.skid_steer_parameters import SkidSteer
@@ -31,3 +32,14 @@ def test_the_camera_is_carried_above_the_horizontal_scanner(robot: SkidSteer) ->
     # The housing reaches 6 cm above the scanner's own origin, and 5 cm forward of it.
     assert camera[2] > scanner[2] + 0.06
     assert camera[0] < scanner[0] + 0.05
+
+
+@robots
+def test_the_camera_of_an_arm_looks_at_the_floor_before_the_bumper(robot: SkidSteer) -> None:
+    eye = camera_frames(robot, CAMERAS["arm"].place)[RGB_FRAME]
+    # Where the optical axis meets the floor, in base_link.
+    axis = eye.rotation[:, 2]
+    ahead, left, _ = eye.position - axis * eye.position[2] / axis[2]
+
+    assert ahead > 0.5 * robot.length + 0.1
+    assert abs(left) < 0.1

@@ -1,0 +1,1 @@
+"""The arm: its numbers, kinematics, body, servos and loads."""
