@@ -53,3 +53,7 @@ class CameraError(SimulationError, ValueError):
 
 class CameraUnavailableError(SimulationError):
     """Nothing can be rendered on this machine; the message names the packages that are missing."""
+
+
+class ArmError(SimulationError, ValueError):
+    """Invalid numbers of an arm; the message names the field and the valid values."""

@@ -13,7 +13,8 @@ import numpy as np
 from localization.types import Pose, Reading, Twist, WheelSpeeds
 from robot_sim.actors.mocap_driver import MocapDriver
 from robot_sim.actors.movers import Mover
-from robot_sim.actors.schedules import Scheduled
+from robot_sim.actors.schedules import Arrival, Scheduled
+from robot_sim.arm.arm_plant import ArmPlant
 from robot_sim.cameras.visual_state import VisualState
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.drivetrain import DriveConfig, Drivetrain
@@ -26,7 +27,8 @@ from robot_sim.errors import SensorError
 from robot_sim.physics import Physics, TickMotion
 from robot_sim.raycasting import caster_for
 from robot_sim.robot.mujoco_body import SERVO_DAMPING, SERVO_STIFFNESS, WHEELS
-from robot_sim.robot_placement import carry_robot, obstacles_touched, refuse_contacts
+from robot_sim.robot_placement import carry_robot, obstacles_touched, refuse_contacts, robot_meets
+from robot_sim.sensors.arm_shadow import ArmShadow
 from robot_sim.sensors.imu import InertialConfig, InertialUnit
 from robot_sim.sensors.lidar import Scanner, ScannerConfig, scans_until
 from robot_sim.sensors.pose_history import PoseRecorder
@@ -113,7 +115,10 @@ class Simulation:
         self._tyres = Tyres(self._model, self._robot, self.world.patches)
         self.spares = SpareBodies(self.world, lambda: self.stamp)
         """Bodies that can be put somewhere between two ticks."""
-        movers = (*self.world.movers, *self.spares.movers)
+        world_movers = (m.own() if isinstance(m, Arrival) else m for m in self.world.movers)
+        movers = (*world_movers, *self.spares.movers)
+        self._waiting: tuple[str, ...] = ()
+        self._arrivals = [mover for mover in movers if isinstance(mover, Arrival)]
         self._mocap_driver = MocapDriver(self._model, movers, TICK_NS)
         self.spares.on_change = self._show_spares
         self._refuse_extras_at_start(movers)
@@ -126,6 +131,9 @@ class Simulation:
         self._encoders = Encoders(self.config.drive, self._robot, seeds[0])
         firmware = self.config.drive.firmware
         self._firmware = None if firmware is None else Firmware(firmware)
+        arm = self.world.arm
+        self.arm = None if arm is None else ArmPlant(self._model, self._data, arm, tick=TICK_NS)
+        """The arm, if the robot carries one."""
         self._monitor = ConditionMonitor(
             self._model, self._data, self._robot, tick=TICK_NS, stall=self.config.drive.stall
         )
@@ -135,6 +143,7 @@ class Simulation:
         by_name = dict(zip(mounts, seeds[2:], strict=True))
         optical = any(s.effects.optical for s in self.config.scanners)
         optics = optics_of(self._model, self._data) if optical else None
+        self._shadow = None if self.arm is None else ArmShadow(self._model, self._data, self.mounts)
         self._scanners = [
             Scanner(
                 s,
@@ -143,6 +152,7 @@ class Simulation:
                 by_name[s.name],
                 optics,
                 faults=[f for f in self.config.scanner_faults if f.scanner == s.name],
+                shadow=self._shadow,
             )
             for s in self.config.scanners
         ]
@@ -152,12 +162,31 @@ class Simulation:
         """Raise a WorldError if the robot starts inside a body that is there from the beginning."""
         if any(isinstance(mover, Scheduled) for mover in movers):
             # In a copy: the physics' own state must be the same with and without bodies that come later.
-            then = copy.copy(self._data)
-            self._mocap_driver.place(then, 0)
+            then = self._collided_at(0)
             self._mocap_driver.place(self._data, 0)
-            mujoco.mj_kinematics(self._model, then)
-            mujoco.mj_collision(self._model, then)
             refuse_contacts(self._model, then)
+
+    def _collided_at(self, stamp: int) -> mujoco.MjData:
+        """Return a copy of the present state with moving bodies where they are at ``stamp`` [ns], and contacts."""
+        then = copy.copy(self._data)
+        self._mocap_driver.place(then, stamp)
+        mujoco.mj_kinematics(self._model, then)
+        mujoco.mj_collision(self._model, then)
+        return then
+
+    def _hold_back_arrivals(self) -> None:
+        """Let boxes and doors wait that would come upon the robot in this tick."""
+        begin, end = self.stamp, self.stamp + TICK_NS
+        coming = [arrival for arrival in self._arrivals if arrival.comes(begin, end)]
+        if not coming:
+            self._waiting = ()
+            return
+        then = self._collided_at(end)
+        self._waiting = tuple(a.name for a in coming if robot_meets(self._model, then, a.name))
+        for arrival in coming:
+            if arrival.name in self._waiting:
+                arrival.hold_back(end)
+                self._mocap_driver.forget()
 
     def _show_spares(self) -> None:
         """Place the spare bodies anew, so that the robot is not carried into one that was just put down."""
@@ -190,6 +219,11 @@ class Simulation:
         return obstacles_touched(self._model, self._data)
 
     @property
+    def waiting(self) -> tuple[str, ...]:
+        """Names of the boxes and doors that should have come by now, if the robot were not in their way."""
+        return self._waiting
+
+    @property
     def condition(self) -> Condition:
         """The robot's condition after the last tick: bumpers, tilt, stalls."""
         return self._condition
@@ -211,6 +245,10 @@ class Simulation:
         """
         motion = self._advance()
         self._pose_recorder.extend(motion.stamps, motion.poses)
+        if self.arm is not None:
+            self.arm.read(self.stamp, motion.sensors, motion.positions)
+        if self.arm is not None and self._shadow is not None:
+            self._shadow.record(self.stamp, self.arm.reading.held)
         stamp, dt = self.stamp, TICK_NS * 1e-9
         angles = 0.5 * (self._wheel_angles[:2] + self._wheel_angles[2:])
         speeds = self._encoders.read(stamp, angles, dt)
@@ -223,7 +261,10 @@ class Simulation:
         scans = scans_until(stamp, self._scanners, self._caster, track)
         if self.config.scanner_faults:
             scans = delivered(scans, self.config.scanner_faults)
-        self._pose_recorder.forget(min([s.start for s in self._scanners], default=stamp))
+        oldest = min([s.start for s in self._scanners], default=stamp)
+        self._pose_recorder.forget(oldest)
+        if self._shadow is not None:
+            self._shadow.forget(oldest)
         # Scans end before or with the tick.
         return (*scans, *wheels, inertial)
 
@@ -272,10 +313,13 @@ class Simulation:
         Inputs that hold for the whole tick (poses of mocap bodies, friction under the wheels) are
         written first.
         """
+        self._hold_back_arrivals()
         self._mocap_driver.place(self._data, self.stamp + TICK_NS)
         self._tyres.grip(self._data)
         if self._robot.imperfections.integral_control:
             self._limit_windup()
+        if self.arm is not None:
+            self.arm.drive()
         rates = self._drive.advance_tick(STEPS_PER_TICK, _DT)
         # Left and right rate to the front and to the rear wheels, in the order of WHEELS.
         return self._physics.advance(np.concatenate((rates, rates), axis=1))

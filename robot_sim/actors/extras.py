@@ -19,7 +19,7 @@ from robot_sim.actors.actor_bodies import (
     torso,
 )
 from robot_sim.actors.movers import Mover
-from robot_sim.actors.schedules import OpenSchedule, Poses, Scheduled, Standing
+from robot_sim.actors.schedules import Arrival, OpenSchedule, Poses, Scheduled, Standing
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.doorways import Doorway
 from robot_sim.floorplan.plan_ground import Heights, height_at
@@ -46,7 +46,7 @@ class AddedBox:
     at: Placement
     """Where its middle stands."""
     start_ns: int = 0
-    """Time at which it appears [ns]."""
+    """Time at which it appears [ns]; later, if the robot stands there."""
     end_ns: int | None = None
     """Time at which it is gone [ns]; None for never."""
 
@@ -62,7 +62,7 @@ class ClosedDoor:
     door: str
     """Name of the doorway, see ``doorways``."""
     start_ns: int = 0
-    """Time at which it is closed [ns]."""
+    """Time at which it is closed [ns]; later, if the robot stands in the doorway."""
     end_ns: int | None = None
     """Time at which it is open again [ns]; None for never."""
 
@@ -129,7 +129,7 @@ def extra_bodies(
         if isinstance(extra, AddedBox):
             at = extra.at
             pose = Standing(at.x, at.y, height_at(ground, at.x, at.y), at.yaw)
-            mover = _for_a_while(f"added_box_{number}", pose.pose_at, extra.start_ns, extra.end_ns)
+            mover = Arrival(f"added_box_{number}", pose, extra.start_ns, extra.end_ns)
             yield _box(mover, extra.size)
         elif isinstance(extra, ClosedDoor):
             yield _closed(extra, number, doors, ground)
@@ -206,7 +206,7 @@ def _closed(
     pose = Standing(door.x, door.y, height_at(ground, door.x, door.y), door.yaw)
     name = f"closed_door_{number}"
     leaf = box(f"{name}_leaf", 0.0, 0.0, 0.0, door.height, (door.width, LEAF), "wood")
-    mover = _for_a_while(name, pose.pose_at, extra.start_ns, extra.end_ns)
+    mover = Arrival(name, pose, extra.start_ns, extra.end_ns)
     return MovingBody(mover, (leaf,), hard=True)
 
 
@@ -216,19 +216,13 @@ def _passing(extra: PassingPerson, name: str, ground: Heights) -> Iterator[Movin
     for part, duration in person_parts(name, extra.path, extra.speed, height):
         end = extra.start_ns + duration
         walk = part.mover.pose_at
-        mover = _for_a_while(part.mover.name, _later(walk, extra.start_ns), extra.start_ns, end)
+        schedule = [(extra.start_ns, _later(walk, extra.start_ns)), (end, None)]
+        mover = Scheduled(part.mover.name, schedule)
         yield MovingBody(mover, part.blocks)
 
 
 def _later(motion: Poses, start: int) -> Poses:
     return lambda times: motion(times - start)
-
-
-def _for_a_while(name: str, motion: Poses, start: int, end: int | None) -> Scheduled:
-    entries: list[tuple[int, Poses | None]] = [(start, motion)]
-    if end is not None:
-        entries.append((end, None))
-    return Scheduled(name, entries)
 
 
 def _check_times(what: str, start: int, end: int | None) -> None:

@@ -85,6 +85,30 @@ class Scheduled:
         return _NOWHERE.pose_at(times) if motion is None else motion(times)
 
 
+class Arrival(Scheduled):
+    """A hard body that comes at its time and may go again; something in its way can hold it back."""
+
+    def __init__(self, name: str, pose: Standing, start: int, end: int | None) -> None:
+        """Let it stand at a pose from ``start``, to ``end`` unless that is None [ns]."""
+        entries: list[tuple[int, Poses | None]] = [(start, pose.pose_at)]
+        super().__init__(name, entries if end is None else [*entries, (end, None)])
+        self._pose, self._end = pose, end
+
+    def own(self) -> Arrival:
+        """Return a copy, which one simulation may hold back."""
+        return Arrival(self.name, self._pose, self._starts[0], self._end)
+
+    def comes(self, first: int, last: int) -> bool:
+        """Return whether it comes after ``first``, until ``last`` [ns]."""
+        return first < self._starts[0] <= last
+
+    def hold_back(self, until: int) -> None:
+        """Let it come right after a time [ns] instead; not at all, if it would be gone by then."""
+        self._starts[0] = until + 1
+        if self._end is not None and self._end <= until + 1:
+            self._starts, self._motions = [self._end], [None]
+
+
 class OpenSchedule(Scheduled):
     """A schedule to which a running simulation adds; what has been stays as it was."""
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
+from localization.types import Pose
 from robot_sim.errors import CameraError
 
 _LARGEST: Final = 4096
@@ -49,6 +50,12 @@ class CameraModel:
     """Greatest depth that is measured [m]."""
     depth_step: float = 0.0
     """Step of the inverse depth [1/m] to which a triangulating sensor rounds; 0 if depth is not rounded."""
+    aside: float = 0.0
+    """Distance to the left of the robot's usual place for a camera (``SkidSteer.camera_mount``) [m]."""
+    down: float = 0.0
+    """Angle by which it looks down [rad]."""
+    turned: float = 0.0
+    """Angle by which it looks to the left of straight ahead [rad]."""
     source: str = "chosen"
     """Source of the numbers."""
 
@@ -65,6 +72,9 @@ class CameraModel:
         self._check("near", 0.05, _FARTHEST, "m")
         self._check("far", 0.1, _FARTHEST, "m")
         self._check("depth_step", 0.0, 0.1, "1/m")
+        self._check("aside", -1.0, 1.0, "m")
+        self._check("down", -0.5 * math.pi, 0.5 * math.pi, "rad")
+        self._check("turned", -math.pi, math.pi, "rad")
         if not self.near < self.far:
             raise CameraError(
                 f"camera {self.name!r}: near must be below far, got {self.near:g} and {self.far:g} m"
@@ -76,6 +86,11 @@ class CameraModel:
             raise CameraError(
                 f"camera {self.name!r}: {key} must be {least:g} to {most:g} {unit}, got {value:g}"
             )
+
+    @property
+    def place(self) -> Pose:
+        """Where it is carried, from the robot's usual place for a camera."""
+        return Pose.from_euler((0.0, self.aside, 0.0), pitch=self.down, yaw=self.turned)
 
     @property
     def period_ns(self) -> int:
@@ -146,6 +161,18 @@ _TABLE: Final = (
         near=0.3,
         far=10.0,
         source="chosen: a quarter of the pixels for slow links, square pixels; its depth image is ideal",
+    ),
+    CameraModel(
+        "arm",
+        horizontal_fov=math.radians(66.0),
+        vertical_fov=2.0 * math.atan(math.tan(math.radians(33.0)) * 480 / 640),
+        near=0.15,
+        far=4.0,
+        aside=0.17,
+        down=math.radians(45.0),
+        turned=math.radians(-22.0),
+        source="chosen: it looks down at what a gripper does before the front bumper, from the left, since straight"
+        " from behind the arm hides it; square pixels; its depth image is ideal",
     ),
 )
 

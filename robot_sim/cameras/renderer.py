@@ -41,7 +41,7 @@ class CameraScene:
     model: mujoco.MjModel
     """The world's model, from which poses are computed."""
     base_from_camera: Pose
-    """``base_from_camera`` of ``camera_link``."""
+    """``base_from_camera`` of the robot's usual place for one."""
     looks: tuple[str, ...]
     """Look of each of its geoms; see ``look.world_looks``."""
     decals: tuple[Decal, ...]
@@ -77,7 +77,7 @@ class CameraRenderer:
         scene = camera_scene(scene) if isinstance(scene, World) else scene
         self.model = model
         """The camera."""
-        self._mount = scene.base_from_camera
+        self._mount = scene.base_from_camera @ model.place
         self._world = scene.model
         self._data = mujoco.MjData(self._world)
         self._base = int(self._world.body("base_link").id)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from robot_sim.arm.arm_touch import arm_parts
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.drive.bumpers import Bumpers, pressed_by
 from robot_sim.physics import TickMotion
@@ -45,6 +46,8 @@ class ContactFinder:
         self._base = int(model.body("base_link").id)
         roots = model.body_rootid[model.geom_bodyid]
         self._is_robot: list[bool] = np.asarray(roots == self._base).tolist()
+        # What an arm touches is its own affair: it is there to touch things.
+        self._is_arm: list[bool] = arm_parts(model)[model.geom_bodyid].tolist()
         rings = ("chassis", NOSE, BUMPER, *(f"{wheel}_hull" for wheel in WHEELS))
         # There is a bumper geom only in worlds where something moves on its own.
         ids = (mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in rings)
@@ -123,6 +126,8 @@ class ContactFinder:
             if self._is_robot[first] == self._is_robot[second]:
                 continue
             part, other = (first, second) if self._is_robot[first] else (second, first)
+            if self._is_arm[part]:
+                continue
             at, axes = positions[number], frames[number]
             flat = abs(float(up @ axes[:3])) < _UPRIGHT
             # The nose can meet the face of a kerb; any other contact with ground means grounding.

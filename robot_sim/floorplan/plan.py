@@ -17,6 +17,7 @@ from robot_sim.floorplan.actors_in_plan import Actor
 from robot_sim.number_checks import check_finite, check_positive
 from robot_sim.scene_objects.floor_surfaces import Patch, surface_named
 from robot_sim.scene_objects.glazing import Glazing, Roof
+from robot_sim.scene_objects.parcels import Parcel
 from robot_sim.scene_objects.plan_elements import (
     Bounds as Bounds,
     Door as Door,
@@ -86,6 +87,8 @@ class Plan:
     """Way-points [m] of a longer drive from which every corner is seen, for mapping."""
     cloud: CloudSpec = field(default_factory=CloudSpec)
     """Resolution and height of the world's point cloud."""
+    parcels: tuple[Parcel, ...] = ()
+    """Small boxes that lie loose, and are in no map."""
     actors: tuple[Actor, ...] = ()
     """People, carts and door leaves that move when the world is alive."""
 

@@ -6,6 +6,7 @@ from robot_sim.floorplan import toml_table as toml
 from robot_sim.floorplan.plan import CloudSpec
 from robot_sim.scene_objects.floor_surfaces import Patch, surface_named
 from robot_sim.scene_objects.glazing import Glazing, Roof
+from robot_sim.scene_objects.parcels import Parcel
 from robot_sim.scene_objects.plan_elements import Door, Piece, Wall, Window
 from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.terrain import Hill, LevelDisc, Rut, Terrain
@@ -60,6 +61,24 @@ def piece(table: toml.Table, index: int) -> Piece:
         yaw=table.take("yaw", toml.degrees, 0.0),
         size=table.take("size", toml.size, None),
         seed=table.take("seed", toml.count, 0),
+    )
+    table.close()
+    return result
+
+
+def parcel(table: toml.Table, index: int) -> Parcel:
+    """Read a ``[[parcel]]``."""
+    x, y = table.take("at", toml.point)
+    usual = Parcel("usual", 0.0, 0.0)
+    result = Parcel(
+        name=table.take("name", toml.text, f"parcel_{index}"),
+        x=x,
+        y=y,
+        z=table.take("z", toml.number, usual.z),
+        yaw=table.take("yaw", toml.degrees, usual.yaw),
+        size=table.take("size", toml.size, usual.size),
+        mass=table.take("mass", toml.number, usual.mass),
+        material=table.take("material", toml.text, usual.material),
     )
     table.close()
     return result

@@ -52,6 +52,7 @@ def _plan(table: toml.Table, name: str) -> Plan:
         terrains=tuple(read.terrain(t, i) for i, t in enumerate(table.tables("terrain"))),
         patches=tuple(read.patch(t) for t in table.tables("patch")),
         furniture=tuple(read.piece(t, i) for i, t in enumerate(table.tables("furniture"))),
+        parcels=tuple(read.parcel(t, i) for i, t in enumerate(table.tables("parcel"))),
         places=table.take("places", toml.placements, {}),
         tour=tour,
         survey=table.take("survey", toml.waypoints, tour),

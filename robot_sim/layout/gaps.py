@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -34,7 +34,7 @@ class Gap:
     y: float
     """y of its middle [m]."""
     width: float
-    """Its width [m]."""
+    """Its width [m]. Between slanting or staggered sides, which may be farther apart, that of what passes them."""
 
 
 def widest_ways(
@@ -71,7 +71,20 @@ def gaps_on(
     narrow = clearance < straight - 0.01
     edges = np.flatnonzero(np.diff(np.concatenate([[False], narrow, [False]]).astype(int)))
     for begin, end in edges.reshape(-1, 2):
-        yield _measured(floor, blocks, way[int(begin + np.argmin(clearance[begin:end]))])
+        i = int(begin + np.argmin(clearance[begin:end]))
+        gap = _measured(floor, blocks, way[i])
+        yield gap if gap.width < 2.0 * straight else replace(gap, width=2.0 * float(clearance[i]))
+
+
+def tight_turn(
+    floor: FloorSpace, blocks: FloorBlocks, ways: Iterable[Sequence[int]], turning: float
+) -> Gap | None:
+    """Return the narrowest place on ways in which a robot cannot turn, if there is one."""
+    nodes = np.array([node for way in ways for node in way], dtype=np.int64)
+    clearance = blocks.space.clearance.ravel()[nodes]
+    if clearance.min(initial=np.inf) >= turning - 0.01:
+        return None
+    return _measured(floor, blocks, int(nodes[np.argmin(clearance)]))
 
 
 def distinct(gaps: Iterable[Gap]) -> tuple[Gap, ...]:

@@ -19,13 +19,24 @@ from robot_sim.floorplan.plan import Placement, Plan, Wall, Waypoint
 from robot_sim.layout.floor_space import FloorSpace, floor_space
 from robot_sim.layout.free_space import FreeSpace
 from robot_sim.layout.outdoors import outdoor_cells
-from robot_sim.layout.survey_planning import plan_routes, straight_clearance, turning_clearance
+from robot_sim.layout.survey_planning import (
+    Routes,
+    plan_routes,
+    straight_clearance,
+    turning_clearance,
+)
 from robot_sim.layout.survey_reach import Reach, survey_reach
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 MOST_BOXES: Final = 30_000
 """Number of boxes beyond which the map is rejected as not being that of a building."""
+_MOST: Final = 0.5
+"""Share of the free floor that is more than any other start could reach."""
+_STARTS: Final = 4
+"""Number of other starts that are tried, in the largest parts that are missed."""
+_LITTLE: Final = 0.05
+"""Share of the free floor below which a chosen spawn is refused: it lies in a yard, a shaft or a strip outdoors."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,11 +61,12 @@ def plan_from_map(
     Args:
         grid: The occupancy map.
         height: Height of the walls and the ceiling [m].
-        spawn: Start pose of the robot; None for the roomiest spot indoors.
+        spawn: Start pose of the robot; None for the roomiest spot indoors, or of a part that the robot does not
+            reach from there, if it reaches more from it.
 
     Raises:
         WorldError: the map is not that of a building, the robot does not fit into it, or not at the spawn,
-            or the spawn lies outdoors.
+            or the spawn lies outdoors, or hardly any of the floor is reached from it.
     """
     if not (math.isfinite(height) and height > 0.0):
         raise WorldError(f"height must be > 0 m, got {height:g}")
@@ -65,7 +77,12 @@ def plan_from_map(
         start = _start(grid, floor, outside, spawn, robot)
     except WorldError as error:
         raise WorldError(f"map {grid.name!r}: {error}") from None
-    routes = plan_routes(floor, start, robot)
+    drive = _surveyed(floor, start, robot)
+    if spawn is None:
+        drive = _farthest_reaching(floor, drive, robot)
+    elif drive.reach.share < _LITTLE:
+        _refuse(grid, drive)
+    start, routes = drive.start, drive.routes
     known = (grid.occupied | grid.free) & ~outside
     plan = Plan(
         name=grid.name,
@@ -77,9 +94,48 @@ def plan_from_map(
         tour=_route(grid, routes.tour),
         survey=_route(grid, routes.survey),
     )
-    reach = survey_reach(floor, routes.survey, straight=straight_clearance(robot))
     area = float(np.count_nonzero(outside)) * grid.resolution**2
-    return ImportedPlan(plan, reach.moved(grid.in_map), area)
+    return ImportedPlan(plan, drive.reach.moved(grid.in_map), area)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Drive:
+    """Routes from a start, and what they reach; in the frame of the grid."""
+
+    start: Waypoint
+    routes: Routes
+    reach: Reach
+
+
+def _surveyed(floor: FloorSpace, start: Waypoint, robot: SkidSteer) -> _Drive:
+    routes = plan_routes(floor, start, robot)
+    straight, turning = straight_clearance(robot), turning_clearance(robot)
+    reach = survey_reach(floor, routes.survey, straight=straight, turning=turning)
+    return _Drive(start, routes, reach)
+
+
+def _farthest_reaching(floor: FloorSpace, drive: _Drive, robot: SkidSteer) -> _Drive:
+    """Return the drive that reaches most of the floor, from the given one's start or from larger parts it misses."""
+    best, area = drive, drive.reach.area
+    for missed in drive.reach.missed[:_STARTS]:
+        if best.reach.share >= _MOST or missed.area <= best.reach.share * area:
+            break
+        spot = floor.nodes.node((missed.x, missed.y))
+        if floor.nodes.clearance.flat[spot] >= turning_clearance(robot):
+            other = _surveyed(floor, _point(floor.nodes, spot), robot)
+            best = max(best, other, key=lambda d: d.reach.share)
+    return best
+
+
+def _refuse(grid: OccupancyMap, drive: _Drive) -> None:
+    """Raise a WorldError that says how little is reached from a spawn, and where the most of the rest is."""
+    (x, y), reach = grid.in_map(np.array(drive.start)), drive.reach
+    rest = max(reach.missed, key=lambda m: m.area)
+    there = grid.in_map(np.array([rest.x, rest.y]))
+    raise WorldError(
+        f"map {grid.name!r}: from the spawn at x {x:.2f}, y {y:.2f} the robot reaches {100 * reach.share:.1f} % of"
+        f" the free floor; {rest.area:.0f} m2 lie round x {there[0]:.2f}, y {there[1]:.2f}"
+    )
 
 
 def _start(

@@ -17,7 +17,7 @@ from robot_sim.floorplan.plan import Waypoint
 from robot_sim.layout.floor_blocks import FloorBlocks
 from robot_sim.layout.floor_space import FloorSpace
 from robot_sim.layout.free_space import FreeSpace
-from robot_sim.layout.gaps import Gap, distinct, gaps_on, way_back, widest_ways
+from robot_sim.layout.gaps import Gap, distinct, gaps_on, tight_turn, way_back, widest_ways
 
 NEAR: Final = 2.5
 """Length of the way from the route within which floor counts as reached [m]: as far apart as stops of a scanner
@@ -46,6 +46,8 @@ class MissedFloor:
     """Gaps on the widest way there in which the robot does not fit."""
     open: bool
     """Whether there is any way there over free floor."""
+    tight: Gap | None = None
+    """If it fits everywhere on that way: the narrowest place of it in which it has no room to turn."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,18 +78,22 @@ class Reach:
 
         def moved_floor(floor: MissedFloor) -> MissedFloor:
             x, y = map(float, move(np.array([floor.x, floor.y])))
-            return replace(floor, x=x, y=y, gaps=tuple(map(moved_gap, floor.gaps)))
+            tight = floor.tight and moved_gap(floor.tight)
+            return replace(floor, x=x, y=y, gaps=tuple(map(moved_gap, floor.gaps)), tight=tight)
 
         return replace(self, missed=tuple(map(moved_floor, self.missed)), to_map=move)
 
 
-def survey_reach(floor: FloorSpace, route: Sequence[Waypoint], *, straight: float) -> Reach:
+def survey_reach(
+    floor: FloorSpace, route: Sequence[Waypoint], *, straight: float, turning: float
+) -> Reach:
     """Return what a route reaches.
 
     Args:
         floor: The free floor.
         route: Way-points of the survey in the frame of its grid [m].
         straight: Least clearance at which the robot passes straight ahead [m].
+        turning: Least clearance at which it turns [m].
     """
     blocks = FloorBlocks.of(floor)
     driven = _driven_near(blocks.space, blocks.whole, route, straight)
@@ -97,7 +103,7 @@ def survey_reach(floor: FloorSpace, route: Sequence[Waypoint], *, straight: floa
     return Reach(
         area=total * block,
         share=1.0 - float(np.count_nonzero(missed)) / max(total, 1),
-        missed=tuple(_described(floor, blocks, driven, missed, straight)),
+        missed=tuple(_described(floor, blocks, driven, missed, straight, turning)),
         blocks=missed,
         corner=blocks.space.corner,
         spacing=blocks.space.spacing,
@@ -141,7 +147,12 @@ def _grown(seeds: BoolArray, within: BoolArray, steps: float) -> BoolArray:
 
 
 def _described(
-    floor: FloorSpace, blocks: FloorBlocks, driven: BoolArray, missed: BoolArray, straight: float
+    floor: FloorSpace,
+    blocks: FloorBlocks,
+    driven: BoolArray,
+    missed: BoolArray,
+    straight: float,
+    turning: float,
 ) -> list[MissedFloor]:
     """Return the missed parts of at least a room's size, the largest first."""
     parts, count = label(missed, _ALL)
@@ -163,7 +174,8 @@ def _described(
         ways = [way_back(before, s) for s in spots if np.isfinite(cost[s])]
         gaps = distinct(gap for way in ways for gap in gaps_on(floor, blocks, way, straight))
         x, y = space.points(np.array([spot]))[0]
-        found.append(MissedFloor(float(x), float(y), float(sizes[part]), gaps, bool(ways)))
+        tight = None if gaps else tight_turn(floor, blocks, ways, turning)
+        found.append(MissedFloor(float(x), float(y), float(sizes[part]), gaps, bool(ways), tight))
     return found
 
 

@@ -61,7 +61,8 @@ def reach_of(world: World) -> Reach:
         WorldError: There is no free floor at its spawn.
     """
     floor = free_floor(world)
-    return survey_reach(floor, world.survey, straight=straight_clearance(world.robot))
+    straight, turning = straight_clearance(world.robot), turning_clearance(world.robot)
+    return survey_reach(floor, world.survey, straight=straight, turning=turning)
 
 
 def _start(floor: FloorSpace, world: World) -> Waypoint:

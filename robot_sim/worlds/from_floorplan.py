@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
+from typing import Final
 
 import mujoco
 
@@ -15,15 +16,16 @@ from robot_sim.actors.extras import (
     spare_body,
     spares,
 )
+from robot_sim.arm.body import arm_top
 from robot_sim.errors import SimulationError, WorldError
 from robot_sim.floorplan.doorways import doorways
 from robot_sim.floorplan.plan import NO_FLOOR, Placement, Plan
-from robot_sim.floorplan.plan_ground import PlanGround
+from robot_sim.floorplan.plan_ground import PlanGround, height_at
 from robot_sim.layout.furniture_rearrangement import rearranged
 from robot_sim.layout.path_collisions import check_paths, check_ways
 from robot_sim.robot.bumper_geom import add_bumper
 from robot_sim.robot.drivable_surfaces import drivable_geoms, mark_drivable
-from robot_sim.robot.mujoco_body import add_robot, set_physics
+from robot_sim.robot.mujoco_body import HEADROOM, add_robot, set_physics
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.scene_objects.blocks import Block, paint
@@ -32,6 +34,9 @@ from robot_sim.scene_objects.furniture import footprint, piece_blocks
 from robot_sim.scene_objects.terrain import add_terrain
 from robot_sim.scene_objects.walls import wall_blocks
 from robot_sim.worlds.world import AS_MAPPED, TIMESTEP_NS, World, WorldOptions, check_places
+
+_SPARE: Final = 0.05
+"""Height above the top of an arm up to which it may collide [m]: half the gripper's, and a vehicle that tilts."""
 
 
 def build_world(
@@ -53,9 +58,10 @@ def build_world(
     """
     robot = robot or P3AT()
     spec = mujoco.MjSpec()
-    set_physics(spec, timestep=TIMESTEP_NS * 1e-9)
     notes = []
     try:
+        arm = options.arm_table
+        set_physics(spec, timestep=TIMESTEP_NS * 1e-9, arm=arm is not None)
         if options.alive and not plan.actors:
             notes.append("alive: the plan has no people, carts or doors, so nothing moves")
         if options.rearranged is not None:
@@ -67,8 +73,13 @@ def build_world(
         blocks = list(plan_blocks(plan, ground))
         if options.alive:
             check_paths(plan, blocks)
+        # An arm reaches higher than the robot itself.
+        top = 0.0 if arm is None else arm_top(arm, options.arm_mount) + _SPARE
+        headroom = max(HEADROOM, top)
         for block in blocks:
-            block.add_to(spec)
+            block.add_to(spec, headroom=headroom)
+        for parcel in plan.parcels:
+            parcel.add_to(spec, height_at(ground.heights, parcel.x, parcel.y))
         parked = tuple(spares(options.spare_boxes, options.spare_people))
         moving = (
             *(moving_bodies(plan.actors, seed=options.timing) if options.alive else ()),
@@ -81,7 +92,7 @@ def build_world(
         surfaces = tuple(geom.name for geom in drivable_geoms(spec))
         if not surfaces:
             raise WorldError("no surface is drivable: give it a floor")
-        add_robot(spec, surfaces=surfaces, robot=robot)
+        add_robot(spec, surfaces=surfaces, robot=robot, arm=arm, mount=options.arm_mount)
         if not all(body.hard for body in bodies):
             add_bumper(spec, robot)
         model = spec.compile()
@@ -97,6 +108,8 @@ def build_world(
             spawns=spawns,
             robot=robot,
             plan=plan,
+            arm=arm,
+            arm_mount=options.arm_mount,
             patches=plan.patches,
             movers=tuple(body.mover for body in moving),
             spares=parked,

@@ -19,7 +19,7 @@ import numpy as np
 from localization.types import Pose
 from robot_sim.actors.extras import extra_bodies, spare_body, spares
 from robot_sim.array_types import FloatArray
-from robot_sim.errors import WorldError
+from robot_sim.errors import ArmError, WorldError
 from robot_sim.floorplan.plan_ground import Heights, stand_on
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
@@ -62,7 +62,15 @@ def load_mjcf(
         parked = tuple(spares(options.spare_boxes, options.spare_people))
         bodies = tuple(extra_bodies(options.extras, {}, _unknown))
         added = (*bodies, *map(spare_body, parked))
-        compiled = compile_mjcf(path, robot, timestep=TIMESTEP_NS * 1e-9, bodies=added)
+        arm = options.arm_table
+        compiled = compile_mjcf(
+            path,
+            robot,
+            timestep=TIMESTEP_NS * 1e-9,
+            bodies=added,
+            arm=arm,
+            mount=options.arm_mount,
+        )
         sites = _Sites(compiled.model, compiled.surfaces, robot)
         if spawn is not None:
             start = sites.stand(SPAWN, spawn, _SKY)
@@ -86,6 +94,8 @@ def load_mjcf(
             ),
             spawns=MappingProxyType({SPAWN: start}),
             robot=robot,
+            arm=arm,
+            arm_mount=options.arm_mount,
             # Only now the height of the ground is known, on which they stand.
             movers=tuple(body.mover for body in extra_bodies(options.extras, {}, sites.heights)),
             spares=parked,
@@ -93,7 +103,7 @@ def load_mjcf(
             notes=compiled.notes,
         )
         check_places(world)
-    except WorldError as error:
+    except (WorldError, ArmError) as error:
         raise WorldError(f"{path.name}: {error}") from None
     return world
 

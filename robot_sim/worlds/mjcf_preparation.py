@@ -17,6 +17,7 @@ from typing import Final
 import mujoco
 
 from robot_sim.actors.actor_bodies import MovingBody
+from robot_sim.arm.arm_table import ArmTable
 from robot_sim.errors import WorldError
 from robot_sim.robot.bumper_geom import add_bumper
 from robot_sim.robot.drivable_surfaces import drivable_geoms
@@ -62,7 +63,13 @@ class MjcfModel:
 
 
 def compile_mjcf(
-    path: Path, robot: SkidSteer, *, timestep: float, bodies: Sequence[MovingBody] = ()
+    path: Path,
+    robot: SkidSteer,
+    *,
+    timestep: float,
+    bodies: Sequence[MovingBody] = (),
+    arm: ArmTable | None = None,
+    mount: str = "bracket",
 ) -> MjcfModel:
     """Read a file, add the robot to it, and compile both.
 
@@ -71,10 +78,13 @@ def compile_mjcf(
         robot: Robot to add.
         timestep: Physics time step [s].
         bodies: Bodies to add that come at their time.
+        arm: The arm that the robot carries, if it does.
+        mount: Where.
 
     Raises:
         WorldError: the file cannot be read or compiled (the message includes MuJoCo's), nothing in it
             is drivable, or it uses a name of a part of the robot.
+        ArmError: the arm has no such mount, or is not made for this robot.
     """
     if not path.is_file():
         raise WorldError(f"there is no file {str(path)!r}")
@@ -84,15 +94,15 @@ def compile_mjcf(
         raise WorldError(_one_line(error)) from None
     _name_geoms(child)
     surfaces = _surfaces(child)
-    _refuse_our_names(child, robot)
+    _refuse_our_names(child, robot, arm, mount)
     spec = mujoco.MjSpec()
-    set_physics(spec, timestep=timestep)
+    set_physics(spec, timestep=timestep, arm=arm is not None)
     notes = [*_take_options(child, spec), *_prepare_geoms(child), *_leave_out(child)]
     # Attached, the file keeps its own defaults and compiler settings, and the robot is free of them.
     spec.attach(child, prefix="", frame=spec.worldbody.add_frame())
     for body in bodies:
         body.add_to(spec)
-    add_robot(spec, surfaces=surfaces, robot=robot)
+    add_robot(spec, surfaces=surfaces, robot=robot, arm=arm, mount=mount)
     if not all(body.hard for body in bodies):
         add_bumper(spec, robot)
     with warnings.catch_warnings(record=True) as caught:
@@ -145,16 +155,21 @@ def _surfaces(spec: mujoco.MjSpec) -> tuple[str, ...]:
     return surfaces
 
 
-def _refuse_our_names(spec: mujoco.MjSpec, robot: SkidSteer) -> None:
+def _refuse_our_names(
+    spec: mujoco.MjSpec, robot: SkidSteer, arm: ArmTable | None, mount: str
+) -> None:
     ours = mujoco.MjSpec()
     ours.worldbody.add_geom(name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(1, 1, 1))
-    add_robot(ours, surfaces=("ground",), robot=robot)
-    kinds = ("bodies", "joints", "geoms", "sites", "actuators", "sensors")
+    add_robot(ours, surfaces=("ground",), robot=robot, arm=arm, mount=mount)
+    kinds = (
+        *("bodies", "joints", "geoms", "sites", "actuators", "sensors"),
+        *("tendons", "equalities", "numerics"),
+    )
     for kind in kinds:
         taken = {each.name for each in getattr(ours, kind)} - {"world", "ground", ""}
         for each in getattr(spec, kind):
             if each.name in taken:
-                singular = {"bodies": "body"}.get(kind, kind[:-1])
+                singular = {"bodies": "body", "equalities": "equality"}.get(kind, kind[:-1])
                 raise WorldError(
                     f"{singular} {each.name!r} has the name of a part of the robot, which joins the"
                     " file: give it another"

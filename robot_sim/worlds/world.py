@@ -13,6 +13,7 @@ import numpy as np
 from localization.types import Pose
 from robot_sim.actors.extras import Extra, Spare
 from robot_sim.actors.movers import Mover
+from robot_sim.arm.arm_table import ArmTable, load_arm
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Plan, Waypoint
@@ -42,6 +43,10 @@ class WorldOptions:
     """Sizes of boxes [m] that a running simulation can put somewhere."""
     spare_people: int = 0
     """Number of people that it can put somewhere."""
+    arm: str | None = None
+    """Name of the arm that the robot carries, or path of its table; None for none."""
+    arm_mount: str = "bracket"
+    """Where it is mounted, a key of the table's ``mounts``."""
 
     def __post_init__(self) -> None:
         if self.spare_people < 0:
@@ -50,6 +55,15 @@ class WorldOptions:
             seed = getattr(self, key)
             if seed is not None and seed < 0:
                 raise WorldError(f"{key} is a seed and must be >= 0, got {seed}")
+
+    @property
+    def arm_table(self) -> ArmTable | None:
+        """The arm's table, if there is an arm.
+
+        Raises:
+            ArmError: There is no such arm, or its table is invalid.
+        """
+        return None if self.arm is None else load_arm(self.arm)
 
 
 AS_MAPPED: Final = WorldOptions()
@@ -84,6 +98,10 @@ class World:
     """Parameters of the robot in the model."""
     plan: Plan | None = None
     """The floor plan that the world was built from; None for an MJCF file."""
+    arm: ArmTable | None = None
+    """The arm that the robot carries, if it does."""
+    arm_mount: str = "bracket"
+    """Where it is mounted."""
     patches: tuple[Patch, ...] = ()
     """Areas on which the ground has another friction than the surface they lie on."""
     movers: tuple[Mover, ...] = ()

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
-from robot_sim.floorplan.plan import Plan
+from robot_sim.floorplan.plan import Plan, Waypoint
 from robot_sim.layout.footprints import Footprint, footprints
 from robot_sim.layout.survey_reach import Reach
 
@@ -23,18 +23,20 @@ _BELOW_CEILING: Final = 2.2
 _MOST_LABELS: Final = 40
 
 
-def draw_scene(
-    plan: Plan, cloud: Cloud | None, path: Path, *, title: str, reach: Reach | None = None
-) -> None:
+def draw_scene(plan: Plan, cloud: Cloud | None, path: Path, *, reach: Reach | None = None) -> None:
     """Draw a plan of walls and furniture, and its cloud if there is one; save it as PNG.
 
     Args:
-        plan: The plan.
+        plan: The plan, whose name is the title.
         cloud: Its cloud.
         path: File to write.
-        title: Title of the picture.
         reach: What the survey reaches: the floor that it misses is hatched.
     """
+    scene_figure(plan, cloud, reach).savefig(path, dpi=110)
+
+
+def scene_figure(plan: Plan, cloud: Cloud | None, reach: Reach | None) -> Figure:
+    """Return the picture that ``draw_scene`` saves."""
     matplotlib.rcParams["font.size"] = 9
     x0, y0, x1, y1 = plan.bounds
     panels = 1 if cloud is None else 2
@@ -42,7 +44,7 @@ def draw_scene(
     tall = min(max((y1 - y0) / (x1 - x0), 0.3), 2.0)
     figure = Figure(figsize=(side * panels, side * tall + 0.8), layout="constrained")
     axes = [figure.add_subplot(1, panels, i + 1) for i in range(panels)]
-    _draw_plan(axes[0], plan, title, reach)
+    _draw_plan(axes[0], plan, reach)
     if cloud is not None:
         _draw_cloud(axes[1], figure, cloud)
     for each in axes:
@@ -51,12 +53,13 @@ def draw_scene(
         each.set_ylim(y0 - 0.5, y1 + 0.5)
         each.set_xlabel("x in map [m]")
         each.set_ylabel("y in map [m]")
-    figure.savefig(path, dpi=110)
+    return figure
 
 
-def _draw_plan(axes: Axes, plan: Plan, title: str, reach: Reach | None) -> None:
+def _draw_plan(axes: Axes, plan: Plan, reach: Reach | None) -> None:
     if reach is not None:
-        _draw_missed(axes, reach)
+        x0, y0, x1, y1 = plan.bounds
+        _draw_missed(axes, reach, (0.5 * (x0 + x1), 0.5 * (y0 + y1)))
     if len(plan.survey) > 1:
         survey = np.array(plan.survey)
         axes.plot(survey[:, 0], survey[:, 1], color="#56b4e9", lw=0.8, label="survey")
@@ -79,11 +82,11 @@ def _draw_plan(axes: Axes, plan: Plan, title: str, reach: Reach | None) -> None:
             ha="center",
             bbox={"boxstyle": "round,pad=0.1", "fc": "#ffffffc0", "ec": "none"},
         )
-    axes.set_title(title, fontsize=9, pad=24)
+    axes.set_title(plan.name, fontsize=9, pad=24)
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, frameon=False)
 
 
-def _draw_missed(axes: Axes, reach: Reach) -> None:
+def _draw_missed(axes: Axes, reach: Reach, middle: Waypoint) -> None:
     """Colour the floor that the survey does not come near, and mark the gaps in the way."""
     corners = np.argwhere(reach.blocks)[:, ::-1] * reach.spacing + np.array(reach.corner)
     squares = corners[:, None, :] + 0.5 * reach.spacing * _CORNERS
@@ -96,8 +99,11 @@ def _draw_missed(axes: Axes, reach: Reach) -> None:
     for i, gap in enumerate(gaps.values()):
         label = "too narrow" if i == 0 else None
         axes.plot(gap.x, gap.y, "x", color="#b00000", ms=6, mew=1.6, ls="", label=label, zorder=4)
+        # Towards the middle, so that no label leaves the frame.
+        right, low = gap.x > middle[0], gap.y <= middle[1]
         axes.annotate(
-            f"{gap.width:.2f} m", (gap.x, gap.y), (4, 4), textcoords="offset points",
+            f"{gap.width:.2f} m", (gap.x, gap.y), (-4 if right else 4, 4 if low else -4),
+            textcoords="offset points", ha="right" if right else "left", va="bottom" if low else "top",
             fontsize=6, color="#b00000", zorder=4,
         )  # fmt: skip
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from localization.maps.grid_image import NEAR, Borderline
+from localization.maps.grid_image import Borderline
 from robot_sim.layout.gaps import Gap
 from robot_sim.layout.survey_planning import straight_clearance, turning_clearance
 from robot_sim.layout.survey_reach import MissedFloor, Reach
@@ -27,7 +27,7 @@ def reach_lines(reach: Reach, robot: SkidSteer) -> Iterator[str]:
     if rest := reach.missed[_LISTED:]:
         area = sum(m.area for m in rest)
         yield f"          nor near {len(rest)} more areas, {area:.0f} m2 in all"
-    if any(m.gaps for m in reach.missed):
+    if any(m.gaps or m.tight for m in reach.missed):
         straight, turning = 2.0 * straight_clearance(robot), 2.0 * turning_clearance(robot)
         yield (
             f"          the robot takes passages from {straight:.2f} m straight ahead, and turns where"
@@ -39,7 +39,7 @@ def borderline_lines(borderline: Sequence[Borderline]) -> Iterator[str]:
     """Yield a line for each group of cells near a threshold."""
     for group in borderline:
         yield (
-            f"threshold {group.cells} {group.kind} cells are within {NEAR:g} of {group.threshold}, most of"
+            f"threshold {group.cells} {group.kind} cells are within {group.within:g} of {group.threshold}, most of"
             f" them grey {group.grey} with occupancy {group.occupancy:.3f}: another threshold would change"
             " what they are"
         )
@@ -51,6 +51,8 @@ def _cause(missed: MissedFloor) -> str:
         return f"behind {listed}{' and more' if len(missed.gaps) > _GAPS else ''}"
     if not missed.open:
         return "there is no opening"
+    if missed.tight is not None:
+        return f"the way there leaves no room to turn: {missed.tight.width:.2f} m at {_at(missed.tight)}"
     return "the route does not lead there"
 
 

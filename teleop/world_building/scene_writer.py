@@ -58,7 +58,7 @@ def write_scene(
     if cloud:
         mapped = save_cloud(survey_from_stations(world, progress=progress), folder / "cloud.ply")
     progress(1.0, "drawing")
-    draw_scene(plan, mapped, folder / "picture.png", title=f"{plan.name}: {command}", reach=reach)
+    draw_scene(plan, mapped, folder / "picture.png", reach=reach)
     (folder / "README.md").write_text(_page(folder, world, mapped, origin, command), "utf-8")
     return world, mapped
 

@@ -120,17 +120,59 @@ def test_box_stops_the_robot_like_furniture_until_it_is_taken_away(alive: bool) 
     assert drive(simulation, 3.0).position[0] > 4.0
 
 
-def test_box_that_comes_upon_the_robot_pushes_it_aside_without_throwing_it() -> None:
-    simulation = Simulation(rooms(box((1.6, 3.1), 1.0)))
-    speeds, tilts = [], []
-    for _ in range(150):
+@pytest.mark.parametrize(
+    ("extra", "start"),
+    [
+        (box((1.6, 3.1), 1.0), (1.5, 3.0)),
+        (box((1.9, 3.0), 1.0), (1.5, 3.0)),
+        (ClosedDoor("middle", SECOND), (5.0, 3.0)),
+        (ClosedDoor("middle", SECOND), (5.2, 3.1)),
+    ],
+)
+def test_what_would_come_upon_the_robot_waits_until_it_has_gone(
+    extra: Extra, start: tuple[float, float]
+) -> None:
+    simulation = Simulation(rooms(extra), start=Pose.planar(*start, 0.0))
+    (name,) = (mover.name for mover in simulation.world.movers)
+    before = simulation.truth().map_from_base.position.copy()
+    for _ in range(100):
         simulation.step()
-        truth = simulation.truth()
-        speeds.append(float(np.linalg.norm(truth.twist.linear)))
-        tilts.append(math.acos(min(1.0, truth.map_from_base.rotation[2, 2])))
-    assert max(speeds) < 4.0
-    assert speeds[-1] < 0.2
-    assert max(tilts) < 1.2
+    assert list(simulation.waiting) == [name]
+    assert simulation.truth().map_from_base.position == pytest.approx(before, abs=1e-3)
+    body = simulation._model.body(name).mocapid[0]
+    assert simulation.visual_state().mocap_pos[body, 2] < -9.0
+    drive(simulation, 4.0)
+    assert list(simulation.waiting) == []
+    assert simulation.visual_state().mocap_pos[body, 2] == 0.0
+    assert simulation.truth().map_from_base.position[0] > start[0] + 1.0
+
+
+def test_what_would_come_after_its_end_does_not_come_and_other_simulations_are_not_affected() -> (
+    None
+):
+    world = rooms(ClosedDoor("middle", SECOND, 2 * SECOND))
+    held = Simulation(world, start=Pose.planar(5.0, 3.0, 0.0))
+    free = Simulation(world)
+    body = held._model.body("closed_door_1").mocapid[0]
+    heights = []
+    for _ in range(150):
+        held.step()
+        free.step()
+        heights.append([s.visual_state().mocap_pos[body, 2] for s in (held, free)])
+    assert max(h for h, _ in heights) < -9.0
+    assert [h for _, h in heights].count(0.0) == 50
+    assert held.waiting == ()
+
+
+def test_robot_is_pushed_by_nothing_wherever_it_stands_when_a_door_closes() -> None:
+    for x in np.arange(4.3, 5.8, 0.1):
+        simulation = Simulation(
+            rooms(ClosedDoor("middle", SECOND // 10)), start=Pose.planar(float(x), 2.9, 0.3)
+        )
+        for _ in range(25):
+            simulation.step()
+        moved = simulation.truth().map_from_base.position[:2] - (float(x), 2.9)
+        assert np.hypot(*moved) < 5e-3
 
 
 def test_nothing_differs_by_a_bit_before_a_box_comes() -> None:

@@ -34,8 +34,8 @@ def test_the_kinect_has_the_focal_lengths_of_57_and_43_degrees() -> None:
     assert KINECT.period_ns == 66_666_667
 
 
-def test_wide_and_small_cameras_have_square_pixels() -> None:
-    for name in ("wide", "small"):
+def test_the_chosen_cameras_have_square_pixels() -> None:
+    for name in ("wide", "small", "arm"):
         fx, fy = CAMERAS[name].focal_lengths
         assert fx == pytest.approx(fy)
 
@@ -58,6 +58,9 @@ def test_the_camera_info_describes_a_rectified_image_without_distortion() -> Non
         ({"rate": 0.0}, "rate must be 0.1 to 60 Hz, got 0"),
         ({"near": 4.0, "far": 2.0}, "near must be below far, got 4 and 2 m"),
         ({"depth_step": -1.0}, "depth_step must be 0 to 0.1 1/m, got -1"),
+        ({"aside": 2.0}, "aside must be -1 to 1 m, got 2"),
+        ({"down": math.inf}, "down must be -1.5708 to 1.5708 rad, got inf"),
+        ({"turned": 4.0}, "turned must be -3.14159 to 3.14159 rad, got 4"),
     ],
 )
 def test_numbers_out_of_range_are_named(change: dict[str, float], says: str) -> None:
@@ -67,7 +70,7 @@ def test_numbers_out_of_range_are_named(change: dict[str, float], says: str) -> 
 
 def test_an_unknown_camera_is_answered_with_those_there_are() -> None:
     with pytest.raises(
-        CameraError, match="no camera named 'kinekt'; available: kinect, wide, small"
+        CameraError, match="no camera named 'kinekt'; available: kinect, wide, small, arm"
     ):
         camera_named("kinekt")
     assert camera_named("kinect") is KINECT

@@ -89,6 +89,20 @@ def test_pixels_and_depths_are_where_the_camera_matrix_has_them(
     assert not np.array_equal(frame.rgb[240, 600], frame.rgb[470, 20])
 
 
+def test_a_camera_that_looks_down_and_aside_sees_what_is_there(make_renderer: Make) -> None:
+    scene = CameraScene(
+        mujoco.MjModel.from_xml_string(BENCH), Pose.from_euler(EYE), (OWN,) * 4, (), indoors=True
+    )
+    # The box's middle is 2.9 m ahead and 0.4 m to the left of the eye, at its height.
+    left = CameraModel("left", near=0.1, far=20.0, aside=0.2, down=0.2, turned=math.atan2(0.2, 2.9))
+    frame = make_renderer(scene, left).render(still(scene.model))
+    fy = left.focal_lengths[1]
+    red = np.nonzero(frame.rgb[..., 0].astype(float) > 1.5 * frame.rgb[..., 2])
+
+    assert np.mean(red[1]) == pytest.approx(left.principal_point[0], abs=12.0)
+    assert np.mean(red[0]) == pytest.approx(left.principal_point[1] - fy * math.tan(0.2), abs=12.0)
+
+
 @pytest.fixture(scope="module")
 def office() -> World:
     return load_world("office", options=WorldOptions(alive=True))

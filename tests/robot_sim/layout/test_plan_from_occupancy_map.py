@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from pathlib import Path
 
 import mujoco
@@ -299,6 +300,55 @@ def test_spawn_on_a_white_page_is_indoors(tmp_path: Path) -> None:
 def test_spawn_outside_every_room_is_rejected_in_a_line(tmp_path: Path) -> None:
     with pytest.raises(WorldError, match=r"spawn at x 0\.00, y 0\.00 lies outside every room"):
         plan_from_map(read_occupancy_map(page(tmp_path)), spawn=Placement(0.0, 0.0))
+
+
+def walled_grounds(folder: Path, *, courtyard: bool) -> Path:
+    """Pixels of a building within a wall round its grounds, whose strips are roomier than its rooms.
+
+    Ten rooms lie on a corridor; a closed courtyard in the place of two of them is roomier still. For all that the map shows, both
+    strip and courtyard are indoors.
+    """
+    pixels = np.full((460, 640), UNKNOWN)
+    pixels[4:424, 36:604] = WALL
+    pixels[8:420, 40:600] = FREE
+    pixels[110:400, 60:580] = WALL
+    pixels[240:280, 64:576] = FREE
+    for column in range(64, 560, 104):
+        pixels[284:396, column : column + 90] = FREE
+        pixels[280:284, column + 40 : column + 60] = FREE
+        if not (courtyard and 272 <= column <= 376):
+            pixels[114:236, column : column + 90] = FREE
+            pixels[236:240, column + 40 : column + 60] = FREE
+    if courtyard:
+        pixels[114:236, 272:466] = FREE
+    return write_map(folder, pixels)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("courtyard", [False, True])
+def test_start_is_where_most_floor_is_reached_though_a_yard_is_roomier(
+    *, courtyard: bool, tmp_path: Path
+) -> None:
+    grid = read_occupancy_map(walled_grounds(tmp_path, courtyard=courtyard))
+    imported = plan_from_map(grid)
+    x, y = grid.in_grid(np.array([imported.plan.spawn.x, imported.plan.spawn.y]))
+    assert 3.0 < x < 29.0
+    assert 3.0 < y < 20.5
+    indoors = 512 * 40 + 5 * (90 * 112 + 80) + (3 if courtyard else 5) * (90 * 122 + 80)
+    assert imported.reach.share > 0.95 * indoors * 0.05**2 / imported.reach.area
+
+
+def test_spawn_from_which_hardly_any_floor_is_reached_is_rejected_with_a_better_one(
+    tmp_path: Path,
+) -> None:
+    pixels = np.full((460, 640), UNKNOWN)
+    pixels[4:456, 4:636] = WALL
+    pixels[8:380, 8:632] = FREE
+    pixels[390:450, 8:80] = FREE
+    grid = read_occupancy_map(write_map(tmp_path, pixels))
+    with pytest.raises(WorldError, match=r"from the spawn at x 1\.00, y 0\.00 the") as error:
+        plan_from_map(grid, spawn=Placement(1.0, 0.0))
+    assert re.search(r"reaches 1\.\d % of the free floor; 5\d\d m2 lie round x", str(error.value))
 
 
 def test_resolution_typed_wrong_is_rejected_in_a_line(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ STRAIGHT, TURNING = straight_clearance(P3AT()), turning_clearance(P3AT())
 def routes_of(floor: Floor, start: Waypoint = (2.5, 2.5)) -> tuple[FloorSpace, Routes, Reach]:
     space = floor_space(floor.free, CELL)
     routes = plan_routes(space, start, P3AT())
-    return space, routes, survey_reach(space, routes.survey, straight=STRAIGHT)
+    return space, routes, survey_reach(space, routes.survey, straight=STRAIGHT, turning=TURNING)
 
 
 @pytest.mark.parametrize("door", [0.7, 0.8, 0.85, 0.9, 1.0])
@@ -90,8 +90,31 @@ def test_passage_with_a_bend_too_tight_to_turn_in_is_not_taken() -> None:
     """0.7 m wide, 3 m along, then round a corner: a robot of 0.68 m from corner to corner cannot."""
     floor = Floor(12.0, 8.0).cut(0.5, 0.5, 4.5, 4.5).cut(4.5, 2.0, 8.0, 2.7)
     floor.cut(7.3, 2.0, 8.0, 6.0).cut(6.0, 5.0, 11.0, 7.5)
-    _, routes, _ = routes_of(floor)
+    _, routes, reach = routes_of(floor)
     assert max(x for x, _ in routes.survey) < 5.0
+    (missed,) = reach.missed
+    assert missed.gaps == ()
+    assert missed.tight is not None
+    assert missed.tight.width == pytest.approx(0.7, abs=0.001)
+
+
+@pytest.mark.parametrize("width", [0.6, 0.65, 0.7])
+@pytest.mark.parametrize("slope", [0.3, 0.5, 0.7])
+def test_no_gap_that_is_too_narrow_is_said_to_be_as_wide_as_the_robot_needs(
+    width: float, slope: float
+) -> None:
+    """Cells along slanting walls are steps, between which less passes than the walls are apart."""
+    rows, columns = np.indices((240, 240)) * CELL - 6.0
+    along = columns * math.cos(slope) + rows * math.sin(slope)
+    across = rows * math.cos(slope) - columns * math.sin(slope)
+    floor = Floor(12.0, 12.0)
+    floor.free = (np.abs(across) < 2.0) & (np.abs(along) < 4.0)
+    floor.free &= (np.abs(along) > 0.15) | (np.abs(across - 0.7) < 0.5 * width)
+    start = 6.0 - 2.0 * math.cos(slope), 6.0 - 2.0 * math.sin(slope)
+    _, _, reach = routes_of(floor, start)
+    gaps = [gap for m in reach.missed for gap in m.gaps]
+    assert gaps or width == 0.7
+    assert all(gap.width < 2.0 * STRAIGHT for gap in gaps)
 
 
 def test_long_narrow_corridor_is_driven_straight_through_at_any_angle() -> None:
