@@ -3,7 +3,7 @@
 Clocks of two machines are not compared. What a stamp shows is how the delay *changes*: in messages that arrive
 in order, ``arrival - stamp`` is the delay plus a constant. The round trip bounds the delay itself. All of it is
 counted as age, since it is unknown how it is divided between the directions, and since the operator steers by
-a picture that took the other part.
+a picture that took the other part. So a stamp only ever makes a command older than the newest round trip.
 """
 
 from __future__ import annotations
@@ -113,9 +113,9 @@ class CommandAge:
         return Arrival(self._age(arrival, stamp, trips), paused and worked)
 
     def _age(self, arrival: int, stamp: int, trips: RoundTrips) -> int:
-        """Return the age of a command [ns]: the least delay by the round trips, and its growth by the stamps.
+        """Return the age of a command [ns]: the newest round trip, or more if the stamps show more.
 
-        Without stamps that can be trusted it is the newest round trip.
+        They show the growth of the way to the robot, on top of the least round trip of the last minute.
         """
         if stamp <= 0:
             # The stamps of its other commands stay what they are.
@@ -128,7 +128,7 @@ class CommandAge:
         if trips.last is None:
             return trips.delay
         least = self._round_trips.add(arrival, trips.delay)
-        return least + offset - self._offsets.add(arrival, offset)
+        return max(trips.delay, least + offset - self._offsets.add(arrival, offset))
 
     def _jumped(self, last: int, stamp: int, offset: int) -> bool:
         """Return whether the client's clock has jumped since its last command.

@@ -148,7 +148,8 @@ class _Line:
 
     def __init__(self, course: Course, seed: str, begin: int) -> None:
         """Begin without messages; the course counts its time from ``begin`` [ns]."""
-        self._course, self._random, self._begin = course, random.Random(seed), begin
+        self._course, self._begin = course, begin
+        self._random, self._random_of_pings = random.Random(seed), random.Random(f"{seed} pings")
         self._free = begin
         self._last = begin
 
@@ -156,15 +157,22 @@ class _Line:
         """Return the time from which on another message can enter [ns]; ``now`` if it can at once."""
         return self._begin + self._course.open_at(max(now, self._free) - self._begin)
 
-    def out(self, size: int, now: int) -> int:
-        """Return the time at which a message of a size [bytes] comes out that enters now [ns]."""
+    def out(self, size: int, now: int, *, ping: bool = False) -> int:
+        """Return the time at which a message of a size [bytes] comes out that enters now [ns].
+
+        A ping takes the time of its bytes. Its jitter is its own, and no later message waits for it, so that
+        messages come out at the same times whether or not anybody measures the link.
+        """
         course = self._course
         entry = self.free(now) - self._begin
         end = course.carried(entry, size)
-        delay = course.delay_at(entry) + course.jitter_at(entry) * self._random.random()
+        drawn = (self._random_of_pings if ping else self._random).random()
+        delay = course.delay_at(entry) + course.jitter_at(entry) * drawn
         self._free = self._begin + end
-        self._last = max(self._last, self._begin + course.through(end + round(delay * SECOND)))
-        return self._last
+        out = max(self._last, self._begin + course.through(end + round(delay * SECOND)))
+        if not ping:
+            self._last = out
+        return out
 
 
 class EmulatedLinks(FrameDelay, Observer):
@@ -195,13 +203,13 @@ class EmulatedLinks(FrameDelay, Observer):
             return any(text in payload for text in self._clock_texts)
         return any(text in payload for text in self._clock_bytes)
 
-    def arrival(self, client: int, size: int, now: int) -> int:
+    def arrival(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
         """Return the time [ns] at which a frame that a client sends now reaches the robot."""
-        return self._of(client, now)[0].out(size, now)
+        return self._of(client, now)[0].out(size, now, ping=ping)
 
-    def departure(self, client: int, size: int, now: int) -> int:
+    def departure(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
         """Return the time [ns] at which a frame that the robot sends now reaches a client."""
-        return self._of(client, now)[1].out(size, now)
+        return self._of(client, now)[1].out(size, now, ping=ping)
 
     def free(self, client: int, now: int) -> int:
         """Return from when on [ns] the link takes another frame for a client; ``now`` if it does at once."""

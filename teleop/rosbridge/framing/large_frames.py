@@ -16,6 +16,7 @@ import msgspec
 
 from teleop.rosbridge.errors import FrameError
 from teleop.rosbridge.framing.json_frames import count_objects, gc_paused
+from teleop.rosbridge.framing.operation_fields import Operation
 from teleop.rosbridge.messages.message_completion import FREE_DEFAULTS
 from teleop.rosbridge.messages.message_defaults import BLOBS
 from teleop.rosbridge.messages.message_types import (
@@ -36,6 +37,9 @@ _HEAD: Final = 1024
 
 _SHORTEST_MESSAGE: Final = 8
 """Characters of the shortest nested message in a list that sets a field: ``{"x":1},``."""
+
+_NUMBER_ID: Final = re.compile(r'"id"\s{0,9}:\s{0,9}(-?\d{1,18})\b')
+"""The id of an operation, if it is a number."""
 
 _STRING_FIELD: Final = re.compile(r'"(\w+)"\s{0,9}:\s{0,9}("(?:[^"\\]|\\.)*")')
 """A key of an object and its string value."""
@@ -77,6 +81,27 @@ class PayloadField:
     """Whether an error text may take the place of the payload."""
 
 
+@dataclass(frozen=True, slots=True)
+class FrameTarget:
+    """What a large frame is for, by the fields at its ends; nothing has been read of the rest."""
+
+    op: str
+    name: str
+    """Name of the topic, service or action; empty for a fragment."""
+
+    field: str
+    """Field of the operation that contains the name; empty for a fragment."""
+
+    id: str | int | None
+    """Id of the operation, if it is at an end of the frame."""
+
+    @property
+    def operation(self) -> Operation:
+        """The operation without its payload."""
+        named = {self.field: self.name} if self.field else {}
+        return {"op": self.op, **named, **({} if self.id is None else {"id": self.id})}
+
+
 class LargeFrameReader:
     """Validates and parses large frames."""
 
@@ -97,14 +122,7 @@ class LargeFrameReader:
             FrameError: If the operation may not be large, or its payload does not fit its type.
         """
         strings = _string_fields(frame)
-        op = next((text for key, text in strings if key == "op" and self._allowed(text)), None)
-        if op is None:
-            allowed = ", ".join(sorted((*self._payloads, "fragment")))
-            raise FrameError(
-                f"a frame of {LARGE_FRAME} bytes or more must have in its first or last {_HEAD} "
-                f"an op of {allowed}"
-            )
-        name = None
+        op, name = self._op(strings), None
         try:
             if op == "fragment":
                 decoder = self._decoder(op, None)
@@ -129,8 +147,30 @@ class LargeFrameReader:
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
             raise FrameError(f"not JSON: {str(error)[:200]}") from None
 
-    def _allowed(self, op: str) -> bool:
-        return op in self._payloads or op == "fragment"
+    def target(self, frame: str | bytes) -> FrameTarget:
+        """Return what a large frame is for; ``read`` rejects it if that is not what it contains.
+
+        Raises:
+            FrameError: If the operation may not be large, or there is no such resource.
+        """
+        strings = _string_fields(frame)
+        op, ids = self._op(strings), [text for key, text in strings if key == "id"]
+        identity = ids[0] if ids else _number_id(frame)
+        if op == "fragment":
+            return FrameTarget(op, "", "", identity)
+        payload = self._payloads[op]
+        name, _ = _resource(strings, payload, op)
+        return FrameTarget(op, name, payload.name, identity)
+
+    def _op(self, strings: list[tuple[str, str]]) -> str:
+        for key, text in strings:
+            if key == "op" and (text in self._payloads or text == "fragment"):
+                return text
+        allowed = ", ".join(sorted((*self._payloads, "fragment")))
+        raise FrameError(
+            f"a frame of {LARGE_FRAME} bytes or more must have in its first or last {_HEAD} "
+            f"an op of {allowed}"
+        )
 
     def _decoder(self, op: str, kind: MessageType | None) -> msgspec.json.Decoder[Any]:
         key = op, "" if kind is None else kind.name
@@ -186,12 +226,20 @@ class LargeFrameReader:
         return array | str if field.kind in BLOBS else array
 
 
+def _ends(frame: str | bytes) -> list[str]:
+    ends = frame[:_HEAD], frame[-_HEAD:]
+    return [end if isinstance(end, str) else end.decode(errors="replace") for end in ends]
+
+
+def _number_id(frame: str | bytes) -> int | None:
+    found = (_NUMBER_ID.search(text) for text in _ends(frame))
+    return next((int(match[1]) for match in found if match), None)
+
+
 def _string_fields(frame: str | bytes) -> list[tuple[str, str]]:
     """Return keys and values of the string fields at both ends of a frame."""
-    ends = frame[:_HEAD], frame[-_HEAD:]
-    texts = [end if isinstance(end, str) else end.decode(errors="replace") for end in ends]
     fields = []
-    for key, quoted in (match for text in texts for match in _STRING_FIELD.findall(text)):
+    for key, quoted in (match for text in _ends(frame) for match in _STRING_FIELD.findall(text)):
         try:
             fields.append((key, str(msgspec.json.decode(quoted))))
         except msgspec.DecodeError:

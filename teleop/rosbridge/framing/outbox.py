@@ -7,13 +7,18 @@ its limits. No part of the server waits for it.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 from teleop.rosbridge.framing.outgoing_frames import FrameKind, OutgoingFrame
+from teleop.rosbridge.ros_time import SECOND
 
 BULK_BYTES: Final = 65_536
 """Size of a frame from which on only the latest of its topic is queued [bytes]."""
+
+FRESH: Final = SECOND // 2
+"""Time for which the messages of a client that drives may wait [ns]: people steer by what they see."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,14 +35,24 @@ class QueueLimits:
     """Size of the queue of a lossless client [bytes]; beyond, it is disconnected."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Waiting:
+    """A message, or a ping, in the queue."""
+
+    frame: OutgoingFrame
+    since: int
+    """Time at which it was queued [ns]; 0 while messages may be old."""
+
+
 class Outbox:
     """Frames for one client, in the order in which they are sent."""
 
     def __init__(self, limits: QueueLimits | None = None) -> None:
         self._limits = limits or QueueLimits()
+        self._clock: Callable[[], int] | None = None
         self._control: deque[OutgoingFrame] = deque()
         self._control_bytes = 0
-        self._data: dict[int, OutgoingFrame] = {}  # by number, so ordered by age
+        self._data: dict[int, _Waiting] = {}  # by number, so ordered by age
         self._data_bytes = 0
         self._topics: dict[str | None, deque[int]] = {}
         self._number = 0
@@ -55,12 +70,22 @@ class Outbox:
         """Queued bytes."""
         return self._control_bytes + self._data_bytes
 
+    def keep_fresh(self, clock: Callable[[], int]) -> None:
+        """Send no message late from now on that a newer one of its topic has overtaken.
+
+        Once a message has waited for ``FRESH``, only the newest one of each topic is kept.
+
+        Args:
+            clock: Returns the time [ns].
+        """
+        self._clock = clock
+
     def push(self, frame: OutgoingFrame) -> str | None:
         """Add a frame; return the reason to disconnect the client on overflow, otherwise None."""
         self.accepted += len(frame.payload)
         if frame.tally is not None:
             frame.tally.sent += 1
-        if frame.kind is FrameKind.DATA and not frame.lossless:
+        if frame.kind is not FrameKind.CONTROL and not frame.lossless:
             self._push_data(frame)
             return None
         # Lossless messages share the queue of responses, so that none overtakes another.
@@ -73,12 +98,30 @@ class Outbox:
 
     def pop(self) -> OutgoingFrame | None:
         """Remove and return the frame to be sent next; None if the queue is empty."""
-        if self._control:
-            frame = self._control.popleft()
-            self._control_bytes -= len(frame.payload)
-            return frame
-        if self._data:
+        frame = self._next()
+        if frame is None:
+            return None
+        if not self._control:
             return self._remove(next(iter(self._data)))
+        self._control_bytes -= len(frame.payload)
+        return self._control.popleft()
+
+    def pop_small(self, room: int) -> list[OutgoingFrame]:
+        """Remove and return the frames to be sent next that are whole, and fit into some room [bytes] together."""
+        small: list[OutgoingFrame] = []
+        while (frame := self._next()) is not None and frame.whole and len(frame.payload) <= room:
+            room -= len(frame.payload)
+            small.append(frame)
+            self.pop()
+        return small
+
+    def _next(self) -> OutgoingFrame | None:
+        """Return the frame that ``pop`` returns."""
+        if self._control:
+            return self._control[0]
+        if self._data:
+            self._drop_overtaken()
+            return next(iter(self._data.values())).frame
         return None
 
     def clear(self) -> None:
@@ -101,11 +144,23 @@ class Outbox:
         self._number += 1
         queued.append(self._number)
         self._topics[frame.topic] = queued  # the last drop may have removed it
-        self._data[self._number] = frame
+        self._data[self._number] = _Waiting(frame, 0 if self._clock is None else self._clock())
         self._data_bytes += len(frame.payload)
         # The newest stays even if it exceeds the limit, so that a slow client receives current data.
         while self._data_bytes > self._limits.data and len(self._data) > 1:
             self._drop(next(iter(self._data)))
+
+    def _drop_overtaken(self) -> None:
+        """Keep only the newest message of each topic, if the oldest of all has waited for too long."""
+        if self._clock is None:
+            return
+        # Pings count for nothing here: what is dropped is the same whether or not anybody measures.
+        messages = (each for each in self._data.values() if each.frame.kind is FrameKind.DATA)
+        oldest = next(messages, None)
+        if oldest is not None and self._clock() - oldest.since > FRESH:
+            for queued in list(self._topics.values()):
+                while len(queued) > 1 and self._data[queued[0]].frame.kind is FrameKind.DATA:
+                    self._drop(queued[0])
 
     def _drop(self, number: int) -> None:
         frame = self._remove(number)
@@ -116,7 +171,7 @@ class Outbox:
             frame.tally.dropped += 1
 
     def _remove(self, number: int) -> OutgoingFrame:
-        frame = self._data.pop(number)
+        frame = self._data.pop(number).frame
         self._data_bytes -= len(frame.payload)
         queued = self._topics[frame.topic]
         queued.popleft()  # of a topic, the oldest is always removed first

@@ -28,6 +28,9 @@ class FrameKind(Enum):
     DATA = "data"
     """Messages of topics, which newer ones may replace."""
 
+    PING = "ping"
+    """Pings, which wait as the messages before them do, so that they measure how long those take."""
+
 
 @dataclass(frozen=True, slots=True)
 class ReplyFormat:
@@ -78,6 +81,11 @@ class OutgoingFrame:
 
     tally: MessageTally | None = field(default=None, compare=False, repr=False)
     """Counts the messages of the subscription that the frame is for."""
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is one frame of the WebSocket, and no ping."""
+        return not self.fragment_id and self.kind is not FrameKind.PING
 
     @property
     def text(self) -> str:

@@ -168,5 +168,5 @@ class ClientTopics:
             self._topics.update_expiry(topic)
 
     def _reject_owned(self, name: str) -> None:
-        if self._topics.is_of_host(name):
-            raise OperationError(f"topic {name} is published by the server only")
+        if refusal := self._topics.publish_refusal(name):
+            raise OperationError(refusal)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Final, Literal, TypeAlias
 
-from teleop.rosbridge.framing.png_compression import png_operation
-from teleop.rosbridge.messages.cbor import view_if_large, write_cbor
+from teleop.rosbridge.framing.png_compression import PngPacker
+from teleop.rosbridge.messages.cbor import cbor_pieces, view_if_large, write_cbor
 from teleop.rosbridge.messages.message_encoders import MessageEncoders
 from teleop.rosbridge.messages.message_types import Message, MessageType
 from teleop.rosbridge.messages.ros_serialization import RosVersion
@@ -18,16 +19,25 @@ Encoding: TypeAlias = Literal["none", "png", "cbor", "cbor-raw"]
 ENCODINGS: Final[tuple[Encoding, ...]] = ("none", "png", "cbor", "cbor-raw")
 """Encodings in ascending priority; of several that a client requests, the last is used."""
 
+_Pieces: TypeAlias = Sequence[bytes | memoryview]
 
 _MAX_FRAMES: Final = 8
-"""Encoded frames of a message that are kept."""
+"""Frames of a message that are kept; the bodies are kept for all spellings of its topic."""
+
+_CBOR_HEAD: Final = b"\xa3" + write_cbor("op") + write_cbor("publish") + write_cbor("topic")
+_CBOR_PART: Final = write_cbor("msg")
 
 
 class Publication:
     """A published message, encoded when its first subscriber needs it and once for all of them."""
 
     def __init__(
-        self, kind: MessageType, message: Message, encoders: MessageEncoders, now: int
+        self,
+        kind: MessageType,
+        message: Message,
+        encoders: MessageEncoders,
+        png: PngPacker,
+        now: int,
     ) -> None:
         self.message = message
         self.size = 0
@@ -36,9 +46,10 @@ class Publication:
         self._kind = kind
         self._encoders = encoders
         self._now = now
-        self._json: list[bytes] | None = None
-        self._cbor: Message | None = None
-        self._serialized: dict[RosVersion, bytes] = {}
+        self._png = png
+        self._bodies: dict[tuple[Encoding, RosVersion | None], _Pieces] = {}
+        """The message itself in each encoding, without the topic's name."""
+
         self._frames: dict[tuple[str, Encoding, RosVersion], bytes] = {}
 
     def frame(self, topic: str, encoding: Encoding, ros_version: RosVersion) -> bytes:
@@ -51,22 +62,25 @@ class Publication:
         return self._frames[key]
 
     def _encode(self, topic: str, encoding: Encoding, ros_version: RosVersion) -> bytes:
-        codec = self._encoders.codec
         if encoding == "png":
-            return png_operation(self.frame(topic, "none", ros_version))
-        if encoding == "cbor-raw":
-            if ros_version not in self._serialized:
-                serializer = self._encoders.serializer(ros_version)
-                self._serialized[ros_version] = serializer.bytes(self._kind, self.message)
+            return self._png.pack(self.frame(topic, "none", ros_version), self._now)
+        body = self._body(encoding, ros_version if encoding == "cbor-raw" else None)
+        if encoding == "none":
+            head = f'{{"op":"publish","topic":{json.dumps(topic)},"msg":'.encode("ascii")
+            return b"".join((head, *body, b"}"))
+        return b"".join((_CBOR_HEAD, write_cbor(topic), _CBOR_PART, *body))
+
+    def _body(self, encoding: Encoding, ros_version: RosVersion | None) -> _Pieces:
+        key = encoding, ros_version
+        if key not in self._bodies:
+            self._bodies[key] = self._encode_body(encoding, ros_version)
+        return self._bodies[key]
+
+    def _encode_body(self, encoding: Encoding, ros_version: RosVersion | None) -> _Pieces:
+        if ros_version is not None:
+            data = self._encoders.serializer(ros_version).bytes(self._kind, self.message)
             secs, nsecs = divmod(self._now, SECOND)
-            data = view_if_large(self._serialized[ros_version])
-            content = {"secs": secs, "nsecs": nsecs, "bytes": data}
-            return write_cbor({"op": "publish", "topic": topic, "msg": content})
+            return cbor_pieces({"secs": secs, "nsecs": nsecs, "bytes": view_if_large(data)})
         if encoding == "cbor":
-            if self._cbor is None:
-                self._cbor = codec.cbor(self._kind, self.message)
-            return write_cbor({"op": "publish", "topic": topic, "msg": self._cbor})
-        if self._json is None:
-            self._json = codec.json_pieces(self._kind, self.message)
-        head = f'{{"op":"publish","topic":{json.dumps(topic)},"msg":'.encode("ascii")
-        return b"".join((head, *self._json, b"}"))
+            return cbor_pieces(self._encoders.codec.cbor(self._kind, self.message))
+        return self._encoders.codec.json_pieces(self._kind, self.message)

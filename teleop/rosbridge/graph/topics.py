@@ -9,6 +9,7 @@ from typing import Final, TypeAlias
 from teleop.rosbridge.errors import OperationError
 from teleop.rosbridge.framing.operation_fields import check_name
 from teleop.rosbridge.framing.outgoing_frames import MessageTally, Output
+from teleop.rosbridge.framing.png_compression import PngPacker
 from teleop.rosbridge.graph.publication import Publication
 from teleop.rosbridge.graph.subscription import Subscription
 from teleop.rosbridge.graph.topic import Monitor, Topic, TopicHandler
@@ -38,10 +39,16 @@ class Topics:
     """All topics of a server; invalid requests raise OperationError."""
 
     def __init__(
-        self, registry: TypeRegistry, encoders: MessageEncoders, timers: Timers, send: Send
+        self,
+        registry: TypeRegistry,
+        encoders: MessageEncoders,
+        png: PngPacker,
+        timers: Timers,
+        send: Send,
     ) -> None:
         self._registry = registry
         self._encoders = encoders
+        self._png = png
         self._timers = timers
         self._send = send
         self._topics: dict[str, Topic] = {}
@@ -64,8 +71,8 @@ class Topics:
 
     # The host's topics
 
-    def advertise(self, name: str, type: str, *, latch: bool = False) -> None:
-        """Make a topic the host's, on which no client may publish.
+    def advertise(self, name: str, type: str, *, latch: bool = False) -> Topic:
+        """Make a topic the host's, on which no client may publish, and return it.
 
         Args:
             name: Name of the topic.
@@ -76,6 +83,7 @@ class Topics:
         topic.owned = True
         topic.latch = latch
         self.update_expiry(topic)
+        return topic
 
     def reserve(self, name: str) -> None:
         """Keep clients from publishing on a topic that the host does not publish either."""
@@ -85,6 +93,10 @@ class Topics:
         """Return whether only the host may publish on a topic."""
         topic = self.find(name)
         return canonical(name) in self._reserved or (topic is not None and topic.owned)
+
+    def publish_refusal(self, name: str) -> str | None:
+        """Return why no client may publish on a topic; None if clients may."""
+        return f"topic {name} is published by the server only" if self.is_of_host(name) else None
 
     def unadvertise(self, name: str) -> None:
         """Release a topic of the host's."""
@@ -109,10 +121,13 @@ class Topics:
         topic = self.find(name)
         if topic is None or not topic.owned:
             raise OperationError(f"topic {name} must be advertised before it is published")
-        if not (topic.wanted or topic.latch):
-            return
-        built = message() if callable(message) else message
-        publication = Publication(topic.kind, built, self._encoders, now)
+        if topic.wanted or topic.latch:
+            self.publish_on(topic, message() if callable(message) else message, now)
+
+    def publish_on(self, topic: Topic, message: Message, now: int) -> None:
+        """Publish on a topic that ``advertise`` returned; the caller has asked whether it is ``wanted``."""
+        self._timers.advance(now)
+        publication = self.publication(topic, message, now)
         if topic.latch:
             topic.latched[HOST] = publication
         self.deliver(topic, publication, now)
@@ -151,7 +166,7 @@ class Topics:
 
     def publication(self, topic: Topic, message: Message, now: int) -> Publication:
         """Return a message of a topic as it is published."""
-        return Publication(topic.kind, message, self._encoders, now)
+        return Publication(topic.kind, message, self._encoders, self._png, now)
 
     def deliver(self, topic: Topic, publication: Publication, now: int) -> None:
         """Send a message to all subscribers and monitors of its topic.

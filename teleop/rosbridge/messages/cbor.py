@@ -45,7 +45,12 @@ _BYTE_STRING_32: Final = 0x5A
 
 
 def write_cbor(value: object) -> bytes:
-    """Return an operation in CBOR; a ``memoryview`` becomes a byte string that is copied once."""
+    """Return a value in CBOR; a ``memoryview`` becomes a byte string that is copied once."""
+    return b"".join(cbor_pieces(value))
+
+
+def cbor_pieces(value: object) -> list[bytes | memoryview]:
+    """Return a value in CBOR as pieces; a ``memoryview`` becomes a byte string that is not copied."""
     views: list[memoryview] = []
 
     def insert_placeholder(encoder: cbor2.CBOREncoder, view: memoryview) -> None:
@@ -57,7 +62,7 @@ def write_cbor(value: object) -> bytes:
     pieces: list[bytes | memoryview] = [first]
     for view, after in zip(views, rest, strict=True):
         pieces += struct.pack("!BI", _BYTE_STRING_32, view.nbytes), view, after
-    return b"".join(pieces)
+    return pieces
 
 
 def read_cbor(data: bytes) -> Any:

@@ -8,7 +8,7 @@ millisecond at most.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
@@ -20,7 +20,7 @@ _PAUSE: Final = 0.004
 
 
 class _Thread(threading.local):
-    polite = False
+    paused: Callable[[], object] | None = None
     messages = 0
 
 
@@ -29,19 +29,23 @@ _NEVER: Final = threading.Event()
 
 
 @contextmanager
-def polite_thread() -> Iterator[None]:
-    """Have this thread pause again and again meanwhile."""
-    _THREAD.polite = True
+def polite_thread(paused: Callable[[], object] = lambda: None) -> Iterator[None]:
+    """Have this thread pause again and again meanwhile, and call ``paused`` after each pause.
+
+    What that raises ends the work.
+    """
+    before, _THREAD.paused = _THREAD.paused, paused
     try:
         yield
     finally:
-        _THREAD.polite = False
+        _THREAD.paused = before
 
 
 def after_message() -> None:
     """Pause now and then, if this thread is polite; called after the work on each nested message."""
-    if _THREAD.polite:
+    if _THREAD.paused is not None:
         _THREAD.messages += 1
         if _THREAD.messages >= _MESSAGES:
             _THREAD.messages = 0
             _NEVER.wait(_PAUSE)
+            _THREAD.paused()

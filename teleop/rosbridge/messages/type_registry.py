@@ -10,7 +10,7 @@ from typing import Final
 from rosbags.typesys import Stores, get_typestore
 
 from teleop.rosbridge.errors import TypeNameError
-from teleop.rosbridge.messages.builtin_types import ACTIONS, MESSAGES, SERVICES
+from teleop.rosbridge.messages import builtin_types, manipulation_types
 from teleop.rosbridge.messages.definition_parser import (
     Definition,
     definitions,
@@ -43,7 +43,7 @@ class TypeRegistry:
     """Types by name; ``pkg/Type`` and ``pkg/msg/Type`` are the same name, as is any case.
 
     It contains the types of ROS 2 Jazzy, those of ROS 1 Noetic that Jazzy lacks, those in
-    ``builtin_types``, and those that are added.
+    ``builtin_types`` and ``manipulation_types``, and those that are added.
     """
 
     def __init__(self, folders: Iterable[Traversable] = ()) -> None:
@@ -65,12 +65,13 @@ class TypeRegistry:
             for name, definition in get_typestore(store).fielddefs.items():
                 if name not in self._types:
                     self._register(name, definition)
-        for name, text in MESSAGES.items():
-            self.add(name, text)
-        for name, text in SERVICES.items():
-            self.add_service(name, text)
-        for name, text in ACTIONS.items():
-            self.add_action(name, text)
+        for more in (builtin_types, manipulation_types):
+            for name, text in more.MESSAGES.items():
+                self.add(name, text)
+            for name, text in more.SERVICES.items():
+                self.add_service(name, text)
+            for name, text in more.ACTIONS.items():
+                self.add_action(name, text)
         for folder in folders:
             self.load(folder)
 

@@ -50,6 +50,9 @@ class Connection:
     excess_reported: int | None = None
     """Time of the last report that it exceeds a rate [ns]."""
 
+    barred: str = ""
+    """Why an operator keeps it out unless it authenticates; empty if none does."""
+
     closing: bool = False
     """Whether it is being disconnected; its frames are ignored."""
 

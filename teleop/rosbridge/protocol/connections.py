@@ -18,7 +18,7 @@ from teleop.rosbridge.framing.outgoing_frames import (
     Output,
     ReplyFormat,
 )
-from teleop.rosbridge.framing.png_compression import png_operation
+from teleop.rosbridge.framing.png_compression import PngPacker
 from teleop.rosbridge.limits import ClientLimits, TokenBucket
 from teleop.rosbridge.messages.json_cbor_codec import write_json
 from teleop.rosbridge.protocol.address_memory import AddressMemory
@@ -56,6 +56,9 @@ class Connections:
         self._undelivered: list[tuple[int, Output]] = []
         self.addresses = AddressMemory()
         """What the addresses of clients have used up, across their connections."""
+
+        self.png = PngPacker()
+        """Packs what clients want in PNG."""
 
         self.delays: DelayLines | None = None
         """The emulated link that frames pass; None without emulation."""
@@ -169,7 +172,7 @@ class Connections:
         """Send the JSON text of an operation."""
         payload = text.encode("ascii")
         if reply_format.png:
-            payload = png_operation(payload)
+            payload = self.png.pack(payload, self._timers.now)
         frame = OutgoingFrame(FrameKind.CONTROL, payload, fragment=reply_format.fragment)
         self.send(client, frame)
 
@@ -239,7 +242,14 @@ class Connections:
             seconds: The excess, as the time in which the rate would allow it [s].
             now: Current time [ns].
         """
-        text = f"rate limit of {rate} exceeded"
+        self._reject(connection, f"rate limit of {rate} exceeded", seconds, now)
+
+    def refuse_waiting(self, connection: Connection, size: int, now: int) -> None:
+        """Reject a frame of ``size`` bytes, since what arrived before it fills the client's place."""
+        seconds = size / self._limits.bytes
+        self._reject(connection, "too many bytes wait behind your large frames", seconds, now)
+
+    def _reject(self, connection: Connection, text: str, seconds: float, now: int) -> None:
         reported = connection.excess_reported
         if not connection.tolerance.take(seconds, now):
             self._observer.refused(connection, Refusal.of({}, f"{text}: disconnected"))

@@ -8,12 +8,21 @@ from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
 from teleop.rosbridge.framing.outbox import Outbox
-from teleop.rosbridge.framing.outgoing_frames import TRY_AGAIN_LATER, CloseFrame, Output
+from teleop.rosbridge.framing.outgoing_frames import (
+    TRY_AGAIN_LATER,
+    CloseFrame,
+    FrameKind,
+    OutgoingFrame,
+    Output,
+)
 from teleop.rosbridge.protocol.frame_delay import FrameDelay
 from teleop.rosbridge.timers import Timer, Timers
 
 LINE_BYTES: Final = 4_000_000
 """Size of the frames of one client on the link, in each direction [bytes]."""
+
+PING_BYTES: Final = 12
+"""Size of a ping and of a pong on the link [bytes]."""
 
 _FRAME_BYTES: Final = 100
 """What a frame counts besides its payload [bytes], as the smallest ones occupy memory, too."""
@@ -22,12 +31,26 @@ Deliver: TypeAlias = Callable[[int], object]
 """Takes the time at which a frame has got through [ns]."""
 
 
+@dataclass(slots=True)
+class _UnderWay:
+    """A frame on its way."""
+
+    when: int
+    """Time at which it comes out [ns]."""
+    size: int
+    deliver: Deliver
+    ping: bool
+
+
 class DelayLine:
-    """Frames on their way, which come out at their times and in their order."""
+    """Frames on their way, which come out at their times and in their order.
+
+    No frame waits for a ping: one that would come out later than the frame behind it comes out with that frame.
+    """
 
     def __init__(self, timers: Timers) -> None:
         self._timers = timers
-        self._frames: deque[tuple[int, int, Deliver]] = deque()
+        self._frames: deque[_UnderWay] = deque()
         self._timer: Timer | None = None
         self._last = 0
         self.size = 0
@@ -36,37 +59,54 @@ class DelayLine:
     def __len__(self) -> int:
         return len(self._frames)
 
-    def put(self, size: int, when: int, deliver: Deliver) -> None:
+    def put(self, size: int, when: int, deliver: Deliver, *, ping: bool = False) -> None:
         """Call ``deliver`` at ``when`` [ns], or after the frame before it, if that is later.
 
-        It is called at once if the time has come and nothing is on its way.
+        It is called at once if the time has come and no frame is on its way.
         """
-        self._last = when = max(when, self._last)
-        if not self._frames and when <= self._timers.now:
+        when = max(when, self._last)
+        if ping and self._frames:
+            when = max(when, self._frames[-1].when)
+        if not ping:
+            self._last = when
+            self._hurry_pings(when)
+        if when <= self._timers.now and all(frame.ping for frame in self._frames):
+            self._release(when)
             deliver(when)
             return
-        self._frames.append((when, size + _FRAME_BYTES, deliver))
+        self._frames.append(_UnderWay(when, size + _FRAME_BYTES, deliver, ping))
         self.size += size + _FRAME_BYTES
         self._schedule()
+
+    def _hurry_pings(self, when: int) -> None:
+        """Have no ping come out after a time [ns], at which the frame behind it does."""
+        for frame in reversed(self._frames):
+            if frame.when <= when:
+                return
+            frame.when = when
+        self._cancel()  # of the first one, too
 
     def clear(self) -> None:
         """Lose all frames on their way."""
         self._frames.clear()
         self.size = 0
+        self._cancel()
+
+    def _cancel(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
 
     def _schedule(self) -> None:
         if self._timer is None and self._frames:
-            self._timer = self._timers.at(self._frames[0][0], self._release)
+            self._timer = self._timers.at(self._frames[0].when, self._release)
 
     def _release(self, now: int) -> None:
-        self._timer = None
-        while self._frames and self._frames[0][0] <= now:
-            when, size, deliver = self._frames.popleft()
-            self.size -= size
-            deliver(when)
+        self._cancel()
+        while self._frames and self._frames[0].when <= now:
+            frame = self._frames.popleft()
+            self.size -= frame.size
+            frame.deliver(frame.when)
         self._schedule()
 
 
@@ -84,6 +124,9 @@ class _Lines:
 
     closed: bool = False
     """Whether ``close`` is on the link."""
+
+    lossless: bool = False
+    """Whether the client receives every frame, in their order: pings are no exception."""
 
     full: bool = False
     """Whether the queue waits for room on the link."""
@@ -116,6 +159,8 @@ class DelayLines:
         self._timers = timers
         self._transmit = transmit
         self._lines: dict[int, _Lines] = {}
+        self.ping_through: Callable[[int, bytes, int], object] = lambda client, payload, now: None
+        """Takes a client, the payload of a ping that has got through to it, and the time [ns]."""
 
     def bypassed(self, payload: str | bytes) -> bool:
         """Return whether a frame does not take the link."""
@@ -134,7 +179,9 @@ class DelayLines:
             if lines.retry is not None:
                 lines.retry.cancel()
 
-    def receive(self, client: int, size: int, now: int, deliver: Deliver) -> bool:
+    def receive(
+        self, client: int, size: int, now: int, deliver: Deliver, *, ping: bool = False
+    ) -> bool:
         """Have a client's frame pass the link; return whether there was room on it.
 
         Args:
@@ -142,19 +189,26 @@ class DelayLines:
             size: Size of the frame [bytes].
             now: Time at which the client's frame came in reality [ns].
             deliver: Called with the time at which the frame gets through [ns].
+            ping: Whether it is a pong, for which no frame waits.
         """
         lines = self._lines.get(client)
         if lines is None:
             return True
         if lines.incoming.size + size > LINE_BYTES:
             return False
-        lines.incoming.put(size, self._delay.arrival(client, size, now), deliver)
+        when = self._delay.arrival(client, size, now, ping=ping)
+        lines.incoming.put(size, when, deliver, ping=ping)
         return True
 
-    def signal(self, client: int, size: int, now: int, deliver: Deliver) -> None:
-        """Have a ping pass the link to a client, without waiting for the frames that queue."""
+    def ping(self, client: int, payload: bytes) -> None:
+        """Have a ping pass the link to a client, after the frames that were sent before."""
         if (lines := self._lines.get(client)) is not None:
-            lines.outgoing.put(size, self._delay.departure(client, size, now), deliver)
+            self.send(client, OutgoingFrame(FrameKind.PING, payload, lossless=lines.lossless))
+
+    def keep_fresh(self, client: int) -> None:
+        """Keep what waits for a client's link from getting old, see ``Outbox.keep_fresh``."""
+        if (lines := self._lines.get(client)) is not None:
+            lines.outbox.keep_fresh(lambda: self._timers.now)
 
     def send(self, client: int, output: Output) -> None:
         """Have a frame pass the link to a client, after those that were sent before."""
@@ -164,9 +218,11 @@ class DelayLines:
         if isinstance(output, CloseFrame):
             lines.outbox.discard_data()
             lines.close = output
-        elif reason := lines.outbox.push(output):
-            lines.outbox.clear()
-            lines.close = CloseFrame(TRY_AGAIN_LATER, f"on the emulated link: {reason}")
+        else:
+            lines.lossless = output.lossless
+            if reason := lines.outbox.push(output):
+                lines.outbox.clear()
+                lines.close = CloseFrame(TRY_AGAIN_LATER, f"on the emulated link: {reason}")
         self._fill(client, lines, self._timers.now)
 
     def _fill(self, client: int, lines: _Lines, now: int) -> None:
@@ -185,14 +241,33 @@ class DelayLines:
 
     def _launch(self, client: int, lines: _Lines, output: Output, now: int) -> None:
         def deliver(when: int) -> None:
-            self._transmit(client, output)
+            self._hand_over(client, output, when)
             if lines.full and self._lines.get(client) is lines:
                 self._fill(client, lines, max(when, self._timers.now))
 
-        size = 0 if isinstance(output, CloseFrame) else len(output.payload)
-        lines.outgoing.put(size, self._delay.departure(client, size, now), deliver)
+        size, ping = _size(output), _is_ping(output)
+        when = self._delay.departure(client, size, now, ping=ping)
+        lines.outgoing.put(size, when, deliver, ping=ping)
+
+    def _hand_over(self, client: int, output: Output, when: int) -> None:
+        """Pass on what has got through to a client."""
+        if isinstance(output, OutgoingFrame) and _is_ping(output):
+            self.ping_through(client, output.payload, when)
+        else:
+            self._transmit(client, output)
 
     def _retry(self, client: int, now: int) -> None:
         if (lines := self._lines.get(client)) is not None:
             lines.retry = None
             self._fill(client, lines, now)
+
+
+def _size(output: Output) -> int:
+    """Return what a frame counts on the link [bytes]."""
+    if isinstance(output, CloseFrame):
+        return 0
+    return PING_BYTES if _is_ping(output) else len(output.payload)
+
+
+def _is_ping(output: Output) -> bool:
+    return isinstance(output, OutgoingFrame) and output.kind is FrameKind.PING

@@ -16,6 +16,7 @@ from teleop.rosbridge.graph.topics import Topics
 from teleop.rosbridge.messages.message_types import ActionType, MessageType, ServiceType
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.connections import Connections
+from teleop.rosbridge.protocol.large_frame_rights import LargeFrameRights, RefusedFrame
 from teleop.rosbridge.protocol.large_frame_work import PreparedFrame
 from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.refusals import Refusal
@@ -24,6 +25,9 @@ _LOG: Final = logging.getLogger(__name__)
 
 OperationHandler: TypeAlias = Callable[[Connection, Operation, int], None]
 """Processes an operation of a client at a time [ns]."""
+
+_ANSWERED: Final = ("call_service", "send_action_goal")
+"""Operations whose handlers ask for the right themselves, since a refusal is a response."""
 
 
 class Dispatcher:
@@ -34,12 +38,14 @@ class Dispatcher:
         connections: Connections,
         observer: Observer,
         large_frames: LargeFrameReader,
+        rights: LargeFrameRights,
     ) -> None:
         self._connections = connections
         self._observer = observer
         self._large_frames = large_frames
-        self.defer_large = False
-        """Whether large reassembled messages are left in ``Connection.deferred``."""
+        self._rights = rights
+        self.defer = False
+        """Whether reassembled messages are left in ``Connection.deferred``."""
 
         self._handlers: dict[str, OperationHandler] = {}
 
@@ -49,36 +55,49 @@ class Dispatcher:
 
     def dispatch(self, client: Connection, frame: str | bytes | PreparedFrame, now: int) -> None:
         """Process the operations in a frame; each counts for the client's rate."""
-        parts = count_objects(frame.frame if isinstance(frame, PreparedFrame) else frame)
+        refused = self._refused(client, frame)
+        parts = 0 if refused else count_objects(_plain(frame))
         try:
-            for operation in self._read(frame):
+            for operation in self._read(frame, refused):
                 self._connections.charge(client.id, parts=parts)
                 parts = 0  # all of them are charged with the first
                 if client.closing or not self._connections.admit(client, now):
                     return
-                self._handle(client, operation, now)
+                self._handle(client, operation, now, refused)
         except FrameError as error:
             if self._connections.admit(client, now):
                 self._reject_frame(client, error)
 
     def reassembled(self, client: Connection, message: str | PreparedFrame, now: int) -> None:
         """Process a reassembled message, whose fragments count for the first operation."""
-        if self.defer_large and isinstance(message, str) and len(message) >= LARGE_FRAME:
+        if self.defer and isinstance(message, str):
             client.deferred.append(message)
-            return
+        else:
+            self.deferred(client, message, now)
+
+    def deferred(self, client: Connection, message: str | PreparedFrame, now: int) -> None:
+        """Process a reassembled message now."""
+        refused = self._refused(client, message)
         try:
-            for number, operation in enumerate(self._read(message)):
+            for number, operation in enumerate(self._read(message, refused)):
                 if client.closing:
                     return
                 if operation.get("op") == "fragment":
                     raise FrameError("a fragmented message must not contain fragments")
                 if number > 0 and not self._connections.admit(client, now):
                     return
-                self._handle(client, operation, now)
+                self._handle(client, operation, now, refused)
         except FrameError as error:
             self._reject_frame(client, error)
 
-    def _read(self, frame: str | bytes | PreparedFrame) -> Any:
+    def _refused(
+        self, client: Connection, frame: str | bytes | PreparedFrame
+    ) -> RefusedFrame | None:
+        return None if isinstance(frame, PreparedFrame) else self._rights.refused(client, frame)
+
+    def _read(self, frame: str | bytes | PreparedFrame, refused: RefusedFrame | None) -> Any:
+        if refused is not None:
+            return (refused.operation,)
         if isinstance(frame, PreparedFrame):
             if frame.error is not None:
                 raise frame.error
@@ -87,7 +106,9 @@ class Dispatcher:
             return operations(frame)
         return (self._large_frames.read(frame),)
 
-    def _handle(self, client: Connection, operation: Operation, now: int) -> None:
+    def _handle(
+        self, client: Connection, operation: Operation, now: int, refused: RefusedFrame | None
+    ) -> None:
         op, key = operation.get("op"), None
         handler = self._handlers.get(op) if isinstance(op, str) else None
         try:
@@ -95,7 +116,9 @@ class Dispatcher:
             if handler is None:
                 raise OperationError(self._unknown(op))
             if client.access is None and op != "auth":
-                raise OperationError("authentication with a token is required")
+                raise OperationError(client.barred or "authentication with a token is required")
+            if refused is not None and op not in _ANSWERED:
+                raise OperationError(refused.why)
             handler(client, operation, now)
         except RosbridgeError as error:
             text = str(error) if handler is None else f"{op}: {error}"
@@ -115,6 +138,10 @@ class Dispatcher:
         if op is None:
             return f"Received a message without an op; it must be one of {names}"
         return f"Unknown operation: {str(op)[:80]}. Allowed operations: {names}"
+
+
+def _plain(frame: str | bytes | PreparedFrame) -> str | bytes:
+    return frame.frame if isinstance(frame, PreparedFrame) else frame
 
 
 def large_payloads(topics: Topics, services: Services, actions: Actions) -> dict[str, PayloadField]:

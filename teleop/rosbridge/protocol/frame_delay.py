@@ -7,18 +7,19 @@ class FrameDelay:
     """When frames get through an emulated link; this one is without any delay.
 
     Every time is in [ns] of the protocol's clock. A protocol asks once for each frame, in their
-    order; of one client and direction, no frame gets through before an earlier one.
+    order; of one client and direction, no frame gets through before an earlier one. Pings and pongs
+    are asked about as such: they take their bytes' time of the link, and delay no frame otherwise.
     """
 
     def bypasses(self, payload: str | bytes) -> bool:
         """Return whether a frame does not take the link, as the calls that advance simulated time."""
         return False
 
-    def arrival(self, client: int, size: int, now: int) -> int:
+    def arrival(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
         """Return when the server receives a frame of ``size`` bytes that a client sent at ``now``."""
         return now
 
-    def departure(self, client: int, size: int, now: int) -> int:
+    def departure(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
         """Return when a client receives a frame of ``size`` bytes that the server sends at ``now``."""
         return now
 

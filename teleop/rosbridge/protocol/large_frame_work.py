@@ -12,7 +12,6 @@ from teleop.rosbridge.framing.large_frames import LargeFrameReader, PayloadField
 from teleop.rosbridge.framing.operation_fields import Operation
 from teleop.rosbridge.graph.client_completion import CompletedAhead
 from teleop.rosbridge.graph.topics import Topics
-from teleop.rosbridge.messages.polite_threads import polite_thread
 from teleop.rosbridge.messages.type_registry import TypeRegistry
 
 _STAMPED = ("publish", "call_service", "send_action_goal")
@@ -53,7 +52,7 @@ class LargeFrameWork:
 
     def prepare(self, frame: str | bytes, now: int) -> PreparedFrame:
         """Return a frame with its operation; ``now`` [ns] is the time at which it arrived."""
-        with gc_paused(len(frame)), polite_thread():
+        with gc_paused(len(frame)):
             return self._prepare(frame, now)
 
     def _prepare(self, frame: str | bytes, now: int) -> PreparedFrame:

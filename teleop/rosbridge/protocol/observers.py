@@ -20,6 +20,9 @@ class Observer:
     def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
         """A client has sent an ``auth`` operation; ``access`` is None if it was rejected."""
 
+    def guessed(self, host: str, now: int) -> None:
+        """Somebody at an address has shown a wrong token, or any while its tokens are not looked at."""
+
     def refused(self, connection: Connection, refusal: Refusal) -> None:
         """An operation of a client was rejected.
 
@@ -58,6 +61,11 @@ class Observers(Observer):
         """Notify all observers."""
         for observer in self._observers:
             observer.authenticated(connection, access, now)
+
+    def guessed(self, host: str, now: int) -> None:
+        """Notify all observers."""
+        for observer in self._observers:
+            observer.guessed(host, now)
 
     def refused(self, connection: Connection, refusal: Refusal) -> None:
         """Notify all observers."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from teleop.rosbridge.auth.permissions import Access, Role
 from teleop.rosbridge.framing.outgoing_frames import TRY_AGAIN_LATER
 from teleop.rosbridge.limits import ClientLimits
@@ -10,6 +12,9 @@ from teleop.rosbridge.protocol.connections import Connections
 
 _MAX_UNAUTHENTICATED = 8
 """Clients that have not authenticated; they are counted apart, so that they block nobody."""
+
+_MAX_UNAUTHENTICATED_OF_ADDRESS = 2
+"""Those of one address; a further one takes the place of its oldest."""
 
 
 class Places:
@@ -37,8 +42,8 @@ class Places:
         """
         present = [one for one in self._connections if not one.closing]
         if access is None:
-            unauthenticated = sum(one.access is None for one in present)
-            return "too many without a token" if unauthenticated >= _MAX_UNAUTHENTICATED else None
+            waiting = [one for one in present if one.access is None]
+            return None if self._admit(waiting, host) else "too many without a token"
         taken = [one for one in present if one.access is not None]
         if _commands(access):
             return None if len(taken) < self._all or self._evict(taken) else "too many clients"
@@ -46,6 +51,24 @@ class Places:
         if len(taken) >= self._all or len(others) >= self._unreserved:
             return "too many clients"
         return None
+
+    def _admit(self, waiting: list[Connection], host: str) -> bool:
+        """Return whether one more may authenticate; the oldest of the address that has most may lose its place."""
+        own = [one for one in waiting if one.host == host]
+        if len(own) >= _MAX_UNAUTHENTICATED_OF_ADDRESS:
+            return self._dismiss(own)
+        if len(waiting) < _MAX_UNAUTHENTICATED:
+            return True
+        counts = Counter(one.host for one in waiting)
+        most = max(counts.values())
+        if len(own) + 1 > most:
+            return False
+        return self._dismiss([one for one in waiting if counts[one.host] == most])
+
+    def _dismiss(self, waiting: list[Connection]) -> bool:
+        oldest = min(waiting, key=lambda one: one.id)
+        self._connections.close(oldest.id, TRY_AGAIN_LATER, "another client needs the place")
+        return True
 
     def _evict(self, taken: list[Connection]) -> bool:
         """Disconnect the newest client without a token, or else viewer; return whether there is one."""

@@ -30,10 +30,14 @@ from teleop.rosbridge.messages.message_encoders import MessageEncoders
 from teleop.rosbridge.messages.ros_serialization import RosVersion
 from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.protocol.action_operations import ActionOperations
+from teleop.rosbridge.protocol.bars import Bars, same_subject
+from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.connections import Connections
 from teleop.rosbridge.protocol.delay_lines import LINE_BYTES, DelayLines
 from teleop.rosbridge.protocol.dispatcher import Dispatcher, large_payloads
 from teleop.rosbridge.protocol.frame_delay import FrameDelay
+from teleop.rosbridge.protocol.frame_order import concerned_names, has_payload
+from teleop.rosbridge.protocol.large_frame_rights import LargeFrameRights
 from teleop.rosbridge.protocol.large_frame_work import LargeFrameWork, PreparedFrame
 from teleop.rosbridge.protocol.observers import Observers
 from teleop.rosbridge.protocol.places import Places
@@ -43,7 +47,11 @@ from teleop.rosbridge.protocol.service_operations import ServiceOperations
 from teleop.rosbridge.protocol.session_operations import SessionOperations
 from teleop.rosbridge.protocol.token_guesses import TokenGuesses
 from teleop.rosbridge.protocol.topic_operations import TopicOperations
+from teleop.rosbridge.ros_time import SECOND
 from teleop.rosbridge.timers import Timers
+
+_GRACE_NS = 5 * SECOND
+"""Time in which a client without a token, whose address is barred, may show one [ns]."""
 
 _MAX_UNAUTHENTICATED_FRAME = 4096
 """Largest frame of a client that has not authenticated [bytes]."""
@@ -86,11 +94,14 @@ class Protocol:
             self._delays = DelayLines(frame_delay, self.timers, self.connections.transmit)
             self.connections.delays = self._delays
         self.places = Places(self.limits, self.connections, tokens=authenticator is not None)
-        self.token_guesses = TokenGuesses()
+        self.token_guesses = TokenGuesses(self.observers.guessed)
+        self.bars = Bars()
         self.round_trips = RoundTrips(self.timers, self._delays)
         codec, limits = self.encoders.codec, self.limits
         completion = ClientCompletion(registry, self._charge_parts)
-        self.topics = Topics(registry, self.encoders, self.timers, self.connections.send)
+        self.topics = Topics(
+            registry, self.encoders, self.connections.png, self.timers, self.connections.send
+        )
         send = self.connections.send_json
         self.services = Services(registry, codec, limits, self.timers, send, completion)
         self.actions = Actions(registry, codec, limits, send, completion)
@@ -101,7 +112,9 @@ class Protocol:
         payloads = large_payloads(self.topics, self.services, self.actions)
         reader = LargeFrameReader(self.registry, payloads)
         self._large_frame_work = LargeFrameWork(reader, payloads, self.topics, self.registry)
-        dispatcher = Dispatcher(self.connections, self.observers, reader)
+        self._rights = LargeFrameRights(reader, self.topics)
+        self._reader = reader
+        dispatcher = Dispatcher(self.connections, self.observers, reader, self._rights)
         codec = self.encoders.codec
         for group in (
             TopicOperations(self._client_topics, self.ros_version),
@@ -115,6 +128,7 @@ class Protocol:
                 dispatcher.reassembled,
                 places=self.places,
                 guesses=self.token_guesses,
+                bars=self.bars,
             ),
         ):
             dispatcher.add(group.operations)
@@ -132,11 +146,43 @@ class Protocol:
         if access is None:
             access = UNGUARDED if self.authenticator is None else self.authenticator.anonymous
         connection = self.connections.add(now, address, access)
+        if why := self.bars.reason(access, connection.host, now):
+            self._keep_out(connection, why, now)
         if self._delays is not None:
             self._delays.add(connection.id)
         self.round_trips.add(connection.id, now)
         self.observers.connected(connection, now)
         return connection.id
+
+    def _keep_out(self, connection: Connection, why: str, now: int) -> None:
+        """Disconnect a client that is barred, once frames reach it; it may still show another token."""
+        hopeless = self.authenticator is None or (connection.access and connection.access.key)
+        grace = 0 if hopeless or self.places.refusal(None, connection.host) else _GRACE_NS
+        connection.access, connection.barred = None, why
+
+        def end(now: int) -> None:
+            if connection.barred:
+                self.connections.close(connection.id, POLICY_VIOLATION, why)
+
+        self.timers.at(now + grace, end)
+
+    def disconnect_for(self, client: int, why: str, barred: int, now: int) -> list[str]:
+        """Disconnect a client for a reason, and keep it out for ``barred`` [ns].
+
+        Returns:
+            Names of the clients that are disconnected: those too that the bar concerns.
+        """
+        target = self.connections.get(client)
+        if target is None:
+            return []
+        gone = [target]
+        if barred:
+            self.bars.add(target, now + barred, why)
+            gone = [one for one in self.connections if same_subject(one, target)]
+            why = self.bars.reason(target.access, target.host, now)
+        for one in gone:
+            self.connections.close(one.id, POLICY_VIOLATION, why)
+        return [one.name for one in gone]
 
     def disconnect(self, client: int, now: int) -> None:
         """Remove a client with all its topics, services, actions and pending calls.
@@ -164,11 +210,18 @@ class Protocol:
     def defer_large(self) -> bool:
         """Leave the work on large frames to ``prepare``; return whether it can be.
 
-        From now on ``receive`` leaves large messages that came in fragments to ``deferred``. It
+        From now on ``receive`` leaves messages that came in fragments to ``deferred``. It
         cannot be on an emulated link, on which frames are prepared before their time.
         """
-        self._dispatcher.defer_large = self._delays is None
-        return self._dispatcher.defer_large
+        self._dispatcher.defer = self._delays is None
+        return self._dispatcher.defer
+
+    def concerns(self, frame: str | bytes) -> frozenset[str] | None:
+        """Return the names that a frame concerns; None if it may concern anything.
+
+        The frames of a client that concern the same name are processed in their order.
+        """
+        return concerned_names(self._reader, frame)
 
     def prepare(
         self, client: int, frame: str | bytes, now: int, *, admitted: bool = False
@@ -176,8 +229,8 @@ class Protocol:
         """Return the work on a large frame, which a thread may do, or None if there is none.
 
         What it returns is passed to ``receive``, or to ``receive_deferred``, in the place of the
-        frame. A small frame needs no such work, nor does one that will be rejected anyway; a frame
-        that was ``admitted`` is not rejected.
+        frame. A small frame needs no such work, nor does a fragment, nor one that will be rejected
+        anyway, be it for want of a right; a frame that was ``admitted`` keeps to the rates.
         """
         connection = self.connections.get(client)
         if (
@@ -187,12 +240,14 @@ class Protocol:
             or connection.closing
             or connection.access is None
             or not (admitted or self.connections.could_admit(connection, now))
+            or self._rights.refused(connection, frame) is not None
+            or not has_payload(self._reader, frame)
         ):
             return None
         return partial(self._large_frame_work.prepare, frame, now)
 
     def deferred(self, client: int) -> list[str]:
-        """Remove and return a client's large messages that were reassembled from fragments."""
+        """Remove and return a client's messages that were reassembled from fragments."""
         connection = self.connections.get(client)
         if connection is None or not connection.deferred:
             return []
@@ -200,13 +255,19 @@ class Protocol:
         return messages
 
     def receive_deferred(
-        self, client: int, message: PreparedFrame, now: int, *, arrived: int
+        self, client: int, message: str | PreparedFrame, now: int, *, arrived: int
     ) -> None:
-        """Process a deferred message after its preparation; times are as in ``receive``."""
+        """Process a deferred message, a large one after its preparation; times are as in ``receive``."""
         self.timers.advance(now)
         connection = self.connections.get(client)
         if connection is not None and not connection.closing:
-            self._dispatcher.reassembled(connection, message, min(arrived, now))
+            self._dispatcher.deferred(connection, message, min(arrived, now))
+
+    def refuse_waiting(self, client: int, size: int, now: int) -> None:
+        """Reject a frame of ``size`` bytes, as too many bytes of the client wait already."""
+        connection = self.connections.get(client)
+        if connection is not None and not connection.closing:
+            self.connections.refuse_waiting(connection, size, now)
 
     def receive(
         self,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
-from teleop.rosbridge.protocol.delay_lines import DelayLines
+from teleop.rosbridge.protocol.delay_lines import PING_BYTES, DelayLines
 from teleop.rosbridge.ros_time import SECOND
 from teleop.rosbridge.timers import Timer, Timers
 
@@ -20,9 +20,6 @@ UNWATCHED_PERIOD: Final = 5 * SECOND
 _RECENT: Final = 2 * SECOND
 """Time for which the longest round trip is remembered [ns]."""
 
-_PING_BYTES: Final = 12
-"""Size of a ping and of a pong on an emulated link [bytes]."""
-
 _MAX_UNANSWERED: Final = 64
 """Unanswered pings of a client; with as many, no further ones are sent."""
 
@@ -30,7 +27,7 @@ _PREFIX: Final = b"rt"
 """Start of the payload of the pings; other pings have random payloads of four bytes."""
 
 SendPing: TypeAlias = Callable[[int, bytes], object]
-"""Sends a ping with a payload to a client."""
+"""Sends a ping with a payload to a client, behind the messages that wait for it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +81,8 @@ class RoundTrips:
     def __init__(self, timers: Timers, delays: DelayLines | None) -> None:
         self._timers = timers
         self._delays = delays
+        if delays is not None:
+            delays.ping_through = self._transmit
         self._send: SendPing | None = None
         self._clients: dict[int, _Pings] = {}
 
@@ -129,7 +128,11 @@ class RoundTrips:
             self._complete(client, number, now)
         else:
             self._delays.receive(
-                client, _PING_BYTES, now, lambda when: self._complete(client, number, when)
+                client,
+                PING_BYTES,
+                now,
+                lambda when: self._complete(client, number, when),
+                ping=True,
             )
 
     def _repeat(self, client: int, now: int) -> None:
@@ -141,17 +144,14 @@ class RoundTrips:
         if len(pings.unanswered) >= _MAX_UNANSWERED:
             return
         pings.number += 1
-        number = pings.number
-        pings.unanswered.append((number, now))
+        pings.unanswered.append((pings.number, now))
+        payload = b"%s%d" % (_PREFIX, pings.number)
         if self._delays is None:
-            self._transmit(client, number, now)
+            self._transmit(client, payload, now)
         else:
-            self._delays.signal(
-                client, _PING_BYTES, now, lambda when: self._transmit(client, number, when)
-            )
+            self._delays.ping(client, payload)
 
-    def _transmit(self, client: int, number: int, now: int) -> None:
-        payload = b"%s%d" % (_PREFIX, number)
+    def _transmit(self, client: int, payload: bytes, now: int) -> None:
         if self._send is not None:
             self._send(client, payload)
         else:

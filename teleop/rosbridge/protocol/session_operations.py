@@ -11,6 +11,7 @@ from teleop.rosbridge.errors import OperationError
 from teleop.rosbridge.framing.fragments import TIMEOUT_NS
 from teleop.rosbridge.framing.operation_fields import Operation, identity
 from teleop.rosbridge.framing.outgoing_frames import POLICY_VIOLATION, TRY_AGAIN_LATER
+from teleop.rosbridge.protocol.bars import Bars
 from teleop.rosbridge.protocol.connection import STATUS_LEVELS, Connection
 from teleop.rosbridge.protocol.connections import Connections
 from teleop.rosbridge.protocol.dispatcher import OperationHandler
@@ -34,10 +35,12 @@ class SessionOperations:
         *,
         places: Places,
         guesses: TokenGuesses,
+        bars: Bars,
     ) -> None:
         """Take the parts; ``reassembled`` processes complete fragmented messages."""
         self._places = places
         self._guesses = guesses
+        self._bars = bars
         self._connections = connections
         self._timers = timers
         self._authenticator = authenticator
@@ -74,6 +77,10 @@ class SessionOperations:
             self._observer.authenticated(client, None, now)
             self._connections.close(client.id, POLICY_VIOLATION, "auth: rejected")
             return
+        if why := self._bars.reason(admission.access, client.host, now):
+            self._observer.authenticated(client, None, now)
+            self._connections.close(client.id, POLICY_VIOLATION, why)
+            return
         if secret:
             self._guesses.accepted(client.host, secret, now)
         if client.access is None and (
@@ -81,7 +88,7 @@ class SessionOperations:
         ):
             self._connections.close(client.id, TRY_AGAIN_LATER, refusal)
             return
-        client.access = admission.access
+        client.access, client.barred = admission.access, ""
         if admission.duration is not None:
             expire = partial(self._expire_access, client, client.access)
             self._timers.at(now + int(admission.duration * SECOND), expire)

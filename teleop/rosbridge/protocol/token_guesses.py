@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -32,7 +33,9 @@ class TokenGuesses:
     that it has used before is, so that nobody locks out an operator from the same address.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, guessed: Callable[[str, int], object] = lambda host, now: None) -> None:
+        """Begin with no address; ``guessed`` takes the address and time [ns] of each wrong token."""
+        self._guessed = guessed
         self._addresses: dict[str, _Address] = {}
 
     def locked(self, host: str, token: str, now: int) -> bool:
@@ -40,7 +43,10 @@ class TokenGuesses:
         address = self._addresses.get(host)
         if address is None or self.known(host, token):
             return False
-        return address.wrong.missing(now) > _BURST - 1
+        if address.wrong.missing(now) <= _BURST - 1:
+            return False
+        self._guessed(host, now)
+        return True
 
     def known(self, host: str, token: str) -> bool:
         """Return whether an address has used a token before that was right."""
@@ -56,6 +62,7 @@ class TokenGuesses:
 
     def wrong(self, host: str, now: int) -> None:
         """Count a wrong token of an address."""
+        self._guessed(host, now)
         self._address(host, now).wrong.spend(1, now)
 
     def _address(self, host: str, now: int) -> _Address:

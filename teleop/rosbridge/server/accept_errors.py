@@ -6,10 +6,9 @@ import asyncio
 import logging
 from typing import Any, Final
 
-_LOG: Final = logging.getLogger(__name__)
+from teleop.rosbridge.server.rare_warnings import RareWarnings
 
-_PERIOD: Final = 60.0
-"""Time between two lines [s]."""
+_LOG: Final = logging.getLogger(__name__)
 
 
 class AcceptErrors:
@@ -23,8 +22,7 @@ class AcceptErrors:
         """Begin to handle the errors of a loop."""
         self._loop = loop
         self._before = loop.get_exception_handler()
-        self._reported: float | None = None
-        self._count = 0
+        self._warnings = RareWarnings(_LOG)
         loop.set_exception_handler(self._handle)
 
     def remove(self) -> None:
@@ -36,13 +34,8 @@ class AcceptErrors:
     def _handle(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")
         if isinstance(error, OSError) and "accept" in str(context.get("message", "")):
-            self._count += 1
-            now = loop.time()
-            if self._reported is None or now - self._reported >= _PERIOD:
-                _LOG.warning(
-                    "cannot accept connections: %s (%d times)", error.strerror, self._count
-                )
-                self._reported, self._count = now, 0
+            text = f"cannot accept connections: {error.strerror}"
+            self._warnings.warn("accept", text, loop.time())
         elif self._before is not None:
             self._before(loop, context)
         else:

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import logging
+from collections import Counter
 from typing import Final
 
 from websockets.frames import DATA_OPCODES, Opcode
 
 from teleop.rosbridge.limits import ClientLimits, TokenBucket
 from teleop.rosbridge.protocol.address_memory import AddressMemory
+from teleop.rosbridge.server.rare_warnings import RareWarnings
 
-_MAX_PENDING: Final = 256
-"""Connections without a complete request; with more, the oldest is disconnected."""
+_LOG: Final = logging.getLogger(__name__)
+
+_MAX_SOCKETS: Final = 256
+"""Sockets that are neither WebSockets nor downloads nor streams: in a TLS handshake, without a request, or ending."""
 
 _MAX_ADDRESSES: Final = 1024
 """Addresses whose requests are counted; of more, the one not seen for longest is forgotten."""
@@ -45,19 +50,26 @@ class Gate:
         self._limits = limits
         self._memory = AddressMemory()
         self._requests: dict[str, TokenBucket] = {}
-        self._pending: dict[asyncio.Transport, None] = {}
+        self._sockets: dict[asyncio.Transport, str] = {}
+        self._warnings = RareWarnings(_LOG)
 
-    def enter(self, connection: asyncio.Transport) -> None:
-        """Add a connection without a request; the one that waits longest may have to leave."""
-        self._pending[connection] = None
-        if len(self._pending) > _MAX_PENDING:
-            oldest = next(iter(self._pending))
-            del self._pending[oldest]
+    def enter(self, socket: asyncio.Transport, host: str) -> None:
+        """Count an accepted socket of an address; with too many, the oldest of who has most is closed."""
+        self._sockets[socket] = host
+        if len(self._sockets) > _MAX_SOCKETS:
+            counts = Counter(self._sockets.values())
+            most = max(counts.values())
+            oldest = next(one for one, host in self._sockets.items() if counts[host] == most)
+            del self._sockets[oldest]
             oldest.abort()
 
-    def leave(self, connection: asyncio.Transport) -> None:
-        """Remove a connection that has sent its request, or has ended."""
-        self._pending.pop(connection, None)
+    def leave(self, socket: asyncio.Transport) -> None:
+        """Count a socket no longer, as it has ended, or become something that is counted elsewhere."""
+        self._sockets.pop(socket, None)
+
+    def warn(self, kind: str, text: str) -> None:
+        """Log what a client did, a line a minute for each kind."""
+        self._warnings.warn(kind, text, asyncio.get_running_loop().time())
 
     def admit_request(self, host: str, now: int) -> bool:
         """Return whether an address may make another request."""

@@ -61,7 +61,7 @@ async def answer(socket: HttpConnection, request: Request, route: Route) -> Page
             request.headers,
             socket.host,
             socket.access,
-            socket.body.content,
+            socket.body,
         )
     except ValueError:
         return text_page(HTTPStatus.BAD_REQUEST, "the address is not valid")

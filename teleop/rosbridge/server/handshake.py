@@ -6,7 +6,6 @@ import asyncio
 from http import HTTPStatus
 from typing import Final
 
-from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from teleop.rosbridge.auth.authenticator import token_in
@@ -15,24 +14,16 @@ from teleop.rosbridge.auth.permissions import UNGUARDED
 from teleop.rosbridge.framing.outbox import BULK_BYTES
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.ros_time import SECOND
+from teleop.rosbridge.server.downloads import Downloads
 from teleop.rosbridge.server.handled_request import answer, foreign_page
 from teleop.rosbridge.server.http_connection import (
-    NOT_UNDERSTOOD,
     HttpConnection,
     page_response,
     wants_websocket,
 )
 from teleop.rosbridge.server.http_handlers import HttpHandlers, Route, Stream
 from teleop.rosbridge.server.http_pages import HttpPages, Page, of_method
-
-_MAX_DOWNLOADS: Final = 32
-"""Simultaneous downloads of large files."""
-
-_MAX_DOWNLOADS_OF_ADDRESS: Final = 4
-"""Simultaneous downloads of one address; a further one takes the place of one that stands still."""
-
-_STANDSTILL: Final = 2.0
-"""Time without a piece after which a download stands still [s]."""
+from teleop.rosbridge.server.request_reader import NOT_UNDERSTOOD
 
 _SINGLE: Final = ("Host", "Origin", "Sec-Fetch-Site", "If-None-Match", "Accept-Encoding")
 """Headers that a request may have only once, since proxies disagree on which one counts."""
@@ -66,16 +57,14 @@ class Handshake:
         self._pages = pages
         self._handlers = handlers
         self._websockets = websockets
-        self._downloads: set[HttpConnection] = set()
+        self._downloads = Downloads()
         self._streams: set[HttpConnection] = set()
 
-    async def process(self, socket: ServerConnection, request: Request) -> Response | None:
-        """Return the response to a request that is not upgraded to a WebSocket, otherwise None.
+    async def process(self, socket: HttpConnection, request: Request) -> Response | None:
+        """Return the response to a request, or None if it has been answered, or is a WebSocket now.
 
         Foreign web pages are rejected, since a browser on this machine would let them connect.
         """
-        assert isinstance(socket, HttpConnection)
-        socket.gate.leave(socket.transport)
         if not self._known(socket, request) and not socket.gate.admit_request(
             socket.host, self._now
         ):
@@ -89,8 +78,8 @@ class Handshake:
         if origin is not None and not self._origins.allow(origin, host):
             return socket.respond(HTTPStatus.FORBIDDEN, f"origin {origin} is not allowed\n")
         route = None if wants_websocket(request) else self._handlers.find(request.path)
-        if socket.body.content and (route is None or not route.takes_body):
-            return socket.respond(HTTPStatus.BAD_REQUEST, NOT_UNDERSTOOD)
+        if socket.body and (route is None or not route.takes_body):
+            return socket.respond(HTTPStatus.BAD_REQUEST, f"{NOT_UNDERSTOOD}\n")
         if route is not None and route.own_pages_only:
             if why := foreign_page(request, self._origins):
                 return socket.respond(HTTPStatus.FORBIDDEN, f"{why}\n")
@@ -108,17 +97,12 @@ class Handshake:
         access = UNGUARDED if self._protocol.authenticator is None else socket.access
         if why := self._protocol.places.refusal(access, socket.host):
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, f"{why}\n")
-        return None
+        return socket.upgrade(request)
 
     @property
     def _now(self) -> int:
         """Time of the loop [ns]."""
         return int(asyncio.get_running_loop().time() * SECOND)
-
-    def abort_downloads(self) -> None:
-        """Disconnect the clients that are downloading a file."""
-        for socket in self._downloads:
-            socket.transport.abort()
 
     def abort_streams(self) -> None:
         """Disconnect the clients that wait for a handler, or take its stream."""
@@ -169,7 +153,7 @@ class Handshake:
         page = self._pages.respond(request.method, request.path, request.headers)
         if page is None:
             if request.path.partition("?")[0] == "/" and self._websockets:
-                return None  # websockets responds that a WebSocket is expected
+                return socket.upgrade(request)  # which says that a WebSocket is expected
             return socket.respond(HTTPStatus.NOT_FOUND, "page not found\n")
         return await self._send(socket, page, origin)
 
@@ -177,25 +161,27 @@ class Handshake:
         self, socket: HttpConnection, request: Request, route: Route, origin: str | None
     ) -> Response | None:
         """Return the response of a handler; a stream has been sent already, until its end."""
-        socket.ignore_input()
         self._streams.add(socket)
         try:
             answered = await answer(socket, request, route)
             if isinstance(answered, Stream):
                 head = page_response(Page(HTTPStatus.OK, dict(answered.headers)), {})
                 try:
-                    if request.method != "HEAD":
-                        await socket.stream(head, answered.chunks)
+                    if request.method == "HEAD":
+                        return head
+                    await socket.stream(head, answered.chunks)
                 finally:
                     answered.ended()
-                return head
+                return None
         except ConnectionError:
             return socket.respond(HTTPStatus.REQUEST_TIMEOUT, "the client has left\n")
         finally:
             self._streams.discard(socket)
         return await self._send(socket, of_method(request.method, answered), origin)
 
-    async def _send(self, socket: HttpConnection, page: Page, origin: str | None) -> Response:
+    async def _send(
+        self, socket: HttpConnection, page: Page, origin: str | None
+    ) -> Response | None:
         """Return the response of a page; a large one has been sent already."""
         varies = (page.headers.get("Vary"), "Origin")
         headers = {"Vary": ", ".join(name for name in varies if name)}
@@ -205,26 +191,13 @@ class Handshake:
         response = page_response(page, headers)
         if len(page.body) <= BULK_BYTES:
             return response
-        if len(self._downloads) >= _MAX_DOWNLOADS or not self._make_room(socket):
+        if not self._downloads.enter(socket):
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many downloads\n")
-        self._downloads.add(socket)
         try:
             await socket.download(response)
         finally:
-            self._downloads.discard(socket)
-        return response  # which websockets does not send, as the connection is closed
-
-    def _make_room(self, socket: HttpConnection) -> bool:
-        """Return whether an address may download; one of its downloads may be aborted for it."""
-        same = [one for one in self._downloads if one.host == socket.host]
-        if len(same) < _MAX_DOWNLOADS_OF_ADDRESS:
-            return True
-        oldest = min(same, key=lambda one: one.progress)
-        if asyncio.get_running_loop().time() - oldest.progress < _STANDSTILL:
-            return False
-        oldest.transport.abort()
-        self._downloads.discard(oldest)
-        return True
+            self._downloads.leave(socket)
+        return None
 
 
 def _is_preflight(request: Request) -> bool:

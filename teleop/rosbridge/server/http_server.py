@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Self
 
-from websockets.asyncio.server import ServerConnection
-
+from teleop.rosbridge.server.gate import Gate
 from teleop.rosbridge.server.handshake import Handshake
+from teleop.rosbridge.server.http_connection import Reception
 from teleop.rosbridge.server.http_handlers import HttpHandlers
 from teleop.rosbridge.server.http_pages import HttpPages
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.listener import Listener
 from teleop.rosbridge.server.server import Server
+from teleop.rosbridge.server.websocket_connection import WebSocketConnection
 
 
 class HttpServer:
@@ -42,12 +43,15 @@ class HttpServer:
         Raises:
             ServerError: If the address is not available; the message is one line.
         """
-        await self._listener.start(_refuse, self._handshake.process, Keepalive.off(), self._limits)
+        off, limits = Keepalive.off(), self._limits
+        await self._listener.start(
+            Reception(self._handshake.process, _refuse, off, limits, Gate(limits))
+        )
 
     async def close(self) -> None:
         """Stop listening and disconnect all clients."""
         self._handshake.abort_streams()
-        await self._listener.close(self._handshake.abort_downloads)
+        await self._listener.close()
 
     async def __aenter__(self) -> Self:
         await self.start()
@@ -57,6 +61,6 @@ class HttpServer:
         await self.close()
 
 
-async def _refuse(socket: ServerConnection) -> None:
+async def _refuse(socket: WebSocketConnection) -> None:
     """Close a WebSocket; the handshake admits none."""
-    await socket.close()
+    await socket.close(1008, "no WebSocket is served on this port")

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import errno
-import logging
 import ssl
-from collections.abc import Awaitable, Callable
+from collections.abc import Collection
 from typing import Final
 
-from websockets.asyncio.server import Server as WebSocketServer, ServerConnection, serve
-from websockets.http11 import Request, Response
-
 from teleop.rosbridge.errors import ServerError
-from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.server.accept_errors import AcceptErrors
-from teleop.rosbridge.server.gate import Gate
-from teleop.rosbridge.server.http_connection import HEADER_TIMEOUT, HttpConnection
-from teleop.rosbridge.server.keepalive import Keepalive
+from teleop.rosbridge.server.connection_flow import ConnectionFlow
+from teleop.rosbridge.server.http_connection import HEADER_TIMEOUT, HttpConnection, Reception
 from teleop.rosbridge.server.socket_writer import CLOSE_TIMEOUT
+from teleop.rosbridge.server.tls_door import TlsDoor
+from teleop.rosbridge.server.websocket_connection import WebSocketConnection
 
-# websockets logs a traceback for each port scan; errors that matter are raised.
-_WIRE: Final = logging.getLogger(f"{__name__}.wire")
-_WIRE.setLevel(logging.CRITICAL)
+_GOING_AWAY: Final = 1001
+"""The WebSocket close code of a server that ends."""
 
 
 class Listener:
@@ -33,63 +28,43 @@ class Listener:
         self.host = host
         self._port = port
         self._tls = tls
-        self._server: WebSocketServer | None = None
+        self._server: asyncio.Server | None = None
+        self._reception: Reception | None = None
         self._errors: AcceptErrors | None = None
 
-    async def start(
-        self,
-        handle: Callable[[ServerConnection], Awaitable[None]],
-        process_request: Callable[[ServerConnection, Request], Awaitable[Response | None]],
-        keepalive: Keepalive,
-        limits: ClientLimits,
-    ) -> None:
-        """Listen.
-
-        Args:
-            handle: Called with each WebSocket, which is closed when it returns.
-            process_request: Returns the response to a request that is not upgraded.
-            keepalive: Timeouts of unresponsive clients.
-            limits: Limits of connections and frames.
+    async def start(self, reception: Reception) -> None:
+        """Listen, and hand over each connection.
 
         Raises:
             ServerError: If the address is not available; the message is one line.
         """
-        connection = type("GatedConnection", (HttpConnection,), {"gate": Gate(limits)})
+        loop = asyncio.get_running_loop()
         try:
-            self._server = await serve(
-                handle,
-                self.host,
-                self._port,
-                compression=None,  # websockets' default costs 47 ms a megabyte
-                max_size=limits.frame,
-                ping_interval=keepalive.ping_interval,
-                ping_timeout=keepalive.ping_timeout,
-                open_timeout=None,  # streams have no end; all else has a deadline of its own
-                close_timeout=2,
-                create_connection=connection,
-                process_request=process_request,
-                logger=_WIRE,
-                ssl=self._tls,
-                ssl_handshake_timeout=None if self._tls is None else HEADER_TIMEOUT,
+            self._server = await loop.create_server(
+                lambda: self._door(reception), self.host, self._port
             )
-            self._errors = AcceptErrors(asyncio.get_running_loop())
         except OSError as error:
             raise ServerError(_cannot_listen(self.host, self._port, error)) from error
+        self._reception = reception
+        self._errors = AcceptErrors(loop)
 
-    async def close(self, abort_clients: Callable[[], None]) -> None:
-        """Stop listening and close all connections; unresponsive ones by ``abort_clients``."""
-        if self._server is None:
+    def _door(self, reception: Reception) -> asyncio.Protocol:
+        if self._tls is None:
+            return HttpConnection(reception)
+        return TlsDoor(reception, self._tls, HEADER_TIMEOUT)
+
+    async def close(self) -> None:
+        """Stop listening and close all connections; those that do not end in time are aborted."""
+        if self._server is None or self._reception is None or self._errors is None:
             return
-        if self._errors is not None:
-            self._errors.remove()
-            self._errors = None
-        self._server.close(reason="the server is shutting down")
-        try:
-            async with asyncio.timeout(CLOSE_TIMEOUT):
-                await self._server.wait_closed()
-        except TimeoutError:
-            abort_clients()
-            await self._server.wait_closed()
+        self._server.close()
+        self._errors.remove()
+        open_ = self._reception.connections
+        closing = [asyncio.create_task(_close(connection)) for connection in list(open_)]
+        await _wait(closing, CLOSE_TIMEOUT)
+        for connection in list(open_):
+            connection.transport.abort()
+        await _wait([*closing, *self._reception.tasks], None)
         self._server = None
 
     @property
@@ -116,6 +91,21 @@ class Listener:
     def encrypted(self) -> bool:
         """Whether connections are encrypted."""
         return self._tls is not None
+
+
+async def _close(connection: ConnectionFlow) -> None:
+    """Close a WebSocket, or wait for an answer to end."""
+    if isinstance(connection, WebSocketConnection):
+        await connection.close(_GOING_AWAY, "the server is shutting down")
+    elif isinstance(connection, HttpConnection) and not connection.answering:
+        connection.transport.abort()
+    await connection.wait_ended()
+
+
+async def _wait(tasks: Collection[asyncio.Task[None]], timeout: float | None) -> None:  # noqa: ASYNC109
+    """Wait for tasks; those that do not end in time go on."""
+    if tasks:
+        await asyncio.wait(tasks, timeout=timeout)
 
 
 def _cannot_listen(host: str, port: int, error: OSError) -> str:

@@ -7,27 +7,33 @@ import contextlib
 import ssl
 import sys
 from collections.abc import Callable, Collection
-from concurrent.futures import ThreadPoolExecutor
 from typing import Final, Self
 
-from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from teleop.rosbridge.auth.origins import Origins
 from teleop.rosbridge.framing.outbox import QueueLimits
-from teleop.rosbridge.framing.outgoing_frames import POLICY_VIOLATION, Output
-from teleop.rosbridge.protocol.large_frame_work import PreparedFrame
+from teleop.rosbridge.framing.outgoing_frames import (
+    POLICY_VIOLATION,
+    FrameKind,
+    OutgoingFrame,
+    Output,
+)
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.protocol.round_trips import RoundTrip
 from teleop.rosbridge.ros_time import SECOND
 from teleop.rosbridge.server.async_handlers import AsyncHandlers
+from teleop.rosbridge.server.client_frames import ClientFrames
+from teleop.rosbridge.server.gate import Gate
 from teleop.rosbridge.server.handshake import Handshake
-from teleop.rosbridge.server.http_connection import HttpConnection
+from teleop.rosbridge.server.http_connection import Reception
 from teleop.rosbridge.server.http_handlers import HttpHandlers
 from teleop.rosbridge.server.http_pages import HttpPages
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.listener import Listener
 from teleop.rosbridge.server.socket_writer import SocketWriter, Traffic
+from teleop.rosbridge.server.websocket_connection import WebSocketConnection
+from teleop.rosbridge.server.work_thread import WorkThread
 
 _SWITCH_INTERVAL: Final = 0.0005
 """Time after which the thread that works on large frames lets the event loop run [s]."""
@@ -95,8 +101,8 @@ class Server:
 
         self._handshake = Handshake(protocol, self.origins, self.pages, self.handlers)
         self._timer: asyncio.TimerHandle | None = None
-        self._worker: ThreadPoolExecutor | None = None
-        """The thread that works on large frames, one at a time."""
+        self._worker: WorkThread | None = None
+        """The thread that works on large frames."""
 
     # Life cycle
 
@@ -106,11 +112,12 @@ class Server:
         Raises:
             ServerError: If the address is not available; the message is one line.
         """
+        limits = self.protocol.limits
         await self._listener.start(
-            self._handle, self._handshake.process, self._keepalive, self.protocol.limits
+            Reception(self._handshake.process, self._handle, self._keepalive, limits, Gate(limits))
         )
         if not self.lockstep and self.protocol.defer_large():
-            self._worker = ThreadPoolExecutor(1, "rosbridge")
+            self._worker = WorkThread("rosbridge")
             # Each call of a socket gives up the interpreter, and would wait 5 ms to have it back.
             sys.setswitchinterval(min(sys.getswitchinterval(), _SWITCH_INTERVAL))
         self.protocol.connections.attach(self)
@@ -123,10 +130,10 @@ class Server:
             self._timer.cancel()
             self._timer = None
         self._handshake.abort_streams()
-        await self._listener.close(self._abort_clients)
+        await self._listener.close()
         self.protocol.connections.detach()
         if self._worker is not None:
-            self._worker.shutdown(wait=False, cancel_futures=True)
+            self._worker.close()
             self._worker = None
         self.async_handlers.cancel()
 
@@ -194,6 +201,16 @@ class Server:
         """Ping a client every quarter of a second from now on, instead of once as it connects."""
         self.protocol.round_trips.watch(client)
 
+    def keep_fresh(self, client: int) -> None:
+        """Send a client that drives no message late that a newer one of its topic has overtaken.
+
+        In lockstep only what waits for an emulated link grows old.
+        """
+        if (delays := self.protocol.connections.delays) is not None:
+            delays.keep_fresh(client)
+        if not self.lockstep and (writer := self._writers.get(client)):
+            writer.keep_fresh(lambda: self.now)
+
     def backlog(self, client: int) -> int:
         """Return the bytes of a client that have arrived and have not been processed."""
         writer = self._writers.get(client)
@@ -203,8 +220,7 @@ class Server:
         self.protocol.round_trips.answered(client, payload, self._date(arrived, self.now))
 
     def _ping(self, client: int, payload: bytes) -> None:
-        if writer := self._writers.get(client):
-            writer.socket.send_ping(payload)
+        self.send(client, OutgoingFrame(FrameKind.PING, payload))
 
     def _date(self, arrived: float, now: int) -> int:
         """Return a time of the loop [s] in the protocol's [ns]; in lockstep nothing takes time."""
@@ -239,12 +255,12 @@ class Server:
 
     # Clients
 
-    async def _handle(self, socket: ServerConnection) -> None:
+    async def _handle(self, socket: WebSocketConnection) -> None:
         """Serve a client until it disconnects."""
-        assert isinstance(socket, HttpConnection)
         writer = SocketWriter(socket, self._queue_limits)
         client = self.protocol.connect(self.now, writer.address, socket.access)
         self._writers[client] = writer
+        frames = ClientFrames(self.protocol, client, self._worker, lambda: self.now)
         socket.pong_received = lambda payload, arrived: self._pong(client, payload, arrived)
         if self.protocol.connections.access(client) is None:
             loop = asyncio.get_running_loop()
@@ -253,11 +269,12 @@ class Server:
         try:
             while True:
                 frame, arrived = await socket.receive()
-                await self._receive(client, frame, self._date(arrived, self.now))
+                frames.take(frame, self._date(arrived, self.now))
                 await asyncio.sleep(0)  # lets other clients run while one floods
         except ConnectionClosed as closed:
             self._note_reason(client, writer.gave_up, closed)
         finally:
+            frames.close()
             del self._writers[client]
             self.protocol.disconnect(client, self.now)
             writer.release_waiters()
@@ -275,28 +292,9 @@ class Server:
         elif closed.sent is not None and not closed.rcvd_then_sent:
             connection.closed_for = closed.sent.reason
 
-    async def _receive(self, client: int, frame: str | bytes, arrived: int) -> None:
-        """Process a frame; the work on a large one is done by a thread, and only its sender waits."""
-        work = None if self._worker is None else self.protocol.prepare(client, frame, arrived)
-        prepared = frame if work is None else await self._run(work)
-        self.protocol.receive(client, prepared, self.now, arrived=arrived)
-        for message in self.protocol.deferred(client):
-            work = self.protocol.prepare(client, message, arrived, admitted=True)
-            if work is not None:
-                whole = await self._run(work)
-                self.protocol.receive_deferred(client, whole, self.now, arrived=arrived)
-
-    async def _run(self, work: Callable[[], PreparedFrame]) -> PreparedFrame:
-        return await asyncio.get_running_loop().run_in_executor(self._worker, work)
-
     def _require_auth(self, client: int) -> None:
         """Disconnect a client that has not authenticated."""
         connections = self.protocol.connections
         if client in self._writers and connections.access(client) is None:
             reason = f"no auth within {self._keepalive.auth_timeout:g} s"
             connections.close(client, POLICY_VIOLATION, reason)
-
-    def _abort_clients(self) -> None:
-        self._handshake.abort_downloads()
-        for writer in self._writers.values():
-            writer.socket.transport.abort()

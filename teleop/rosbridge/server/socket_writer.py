@@ -4,30 +4,28 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import logging
 import socket
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from teleop.rosbridge.framing.outbox import BULK_BYTES, Outbox, QueueLimits
 from teleop.rosbridge.framing.outgoing_frames import (
     TRY_AGAIN_LATER,
     CloseFrame,
+    FrameKind,
     OutgoingFrame,
     Output,
 )
-from teleop.rosbridge.server.http_connection import HttpConnection
-
-_LOG: Final = logging.getLogger(__name__)
-
-_FRAGMENT: Final = 131_072
-"""Size of the WebSocket fragments (RFC 6455, section 5.4) of a large frame [bytes]."""
+from teleop.rosbridge.server.websocket_connection import WebSocketConnection
 
 _UNSENT: Final = 131_072
-"""Bytes that the kernel keeps before they leave, see ``HttpConnection.limit_unsent``."""
+"""Bytes that the kernel keeps before they leave, see ``ConnectionFlow.limit_unsent``."""
+
+_FRESH_UNSENT: Final = 8192
+"""The same for a client that drives, and as much before the kernel takes it: 0.5 s at 33 kB/s."""
 
 CLOSE_TIMEOUT: Final = 3.0
 """Time for the closing handshake [s]; then the connection is aborted."""
@@ -53,13 +51,14 @@ class Traffic:
 class SocketWriter:
     """A client's socket and its send queue."""
 
-    def __init__(self, socket: HttpConnection, limits: QueueLimits) -> None:
+    def __init__(self, socket: WebSocketConnection, limits: QueueLimits) -> None:
         self.socket = socket
         self._outbox = Outbox(limits)
         self._wake = asyncio.Event()
         self._idle = asyncio.Event()
         self._idle.set()
         self._close: CloseFrame | None = None
+        self._fresh = False
         self.gave_up = ""
         """Why the connection was aborted without a word; empty if it was not."""
 
@@ -68,7 +67,7 @@ class SocketWriter:
     @property
     def address(self) -> str:
         """Network address of the client, for logs."""
-        peer = self.socket.remote_address
+        peer = self.socket.transport.get_extra_info("peername")
         return f"{peer[0]}:{peer[1]}" if peer else "gone"
 
     @property
@@ -94,6 +93,19 @@ class SocketWriter:
         self._idle.clear()
         self._wake.set()
 
+    def keep_fresh(self, clock: Callable[[], int]) -> None:
+        """Let messages wait for no longer than ``FRESH``, and few of them where none can be replaced.
+
+        Args:
+            clock: Returns the time [ns].
+        """
+        if self._fresh:
+            return
+        self._fresh = True
+        self._outbox.keep_fresh(clock)
+        self.socket.limit_unsent(_FRESH_UNSENT)
+        self.socket.transport.set_write_buffer_limits(high=_FRESH_UNSENT)
+
     async def flush(self) -> None:
         """Wait until the queue is empty, or the client has left."""
         await self._idle.wait()
@@ -103,7 +115,7 @@ class SocketWriter:
         self._idle.set()
 
     async def run(self, timeout: float | None) -> None:  # noqa: ASYNC109 - of each frame
-        """Send queued frames, one at a time, until the connection is closed.
+        """Send queued frames until the connection is closed: what the socket takes at once, then one at a time.
 
         A frame in the buffer of the socket can no longer be replaced, so the next one is taken from
         the queue only when the last has left the buffer.
@@ -112,7 +124,8 @@ class SocketWriter:
             timeout: Time in which the client must read a frame [s]; then it is disconnected.
         """
         while True:
-            # The frames of a tick leave in few packets, and the head of a long frame with its
+            self._send_at_once()
+            # What is left leaves in few packets, and the head of a long frame with its
             # body: each packet costs both sides a wake-up.
             corked = len(self._outbox) > 1 or self._outbox.size >= BULK_BYTES
             if corked:
@@ -123,7 +136,7 @@ class SocketWriter:
                         await self._send(frame)
                 except TimeoutError:
                     self.gave_up = "does not read from its socket"
-                    _LOG.warning("%s %s: disconnected", self.address, self.gave_up)
+                    self.socket.warn(self.gave_up)
                     self.socket.transport.abort()
                     return
                 except ConnectionClosed:
@@ -137,16 +150,21 @@ class SocketWriter:
             self._wake.clear()
             await self._wake.wait()
 
+    def _send_at_once(self) -> None:
+        """Write the frames that fit into an empty buffer together, such as those of a tick: nobody waits for that."""
+        transport = self.socket.transport
+        if not self.socket.open or transport.get_write_buffer_size():
+            return
+        _, room = transport.get_write_buffer_limits()
+        if frames := self._outbox.pop_small(room):
+            self.socket.send_at_once((frame.payload, not frame.binary) for frame in frames)
+
     async def _send(self, frame: OutgoingFrame) -> None:
+        if frame.kind is FrameKind.PING:
+            self.socket.send_ping(frame.payload)
+            return
         for piece in frame.frames:
-            text = not frame.binary
-            if len(piece) < 2 * _FRAGMENT:
-                await self.socket.send(piece, text=text)
-            else:
-                # websockets copies what it sends; pieces that fit the cache cost half the time.
-                view = memoryview(piece)
-                fragments = (view[i : i + _FRAGMENT] for i in range(0, len(piece), _FRAGMENT))
-                await self.socket.send(fragments, text=text)
+            await self.socket.send(piece, text=not frame.binary)
             if frame.fragment_id:
                 await asyncio.sleep(
                     0
@@ -160,7 +178,7 @@ class SocketWriter:
             self.socket.transport.abort()
 
 
-def _cork(connection: ServerConnection, on: bool) -> None:
+def _cork(connection: WebSocketConnection, on: bool) -> None:
     """Have the kernel collect data into full packets while the cork is on."""
     if hasattr(socket, "TCP_CORK"):  # Linux
         with contextlib.suppress(OSError):

@@ -58,13 +58,41 @@ def test_clock_that_jumps_counts_as_no_stamp(jump: float) -> None:
         assert arrived.age == pytest.approx(FAST.last, abs=1000)
 
 
-def test_jitter_of_the_way_back_makes_no_command_older() -> None:
+def test_way_back_that_becomes_slow_makes_a_stamped_command_older() -> None:
+    """The operator steers by what came that way, however fast the commands arrive."""
     age = CommandAge()
     for number in range(40):
-        now = 10.0 + 0.1 * number
-        trip = trips(0.2 if number % 2 else 0.9)
-        found = age.observe(round(now * SECOND), round(now * SECOND), trip).age
-    assert found == pytest.approx(0.2 * SECOND)
+        now, trip = 10.0 + 0.1 * number, 0.02 + 0.1 * number
+        found = age.observe(round(now * SECOND), round(now * SECOND), trips(trip)).age
+        assert found == pytest.approx(trip * SECOND)
+
+
+def test_answers_that_do_not_come_make_a_stamped_command_older() -> None:
+    age = CommandAge()
+    age.observe(10 * SECOND, 10 * SECOND, FAST)
+    stuck = RoundTrips(last=FAST.last, unanswered=3 * SECOND, sent_at=0)
+    assert age.observe(13 * SECOND, 13 * SECOND, stuck).age == 3 * SECOND
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(0, SECOND),
+            st.integers(-(10**18), 10**19),
+            st.integers(0, 5 * SECOND),
+            st.none() | st.integers(0, 5 * SECOND),
+        ),
+        max_size=30,
+    )
+)
+def test_no_stamp_makes_a_command_younger_than_the_newest_round_trip(
+    commands: list[tuple[int, int, int, int | None]],
+) -> None:
+    age, now = CommandAge(), 10 * SECOND
+    for pause, stamp, last, unanswered in commands:
+        now += pause
+        found = age.observe(now, stamp, RoundTrips(last=last, unanswered=unanswered)).age
+        assert found >= max(last, unanswered or 0)
 
 
 def test_without_stamp_the_round_trip_alone_counts() -> None:

@@ -123,9 +123,10 @@ async def test_clients_without_auth_are_disconnected_after_the_timeout() -> None
 @in_a_loop
 async def test_unauthenticated_clients_cannot_block_those_with_tokens() -> None:
     async with guarded(limits=ClientLimits(clients=10)) as server:
-        strangers = [await connect(server.url, proxy=None) for _ in range(8)]
+        addresses = [(f"127.0.0.{number}", 0) for number in range(2, 10)]
+        strangers = [await connect(server.url, proxy=None, local_addr=one) for one in addresses]
         with pytest.raises(InvalidStatus) as refused:
-            await connect(server.url, proxy=None)
+            await connect(server.url, proxy=None, local_addr=addresses[0])
         assert refused.value.response.status_code == 503
         async with Client(server.url, token=VIEW) as client:
             assert await client.call("/rosapi/topics")

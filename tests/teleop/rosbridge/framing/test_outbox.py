@@ -6,6 +6,7 @@ from hypothesis import given, strategies as st
 
 from teleop.rosbridge.framing.outbox import BULK_BYTES, Outbox, QueueLimits
 from teleop.rosbridge.framing.outgoing_frames import FrameKind, MessageTally, OutgoingFrame
+from teleop.rosbridge.ros_time import SECOND
 
 
 def data(text: str, topic: str = "/a", depth: int = 0, lossless: bool = False) -> OutgoingFrame:
@@ -79,6 +80,28 @@ def test_lossless_clients_receive_all_frames_in_order() -> None:
     assert contents(outbox) == ["1", "2" * BULK_BYTES, "answer", "3"]
 
 
+def test_frames_that_fit_together_leave_together_in_the_order_in_which_they_would_leave_alone() -> (
+    None
+):
+    outbox = Outbox()
+    for frame in (data("1234"), control("answer"), data("56"), data("too long"), data("7")):
+        outbox.push(frame)
+    assert [frame.text for frame in outbox.pop_small(12)] == ["answer", "1234", "56"]
+    assert outbox.size == len("too long") + len("7")
+    assert outbox.pop_small(7) == []
+    assert contents(outbox) == ["too long", "7"]
+
+
+def test_pings_and_fragments_do_not_leave_together_with_other_frames() -> None:
+    ping = OutgoingFrame(FrameKind.PING, b"ping")
+    fragmented = replace(control("answer"), fragment=2, fragment_id="1")
+    for alone in (ping, fragmented):
+        outbox = Outbox()
+        outbox.push(alone)
+        assert outbox.pop_small(100) == []
+        assert outbox.pop() is alone
+
+
 def test_cleared_queue_is_empty() -> None:
     outbox = Outbox()
     outbox.push(data("1"))
@@ -140,3 +163,77 @@ def test_tallies_and_bytes_are_those_of_the_frames_that_leave(
         assert tally.sent == sum(frame.topic == topic for frame in left)
         assert tally.sent + tally.dropped == sum(name == topic for name, _, _ in given)
     assert outbox.accepted == sum(len(frame.payload) for frame in left)
+
+
+def ping(number: int) -> OutgoingFrame:
+    return OutgoingFrame(FrameKind.PING, f"rt{number}".encode())
+
+
+def test_ping_waits_behind_the_messages_before_it() -> None:
+    outbox = Outbox()
+    for frame in (data("1"), ping(1), data("2"), control("a"), ping(2)):
+        outbox.push(frame)
+    assert contents(outbox) == ["a", "1", "rt1", "2", "rt2"]
+
+
+class _Clock:
+    """A clock that stands where it is set [s]."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def __call__(self) -> int:
+        return round(self.seconds * SECOND)
+
+
+def test_client_that_drives_gets_no_overtaken_message_after_half_a_second() -> None:
+    outbox, clock = Outbox(), _Clock()
+    outbox.keep_fresh(clock)
+    for number in range(6):
+        clock.seconds = 0.1 * number
+        for frame in (data(f"a{number}", "/a"), data(f"b{number}", "/b"), ping(number)):
+            outbox.push(frame)
+    first = outbox.pop()
+    assert first is not None
+    assert first.payload == b"a0", "half a second is not too long"
+    clock.seconds = 0.51
+    outbox.push(control("answer"))
+    assert contents(outbox) == ["answer", *(f"rt{n}" for n in range(5)), "a5", "b5", "rt5"]
+    assert outbox.dropped == 9
+
+
+def test_pings_that_wait_make_no_message_older() -> None:
+    outbox, clock = Outbox(), _Clock()
+    outbox.keep_fresh(clock)
+    outbox.push(ping(1))
+    clock.seconds = 0.4
+    for number in range(3):
+        outbox.push(data(str(number)))
+    clock.seconds = 0.6
+    assert contents(outbox) == ["rt1", "0", "1", "2"]
+
+
+def test_only_message_of_a_topic_waits_for_as_long_as_it_takes() -> None:
+    outbox, clock = Outbox(), _Clock()
+    outbox.keep_fresh(clock)
+    for frame in (data("map", "/map"), data("1"), data("2")):
+        outbox.push(frame)
+    clock.seconds = 60.0
+    assert contents(outbox) == ["map", "2"]
+
+
+def test_messages_queued_before_a_client_drives_count_as_old() -> None:
+    outbox, clock = Outbox(), _Clock()
+    clock.seconds = 100.0
+    for number in range(3):
+        outbox.push(data(str(number)))
+    outbox.keep_fresh(clock)
+    assert contents(outbox) == ["2"]
+
+
+def test_client_that_only_watches_gets_every_message_however_late() -> None:
+    outbox = Outbox()
+    for number in range(100):
+        outbox.push(data(str(number)))
+    assert len(contents(outbox)) == 100
+    assert outbox.dropped == 0

@@ -39,8 +39,19 @@ def test_invalid_type_names_are_rejected_in_one_line(name: str) -> None:
 def test_farsteer_types_are_read_from_their_folder() -> None:
     ours = [name for name in REGISTRY if name.startswith("farsteer_msgs/")]
     assert sorted(map(short_name, ours)) == [
+        "farsteer_msgs/ArmInfo",
+        "farsteer_msgs/ArmMirror",
+        "farsteer_msgs/ArmMoveAction",
+        "farsteer_msgs/ArmMoveActionFeedback",
+        "farsteer_msgs/ArmMoveActionGoal",
+        "farsteer_msgs/ArmMoveActionResult",
+        "farsteer_msgs/ArmMoveFeedback",
+        "farsteer_msgs/ArmMoveGoal",
+        "farsteer_msgs/ArmMoveResult",
+        "farsteer_msgs/ArmState",
         "farsteer_msgs/BumperState",
         "farsteer_msgs/Condition",
+        "farsteer_msgs/Hand",
         "farsteer_msgs/HintVerdict",
         "farsteer_msgs/LeanCloud",
         "farsteer_msgs/LocalizationStatus",
@@ -127,3 +138,44 @@ def test_invalid_definitions_are_rejected(text: str) -> None:
 def test_service_definitions_have_two_parts() -> None:
     with pytest.raises(TypeNameError, match="---"):
         TypeRegistry().add_service("odd_msgs/Odd", "bool a\nbool b")
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields"),
+    [  # as the packages of ROS 2 define them; what a client sends has these names, in any order
+        ("control_msgs/JointJog", "header joint_names displacements velocities duration"),
+        ("moveit_msgs/ServoStatus", "code message"),
+        (
+            "moveit_msgs/PositionIKRequest",
+            "group_name robot_state constraints avoid_collisions"
+            " ik_link_name pose_stamped ik_link_names pose_stamped_vector timeout",
+        ),
+        (
+            "moveit_msgs/RobotState",
+            "joint_state multi_dof_joint_state attached_collision_objects is_diff",
+        ),
+        (
+            "control_msgs/FollowJointTrajectoryGoal",
+            "trajectory multi_dof_trajectory path_tolerance"
+            " component_path_tolerance goal_tolerance component_goal_tolerance goal_time_tolerance",
+        ),
+    ],
+)
+def test_types_of_arms_have_the_fields_of_their_packages(kind: str, fields: str) -> None:
+    assert [field.name for field in REGISTRY[kind].fields] == fields.split()
+
+
+def test_an_action_and_a_message_may_share_a_name() -> None:
+    assert [f.name for f in REGISTRY["control_msgs/GripperCommand"].fields] == [
+        "position",
+        "max_effort",
+    ]
+    goal = REGISTRY.action("control_msgs/GripperCommand").goal
+    assert [(f.name, f.kind) for f in goal.fields] == [
+        ("command", "control_msgs/msg/GripperCommand")
+    ]
+
+
+def test_no_field_of_the_types_of_arms_is_of_an_unknown_type() -> None:
+    for name in (n for n in REGISTRY if n.startswith(("control_msgs/", "moveit_msgs/"))):
+        assert REGISTRY.nested_messages(name) >= 1

@@ -6,9 +6,12 @@ from random import Random
 from typing import Any
 
 import pytest
+from hypothesis import given, settings, strategies as st
 
+from teleop.link.emulation import Direction, LinkConfig, LinkEmulation
 from teleop.rosbridge import FrameDelay
 from teleop.rosbridge.protocol import delay_lines
+from teleop.rosbridge.timers import Timers
 from tests.teleop.rosbridge.support import MILLISECOND, SECOND, ConnectionLog, Wire
 
 TEXT = "std_msgs/String"
@@ -21,10 +24,10 @@ class Delay(FrameDelay):
         self.up, self.down, self.jitter = up, down, jitter
         self.random = Random(0)
 
-    def arrival(self, client: int, size: int, now: int) -> int:
+    def arrival(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
         return now + int((self.up + self.random.uniform(0, self.jitter)) * MILLISECOND)
 
-    def departure(self, client: int, size: int, now: int) -> int:
+    def departure(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
         return now + int((self.down + self.random.uniform(0, self.jitter)) * MILLISECOND)
 
 
@@ -34,7 +37,7 @@ class Slow(FrameDelay):
     def __init__(self) -> None:
         self.busy = 0
 
-    def departure(self, client: int, size: int, now: int) -> int:
+    def departure(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
         self.busy = now + 100 * MILLISECOND
         return self.busy
 
@@ -162,6 +165,146 @@ def test_round_trip_of_an_emulated_link_needs_no_connection() -> None:
     assert trip.sent_at is not None
     assert trip.answered_at - trip.sent_at == trip.last
     assert wire.now - trip.answered_at <= 260 * MILLISECOND
+
+
+class Narrow(FrameDelay):
+    """A link to the clients that carries so many bytes a second."""
+
+    def __init__(self, rate: float) -> None:
+        self.rate, self.busy = rate, 0
+
+    def departure(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
+        self.busy = max(self.busy, now) + round(size / self.rate * SECOND)
+        return self.busy
+
+    def free(self, client: int, now: int) -> int:
+        return max(self.busy, now)
+
+
+def overloaded(wire: Wire, seconds: float) -> tuple[float, float]:
+    """Publish twice what the link carries; return the age of the newest message there, and the round trip [s]."""
+    wire.send({"op": "subscribe", "topic": "/t", "type": TEXT})
+    age = 0.0
+    for _ in range(round(20 * seconds)):
+        wire.protocol.topics.publish("/t", {"data": f"{wire.now}".ljust(3000)}, wire.now)
+        for message in wire.received():
+            age = (wire.now - int(message["msg"]["data"])) / SECOND
+        wire.wait(50)
+    trip = wire.protocol.round_trips.of(wire.clients[0], wire.now)
+    assert trip is not None
+    return age, max(trip.last or 0, trip.unanswered or 0) / SECOND
+
+
+def test_ping_queues_behind_the_messages_that_wait_for_a_narrow_link() -> None:
+    wire = Wire(frame_delay=Narrow(30_000))
+    wire.protocol.topics.advertise("/t", TEXT)
+    wire.protocol.round_trips.watch(wire.clients[0])
+    age, trip = overloaded(wire, 20.0)
+    assert age > 8.0
+    assert trip == pytest.approx(age, abs=0.6)
+
+
+def test_client_that_drives_over_a_narrow_link_sees_nothing_older_than_half_a_second() -> None:
+    wire = Wire(frame_delay=Narrow(30_000))
+    wire.protocol.topics.advertise("/t", TEXT)
+    wire.protocol.round_trips.watch(wire.clients[0])
+    assert wire.protocol.connections.delays is not None
+    wire.protocol.connections.delays.keep_fresh(wire.clients[0])
+    age, trip = overloaded(wire, 20.0)
+    assert age < 0.7
+    assert trip < 1.0
+
+
+def test_ping_over_a_narrow_link_on_which_nothing_waits_is_fast() -> None:
+    wire = Wire(frame_delay=Narrow(30_000))
+    wire.protocol.round_trips.watch(wire.clients[0])
+    for _ in range(100):
+        wire.wait(50)
+    trip = wire.protocol.round_trips.of(wire.clients[0], wire.now)
+    assert trip is not None
+    assert trip.last is not None
+    assert trip.last <= 50 * MILLISECOND
+
+
+def passed(link: LinkConfig, gaps: list[float], *, pinged: bool) -> list[tuple[str, int]]:
+    """Send messages both ways with gaps between them [ms]; return them with the times at which they get through."""
+    wire, received = listening(LinkEmulation(link))
+    wire.protocol.topics.advertise("/down", TEXT)
+    wire.send({"op": "subscribe", "topic": "/down"})
+    wire.wait(5000)
+    if pinged:
+        wire.protocol.round_trips.watch(wire.clients[0])
+    else:
+        wire.protocol.round_trips.remove(wire.clients[0])
+    there: list[tuple[str, int]] = []
+
+    def wait(milliseconds: float) -> None:
+        for _ in range(max(1, round(milliseconds))):
+            wire.wait(1)
+            there.extend((message["msg"]["data"], wire.now) for message in wire.received())
+
+    for number, gap in enumerate(gaps):
+        wire.send(say(f"up {number}"))
+        wire.protocol.topics.publish("/down", {"data": f"down {number}"}, wire.now)
+        wait(gap)
+    wait(5000)
+    trip = wire.protocol.round_trips.of(wire.clients[0], wire.now)
+    assert (trip is not None and trip.last is not None) == pinged
+    return received + there
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    st.lists(st.integers(1, 400), min_size=5, max_size=20),
+    st.floats(0.0, 0.5),
+    st.sampled_from([0.0, 0.4]),
+    st.integers(0, 1000),
+)
+def test_messages_get_through_at_the_same_times_whether_or_not_the_link_is_measured(
+    gaps: list[float], jitter: float, stall: float, seed: int
+) -> None:
+    way = Direction(0.05, jitter, stall=stall, period=1.0, blackout=0.7, at=6.0)
+    link = LinkConfig(way, way, seed)
+    assert passed(link, gaps, pinged=True) == passed(link, gaps, pinged=False)
+
+
+def test_round_trip_shows_the_jitter_of_the_link() -> None:
+    wire = Wire(frame_delay=LinkEmulation(LinkConfig(Direction(0.1, 0.3), Direction(0.1, 0.3))))
+    wire.protocol.round_trips.watch(wire.clients[0])
+    trips = []
+    for _ in range(2000):
+        wire.wait(10)
+        trip = wire.protocol.round_trips.of(wire.clients[0], wire.now)
+        assert trip is not None
+        trips.append(trip.last or 0)
+    assert min(trips[200:]) < 0.4 * SECOND
+    assert max(trips) > 0.6 * SECOND
+
+
+def test_pings_wait_for_the_frames_before_them_and_no_frame_for_a_ping() -> None:
+    timers = Timers()
+    timers.tick(SECOND)
+    line = delay_lines.DelayLine(timers)
+    out: list[tuple[str, int]] = []
+
+    def put(name: str, when: int, *, ping: bool = False) -> None:
+        line.put(10, SECOND + when * MILLISECOND, lambda at: out.append((name, at)), ping=ping)
+
+    put("first", 100)
+    put("ping", 50, ping=True)
+    put("late ping", 400, ping=True)
+    put("later ping", 450, ping=True)
+    put("second", 200)
+    timers.tick(SECOND + 300 * MILLISECOND)
+    times = [(name, (at - SECOND) // MILLISECOND) for name, at in out]
+    assert times == [
+        ("first", 100),
+        ("ping", 100),
+        ("late ping", 200),
+        ("later ping", 200),
+        ("second", 200),
+    ]
+    assert line.size == 0
 
 
 def test_without_connection_and_emulation_there_is_no_round_trip() -> None:

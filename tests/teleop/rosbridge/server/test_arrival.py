@@ -95,7 +95,7 @@ async def test_backlog_counts_frames_that_are_not_processed_and_parts_of_frames(
         a.protocol.send_text(frame.encode())
         a.protocol.send_text(frame.encode())
         a.protocol.send_text(frame.encode()[:50], fin=False)
-        a.send_data()
+        a.transport.write(b"".join(a.protocol.data_to_send()))  # in one packet
         await until(lambda: len(waiting) == 2)
         assert waiting == [len(frame) + 50, 50]
         assert server.backlog(99) == 0

@@ -99,7 +99,7 @@ def test_floods_of_empty_frames_end_with_1008(opcode: int, payload: bytes) -> No
                 parsed += 1
                 count_frame(frame)
 
-            socket._recv_frame = counted
+            socket._recv_frame = counted  # type: ignore[method-assign]
             await raw_frames(a, opcode, payload, 1000 if payload else 40_000)
             await ended(a)
             assert a.close_code in (1008, 1006)  # unread pings may cost the client the close frame
@@ -235,7 +235,7 @@ def test_servers_in_a_network_are_known_by_other_names() -> None:
 async def test_download_that_stands_still_leaves_for_another(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("teleop.rosbridge.server.handshake._STANDSTILL", 0.2)
+    monkeypatch.setattr("teleop.rosbridge.server.downloads._STANDSTILL", 0.2)
     async with serving() as server:
         server.pages.add_file("/map.ply", bytes(20_000_000))
         takers = []

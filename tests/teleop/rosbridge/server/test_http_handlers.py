@@ -15,7 +15,7 @@ from teleop.rosbridge.server.handled_request import text_page
 from teleop.rosbridge.server.http_handlers import HttpHandlers, HttpRequest, Route, Stream
 from teleop.rosbridge.server.http_pages import Page
 from teleop.rosbridge.server.http_server import HttpServer
-from teleop.rosbridge.server.request_body import MAX_BODY
+from teleop.rosbridge.server.request_reader import MAX_BODY
 from tests.teleop.rosbridge.server.test_http_pages import fetch
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, receive, say, serving
 

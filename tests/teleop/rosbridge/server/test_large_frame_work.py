@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import threading
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from teleop.rosbridge import ClientLimits, Protocol
-from teleop.rosbridge.graph.publication import Publication
+from teleop.rosbridge.auth.permissions import DEFAULT_RULES, UNGUARDED, Access, Role
+from teleop.rosbridge.framing.large_frames import LargeFrameReader
 from teleop.rosbridge.protocol.large_frame_work import LargeFrameWork, PreparedFrame
 from tests.teleop.rosbridge.server.test_server import (
     client,
@@ -31,52 +33,118 @@ def poses(count: int, **fields: object) -> str:
     return json.dumps({"op": "publish", "topic": "/poses", "msg": message})
 
 
-@pytest.mark.parametrize("fragmented", [False, True])
-def test_only_the_sender_waits_for_its_large_frame(
-    fragmented: bool, monkeypatch: pytest.MonkeyPatch
+def text(topic: str, data: str) -> dict[str, Any]:
+    return {"op": "publish", "topic": topic, "msg": {"data": data}}
+
+
+class HeldWork:
+    """Holds the work on large frames until it is released."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.begun, self.released = threading.Event(), threading.Event()
+        self.threads: set[str] = set()
+        self.frames: list[Any] = []
+        prepare = LargeFrameWork.prepare
+
+        def held(work: LargeFrameWork, frame: Any, now: int) -> PreparedFrame:
+            self.frames.append(frame)
+            self.threads.add(threading.current_thread().name)
+            self.begun.set()
+            assert self.released.wait(20)
+            return prepare(work, frame, now)
+
+        monkeypatch.setattr(LargeFrameWork, "prepare", held)
+
+
+def in_fragments(frame: str, size: int) -> list[str]:
+    pieces = [frame[i : i + size] for i in range(0, len(frame), size)]
+    rest = {"op": "fragment", "id": "f", "total": len(pieces)}
+    return [json.dumps({**rest, "num": i, "data": piece}) for i, piece in enumerate(pieces)]
+
+
+@pytest.mark.parametrize("fragment", [0, 10_000, 20_000])
+def test_large_frame_holds_up_what_its_sender_sends_to_the_same_topic_and_nothing_else(
+    fragment: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    begun, released = threading.Event(), threading.Event()
-    prepare, encode = LargeFrameWork.prepare, Publication._encode
-    threads: list[str] = []
-
-    def held(self: LargeFrameWork, frame: Any, now: int) -> PreparedFrame:
-        begun.set()
-        assert released.wait(20)
-        return prepare(self, frame, now)
-
-    def encoded(self: Publication, topic: str, *variant: Any) -> bytes:
-        if topic == "/poses":
-            threads.append(threading.current_thread().name)
-        return encode(self, topic, *variant)
-
-    monkeypatch.setattr(LargeFrameWork, "prepare", held)
-    monkeypatch.setattr(Publication, "_encode", encoded)
+    work = HeldWork(monkeypatch)
 
     @in_a_loop
     async def run() -> None:
         async with serving() as server, client(server) as a, client(server) as b:
             await say(b, {"op": "subscribe", **POSES}, {"op": "subscribe", **TEXT})
-            large = poses(500)
-            frames = [large]
-            if fragmented:
-                rest = {"op": "fragment", "id": "f", "total": 4}
-                frames = [
-                    json.dumps({**rest, "num": i, "data": large[i * 10_000 : (i + 1) * 10_000]})
-                    for i in range(4)
-                ]
-            for frame in frames:
+            for frame in in_fragments(poses(500), fragment) if fragment else [poses(500)]:
                 await a.send(frame)
-            await a.send(json.dumps({"op": "publish", "topic": "/t", "msg": {"data": "after"}}))
-            await until(begun.is_set)
+            await a.send(json.dumps({"op": "publish", "topic": "poses", "msg": {}}))
+            for part in in_fragments(json.dumps({"op": "unadvertise", "topic": "/poses"}), 20):
+                await a.send(part)
+            await until(work.begun.is_set)
+            await a.send(json.dumps(text("/t", "passes")))
+            assert (await receive(b))["msg"] == {"data": "passes"}
             for _ in range(20):
                 await say(b)  # is served meanwhile
-            released.set()
+            work.released.set()
             first, second = await receive(b), await receive(b)
-            assert (first["topic"], second["topic"]) == ("/poses", "/t")
-            assert len(first["msg"]["poses"]) == 500
-            await say(a)
-        assert len(threads) == 1
-        assert "rosbridge" in threads[0]
+            assert [len(first["msg"]["poses"]), len(second["msg"]["poses"])] == [500, 0]
+        assert work.threads == {"rosbridge"}
+
+    run()
+
+
+def test_frames_behind_auth_wait_for_the_large_frame_before_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    work = HeldWork(monkeypatch)
+
+    @in_a_loop
+    async def run() -> None:
+        async with serving() as server, client(server) as a, client(server) as b:
+            await say(b, {"op": "subscribe", **POSES}, {"op": "subscribe", **TEXT})
+            for frame in (poses(500), '{"op":"auth","token":"x"}', json.dumps(text("/t", "x"))):
+                await a.send(frame)
+            await until(work.begun.is_set)
+            await say(b)
+            work.released.set()
+            assert [(await receive(b))["topic"] for _ in range(2)] == ["/poses", "/t"]
+
+    run()
+
+
+def test_work_of_a_client_that_has_left_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    work = HeldWork(monkeypatch)
+
+    @in_a_loop
+    async def run() -> None:
+        async with serving() as server, client(server) as a, client(server) as b:
+            await say(b, {"op": "subscribe", **POSES})
+            async with client(server) as leaving:
+                await a.send(poses(500))
+                await until(work.begun.is_set)
+                for _ in range(3):
+                    await leaving.send(poses(700))
+                await say(leaving)
+            await until(lambda: len(server.protocol.connections) == 2)
+            await a.send(poses(600))
+            work.released.set()
+            received = [len((await receive(b))["msg"]["poses"]) for _ in range(2)]
+            assert received == [500, 600]
+            assert len(work.frames) == 2
+
+    run()
+
+
+def test_frames_that_wait_for_a_large_one_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    work = HeldWork(monkeypatch)
+
+    @in_a_loop
+    async def run() -> None:
+        limits = replace(ClientLimits(), messages=1e6, frames=1e6, bytes=50_000.0)
+        async with serving(limits) as server, client(server) as a:
+            await say(a, {"op": "advertise", **POSES}, {"op": "set_level", "level": "error"})
+            for _ in range(200):
+                await a.send(poses(400))
+            status = await receive(a)
+            assert "too many bytes wait behind your large frames" in status["msg"]
+            work.released.set()
 
     run()
 
@@ -124,11 +192,10 @@ def test_type_that_changes_meanwhile_is_that_of_the_message() -> None:
     protocol = Protocol(REGISTRY, limits=ClientLimits.unhurried())
     client = protocol.connect(SECOND)
     received: list[Any] = []
-    protocol.topics.advertise("/poses", "geometry_msgs/PoseArray")
+    protocol.topics.establish("/poses", "geometry_msgs/PoseArray")
     work = protocol.prepare(client, poses(500), SECOND)
     assert work is not None
     prepared = work()
-    protocol.topics.unadvertise("/poses")
     protocol.topics.subscribe(
         "/poses", "nav_msgs/Path", lambda client, message, now: received.append(message)
     )
@@ -150,3 +217,75 @@ def test_frames_that_would_be_rejected_are_not_worked_on() -> None:
         protocol.receive(client, poses(10_000) if work is None else work(), SECOND)
     assert worked == 2
     assert protocol.prepare(99, poses(10_000), SECOND) is None
+
+
+VIEWER = Access("", Role.VIEW, DEFAULT_RULES[Role.VIEW])
+
+
+@pytest.mark.parametrize(
+    ("access", "topic", "why"),
+    [
+        (VIEWER, "/poses", "publish: role view may not publish /poses"),
+        (UNGUARDED, "/owned", "publish: topic /owned is published by the server only"),
+        (UNGUARDED, "owned/", "publish: topic owned/ is published by the server only"),
+    ],
+)
+def test_frames_that_their_sender_may_not_publish_are_not_even_read(
+    access: Access, topic: str, why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    protocol = Protocol(REGISTRY)
+    client = protocol.connect(SECOND, access=access)
+    protocol.topics.subscribe("/poses", "geometry_msgs/PoseArray", lambda *_: None)
+    protocol.topics.advertise("/owned", "geometry_msgs/PoseArray")
+    monkeypatch.setattr(LargeFrameReader, "read", lambda *_: pytest.fail("was read"))
+    frame = json.dumps({**json.loads(poses(1000)), "topic": topic, "id": 7})
+    frame = json.dumps({"id": 7, "op": "publish", "topic": topic}).rstrip("}") + ", " + frame[1:]
+    assert protocol.prepare(client, frame, SECOND) is None
+    protocol.receive(client, frame, SECOND)
+    ((_, status),) = protocol.connections.drain()
+    assert json.loads(status.text) == {  # type: ignore[union-attr]
+        "op": "status",
+        "level": "error",
+        "msg": why,
+        "id": 7,
+    }
+
+
+def test_refusal_of_a_large_call_is_a_response() -> None:
+    protocol = Protocol(REGISTRY)
+    client = protocol.connect(SECOND, access=VIEWER)
+    protocol.services.serve("/sum", "example_interfaces/AddTwoInts", lambda *_: {"sum": 0})
+    call = {"op": "call_service", "service": "/sum", "id": "c", "args": {"a": 1, "b": 2}}
+    frame = json.dumps(call).replace("1,", "1," + " " * 20_000)
+    assert protocol.prepare(client, frame, SECOND) is None
+    protocol.receive(client, frame, SECOND)
+    ((_, response),) = protocol.connections.drain()
+    answer = json.loads(response.text)  # type: ignore[union-attr]
+    assert answer == {
+        "op": "service_response",
+        "service": "/sum",
+        "values": "role view may not call /sum",
+        "result": False,
+        "id": "c",
+    }
+
+
+def test_viewers_that_flood_what_they_may_not_publish_delay_nobody(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    work = HeldWork(monkeypatch)
+    work.released.set()
+
+    @in_a_loop
+    async def run() -> None:
+        async with serving() as server, client(server) as a, client(server) as b:
+            server.protocol.topics.advertise("/owned", "geometry_msgs/PoseArray")
+            await say(b, {"op": "subscribe", **POSES})
+            flood = poses(10_000).replace('"/poses"', '"owned"')
+            for _ in range(5):
+                await a.send(flood)
+            await b.send(poses(500))
+            assert len((await receive(b))["msg"]["poses"]) == 500
+        assert len(work.frames) == 1
+
+    run()

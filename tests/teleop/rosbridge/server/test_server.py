@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
 from functools import wraps
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.server import Server
+from teleop.rosbridge.server.websocket_connection import WebSocketConnection
 from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, client_ids
 
 PATIENCE = 20.0
@@ -60,6 +62,7 @@ async def client(server: Server, **options: Any) -> AsyncIterator[ClientConnecti
     # A small window, so that unread data does not remain in the kernel.
     window = socket.socket()
     window.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65_536)
+    window.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # frames leave as they are sent
     window.setblocking(False)
     await asyncio.get_running_loop().sock_connect(window, ("127.0.0.1", server.port))
     options = {"compression": None, "max_size": None, "close_timeout": 0.2, **options}
@@ -231,6 +234,20 @@ async def test_lockstep_response_follows_all_messages_of_its_ticks() -> None:
         assert [h["msg"]["data"] for h in received[:-1:2]] == [str(i) for i in range(50)]
         await server.flush(caller)
         assert server.waiting(caller) == 0
+
+
+@in_a_loop
+async def test_small_messages_of_a_moment_leave_in_one_write() -> None:
+    async with serving() as server, client(server) as a:
+        await say(a, CHATTER)
+        with patch.object(
+            WebSocketConnection, "write", autospec=True, side_effect=WebSocketConnection.write
+        ) as spy:
+            for i in range(10):
+                server.protocol.topics.publish("/chatter", {"data": str(i)}, server.now)
+            texts = [(await receive(a))["msg"]["data"] for _ in range(10)]
+        assert texts == [str(i) for i in range(10)]
+        assert spy.call_count == 1
 
 
 @in_a_loop

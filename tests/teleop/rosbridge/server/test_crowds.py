@@ -1,0 +1,245 @@
+"""Crowds of hostile connections, from one address and from many: what others of them notice, and what they leave."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import ssl
+from pathlib import Path
+
+import pytest
+from websockets.asyncio.client import connect
+from websockets.exceptions import InvalidStatus
+
+from teleop.rosbridge import (
+    Authenticator,
+    ClientLimits,
+    Credentials,
+    Protocol,
+    Role,
+    Server,
+    tls_context,
+)
+from teleop.rosbridge.server.rare_warnings import RareWarnings
+from tests.teleop.rosbridge.auth.test_authentication import certificate
+from tests.teleop.rosbridge.server.test_gate import credential, ended
+from tests.teleop.rosbridge.server.test_hostile_clients import masked, opened
+from tests.teleop.rosbridge.server.test_server import client, in_a_loop, say, serving, until
+from tests.teleop.rosbridge.support import REGISTRY, SECOND
+
+OTHER = ("127.0.0.2", 0)
+"""Another address of this machine."""
+
+Wire = tuple[asyncio.StreamReader, asyncio.StreamWriter]
+
+
+async def dialled(server: Server, address: str) -> Wire:
+    """Connect from an address of this machine, and say nothing."""
+    return await asyncio.open_connection("127.0.0.1", server.port, local_addr=(address, 0))
+
+
+def leave(wires: list[Wire]) -> None:
+    for _, writer in wires:
+        writer.transport.abort()
+
+
+# Places of clients that are still to give a token
+
+
+def guarded() -> Protocol:
+    credentials = Credentials(keys=(credential("driver", Role.OPERATE),))
+    limits = ClientLimits(requests=1000)
+    return Protocol(REGISTRY, limits=limits, authenticator=Authenticator(credentials, lambda: 0.0))
+
+
+def closing(protocol: Protocol) -> list[str]:
+    return [one.address for one in protocol.connections if one.closing]
+
+
+def test_an_address_has_two_places_before_its_token_and_a_third_takes_that_of_its_oldest() -> None:
+    protocol = guarded()
+    for port in range(3):
+        assert protocol.places.refusal(None, "10.0.0.6") is None
+        protocol.connect(SECOND, f"10.0.0.6:{port}", None)
+    assert closing(protocol) == ["10.0.0.6:0"]
+
+
+def test_with_all_places_taken_the_oldest_of_the_address_with_most_leaves() -> None:
+    protocol = guarded()
+    for address in ("10.0.0.1:1", *(f"10.0.0.{n}:{port}" for n in (2, 3, 4) for port in (1, 2))):
+        protocol.connect(SECOND, address, None)
+    protocol.connect(SECOND, "10.0.0.5:1", None)
+    assert protocol.places.refusal(None, "10.0.0.6") is None
+    assert closing(protocol) == ["10.0.0.2:1"]
+    protocol.connect(SECOND, "10.0.0.6:1", None)
+    assert protocol.places.refusal(None, "10.0.0.5") is None
+    assert closing(protocol) == ["10.0.0.2:1", "10.0.0.3:1"]
+
+
+@in_a_loop
+async def test_an_operator_logs_in_while_another_address_holds_places_without_a_token() -> None:
+    async with Server(guarded(), port=0) as server:
+        held = []
+        for _ in range(10):
+            try:
+                held.append(await connect(server.url, local_addr=OTHER))
+            except InvalidStatus:
+                break
+        async with connect(server.url) as operator:
+            await operator.send('{"op":"auth","token":"driver\'s token"}')
+            await say(operator)
+        for one in held:
+            await one.close()
+
+
+# What clients leave behind
+
+
+CALL = '{"op":"publish","topic":"/t","msg":{"data":"x"}}'
+
+
+def counting(server: Server) -> list[str]:
+    heard: list[str] = []
+    server.protocol.topics.subscribe(
+        "/t", "std_msgs/String", lambda client, message, now: heard.append(message["data"])
+    )
+    return heard
+
+
+@pytest.mark.parametrize("goodbye", [b"", masked(b"\x03\xe8", 0x88)], ids=["gone", "closed"])
+@in_a_loop
+async def test_of_what_a_client_has_sent_that_leaves_little_is_carried_out(goodbye: bytes) -> None:
+    async with serving() as server:
+        heard = counting(server)
+        for _ in range(4):
+            _, writer = await opened(server)
+            writer.write(masked(CALL.encode()) * 390 + goodbye)
+            writer.close()
+        await until(lambda: bool(heard) and not server.protocol.connections)
+        assert len(heard) <= 4 * 24
+
+
+@in_a_loop
+async def test_the_last_messages_of_a_program_that_ends_are_carried_out() -> None:
+    async with serving() as server:
+        heard = counting(server)
+        async with client(server) as polite:
+            for _ in range(10):
+                await polite.send(CALL)
+        await until(lambda: len(heard) == 10)
+        _, writer = await opened(server)
+        writer.write(masked(CALL.encode()) * 10)
+        writer.close()
+        await until(lambda: len(heard) == 20)
+
+
+@in_a_loop
+async def test_a_client_that_is_cut_off_has_no_place_and_is_soon_disconnected() -> None:
+    async with serving(ClientLimits()) as server:
+        loop = asyncio.get_running_loop()
+        _, writer = await opened(server)  # which reads nothing
+        await until(lambda: len(server.protocol.connections) == 1)
+        writer.write(masked(b"", 0x89) * 1000)
+        begun = loop.time()
+        await until(lambda: len(server.protocol.connections) == 0)
+        assert loop.time() - begun < 0.5
+        while not writer.transport.is_closing():
+            writer.write(masked(b"", 0x89) * 1000)
+            await asyncio.sleep(0.02)
+        assert loop.time() - begun < 3
+
+
+# Sockets
+
+
+@in_a_loop
+async def test_headers_are_bounded_all_together() -> None:
+    async with serving() as server:
+        for lines in (b"X-A: " + b"x" * 1000 + b"\r\n") * 17, b"X-A: b\r\n" * 65:
+            reader, writer = await dialled(server, "127.0.0.1")
+            writer.write(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n" + lines + b"\r\n")
+            assert b" 431 " in await reader.readline()
+            writer.close()
+
+
+@pytest.mark.parametrize("encrypted", [False, True])
+@in_a_loop
+async def test_silent_sockets_of_one_address_cost_another_none(
+    encrypted: bool, tmp_path: Path
+) -> None:
+    crt, key = certificate(tmp_path)
+    trust = ssl.create_default_context(cafile=str(crt)) if encrypted else None
+    async with serving(tls=tls_context(crt, key) if encrypted else None) as server:
+        waiting = await dialled(server, "127.0.0.1")
+        crowd = [await dialled(server, "127.0.0.2") for _ in range(300)]
+        async with asyncio.timeout(2):
+            assert await crowd[0][0].read() == b""
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port, ssl=trust)
+        writer.write(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        assert b" 200 " in await reader.readline()
+        writer.transport.abort()
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(waiting[0].read(), 0.1)
+        leave([waiting, *crowd])
+
+
+@in_a_loop
+async def test_takers_of_a_file_at_many_addresses_leave_one_place_for_another() -> None:
+    async with serving(ClientLimits(requests=1000)) as server:
+        server.pages.add_file("/map.ply", bytes(20_000_000))
+        ask = b"GET /map.ply HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+        takers = []
+        for number in range(32):
+            taker = await dialled(server, f"127.0.0.{2 + number // 4}")
+            taker[1].write(ask)
+            takers.append(taker)
+        await until(lambda: len(server._handshake._downloads) == 32)
+        reader, writer = await dialled(server, "127.0.0.1")
+        writer.write(ask)
+        assert b" 200 " in await reader.readline()
+        leave([(reader, writer), *takers])
+
+
+# Lines in the log
+
+
+@in_a_loop
+async def test_floods_are_logged_in_a_line_a_minute(caplog: pytest.LogCaptureFixture) -> None:
+    async with serving(ClientLimits()) as server:
+        for _ in range(6):
+            _, writer = await opened(server)
+            writer.write(masked(b"", 0x89) * 3000)
+            await asyncio.sleep(0.02)
+            writer.transport.abort()
+        await until(lambda: not server.protocol.connections)
+    assert [record.getMessage() for record in caplog.records] == [
+        "127.0.0.1: more than 50 pings and pongs/s: disconnected (1 times)"
+    ]
+
+
+def test_warnings_of_a_kind_are_counted_for_a_minute(caplog: pytest.LogCaptureFixture) -> None:
+    rare = RareWarnings(logging.getLogger("rare"))
+    for second in range(130):
+        rare.warn("ping", f"ping at {second}", float(second))
+        rare.warn("pong", f"pong at {second}", float(second))
+    for kind in range(100):
+        rare.warn(str(kind), "of many kinds", 130.0)
+    said = [record.getMessage() for record in caplog.records]
+    assert [line for line in said if "ping" in line] == [
+        "ping at 0 (1 times)",
+        "ping at 60 (60 times)",
+        "ping at 120 (60 times)",
+    ]
+    assert len(said) <= 6 + 16
+
+
+@in_a_loop
+async def test_a_client_that_is_cut_off_receives_the_reason_and_others_go_on() -> None:
+    async with serving(ClientLimits()) as server, client(server) as other:
+        async with client(server) as flooder:
+            flooder.transport.write(masked(b"", 0x89) * 1000)
+            await ended(flooder)
+            assert flooder.close_code == 1008
+        await other.send(json.dumps({"op": "subscribe", "topic": "/chatter"}))
+        await say(other)
