@@ -1,4 +1,4 @@
-"""The commands ``farsteer kafka-bridge`` and ``farsteer kafka-rest``."""
+"""The commands ``farsteer kafka-bridge``, ``farsteer kafka-rest`` and ``farsteer servo-bridge``."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from localization.extras import require
 from teleop.bridges.broker_options import BrokerOptions
 from teleop.bridges.kafka.bridge_config import BridgeConfig
 from teleop.bridges.rest.rest_config import RestConfig
+from teleop.bridges.servos.bridge_config import ServoBridgeConfig
 
 
 @dataclass(frozen=True)
@@ -29,9 +30,9 @@ class KafkaBridge:
     def __call__(self) -> int:
         """Run until Ctrl-C."""
         require("aiokafka", "the bridge to Kafka")
-        from teleop.bridges.run import run_until_ended
+        from teleop.bridges.run import run_kafka_bridge
 
-        return run_until_ended(self.broker, self.bridge, say)
+        return run_kafka_bridge(self.broker, self.bridge, say)
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,27 @@ class KafkaRest:
         """Serve until Ctrl-C."""
         for library in ("aiokafka", "tornado"):
             require(library, "the REST proxy of Kafka")
-        from teleop.bridges.run import serve_until_ended
+        from teleop.bridges.run import run_kafka_rest
 
-        return serve_until_ended(self.broker, self.rest, say)
+        return run_kafka_rest(self.broker, self.rest, say)
+
+
+@dataclass(frozen=True)
+class ServoBridge:
+    """Lead the servos of a second arm as a robot's arm moves, and send their angles back.
+
+    The board is an Arduino with the sketch in examples/servo_board, or `farsteer servo-board`. It may be unplugged and
+    plugged in again; its servos hold meanwhile.
+    """
+
+    bridge: tyro.conf.OmitArgPrefixes[ServoBridgeConfig] = field(default_factory=ServoBridgeConfig)
+    """Robot and board."""
+
+    def __call__(self) -> int:
+        """Run until Ctrl-C."""
+        for library in ("serial", "websockets"):
+            require(library, "the bridge to a board of servos")
+        from teleop.bridges.servos.bridge import run_servo_bridge
+        from teleop.bridges.until_ended import run_until_ended
+
+        return run_until_ended(run_servo_bridge(self.bridge, say))

@@ -9,10 +9,10 @@ from pathlib import Path
 from teleop.bridges.broker_check import why_unusable
 from teleop.bridges.broker_options import BrokerOptions
 from teleop.bridges.client_life import FAILURES
+from teleop.bridges.endless import endless
 from teleop.bridges.kafka import results
 from teleop.bridges.kafka.bridge_config import BridgeConfig
 from teleop.bridges.kafka.command_driver import CommandDriver
-from teleop.bridges.kafka.endless import endless
 from teleop.bridges.kafka.journal import Journal
 from teleop.bridges.kafka.log_reader import LogReader
 from teleop.bridges.kafka.result_publisher import ResultPublisher

@@ -21,6 +21,9 @@ from teleop.step_commands.turtle_control import StepSizes, read_turtle_control
 _NO_HINDRANCE: Final = (results.DONE, results.SET, results.INVALID, results.INTERRUPTED)
 """Outcomes after which the commands that are waiting are carried out all the same."""
 
+_NOT_DRIVEN: Final = (results.TOO_OLD, results.SKIPPED, results.REPEATED)
+"""Outcomes of commands that are passed over; what is waiting is neither helped nor hindered."""
+
 _CLOCKS: Final = 5.0
 """How far ahead of this machine's clock a command's time may be without being refused [s]."""
 
@@ -106,10 +109,12 @@ class CommandDriver:
             await self._reachable()
             if (why := self._too_old(command)) is not None:
                 return Outcome(results.TOO_OLD, why)
+            if not begun and command.mark.digest in self._journal.state.driven_before:
+                return Outcome(results.REPEATED, "it was driven before the log began again")
             if command.offset < self._skip_before:
                 return Outcome(results.SKIPPED, "it was waiting when a step before it ended badly")
             if not begun:
-                await self._journal.begin(command.offset)
+                await self._journal.begin(command.offset, command.mark)
                 begun = True
             try:
                 return await self._send(steps)
@@ -156,7 +161,7 @@ class CommandDriver:
         return None
 
     async def _end(self, command: Command, outcome: Outcome, sizes: StepSizes) -> None:
-        if outcome.outcome not in (*_NO_HINDRANCE, results.TOO_OLD, results.SKIPPED):
+        if outcome.outcome not in (*_NO_HINDRANCE, *_NOT_DRIVEN):
             # Whoever sent what is there by now could not know of it.  # words: ok
             self._skip_before = self._reader.end
         result = Result(
@@ -183,8 +188,7 @@ class CommandDriver:
             # The log no longer has the command; its answer is owed all the same.
             await self._answer_without_command(self._interrupted)
             self._interrupted = None
-        mark = None if loss.again else loss.mark
-        await self._journal.open_log(log=number, next=loss.next, end=loss.end, mark=mark)
+        await self._journal.open_log(log=number, next=loss.next, end=loss.end, mark=loss.mark)
         if loss.again:
             self._skip_before = 0
         if loss.lost or loss.again:

@@ -76,9 +76,9 @@ class Journal:
         """Note from where the log is read, at the first time and after a loss."""
         await self._add({"is": "opened", "log": log, "next": next, "end": end, "mark": _dict(mark)})
 
-    async def begin(self, offset: int) -> None:
+    async def begin(self, offset: int, mark: Mark) -> None:
         """Note that a command is about to be carried out."""
-        await self._add({"is": "begun", "offset": offset})
+        await self._add({"is": "begun", "offset": offset, "mark": asdict(mark)})
 
     async def end(
         self,

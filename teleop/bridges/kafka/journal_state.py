@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 from teleop.bridges.kafka.results import Result
 from teleop.step_commands.turtle_control import StepSizes
+
+REMEMBERED: Final = 1000
+"""Driven commands by which those that come again in a new log are known; as many before it began, and since."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +36,10 @@ class JournalState:
     """The command before ``next``; None if there is no such command."""
     begun: int | None = None
     """Offset of the command that is being carried out."""
+    driven: tuple[str, ...] = ()
+    """Digests of the last commands of this log that were begun."""
+    driven_before: tuple[str, ...] = ()
+    """Digests of the last commands that were begun before the log began again."""
     distance: float | None = None
     """Length of a step, as commands have set it [m]."""
     angle: int | None = None
@@ -62,11 +69,14 @@ class JournalState:
                 return _state(entry["state"])
             case "opened":
                 mark = None if entry["mark"] is None else Mark(**entry["mark"])
+                state = self if entry["log"] == self.log else self._in_a_new_log()
                 return replace(
-                    self, log=entry["log"], next=entry["next"], end=entry["end"], mark=mark
+                    state, log=entry["log"], next=entry["next"], end=entry["end"], mark=mark
                 )
             case "begun":
-                return replace(self, begun=entry["offset"])
+                digests = [entry["mark"]["digest"]] if "mark" in entry else []  # old ones have none
+                driven = (*self.driven, *digests)[-REMEMBERED:]
+                return replace(self, begun=entry["offset"], driven=driven)
             case "ended":
                 result = Result(**entry["result"])
                 state = replace(self, begun=None, waiting=(*self.waiting, result))
@@ -87,6 +97,10 @@ class JournalState:
             case kind:
                 raise ValueError(f"unknown entry {kind!r}")
 
+    def _in_a_new_log(self) -> JournalState:
+        before = (*self.driven_before, *self.driven)[-REMEMBERED:]
+        return replace(self, driven=(), driven_before=before)
+
     def as_entry(self) -> dict[str, Any]:
         """Return an entry that says all of it."""
         return {"is": "state", "state": asdict(self)}
@@ -95,4 +109,5 @@ class JournalState:
 def _state(fields: dict[str, Any]) -> JournalState:
     mark = None if fields["mark"] is None else Mark(**fields["mark"])
     waiting = tuple(Result(**result) for result in fields["waiting"])
-    return JournalState(**{**fields, "mark": mark, "waiting": waiting})
+    digests = {name: tuple(fields.get(name, ())) for name in ("driven", "driven_before")}
+    return JournalState(**{**fields, **digests, "mark": mark, "waiting": waiting})

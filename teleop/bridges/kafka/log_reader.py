@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 from collections.abc import Callable
 from typing import Any, Final
 
-from aiokafka import AIOKafkaConsumer, TopicPartition
+from aiokafka import TopicPartition
 from aiokafka.errors import OffsetOutOfRangeError
 
 from teleop.bridges.client_life import FAILURES, TIMEOUT, running
 from teleop.bridges.kafka.commands_in_log import LogEvent, Loss, command_of, mark_of
-from teleop.bridges.kafka.journal_state import JournalState
+from teleop.bridges.kafka.journal_state import JournalState, Mark
+from teleop.bridges.kafka.partition_log import PartitionLog
+from teleop.bridges.seldom import Seldom
 from teleop.clock import unix_seconds
 
 CHECK_PERIOD: Final = 1.0
@@ -21,24 +22,17 @@ CHECK_PERIOD: Final = 1.0
 AHEAD: Final = 1000
 """Commands that are read ahead of the one that is driven."""
 
-FETCH_WAIT: Final = 50
-"""Longest time for which a broker holds back the answer to a request for records that are not there yet [ms].
-
-Kafka answers when a record comes. Tansu looks for it now and then within this time, the more rarely the longer it is.
-"""
-
 _RETRY: Final = 0.5
 """Pause before the next attempt to reach a broker [s]."""
-
-_LOG: Final = logging.getLogger(__name__)
 
 
 class LogReader:
     """Reads one partition, from where the journal ends, or from its end if nothing was read before.
 
     No consumer group: nobody else can be given the partition, and no rebalancing holds up a robot. Whenever the
-    connection is new, the log is compared with what was read of it: where it ends before that, or holds another
-    command in the place of the last one that was read, it has begun again, and only commands of a later time are read.
+    connection is new, and whenever the log seems to end before what was read of it, the last command that was read is
+    compared with what is in its place: where that is another command or none, the log has begun again, and only
+    commands of a later time are read.
     """
 
     def __init__(
@@ -52,13 +46,14 @@ class LogReader:
         self.since = 0.0
         """When it began to do so [s since 1970]."""
         self.on_change: Callable[[str], object] = lambda text: None
-        """Called with a line when the broker is lost and found."""
+        """Called with a line when the broker is lost and found, and when the log is not what it was."""
 
         self._settings = settings
         self._place = TopicPartition(topic, partition)
         self._next = state.next
         self._end = state.end
         self._mark = state.mark
+        self._seldom = Seldom()
 
     @property
     def end(self) -> int:
@@ -69,112 +64,98 @@ class LogReader:
         """Read without end."""
         while True:
             try:
-                async with running(self._consumer()) as consumer:
+                log = PartitionLog(self._settings, self._place)
+                async with running(log.consumer):
                     async with asyncio.timeout(2 * TIMEOUT):
-                        consumer.assign([self._place])
-                        await self._find_place(consumer)
+                        log.consumer.assign([self._place])
+                        await self._find_place(log)
                     self._found()
-                    await self._read(consumer)
+                    await self._read(log)
             except OffsetOutOfRangeError:
-                _LOG.info("%s: the position is out of range", self._place)
+                self._complain(f"{self._place.topic} has nothing at {self._next}")
+                await asyncio.sleep(_RETRY)
             except FAILURES as error:
                 self._lost(str(error) or "no answer")
                 await asyncio.sleep(_RETRY)
 
-    def _consumer(self) -> AIOKafkaConsumer:
-        return AIOKafkaConsumer(
-            **self._settings,
-            auto_offset_reset="none",
-            enable_auto_commit=False,
-            request_timeout_ms=int(TIMEOUT * 1e3),
-            retry_backoff_ms=100,
-            fetch_max_wait_ms=FETCH_WAIT,
-        )
-
-    async def _read(self, consumer: AIOKafkaConsumer) -> None:
-        """Read until the log ends before the position."""
+    async def _read(self, log: PartitionLog) -> None:
+        """Read until the log is another one."""
         loop = asyncio.get_running_loop()
         checked = loop.time()
         while True:
-            got = await consumer.getmany(timeout_ms=int(CHECK_PERIOD * 1e3), max_records=100)
+            got = await log.read(CHECK_PERIOD)
             arrived = unix_seconds()
-            for record in got.get(self._place, ()):
+            for record in got:
                 self._next, self._mark = record.offset + 1, mark_of(record)
                 await self.events.put(command_of(record, arrived, self._end))
             if loop.time() - checked >= CHECK_PERIOD:
                 async with asyncio.timeout(TIMEOUT):
-                    _, end = await self._bounds(consumer)
-                if self._next is not None and end < self._next:
-                    return
-                self._end, checked = end, loop.time()
+                    if await self._is_another(log):
+                        return
+                checked = loop.time()
 
-    async def _find_place(self, consumer: AIOKafkaConsumer) -> None:
+    async def _is_another(self, log: PartitionLog) -> bool:
+        """Return whether the log ends before the position, or only seems to; note its end."""
+        assert self._next is not None
+        end = await log.named_end()
+        if end < self._next:
+            why, end = await self._why_another(log, 0, end)
+            if why is not None:
+                return True
+            log.go_to(self._next)
+        self._end = end
+        return False
+
+    async def _find_place(self, log: PartitionLog) -> None:
         """Seek to the next command, and report what is gone."""
-        begin, end = await self._bounds(consumer)
+        begin, end = await log.bounds()
         if self._next is None:
-            self._next, self._mark = end, None
-            await self._note(Loss(0, "", False, end, end, None))
-        elif end < self._next:
-            why = f"the log ends at {end}, before {self._next}"
-            await self._begin_again(consumer, begin, end, why)
+            self._next, self._mark = end, await _mark_before(log, begin, end)
+            await self._note(Loss(0, "", False, end, end, self._mark))
         elif begin > self._next:
             why = f"the log begins at {begin}, behind {self._next}"
+            self._complain(f"{self._place.topic} has lost commands: {why}")
             await self._note(Loss(begin - self._next, why, False, begin, end, None))
-        elif (other := await self._other(consumer, begin)) is not None:
-            await self._begin_again(consumer, begin, end, other)
+        else:
+            other, end = await self._why_another(log, begin, end)
+            if other is not None:
+                await self._begin_again(log, begin, end, other)
         self._end = end
-        consumer.seek(self._place, self._next)
+        log.go_to(self._next)
 
-    async def _other(self, consumer: AIOKafkaConsumer, begin: int) -> str | None:
-        """Return why this is another log than the one that was read; None if it is the same."""
-        if self._mark is None or self._next is None or self._next - 1 < begin:
-            return None
-        consumer.seek(self._place, self._next - 1)
-        record = await consumer.getone(self._place)
-        if record.offset != self._next - 1 or mark_of(record) == self._mark:
-            return None  # compacted, or the same
-        return f"at {record.offset} there is another command than before"
+    async def _why_another(self, log: PartitionLog, begin: int, end: int) -> tuple[str | None, int]:
+        """Return why this is another log than the one that was read, None if it is the same; and its end."""
+        assert self._next is not None
+        last = self._next - 1
+        if last < begin:
+            return None, end
+        record, seen = await log.look(last)
+        end = max(end, seen)
+        if end < self._next:
+            return f"the log ends at {end}, before {self._next}", end
+        if record is None or record.offset != last or self._mark in (None, mark_of(record)):
+            return None, end  # compacted, or the same
+        return f"at {last} there is another command than before", end
 
-    async def _begin_again(
-        self, consumer: AIOKafkaConsumer, begin: int, end: int, why: str
-    ) -> None:
+    async def _begin_again(self, log: PartitionLog, begin: int, end: int, why: str) -> None:
         """Go on in another log, with the commands that are later than the last one that was read."""
         assert self._next is not None
         next = end
         if self._mark is not None and begin < end:
-            next = await self._first_after(consumer, self._mark.timestamp, begin, end)
+            next = await log.first_after(self._mark.timestamp, begin, end)
         # What is known to have been there and was never read, and what may have been driven or not.
         lost = max(0, self._end - self._next) + (next - begin)
-        await self._note(Loss(lost, why, True, next, end, None))
-        self._mark = None
-
-    async def _first_after(
-        self, consumer: AIOKafkaConsumer, time: int, begin: int, end: int
-    ) -> int:
-        """Return the offset of the first command that is later than a time; the end if there is none.
-
-        The broker knows where to look, but some (Tansu) name a place before it: what is there is looked at.
-        """
-        found = (await consumer.offsets_for_times({self._place: time + 1})).get(self._place)
-        at = end if found is None else max(begin, found.offset)
-        consumer.seek(self._place, min(at, end))
-        while at < end:
-            got = await consumer.getmany(self._place, timeout_ms=200)
-            for record in got.get(self._place, ()):
-                if record.timestamp > time:
-                    return int(record.offset)
-            at = await consumer.position(self._place)
-        return end
+        self._mark = await _mark_before(log, begin, next)
+        self._complain(f"{self._place.topic} has begun again: {why}; reading it at {next}")
+        await self._note(Loss(lost, why, True, next, end, self._mark))
 
     async def _note(self, loss: Loss) -> None:
         self._next = loss.next
         await self.events.put(loss)
 
-    async def _bounds(self, consumer: AIOKafkaConsumer) -> tuple[int, int]:
-        """Return the first offset of the log, and the one behind its last."""
-        begin = await consumer.beginning_offsets([self._place])
-        end = await consumer.end_offsets([self._place])
-        return begin[self._place], end[self._place]
+    def _complain(self, text: str) -> None:
+        """Say what may come again and again, but not each time."""
+        self._seldom.say(self.on_change, text)
 
     def _found(self) -> None:
         if not self.reachable.is_set():
@@ -187,3 +168,11 @@ class LogReader:
             self.reachable.clear()
             self.since = self.since or 1.0
             self.on_change(f"no broker: {why}")
+
+
+async def _mark_before(log: PartitionLog, begin: int, offset: int) -> Mark | None:
+    """Return what the command before an offset is recognised by; None if there is none."""
+    if offset <= begin:
+        return None
+    record, _ = await log.look(offset - 1)
+    return mark_of(record) if record is not None and record.offset == offset - 1 else None

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
+from teleop.bridges.first_connection import connect
 from teleop.bridges.kafka import results
 from teleop.clock import unix_seconds
 from teleop.errors import TeleopError
@@ -69,15 +70,7 @@ class RobotLink:
             ClientError: If the address is no robot's, or does not accept the token.
             RobotRefusesError: If the token is an admin's.
         """
-        while True:
-            try:
-                await self.client.connect(patience=1.0)
-                break
-            except ClientError as error:
-                if not isinstance(error.__cause__, OSError):
-                    raise
-                self.on_change(f"{error}; trying again")
-                await asyncio.sleep(5.0)
+        await connect(self.client, lambda text: self.on_change(text))
         while True:
             await self._connected.wait()
             self._connected.clear()

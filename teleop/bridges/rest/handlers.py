@@ -9,7 +9,7 @@ import json
 import logging
 from typing import Any, Final
 
-from tornado.web import HTTPError, RequestHandler
+from tornado.web import HTTPError, RequestHandler, stream_request_body
 
 from teleop.bridges.broker_options import is_loopback
 from teleop.bridges.client_life import FAILURES
@@ -30,8 +30,12 @@ MAX_BODY: Final = 1_000_000
 _LOG: Final = logging.getLogger(__name__)
 
 
+@stream_request_body
 class Handler(RequestHandler):
-    """A request; what it raises is answered in the interface's own form."""
+    """A request; what it raises is answered in the interface's own form.
+
+    Its body is read once it is known that the client may ask; otherwise the connection is closed behind the answer.
+    """
 
     state: State
     """What all requests share."""
@@ -39,6 +43,12 @@ class Handler(RequestHandler):
     def initialize(self, state: State) -> None:
         """Take what all requests share."""
         self.state = state
+        self.received = bytearray()
+        """The body, as far as it has come in."""
+
+    def data_received(self, chunk: bytes) -> None:
+        """Take a part of the body; the server bounds the whole."""
+        self.received += chunk
 
     def set_default_headers(self) -> None:
         """Say nothing about the server; no page of another origin may read an answer."""
@@ -85,7 +95,7 @@ class Handler(RequestHandler):
     def body(self) -> dict[str, Any]:
         """Return the body, an object of JSON; 422 if it is anything else."""
         try:
-            parsed = json.loads(self.request.body)
+            parsed = json.loads(self.received)
         except (ValueError, RecursionError):
             raise unreadable("it is no JSON") from None
         if not isinstance(parsed, dict):
@@ -116,6 +126,8 @@ class Handler(RequestHandler):
         elif not isinstance(error, RestError):
             error = RestError(500, 50001, "internal error")
         self.set_status(error.status)
+        if error.status in (401, 403):
+            self.set_header("Connection", "close")
         if error.status == 401:
             self.set_header("WWW-Authenticate", 'Basic realm="farsteer"')
         self.set_header("Content-Type", PLAIN)
@@ -130,7 +142,8 @@ class Handler(RequestHandler):
 class Elsewhere(Handler):
     """A path that the interface does not have."""
 
-    def prepare(self) -> None:
+    def get(self, *_: str) -> None:
         """Refuse."""
-        super().prepare()
         raise no_such_page()
+
+    post = put = patch = delete = head = options = get

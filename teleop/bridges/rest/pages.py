@@ -10,7 +10,7 @@ from aiokafka import TopicPartition
 
 from teleop.bridges.client_life import TIMEOUT
 from teleop.bridges.rest.consumers import MAX_BYTES, MAX_TIMEOUT, Consumer
-from teleop.bridges.rest.errors import no_topic, other_format, subscribed_twice, unreadable
+from teleop.bridges.rest.errors import other_format, subscribed_twice, unreadable
 from teleop.bridges.rest.handlers import Elsewhere, Handler
 from teleop.bridges.rest.media_types import (
     EMBEDDED,
@@ -19,8 +19,13 @@ from teleop.bridges.rest.media_types import (
     embedded_format,
 )
 from teleop.bridges.rest.records import read_records, record_json
+from teleop.bridges.rest.topic_names import check_topic, is_internal
+from teleop.clock import unix_seconds
 
-_TOPIC: Final = re.compile(r"[A-Za-z0-9._-]{1,249}")
+_MAX_OFFSET: Final = 2**63 - 1
+"""Behind the last offset of which the position behind it is a number of Kafka's protocol."""
+_MAX_PARTITION: Final = 2**31
+"""Behind the last number of a partition in it."""
 
 
 class Topics(Handler):
@@ -29,7 +34,8 @@ class Topics(Handler):
     async def get(self) -> None:
         """List the topics."""
         media = self.plain()
-        self.answer(await self.state.producer.topics(), media)
+        topics = await self.state.producer.topics()
+        self.answer([topic for topic in topics if not is_internal(topic)], media)
 
 
 class Topic(Handler):
@@ -39,8 +45,9 @@ class Topic(Handler):
         """Send records."""
         media = self.plain()
         format = embedded_format(self.request.headers.get("Content-Type", ""))
-        records = read_records(self.body(), format)
-        _check_topic(topic)
+        records = read_records(self.body(), format, unix_seconds())
+        check_topic(topic)
+        self.state.check_sending(topic)
         offsets = await self.state.producer.send(topic, records)
         ids = {"key_schema_id": None, "value_schema_id": None}
         self.answer({"offsets": offsets, **ids}, media)
@@ -53,7 +60,7 @@ class Group(Handler):
         """Make a consumer."""
         media = self.plain()
         check_plain(self.request.headers.get("Content-Type", ""))
-        made = self.state.consumers.create(group, self.body() if self.request.body else {})
+        made = self.state.consumers.create(group, self.body() if self.received else {})
         base = f"{self.request.protocol}://{self.request.host}"
         uri = f"{base}/consumers/{made.group}/instances/{made.name}"
         self.answer({"instance_id": made.name, "base_uri": uri}, media)
@@ -88,7 +95,7 @@ class Subscription(_OfConsumer):
         if not isinstance(topics, list) or not 0 < len(topics) <= 100:
             raise unreadable("topics must be a list of 1 to 100 names; patterns are not supported")
         for topic in topics:
-            _check_topic(topic)
+            check_topic(topic)
         async with consumer.busy:
             await consumer.subscribe(topics)
         self.nothing()
@@ -140,7 +147,7 @@ class Offsets(_OfConsumer):
         """Commit the offsets of a body; without one, of all records that were fetched."""
         consumer = self.consumer(group, name)
         offsets: dict[TopicPartition, int] | None = None
-        if self.request.body:
+        if self.received:
             check_plain(self.request.headers.get("Content-Type", ""))
             # The position is behind the last record that was used.
             offsets = {place: offset + 1 for place, offset in _offsets(self.body()).items()}
@@ -160,17 +167,12 @@ def _offsets(body: dict[str, Any]) -> dict[TopicPartition, int]:
     for number, entry in enumerate(entries):
         match entry:
             case {"topic": str(topic), "partition": int(partition), "offset": int(offset)} if (
-                offset >= 0
+                0 <= offset < _MAX_OFFSET and 0 <= partition < _MAX_PARTITION
             ):
                 offsets[TopicPartition(topic, partition)] = offset
             case _:
                 raise unreadable(f"offsets[{number}] must have topic, partition and offset")
     return offsets
-
-
-def _check_topic(topic: object) -> None:
-    if not isinstance(topic, str) or not _TOPIC.fullmatch(topic) or topic in (".", ".."):
-        raise no_topic(str(topic))
 
 
 _NAME: Final = r"([^/]+)"

@@ -17,6 +17,9 @@ from teleop.bridges.rest.media_types import Format
 MAX_RECORDS: Final = 1000
 """Records of one request; chosen."""
 
+AHEAD: Final = 3600.0
+"""How far in the future a record's time may be [s]; ``message.timestamp.after.max.ms`` of Apache Kafka 4."""
+
 _KNOWN: Final = {"key", "value", "partition", "timestamp"}
 
 
@@ -31,15 +34,15 @@ class NewRecord:
     """[ms since 1970]"""
 
 
-def read_records(body: Mapping[str, Any], format: Format) -> list[NewRecord]:
-    """Return the records of a body; 422 if they are invalid."""
+def read_records(body: Mapping[str, Any], format: Format, now: float) -> list[NewRecord]:
+    """Return the records of a body, received at a time [s since 1970]; 422 if they are invalid."""
     records = body.get("records")
     if not isinstance(records, list) or not 0 < len(records) <= MAX_RECORDS:
         raise unreadable(f"records must be a list of 1 to {MAX_RECORDS} records")
-    return [_read(record, format, number) for number, record in enumerate(records)]
+    return [_read(record, format, number, now) for number, record in enumerate(records)]
 
 
-def _read(record: object, format: Format, number: int) -> NewRecord:
+def _read(record: object, format: Format, number: int, now: float) -> NewRecord:
     where = f"records[{number}]"
     if not isinstance(record, dict) or "value" not in record or record.keys() - _KNOWN:
         raise unreadable(
@@ -49,7 +52,7 @@ def _read(record: object, format: Format, number: int) -> NewRecord:
         _bytes(record.get("key"), format, f"{where}.key"),
         _bytes(record["value"], format, f"{where}.value"),
         _integer(record.get("partition"), f"{where}.partition"),
-        _integer(record.get("timestamp"), f"{where}.timestamp"),
+        _timestamp(record.get("timestamp"), f"{where}.timestamp", now),
     )
 
 
@@ -71,6 +74,15 @@ def _integer(value: object, where: str) -> int | None:
     if value is None or (isinstance(value, int) and not isinstance(value, bool) and value >= 0):
         return value
     raise unreadable(f"{where} must be a whole number from 0")
+
+
+def _timestamp(value: object, where: str, now: float) -> int | None:
+    timestamp = _integer(value, where)
+    if timestamp is not None and timestamp > (now + AHEAD) * 1e3:
+        raise unreadable(
+            f"{where} must be milliseconds since 1970, at most an hour ahead of this machine's clock"
+        )
+    return timestamp
 
 
 def record_json(record: ConsumerRecord, format: Format) -> dict[str, Any]:

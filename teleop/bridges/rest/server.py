@@ -9,12 +9,12 @@ from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from typing import Final
 
-from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 from tornado.web import Application
 
 from teleop.bridges.broker_check import why_unusable
 from teleop.bridges.broker_options import BrokerOptions, is_loopback
+from teleop.bridges.rest.bounded_server import BoundedServer
 from teleop.bridges.rest.consumers import Consumers
 from teleop.bridges.rest.handlers import MAX_BODY
 from teleop.bridges.rest.pages import ROUTES
@@ -61,10 +61,11 @@ async def rest_server(broker: BrokerOptions, config: RestConfig) -> AsyncIterato
         Consumers(settings, loop.time),
         token,
         is_loopback(config.host),
+        config.sendable,
     )
     routes = [(path, handler, {"state": state}) for path, handler in ROUTES]
     application = Application(routes, log_function=lambda handler: None)
-    server = HTTPServer(
+    server = BoundedServer(
         application,
         ssl_options=context,
         max_body_size=MAX_BODY,

@@ -91,6 +91,17 @@ async def make_wide(brokers: str, topic: str, partitions: int) -> None:
         await admin.close()
 
 
+async def remake(brokers: str, topic: str) -> None:
+    """Delete a topic with all that it holds, and make it again."""
+    admin = AIOKafkaAdminClient(bootstrap_servers=brokers)
+    await admin.start()
+    try:
+        await admin.delete_topics([topic])
+        await admin.create_topics([NewTopic(topic, 1, 1)])
+    finally:
+        await admin.close()
+
+
 @dataclass
 class Sender:
     """What sends commands, and reads the answers."""

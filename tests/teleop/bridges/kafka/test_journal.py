@@ -10,7 +10,7 @@ import pytest
 
 from teleop.bridges.kafka import journal as journals
 from teleop.bridges.kafka.journal import Journal, JournalError
-from teleop.bridges.kafka.journal_state import JournalState, Mark
+from teleop.bridges.kafka.journal_state import REMEMBERED, JournalState, Mark
 from teleop.bridges.kafka.results import DONE, Result
 from teleop.errors import SettingError
 from teleop.step_commands.turtle_control import StepSizes
@@ -18,10 +18,11 @@ from tests.teleop.support import in_a_loop
 
 LOG = "turtle_control/0"
 SIZES = StepSizes(distance=0.5, angle=15)
+MARK = Mark(5, "e")
 
 
 async def answer(journal: Journal, offset: int) -> None:
-    await journal.begin(offset)
+    await journal.begin(offset, Mark(1000 + offset, f"{offset:x}"))
     result = Result(0, offset, 0, DONE)
     await journal.end(result, Mark(1000 + offset, "d"), offset + 1, SIZES, inverted=True)
 
@@ -45,7 +46,7 @@ async def test_what_was_noted_is_there_after_a_restart(tmp_path: Path) -> None:
         await answer(journal, 7)
         await answer(journal, 8)
         await journal.publish(1, 40)
-        await journal.begin(9)
+        await journal.begin(9, MARK)
         written = journal.state
     assert state_of(path) == written
     assert (written.next, written.end, written.mark) == (9, 9, Mark(1008, "d"))
@@ -63,13 +64,13 @@ async def test_a_line_torn_anywhere_counts_for_nothing_and_the_next_one_is_whole
     with Journal(path, LOG) as journal:
         await journal.open_log(log=0, next=0, end=0, mark=None)
         before = path.read_bytes()
-        await journal.begin(0)
+        await journal.begin(0, MARK)
     line = path.read_bytes()[len(before) :]
     for length in range(len(line)):
         path.write_bytes(before + line[:length])
         assert state_of(path).begun is None
         with Journal(path, LOG) as journal:
-            await journal.begin(3)
+            await journal.begin(3, MARK)
         assert state_of(path).begun == 3
     path.write_bytes(before + line)
     assert state_of(path).begun == 0
@@ -87,12 +88,41 @@ async def test_a_journal_that_has_grown_is_written_anew_and_says_the_same(
             await answer(journal, offset)
             await journal.publish(1, offset + 1)
             assert path.stat().st_size < 5000
-        await journal.begin(40)
+        await journal.begin(40, MARK)
         written = journal.state
         with pytest.raises(SettingError, match="another bridge uses the journal"):
             Journal(path, LOG)
     assert state_of(path) == written
     assert only_file(tmp_path) == path
+
+
+@in_a_loop
+async def test_what_was_driven_in_the_logs_before_is_known_also_after_a_shortening(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(journals, "COMPACTED", 100)
+    path = tmp_path / "journal.jsonl"
+    with Journal(path, LOG) as journal:
+        for log, offsets in enumerate((range(REMEMBERED + 5), range(REMEMBERED, REMEMBERED + 7))):
+            await journal.open_log(log=log, next=0, end=0, mark=None)
+            for offset in offsets if log else [*offsets][::200]:
+                await journal.begin(offset, Mark(0, f"{offset:x}"))
+        await journal.open_log(log=1, next=0, end=0, mark=None)
+    state = state_of(path)
+    assert state.driven_before == tuple(f"{n:x}" for n in range(0, REMEMBERED + 5, 200))
+    assert state.driven == tuple(f"{REMEMBERED + n:x}" for n in range(7))
+
+
+def test_a_bounded_number_of_driven_commands_is_remembered() -> None:
+    state = JournalState()
+    for log in range(3):
+        state = state.after({"is": "opened", "log": log, "next": 0, "end": 0, "mark": None})
+        for n in range(REMEMBERED - 1):
+            mark = {"timestamp": 0, "digest": f"{log}/{n}"}
+            state = state.after({"is": "begun", "offset": n, "mark": mark})
+    assert len(state.driven) == REMEMBERED - 1
+    assert (state.driven_before[0], state.driven_before[1]) == (f"0/{REMEMBERED - 2}", "1/0")
+    assert len(state.driven_before) == REMEMBERED
 
 
 def test_a_shortening_that_was_cut_off_leaves_the_journal_as_it_was(tmp_path: Path) -> None:
@@ -143,7 +173,7 @@ async def test_a_full_disk_is_an_error_before_anything_is_driven(
         write = os.write
         monkeypatch.setattr(os, "write", lambda file, line: write(file, line[:10]))
         with pytest.raises(JournalError, match="the disk is full"):
-            await journal.begin(0)
+            await journal.begin(0, MARK)
         assert journal.state.begun is None
     monkeypatch.undo()
     assert state_of(path).begun is None, "the torn line is cut off"

@@ -42,7 +42,8 @@ class Glasses:
 @asynccontextmanager
 async def proxy(brokers: str | BrokerOptions, **options: Any) -> AsyncIterator[Any]:
     broker = BrokerOptions(brokers) if isinstance(brokers, str) else brokers
-    async with rest_server(broker, RestConfig(port=0, **options)) as server:
+    """A proxy that lets clients send to any topic, unless its options say otherwise."""
+    async with rest_server(broker, RestConfig(**{"port": 0, "send_to": "*", **options})) as server:
         yield server
 
 

@@ -6,17 +6,19 @@ import asyncio
 import base64
 import json
 from collections.abc import Callable
+from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from teleop.bridges.rest import consumers as module
+from teleop.bridges.rest.bounded_server import MAX_OF_ADDRESS
 from teleop.bridges.rest.consumers import IDLE, MAX_CONSUMERS, Consumers
 from teleop.bridges.rest.errors import RestError
 from teleop.bridges.rest.handlers import MAX_BODY
 from tests.teleop.bridges.rest.support import JSON, PLAIN, glasses, proxy
-from tests.teleop.bridges.support import Broker, free_port
+from tests.teleop.bridges.support import PATIENCE, Broker, free_port
 from tests.teleop.support import in_a_loop
 
 ONE = '{"records": [{"value": 1}]}'
@@ -24,6 +26,9 @@ SEND = f"Content-Type: {JSON}"
 TELL = f"Content-Type: {PLAIN}"
 BINARY = "Content-Type: application/vnd.kafka.binary.v2+json"
 C = "/consumers/g/instances/c"
+
+STAMP = '{"records": [{"value": 1, "timestamp": %d}]}'
+OFFSET = '{"offsets": [{"topic": "t", "partition": %d, "offset": %d}]}'
 
 REFUSED = [
     ("POST /topics/a%20b", ONE, [SEND], 404, 40401, "Topic not found: a b"),
@@ -74,10 +79,15 @@ REFUSED = [
     ),
     ("POST /topics/t", '{"records": [{"value": "?"}]}', [BINARY], 422, 42201, "no base64"),
     ("POST /topics/t", ONE, [BINARY], 422, 42201, "base64 in a text"),
+    ("POST /topics/t", STAMP % 2**70, [SEND], 422, 42201, "records[0].timestamp must be millisec"),
+    ("POST /topics/t", STAMP % 2e18, [SEND], 422, 42201, "an hour ahead of this machine's clock"),
+    ("POST /topics/t", STAMP % -1, [SEND], 422, 42201, "records[0].timestamp must be a whole"),
     (f"POST {C}/subscription", '{"topic_pattern": "b"}', [TELL], 422, 42201, "patterns are not"),
     (f"POST {C}/subscription", '{"topics": []}', [TELL], 422, 42201, "topics must be"),
     (f"GET {C}/records?timeout=soon", "", [], 422, 42201, "timeout must be a whole number"),
     (f"POST {C}/offsets", '{"offsets": [{}]}', [TELL], 422, 42201, "offsets[0] must have"),
+    (f"POST {C}/offsets", OFFSET % (0, 2**70), [TELL], 422, 42201, "offsets[0] must have"),
+    (f"POST {C}/offsets", OFFSET % (2**31, 0), [TELL], 422, 42201, "offsets[0] must have"),
     ("POST /consumers/g", '{"name": "a b"}', [TELL], 422, 42201, "letters, digits"),
     ("POST /consumers/g", '{"format": "avro"}', [TELL], 422, 42204, "json or binary"),
     ("POST /consumers/g", '{"colour": "red"}', [TELL], 422, 42204, "unknown colour; known are"),
@@ -146,14 +156,17 @@ async def test_who_has_not_the_token_and_who_is_a_web_page_may_not_ask(tmp_path:
             "Authorization: Basic ?",
             "Authorization: Digest s3cret",
         ):
-            status, _, answer = await client.ask(line, "", header)
-            assert (status, answer["error_code"]) == (401, 40101), header
+            async with glasses(server.url) as refused:
+                status, _, answer = await refused.ask(line, "", header)
+                assert (status, answer["error_code"]) == (401, 40101), header
+                assert not await refused.reader.read(), "the connection is closed"
         for header in ("Authorization: Bearer s3cret", f"authorization: basic {basic}"):
             assert (await client.ask(line, "", header))[2]["error_code"] == 40403, header
         known = "Authorization: Bearer s3cret"
         for header in ("Origin: http://evil.example", "Sec-Fetch-Site: cross-site"):
-            status, _, answer = await client.ask(line, "", known, header)
-            assert (status, answer["error_code"]) == (403, 40301), header
+            async with glasses(server.url) as page:
+                status, _, answer = await page.ask(line, "", known, header)
+                assert (status, answer["error_code"]) == (403, 40301), header
         status, _, answer = await client.ask(line, "", known, host="evil.example:8082")
         assert (status, answer["error_code"]) == (403, 40301)
 
@@ -171,6 +184,68 @@ async def test_a_body_above_a_megabyte_is_not_read() -> None:
             body = json.dumps({"records": [{"value": "x" * (MAX_BODY - 100)}], "more": []})
             status, _, answer = await client.ask("POST /topics/a%20b", body, SEND)
             assert (status, answer["error_code"]) == (404, 40401)
+
+
+@in_a_loop
+async def test_topics_of_the_broker_and_topics_that_nobody_may_send_to_are_refused() -> None:
+    async with proxy(f"127.0.0.1:{free_port()}", send_to="turtle_control,other") as server:
+
+        async def refusal(line: str, body: str, header: str) -> str:
+            async with glasses(server.url) as client:
+                await client.ask("POST /consumers/g", '{"name": "c"}', TELL)
+                status, _, answer = await client.ask(line, body, header)
+                assert (status, answer["error_code"]) == (403, 40301), line
+                return str(answer["message"])
+
+        said = await refusal("POST /topics/__consumer_offsets", ONE, SEND)
+        assert said == "__consumer_offsets is the broker's own, as all topics that begin with __"
+        both = '{"topics": ["a", "__x"]}'
+        assert "__x is the broker's own" in await refusal(f"POST {C}/subscription", both, TELL)
+        said = await refusal("POST /topics/turtle_result", ONE, SEND)
+        words = "nothing is sent to turtle_result, only to other, turtle_control; see --send-to"
+        assert said == words
+        async with glasses(server.url) as client:
+            status, _, answer = await client.ask("POST /topics/other", ONE, SEND)
+            assert (status, answer["error_code"]) == (500, 50002), "allowed; there is no broker"
+
+
+@in_a_loop
+async def test_a_body_is_not_read_from_who_has_not_the_token(tmp_path: Path) -> None:
+    token = tmp_path / "token"
+    token.write_text("s3cret\n")
+    async with proxy(f"127.0.0.1:{free_port()}", token_file=token) as server:
+        for length in ("Content-Length: 900000", "Transfer-Encoding: chunked"):
+            async with glasses(server.url) as client:
+                head = f"POST /topics/t HTTP/1.1\r\nHost: 127.0.0.1\r\n{SEND}\r\n{length}\r\n\r\n"
+                client.writer.write(head.encode())  # and nothing of the body
+                async with asyncio.timeout(PATIENCE):
+                    answer = (await client.reader.read()).decode()
+                assert answer.startswith("HTTP/1.1 401 ")
+                assert "Connection: close" in answer
+                assert answer.endswith('as password of Basic"}')
+
+
+@in_a_loop
+async def test_an_address_has_a_bounded_number_of_connections_and_room_again_when_they_close() -> (
+    None
+):
+    async with proxy(f"127.0.0.1:{free_port()}") as server, AsyncExitStack() as held:
+        for _ in range(MAX_OF_ADDRESS):
+            client = await held.enter_async_context(glasses(server.url))
+            assert (await client.ask("GET /nowhere"))[0] == 404
+        async with glasses(server.url) as one_more:
+            answer = await one_more.reader.read()
+            assert answer.startswith(b"HTTP/1.1 503 ")
+            assert b"there are too many connections already" in answer
+        assert (await client.ask("GET /nowhere"))[0] == 404, "the others are served"
+        client.writer.close()
+        await client.writer.wait_closed()
+        async with asyncio.timeout(PATIENCE):
+            while True:
+                async with glasses(server.url) as next_one:
+                    next_one.writer.write(b"GET /nowhere HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+                    if b" 404 " in await next_one.reader.readline():
+                        break
 
 
 def collection(now: Callable[[], float]) -> Consumers:

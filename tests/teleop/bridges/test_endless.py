@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from teleop.bridges.kafka.endless import PartEndedError, endless
+from teleop.bridges.endless import PartEndedError, endless
 from tests.teleop.support import in_a_loop
 
 
