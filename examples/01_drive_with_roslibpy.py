@@ -1,6 +1,6 @@
 """Drive the robot with roslibpy, a rosbridge client that knows nothing of Farsteer.
 
-Start a robot first (`make serve`), and install the client (`.venv/bin/pip install roslibpy`).
+Start a robot first (`make serve`), and install the client (`.venv/bin/pip install --constraint constraints.txt roslibpy`).
 """
 
 import argparse

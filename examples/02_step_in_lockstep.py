@@ -7,23 +7,25 @@ import argparse
 import asyncio
 from typing import Any
 
-from localization import Localizer, prepare
-from robot_sim import Simulation, load_world
+from localization import prepare
+from robot_sim import load_world
 from teleop.interfaces import registry
-from teleop.robot.lockstep_service import offer_in_lockstep
-from teleop.robot.robot import Robot
-from teleop.rosbridge import Client, ClientLimits, Protocol, Server
+from teleop.robot.assembly import RobotParts, build_stepped_robot
+from teleop.robot.lockstep_service import LockstepService
+from teleop.robot.serving.serve_config import ServeConfig
+from teleop.rosbridge import Client
 from teleop.scene_clouds import load_scene_cloud
 
 
 async def run(scene: str, seconds: float) -> None:
-    world, cloud = load_world(scene), load_scene_cloud(scene)
-    simulation = Simulation(world, seed=0)
-    robot = Robot(simulation, Localizer(prepare(cloud), simulation.mounts))
-    protocol = Protocol(registry(), limits=ClientLimits.unhurried())
-    server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
-    offer_in_lockstep(robot, server, cloud)
-    async with server, Client(server.url, registry=registry(), keepalive=None) as client:
+    cloud, config = load_scene_cloud(scene), ServeConfig(port=0, lockstep=True)
+    parts = RobotParts(load_world(scene), seed=0)
+    robot = build_stepped_robot(parts, cloud, prepare(cloud), config)
+    LockstepService(robot)  # /sim/step
+    async with (
+        robot.gateway.server as server,
+        Client(server.url, registry=registry(), keepalive=None) as client,
+    ):
         truth: list[dict[str, Any]] = []
         await client.subscribe("/ground_truth/odom", "nav_msgs/Odometry", truth.append)
         await client.advertise("/joy", "sensor_msgs/Joy")
@@ -33,7 +35,7 @@ async def run(scene: str, seconds: float) -> None:
             await client.publish("/joy", message)
             await client.call("/sim/step", {"ticks": 5})  # 5 ticks of 20 ms
             forward = 1.0
-        stamp = simulation.stamp  # when the client leaves, the robot brakes to rest
+        stamp = robot.stamp  # when the client leaves, the robot brakes to rest
     start, end = (m["pose"]["pose"]["position"] for m in (truth[0], truth[-1]))
     way = ((end["x"] - start["x"]) ** 2 + (end["y"] - start["y"]) ** 2) ** 0.5
     print(f"{stamp / 1e9:.1f} s of robot time, drove {way:.2f} m")

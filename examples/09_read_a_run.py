@@ -20,11 +20,11 @@ def main() -> None:
 
     estimate = read_tum(arguments.run / "estimate.tum")
     truth = read_tum(arguments.run / "truth.tum")
-    config = json.loads((arguments.run / "config.json").read_text(encoding="utf-8"))
+    scenario = json.loads((arguments.run / "scenario.json").read_text(encoding="utf-8"))
     rows = read_trace(arguments.run / "trace.csv")
     tracking = sum(row.health == "tracking" for row in rows) / len(rows)
     found = errors(*associate(estimate, truth))
-    print(f"scene {config['mission']['scene']}, seed {config['mission']['seed']}")
+    print(f"scene {scenario['world']['scene']}, seed {scenario['seed']}")
     print(f"{len(rows)} estimates, {tracking:.1%} of them tracking")
     print(f"position error: rmse {1e3 * np.sqrt(np.mean(found.distances**2)):.1f} mm")
 

@@ -1,0 +1,1 @@
+"""The arm of a robot on a board of hobby servos: angles out, angles back."""
