@@ -18,8 +18,9 @@ not accelerate: see ``AttitudeConfig``.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from localization.geometry import (
     quaternion_exp,
     quaternion_from_rotation,
     quaternion_product,
+    rotation_entries,
     rotation_from_euler,
     rotation_from_quaternion,
 )
@@ -38,6 +40,9 @@ GRAVITY: Final = 9.81
 """Gravitational acceleration [m/s^2]."""
 _LONGEST: Final = 0.5
 """A longer gap between readings is bridged as if it were this long [s]; the rest adds to the doubt."""
+_CORRECTED: Final = 0.099
+"""Time after which what was gathered corrects the attitude [s]: a tenth of what accelerations last, and five readings of
+20 ms."""
 _TILTS: Final = np.array([[0.0, -1.0, 0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
 """Derivative (2, 6) of the levelled force's x and y by (d, b)."""
 
@@ -67,9 +72,32 @@ class AttitudeConfig:
     the yaw rate [m/s]."""
 
 
+class _Gathered(NamedTuple):
+    """What the accelerometer has shown since the last correction, summed over the readings."""
+
+    readings: int = 0
+    """Readings that showed a vertical."""
+    up_x: float = 0.0
+    """Of the unit vectors along the force, about the world's x axis; likewise ``up_y``."""
+    up_y: float = 0.0
+    odd: float = 0.0
+    """Of the squares of what the force may contain besides gravity [m^2/s^4]."""
+    elapsed: float = 0.0
+    """Time that was turned through [s]."""
+    doubt: float = 0.0
+    """Of the squares of turns that gaps may hide [rad^2]."""
+
+
+_NOTHING: Final = _Gathered()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class AttitudeFilter:
-    """The attitude after the readings so far; a value."""
+    """The attitude after the readings so far; a value.
+
+    The gyro turns it with each reading; the covariance and the pull to the vertical follow ten times a second, from
+    the mean of what the readings showed, which says as much: errors of one manoeuvre last for a second.
+    """
 
     config: AttitudeConfig = field(default_factory=AttitudeConfig)
     """The noise that is assumed."""
@@ -77,10 +105,13 @@ class AttitudeFilter:
     """Time of the last reading [ns]; None before the first."""
     quaternion: Quaternion = (1.0, 0.0, 0.0, 0.0)
     """Quaternion ``wxyz`` of ``world_from_base``; the heading is 0 at the first reading."""
-    bias: FloatArray = field(default_factory=lambda: np.zeros(3))
-    """Estimated bias of the gyro (3,) [rad/s]."""
+    bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Estimated bias of the gyro [rad/s]."""
     spread: FloatArray = field(default_factory=lambda: np.zeros((6, 6)))
-    """Covariance of the errors of attitude, about the world's axes [rad], and of the bias [rad/s]."""
+    """Covariance of the errors of attitude, about the world's axes [rad], and of the bias [rad/s]; of the last
+    correction."""
+    gathered: _Gathered = _NOTHING
+    """What waits for the next correction."""
 
     @property
     def covariance(self) -> FloatArray:
@@ -98,34 +129,34 @@ class AttitudeFilter:
         Args:
             reading: Mean rates and specific force of the interval that ends at its stamp.
         """
-        force = np.asarray(reading.specific_force, dtype=float)
-        rate = np.asarray(reading.angular_velocity, dtype=float)
-        if not (np.isfinite(force).all() and np.isfinite(rate).all()):
+        force, rate = reading.specific_force.tolist(), reading.angular_velocity.tolist()
+        if not all(map(math.isfinite, (*force, *rate))):
             return self
         if self.stamp is None:
             return self._begun(reading.stamp, force)
         if reading.stamp <= self.stamp:
             return self
-        elapsed = (reading.stamp - self.stamp) / SECOND
-        return self._turned(reading.stamp, rate - self.bias, elapsed)._levelled(
-            force, rate - self.bias, min(elapsed, _LONGEST)
-        )
+        turned = self._turned(reading.stamp, rate, force)
+        due = turned.gathered.elapsed >= _CORRECTED or turned.gathered.doubt > 0.0
+        return turned._corrected() if due else turned
 
     def applied(self, reading: Inertial) -> Inertial:
         """Return the reading with the attitude at its end, as ``/imu/data`` carries it."""
-        sigma = np.sqrt(np.diag(self.covariance))
+        level = (self.config.force_bias / GRAVITY) ** 2
+        x, y, z = (self.spread.item(axis, axis) for axis in range(3))
+        sigma = (math.sqrt(x + level), math.sqrt(y + level), math.sqrt(z))
         return Inertial(
             reading.stamp,
             reading.angular_velocity,
             reading.specific_force,
             np.array(self.quaternion),
-            sigma,
+            np.array(sigma),
         )
 
-    def _begun(self, stamp: int, force: FloatArray) -> AttitudeFilter:
+    def _begun(self, stamp: int, force: Sequence[float]) -> AttitudeFilter:
         """Take roll and pitch from the first force, as if the robot stood."""
         c = self.config
-        x, y, z = force.tolist()
+        x, y, z = force
         level = math.hypot(y, z)
         rotation = rotation_from_euler(
             math.atan2(y, z) if level else 0.0, math.atan2(-x, level) if level or x else 0.0, 0.0
@@ -133,42 +164,60 @@ class AttitudeFilter:
         tilt = (c.driving / GRAVITY) ** 2
         first: Quaternion = tuple(quaternion_from_rotation(rotation).tolist())
         spread = np.diag([tilt, tilt, 0.0, *[c.bias**2] * 3])
-        return AttitudeFilter(c, stamp, first, np.zeros(3), spread)
+        return AttitudeFilter(c, stamp, first, spread=spread)
 
-    def _turned(self, stamp: int, rate: FloatArray, elapsed: float) -> AttitudeFilter:
-        """Turn by the gyro without its bias."""
-        c, dt = self.config, min(elapsed, _LONGEST)
-        rotation = rotation_from_quaternion(self.quaternion)
-        step = quaternion_exp(*(rate * dt).tolist())
-        jacobian = np.eye(6)
-        jacobian[:3, 3:] = -rotation * dt
-        spread = jacobian @ self.spread @ jacobian.T
+    def _turned(
+        self, stamp: int, measured: Sequence[float], force: Sequence[float]
+    ) -> AttitudeFilter:
+        """Turn by the gyro without its bias, and note which way is up."""
+        elapsed = (stamp - (self.stamp or 0)) / SECOND
+        dt = min(elapsed, _LONGEST)
+        p, q, r = (rate - bias for rate, bias in zip(measured, self.bias, strict=True))
+        turned = quaternion_product(self.quaternion, quaternion_exp(p * dt, q * dt, r * dt))
         # What the robot did in a gap is unknown: as if it had turned at any rate of its last one.
-        missed = float(rate @ rate) * (elapsed - dt) ** 2
-        spread[range(3), range(3)] += c.gyro_noise**2 * elapsed + missed
-        spread[range(3, 6), range(3, 6)] += c.bias_walk**2 * elapsed
-        turned = quaternion_product(self.quaternion, step)
-        return AttitudeFilter(c, stamp, turned, self.bias, spread)
+        missed = (p * p + q * q + r * r) * (elapsed - dt) ** 2
+        g = self._with_force(turned, force, r)
+        gathered = g._replace(elapsed=g.elapsed + elapsed, doubt=g.doubt + missed)
+        return AttitudeFilter(self.config, stamp, turned, self.bias, self.spread, gathered)
 
-    def _levelled(self, force: FloatArray, rate: FloatArray, dt: float) -> AttitudeFilter:
-        """Pull towards the vertical that the accelerometer shows, the less the more the robot accelerates."""
-        c = self.config
-        size = float(np.linalg.norm(force))
+    def _with_force(self, quaternion: Quaternion, force: Sequence[float], turn: float) -> _Gathered:
+        """Add the direction of a force, unless the robot falls: then there is no vertical."""
+        g, c = self.gathered, self.config
+        x, y, z = force
+        size = math.sqrt(x * x + y * y + z * z)
         if size < 0.5 * GRAVITY:
-            return self  # it falls: there is no vertical
-        # Readings of one manoeuvre share their error, so that each counts for its part of it only.
-        odd = (size - GRAVITY) ** 2 + (c.top_speed * float(rate[2])) ** 2 + c.driving**2
-        noise = odd / GRAVITY**2 * max(1.0, c.correlation / dt)
-        up = rotation_from_quaternion(self.quaternion) @ (force / size)
-        gain = (
-            self.spread
-            @ _TILTS.T
-            @ np.linalg.inv(_TILTS @ self.spread @ _TILTS.T + noise * np.eye(2))
+            return g
+        m = rotation_entries(quaternion)
+        odd = (size - GRAVITY) ** 2 + (c.top_speed * turn) ** 2 + c.driving**2
+        return _Gathered(
+            g.readings + 1,
+            g.up_x + (m[0] * x + m[1] * y + m[2] * z) / size,
+            g.up_y + (m[3] * x + m[4] * y + m[5] * z) / size,
+            g.odd + odd,
+            g.elapsed,
+            g.doubt,
         )
-        error = gain @ up[:2]
+
+    def _corrected(self) -> AttitudeFilter:
+        """Let the covariance follow, and pull towards the vertical, the less the more the robot accelerates."""
+        c, g = self.config, self.gathered
+        dt = min(g.elapsed, _LONGEST)
+        jacobian = np.eye(6)
+        jacobian[:3, 3:] = -dt * rotation_from_quaternion(self.quaternion)
+        spread = jacobian @ self.spread @ jacobian.T
+        spread[range(3), range(3)] += c.gyro_noise**2 * g.elapsed + g.doubt
+        spread[range(3, 6), range(3, 6)] += c.bias_walk**2 * g.elapsed
+        if not g.readings:
+            return AttitudeFilter(c, self.stamp, self.quaternion, self.bias, spread)
+        # Readings of one manoeuvre share their error, so that each counts for its part of it only.
+        noise = g.odd / g.readings / GRAVITY**2 * max(1.0, c.correlation / dt)
+        inverse = np.linalg.inv(_TILTS @ spread @ _TILTS.T + noise * np.eye(2))
+        gain = spread @ _TILTS.T @ inverse
+        error = gain @ (g.up_x / g.readings, g.up_y / g.readings)
         # Joseph's form keeps it symmetric and positive.
         rest = np.eye(6) - gain @ _TILTS
-        spread = rest @ self.spread @ rest.T + noise * gain @ gain.T
-        correction = quaternion_exp(*error[:3].tolist())
-        levelled = quaternion_product(correction, self.quaternion)
-        return AttitudeFilter(c, self.stamp, levelled, self.bias + error[3:], spread)
+        spread = rest @ spread @ rest.T + noise * gain @ gain.T
+        dx, dy, dz, *off = error.tolist()
+        levelled = quaternion_product(quaternion_exp(dx, dy, dz), self.quaternion)
+        x, y, z = (bias + change for bias, change in zip(self.bias, off, strict=True))
+        return AttitudeFilter(c, self.stamp, levelled, (x, y, z), spread)

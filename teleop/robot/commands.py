@@ -30,22 +30,29 @@ class Serve:
         config = self.server
         if config.record is not None:
             check_file(config.record, overwrite=None, option="--record")
+        if config.camera is not None:
+            require("OpenGL", "--camera")
         if config.webrtc:
             require("aiortc", "--webrtc")
+        if config.robot.arm is not None:
+            require("daqp", "--arm")
+            require("ruckig", "--arm")
 
         import asyncio
 
         from localization.maps.prepared_map import default_cache
         from teleop.console.browser import NO_BROWSER, open_in_browser
+        from teleop.robot.serve import serve
         from teleop.robot.serving.address import Address
         from teleop.robot.serving.greeting import greeting
         from teleop.robot.serving.lan_access import lan_access
+        from teleop.robot.serving.option_checks import check_options
         from teleop.robot.serving.other_map import load_other_map
         from teleop.robot.serving.page_invitation import local_page_address
-        from teleop.robot.serving.serve import serve
         from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
         config, access = lan_access(config) if config.lan else (config, None)
+        asyncio.run(check_options(config))
         world = config.robot.world(self.scene, config.seed)
         if config.map is None:
             cloud, path = load_scene_cloud(self.scene), scene_cloud_path(self.scene)

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from localization.types import Inertial, Reading
 from robot_sim.simulation import Simulation
+from teleop.robot.arm.commands import REPLACED
 from teleop.robot.attitude_filter import AttitudeFilter
 from teleop.robot.inbox import (
+    ArmWish,
     Ask,
     Disconnected,
     DriveCommand,
@@ -27,9 +30,12 @@ from teleop.robot.inbox import (
 )
 from teleop.robot.safety.safety import Safety
 from teleop.robot.safety.speed_limits import SpeedLimits
+from teleop.robot.step_results import StepOutcome
 from teleop.robot.steps.step_queue import StepQueue
-from teleop.robot.steps.step_results import StepOutcome
 from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing, Rejection
+
+if TYPE_CHECKING:  # imported only where there is an arm
+    from teleop.robot.arm_drive import ArmDrive
 
 Stages = Callable[[str], AbstractContextManager[object]]
 """Returns a context that measures the named stage of a tick."""
@@ -43,6 +49,7 @@ class Drive:
         simulation: Simulation,
         safety: Safety | None = None,
         *,
+        arm: ArmDrive | None = None,
         stage: Stages = lambda _: nullcontext(),
     ) -> None:
         """Join the parts.
@@ -50,9 +57,10 @@ class Drive:
         Args:
             simulation: The simulated robot in its world.
             safety: Its command arbitration; by default one with the limits of the simulated drive.
+            arm: What drives its arm; None without one.
             stage: Measures the stages of a tick.
         """
-        self.simulation, self._stage = simulation, stage
+        self.simulation, self._stage, self.arm = simulation, stage, arm
         self.safety = safety or Safety(SpeedLimits.of(simulation.config.drive))
         self.steps = StepQueue(self.safety, simulation.world.robot, simulation.config.drive)
         """Steps that wait or are driven."""
@@ -77,10 +85,17 @@ class Drive:
         dated = tuple(self._dated(message) for message in inbox)
         self.steps.steer(now, self.simulation.stamp, self.simulation.condition)
         command = self.safety.command(now)
+        if self.arm is not None:
+            with self._stage("arm"):
+                self.arm.tick(now)
         with self._stage("simulation"):
             self.simulation.command(command)
             sensed = self.simulation.step()
         self.steps.take_readings(sensed)
+        arm = None
+        if self.arm is not None:
+            with self._stage("arm"):
+                arm = self.arm.measure()
         return DriveRecord(
             stamp=self.simulation.stamp,
             robot=self.simulation.world.robot,
@@ -95,12 +110,15 @@ class Drive:
             taken=self.taken,
             pacing=pacing,
             steps=self.steps.report(),
+            arm=arm,
         )
 
     def server_lost(self, why: str) -> None:
         """Note that what connects the clients has stopped: the robot brakes, and their steps are gone."""
         self.steps.server_lost()
         self.safety.server_lost(why)
+        if self.arm is not None:
+            self.arm.server_lost()
         self.taken = 0  # the next server has sent nothing yet
 
     def _follow_attitude(self, sensed: Sequence[Reading]) -> Inertial | None:
@@ -121,6 +139,11 @@ class Drive:
         """Apply the messages; of each client's drive commands in one tick only the newest counts."""
         rejections: list[Rejection] = []
         newest = {m.client: m for m in inbox if isinstance(m, DriveCommand)}
+        newest_wish: dict[tuple[str, type[object]], ArmWish] = {
+            (m.client, type(m.wish)): m
+            for m in inbox
+            if isinstance(m, ArmWish) and isinstance(m.wish, REPLACED)
+        }
         for message in inbox:
             why = None
             match message:
@@ -147,6 +170,8 @@ class Drive:
                     why = self.safety.reset(message)
                 case Disconnected():
                     self.steps.disconnected(message.client, now)
+                    if self.arm is not None:
+                        self.arm.disconnected(message.client)
                     self.safety.disconnected(message.client)
                 case StepGoal():
                     self.steps.add(message, now)
@@ -156,6 +181,9 @@ class Drive:
                     self.steps.alive(message)
                 case StepAnswered():
                     self.steps.answered(message)
+                case ArmWish() if self.arm is not None:
+                    if newest_wish.get((message.client, type(message.wish)), message) is message:
+                        why = self.arm.obey(message, now)
                 case _:
                     pass  # for the localiser
             if why is not None:

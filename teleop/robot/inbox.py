@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from localization.types import Hint
 from teleop.joystick import VelocityRequest
+from teleop.robot.arm.commands import Wish
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,6 +177,22 @@ class StepAnswered:
     """Number of the step."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmWish:
+    """A client wants something of the arm."""
+
+    client: str
+    """Name of the client."""
+    wish: Wish
+    """What it wants."""
+    arrival: int | None = None
+    """See ``DriveCommand``."""
+    age: int = 0
+    """See ``DriveCommand``."""
+    rested: bool = False
+    """See ``DriveCommand``."""
+
+
 InboxMessage: TypeAlias = (
     DriveCommand
     | PoseHint
@@ -192,5 +209,6 @@ InboxMessage: TypeAlias = (
     | StepCancel
     | StepAlive
     | StepAnswered
+    | ArmWish
 )
 """Everything that clients can send to the robot."""

@@ -3,27 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from collections.abc import Callable
 from typing import Any, Final
 
-import numpy as np
-
 from localization.logs.ros_stamps import stamp_to_dict
-from localization.maps.cloud import Cloud
-from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
-from teleop.robot.robot import Robot
 from teleop.robot.stepped_robot import SteppedRobot
-from teleop.robot.tick_record import TickRecord
-from teleop.robot.topics.topic_table import latched_messages
+from teleop.robot.tick_record import TickRecord, resting
 from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
-from teleop.rosbridge.server.server import Server
 
-_IDLE_DELAY: Final = 0.0005
-"""Delay of deferred work after a step has ended, so that its response is sent first [s]."""
-_RESTING: Final = 0.002
-"""Largest speed of a robot at rest, of each component [m/s] or [rad/s]."""
+_UNREAD: Final = 0.05
+"""Time for which deferred work waits until the response of a step has been sent [s]."""
 
 
 class LockstepService(Observer):
@@ -57,6 +49,7 @@ class LockstepService(Observer):
         self._over, self._deferred = over, deferred
         self._owner: int | None = None
         self._busy = False
+        self._deferring: asyncio.Future[None] | None = None
         self.error: Exception | None = None
         """The error that ended the simulation, if one did."""
         server = self.adapter.server
@@ -85,10 +78,14 @@ class LockstepService(Observer):
                 await asyncio.sleep(0)
         finally:
             self._busy = False
-            asyncio.get_running_loop().call_later(_IDLE_DELAY, self._do_deferred)
+            self._deferring = asyncio.ensure_future(self._do_deferred(client))
         return self._response("")
 
-    def _do_deferred(self) -> None:
+    async def _do_deferred(self, client: int) -> None:
+        """Do what nobody waits for, as soon as the response of a step has been sent."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(_UNREAD):
+                await self.adapter.server.flush(client)
         try:
             self._deferred()
         except Exception as error:
@@ -122,25 +119,3 @@ class LockstepService(Observer):
         for _ in range(self.MAX_BRAKING_TICKS):
             if self.error is not None or self._over() or resting(self._tick()):
                 return
-
-
-def offer_in_lockstep(robot: Robot, server: Server, cloud: Cloud) -> LockstepService:
-    """Offer a robot on a server whose clock is the robot's; clients step it.
-
-    Args:
-        robot: The robot.
-        server: The server, not yet started.
-        cloud: The robot's map, of which clients get the hash.
-    """
-    adapter = RosbridgeAdapter(
-        server,
-        latched_messages(cloud, robot.simulation.world.robot, robot.simulation.mounts),
-        undo_memory=robot.localizer.config.undo_memory,
-    )
-    return LockstepService(SteppedRobot(robot, adapter))
-
-
-def resting(tick: TickRecord) -> bool:
-    """Return whether the robot stands still."""
-    twist = tick.truth.twist
-    return bool(np.abs(twist.linear).max() < _RESTING and np.abs(twist.angular).max() < _RESTING)

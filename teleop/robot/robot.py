@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
+from typing import TYPE_CHECKING
 
 from localization.pipeline.localizer import Localizer
 from robot_sim.simulation import Simulation
@@ -12,6 +13,9 @@ from teleop.robot.estimation import Estimation
 from teleop.robot.inbox import InboxMessage
 from teleop.robot.safety.safety import Safety
 from teleop.robot.tick_record import TickRecord
+
+if TYPE_CHECKING:  # imported only where there is an arm
+    from teleop.robot.arm_drive import ArmDrive
 
 
 class Robot:
@@ -23,6 +27,7 @@ class Robot:
         localizer: Localizer,
         safety: Safety | None = None,
         *,
+        arm: ArmDrive | None = None,
         stage: Stages = lambda _: nullcontext(),
     ) -> None:
         """Join the parts.
@@ -31,9 +36,10 @@ class Robot:
             simulation: The simulated robot in its world.
             localizer: Its localiser.
             safety: Its command arbitration; by default one with the limits of the simulated drive.
+            arm: What drives its arm; None without one.
             stage: Measures the stages of a tick.
         """
-        self.drive = Drive(simulation, safety, stage=stage)
+        self.drive = Drive(simulation, safety, arm=arm, stage=stage)
         self.estimation = Estimation(localizer)
         self._stage = stage
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.gateway import Gateway
 from teleop.robot.inbox import InboxMessage
 from teleop.robot.robot import Robot
 from teleop.robot.tick_record import TickRecord
@@ -20,23 +20,23 @@ class SteppedRobot:
     """Ticks a robot whose time is simulated, at anybody's request; reads no clock."""
 
     def __init__(
-        self, robot: Robot, adapter: RosbridgeAdapter, *, observers: tuple[TickObserver, ...] = ()
+        self, robot: Robot, gateway: Gateway, *, observers: tuple[TickObserver, ...] = ()
     ) -> None:
         """Join a robot and its server.
 
         Args:
             robot: The robot.
-            adapter: Its server.
+            gateway: What talks with its clients.
             observers: Called with the record of each tick.
         """
-        self.robot, self.adapter = robot, adapter
+        self.robot, self.gateway, self.adapter = robot, gateway, gateway.adapter
         self.observers = observers
         """Called with the record of each tick."""
 
-        self.inbox: Inbox = adapter.wishes.take
+        self.inbox: Inbox = self.adapter.wishes.take
         """Returns the messages of the next tick; what clients want, unless something else is set."""
 
-        adapter.previews.answer_at_once = robot.estimation.preview
+        self.adapter.previews.answer_at_once = robot.estimation.preview
 
     @property
     def stamp(self) -> int:
@@ -46,9 +46,9 @@ class SteppedRobot:
     def tick(self) -> TickRecord:
         """Advance the world by one tick."""
         tick = self.robot.tick(self.stamp, self.inbox())
-        self.adapter.driven(tick.drive)
-        self.adapter.estimated(tick.estimation)
+        self.gateway.driven(tick.drive)
+        self.gateway.estimated(tick.estimation)
         for observe in self.observers:
             observe(tick)
-        self.adapter.server.protocol.timers.tick(tick.stamp)
+        self.gateway.server.protocol.timers.tick(tick.stamp)
         return tick

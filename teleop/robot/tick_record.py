@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from localization.types import Estimate, Inertial, Reading
 from robot_sim import SkidSteer
@@ -12,7 +14,13 @@ from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import Truth
 from teleop.robot.inbox import InboxMessage, PoseHint
 from teleop.robot.safety.control_state import ControlState
-from teleop.robot.steps.step_results import NO_STEPS, StepReport
+from teleop.robot.step_results import NO_STEPS, StepReport
+
+if TYPE_CHECKING:  # imported only where there is an arm
+    from teleop.robot.arm.arm_state import ArmState
+
+_RESTING: Final = 0.002
+"""Largest speed of a robot at rest, of each component [m/s] or [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +86,8 @@ class DriveRecord:
     """How well the ticks keep time; all zeros in lockstep."""
     steps: StepReport = NO_STEPS
     """The steps that wait, are driven, or have ended."""
+    arm: ArmState | None = None
+    """The arm; None without one."""
 
     @property
     def readings(self) -> tuple[Reading, ...]:
@@ -158,3 +168,9 @@ class TickRecord:
     def estimate(self) -> Estimate:
         """The newest estimate."""
         return self.estimation.estimate
+
+
+def resting(tick: DriveRecord | TickRecord) -> bool:
+    """Return whether the robot stands still at the end of a tick."""
+    twist = tick.truth.twist
+    return bool(np.abs(twist.linear).max() < _RESTING and np.abs(twist.angular).max() < _RESTING)

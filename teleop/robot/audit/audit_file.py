@@ -31,6 +31,18 @@ class AuditError(TeleopError, ValueError):
     """The audit log cannot be written."""
 
 
+def open_audit_file(path: Path) -> int:
+    """Open a file for appending, or create one that only its owner can read; return its descriptor.
+
+    Raises:
+        AuditError: If it cannot be opened.
+    """
+    try:
+        return os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    except OSError as error:
+        raise AuditError(f"cannot write the audit log {path}: {error.strerror}") from error
+
+
 class AuditFile:
     """Lines of JSON, each passed to the operating system as soon as the disk accepts it."""
 
@@ -46,11 +58,7 @@ class AuditFile:
             AuditError: If the file cannot be opened or the line cannot be written.
         """
         self._path = path
-        flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC
-        try:
-            self._file = os.open(path, flags, 0o600)
-        except OSError as error:
-            raise AuditError(f"cannot write the audit log {path}: {error.strerror}") from error
+        self._file = open_audit_file(path)
         self._torn = False
         self._failed = self._overflowed = self._reported = 0
         self._warned = False

@@ -8,11 +8,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from localization.types import Hint, HintVerdict
+from localization.types import SECOND, Hint, HintVerdict
 from teleop.joystick import VelocityRequest
 from teleop.robot.audit.audit_rate_limit import AuditRateLimiter
+from teleop.robot.audit.guess_count import GuessCount
 from teleop.robot.inbox import DriveCommand
-from teleop.robot.steps.step_results import StepOutcome
+from teleop.robot.step_results import StepOutcome
 from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.protocol.connection import Connection
@@ -69,6 +70,7 @@ class AuditLog(Observer):
         self._hints: deque[tuple[Hint, str]] = deque(maxlen=_MAX_HINTS)
         self._rates = AuditRateLimiter()
         self._visitors: dict[str, None] = {}
+        self._guesses, self._server = GuessCount(), server
         server.protocol.observers.add(self)
 
     def hint(self, client: str, hint: Hint) -> None:
@@ -114,6 +116,16 @@ class AuditLog(Observer):
         identity = _identity_of(access)
         self._line("viewer refused", client, path=path[:_PATH], refused=refused, **identity)
 
+    def disconnected_by(
+        self, client: str, target: Connection | None, seconds: float, reason: str, refused: str
+    ) -> None:
+        """Log that a client has another one disconnected and barred, or why it has not."""
+        whom = {} if target is None else {"whom": target.name}
+        if target is not None and target.access is not None and target.access.holder:
+            whom["whose"] = target.access.holder
+        more = {"refused": refused} if refused else {"seconds": seconds, "reason": reason}
+        self._line("disconnect", client, **whom, **more)
+
     def tokens_renewed(self, disconnected: Sequence[str]) -> None:
         """Log that the token file was read again, and which clients it disconnected."""
         self._write(
@@ -145,7 +157,8 @@ class AuditLog(Observer):
                 self._verdict(estimate.verdict)
 
     def end(self) -> None:
-        """Log the number of suppressed lines that no line has reported yet."""
+        """Log the numbers of suppressed lines and wrong tokens that no line has reported yet."""
+        self._report_guesses()
         self._count(last=True)
 
     def _command(self, client: str, request: VelocityRequest, rejection: str) -> None:
@@ -198,6 +211,16 @@ class AuditLog(Observer):
         else:
             self._identify(name, access)
             self._line("auth", name)
+
+    def guessed(self, host: str, now: int) -> None:
+        """Count a wrong token; one line a second logs how many there were, and from where."""
+        if self._guesses.add(host):
+            due = self._server.now + SECOND
+            self._server.protocol.timers.at(due, lambda now: self._report_guesses())
+
+    def _report_guesses(self) -> None:
+        if counted := self._guesses.report():
+            self._write({**self._when(), "what": "wrong tokens", **counted})
 
     def _identify(self, name: str, access: Access | None) -> None:
         self._identity[name] = _identity_of(access)

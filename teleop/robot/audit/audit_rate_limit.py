@@ -36,6 +36,7 @@ LINE_RATES: Final = {
     "e-stop reset": LineRate(5.0, 2.0),
     "take-over": LineRate(5.0, 2.0),
     "turn": LineRate(5.0, 2.0),
+    "disconnect": LineRate(5.0, 2.0),
     "undo": LineRate(5.0, 2.0),
     "relocalize": LineRate(5.0, 2.0),
     "step": LineRate(10.0, 10.0),

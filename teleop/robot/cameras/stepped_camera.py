@@ -25,20 +25,20 @@ class SteppedCamera:
         Raises:
             CameraUnavailableError: If nothing can be drawn on this machine.
         """
-        self._simulation, self._camera = simulation, camera
+        self._simulation = simulation
         self._renderer = CameraRenderer(simulation.world, camera)
         self.hub = PictureHub(lambda wanted: None)
         """Where viewers get pictures."""
-        self.size = camera.width, camera.height
-        """Width and height of the camera's pictures [pixels]."""
+        self.model = camera
+        """The camera."""
         self._topics = CameraTopics(server, self.hub, camera)
 
-    def ticked(self) -> None:
-        """Draw and publish the frame that is due after a tick, if somebody wants it."""
-        if not self._topics.ticked(self._simulation.stamp) or not self.hub.wanted:
+    def ticked(self, stamp: int) -> None:
+        """Draw and publish the frame that is due after a tick, if somebody wants it; ``stamp`` is its time [ns]."""
+        if not self._topics.ticked(stamp) or not self.hub.wanted:
             return
         frame = self._renderer.render(self._simulation.visual_state())
-        for picture in pictures_of(frame, self._camera, self.hub.wanted):
+        for picture in pictures_of(frame, self.model, self.hub.wanted):
             self.hub.publish(picture)
 
     def close(self) -> None:

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.step_requests import StepRequests
-from teleop.robot.steps.step_results import StepOutcome, StepProgress, StepResult
+from teleop.robot.step_results import StepOutcome, StepProgress, StepResult
 from teleop.robot.topics.topic_table import MOVE
 from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.graph.goals import Goal

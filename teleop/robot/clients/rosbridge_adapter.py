@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import TYPE_CHECKING
 
 from teleop.joystick import JoystickLayout
 from teleop.link.command_age import RoundTrips
+from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.client_inputs import ClientInputs
+from teleop.robot.clients.disconnect_service import DisconnectService
 from teleop.robot.clients.link_service import serve_link
 from teleop.robot.clients.move_action import MoveAction
 from teleop.robot.clients.preview_service import PreviewService
@@ -22,16 +25,20 @@ from teleop.robot.topics.message_parts import Message
 from teleop.robot.topics.topic_table import (
     DRIVE_OUTPUTS,
     ESTIMATE_OUTPUTS,
-    OUTPUTS,
+    ROBOT_DESCRIPTION,
     Interface,
     Record,
     Topic,
 )
 from teleop.rosbridge.compat.client_traffic import publish_client_traffic
 from teleop.rosbridge.compat.standard_services import serve_standard
+from teleop.rosbridge.graph.topic import Topic as Advertised
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.server.server import Server
+
+if TYPE_CHECKING:  # imported only where there is an arm
+    from teleop.robot.clients.arm_adapter import ArmAdapter
 
 
 class RosbridgeAdapter(Observer):
@@ -50,6 +57,7 @@ class RosbridgeAdapter(Observer):
         round_trips: Callable[[int], RoundTrips | None] = lambda client: None,
         audit: AuditLog | None = None,
         hidden: Collection[str] = (),
+        arm: ArmFit | None = None,
     ) -> None:
         """Advertise the robot's topics and services on the server.
 
@@ -61,18 +69,29 @@ class RosbridgeAdapter(Observer):
             round_trips: Returns the round trips of a client; None where no time passes on the way.
             audit: Log of what clients do to the robot.
             hidden: Names of topics that are not published; clients cannot publish them either.
+            arm: The arm that the robot carries, if any.
         """
         self.server, self.wishes, self._audit = server, Wishes(), audit
         protocol = server.protocol
         self._clients: dict[str, int] = {}
         self._reported: dict[int, str] = {}
-        for output in OUTPUTS:
-            if output.name in hidden:
-                protocol.topics.reserve(output.name)
-            else:
-                protocol.topics.advertise(output.name, output.type, latch=output.latch)
-        self._drive_outputs = [topic for topic in DRIVE_OUTPUTS if topic.name not in hidden]
-        self._estimate_outputs = [topic for topic in ESTIMATE_OUTPUTS if topic.name not in hidden]
+        for name in hidden:
+            protocol.topics.reserve(name)
+        self._arm: ArmAdapter | None = None
+        if arm is not None:
+            # Imported here, since most robots have none.
+            from teleop.robot.clients.arm_adapter import ArmAdapter
+
+            urdf = latched[ROBOT_DESCRIPTION]["data"]
+            self._arm = ArmAdapter(
+                server, self.wishes, arm, urdf, round_trips=round_trips, audit=audit
+            )
+        drive_outputs, estimate_outputs = DRIVE_OUTPUTS, ESTIMATE_OUTPUTS
+        if self._arm is not None:
+            drive_outputs = self._arm.drive_outputs(DRIVE_OUTPUTS)
+            estimate_outputs = self._arm.estimate_outputs(ESTIMATE_OUTPUTS)
+        self._drive_outputs = self._advertised(drive_outputs, hidden)
+        self._estimate_outputs = self._advertised(estimate_outputs, hidden)
         for topic, message in latched.items():
             protocol.topics.advertise(topic.name, topic.type, latch=True)
             protocol.topics.publish(topic.name, message, 0)
@@ -93,6 +112,7 @@ class RosbridgeAdapter(Observer):
         self.previews = PreviewService(protocol)
         """Previews of hints, which what estimates answers."""
         serve_session(protocol)
+        DisconnectService(protocol, audit)
         serve_link(server)
         serve_standard(protocol)
         publish_client_traffic(server)
@@ -102,29 +122,41 @@ class RosbridgeAdapter(Observer):
         """Publish what the driving side did in a tick, and report to clients what it rejected."""
         self._services.driven(tick)
         self._steps.driven(tick)
+        if self._arm is not None:
+            self._arm.driven(tick)
         for rejection in tick.rejections:
             self._report(rejection)
-        for topic in self._drive_outputs:
-            self._publish(topic, tick)
+        self._publish(self._drive_outputs, tick)
         if self._audit is not None:
             self._audit.driven(tick)
 
     def estimated(self, tick: EstimateRecord) -> None:
         """Publish what the localiser made of a tick."""
         self._services.estimated(tick)
-        for topic in self._estimate_outputs:
-            self._publish(topic, tick)
+        self._publish(self._estimate_outputs, tick)
         if self._audit is not None:
             self._audit.estimated(tick)
 
     def _now(self) -> int:
         return self.server.now
 
-    def _publish(self, topic: Topic[Record], tick: Record) -> None:
-        topics = self.server.protocol.topics
-        if topic.due(tick) and (topic.latch or topics.wanted(topic.name)):
-            for message in topic.build(tick):
-                topics.publish(topic.name, message, self.server.now)
+    def _advertised(
+        self, outputs: Iterable[Topic[Record]], hidden: Collection[str]
+    ) -> list[tuple[Topic[Record], Advertised]]:
+        """Advertise topics that are not hidden; return each with what the server knows of it."""
+        advertise = self.server.protocol.topics.advertise
+        return [
+            (output, advertise(output.name, output.type, latch=output.latch))
+            for output in outputs
+            if output.name not in hidden
+        ]
+
+    def _publish(self, outputs: Iterable[tuple[Topic[Record], Advertised]], tick: Record) -> None:
+        """Build and publish what somebody wants of a tick; most topics are wanted by nobody."""
+        for output, topic in outputs:
+            if (topic.wanted or output.latch) and output.due(tick):
+                for message in output.build(tick):
+                    self.server.protocol.topics.publish_on(topic, message, self.server.now)
 
     def _report(self, rejection: Rejection) -> None:
         """Say why a message was rejected: once as an error, and then as a warning."""
@@ -148,6 +180,8 @@ class RosbridgeAdapter(Observer):
         self._inputs.forget(connection.id)
         self._services.forget(connection.id)
         self._steps.forget(connection.id)
+        if self._arm is not None:
+            self._arm.forget(connection.id)
         self._turtle_control.forget(connection.id)
         self.previews.forget(connection.id)
         self.wishes.post(Disconnected(connection.name))

@@ -11,8 +11,8 @@ from typing import Any, Final
 
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.step_requests import StepRequests
+from teleop.robot.step_results import ENDS_QUEUE, StepOutcome, StepResult
 from teleop.robot.steps.step_queue import MAX_STEPS
-from teleop.robot.steps.step_results import ENDS_QUEUE, StepOutcome, StepResult
 from teleop.robot.topics.topic_table import TURTLE_RESULT
 from teleop.rosbridge.errors import MessageError, RosbridgeError, ServiceError
 from teleop.rosbridge.graph.deferred_response import DeferredResponse

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from teleop.robot.inbox import DriveCommand, InboxMessage
+from teleop.robot.arm.commands import REPLACED
+from teleop.robot.inbox import ArmWish, DriveCommand, InboxMessage
 
 _MAX_WAITING = 1000
 """Messages that may wait; so many come only if the robot takes none."""
@@ -14,7 +15,8 @@ _MAX_WAITING = 1000
 class Wishes:
     """The messages that the robot has not taken yet, in their order.
 
-    Of each client's drive commands only the newest is kept: the robot would follow no other.
+    Of each client's drive commands, and of each kind of its commands to the arm, only the newest is kept: the
+    robot would follow no other.
     """
 
     def __init__(self) -> None:
@@ -26,12 +28,8 @@ class Wishes:
 
     def post(self, message: InboxMessage) -> bool:
         """Add a message; return whether there was room for it."""
-        if isinstance(message, DriveCommand):
-            self._waiting = [
-                m
-                for m in self._waiting
-                if not (isinstance(m, DriveCommand) and m.client == message.client)
-            ]
+        if (stream := _stream(message)) is not None:
+            self._waiting = [m for m in self._waiting if _stream(m) != stream]
         elif self._waiting and self._waiting[-1] == message:
             return True  # the same e-stop again, for instance
         if len(self._waiting) + len(self._sent) >= _MAX_WAITING:
@@ -60,3 +58,12 @@ class Wishes:
         """Return the messages that have had no effect yet, oldest first."""
         yield from self._sent
         yield from self._waiting
+
+
+def _stream(message: InboxMessage) -> tuple[str, type] | None:
+    """Return client and kind of a message that the next one of them replaces; None for any other."""
+    if isinstance(message, DriveCommand):
+        return message.client, DriveCommand
+    if isinstance(message, ArmWish) and isinstance(message.wish, REPLACED):
+        return message.client, type(message.wish)
+    return None

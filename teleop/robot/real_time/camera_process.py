@@ -12,9 +12,11 @@ import sys
 from typing import Final
 
 from robot_sim.cameras.renderer import CameraRenderer
+from robot_sim.errors import CameraUnavailableError
 from teleop.pictures.picture import PictureFormat
 from teleop.robot.cameras.picture_encoding import pictures_of
 from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
+from teleop.robot.real_time.child_process import stand_back
 from teleop.robot.real_time.picture_link import PictureLink
 from teleop.robot.real_time.process_messages import (
     NEXT_STATE,
@@ -83,7 +85,7 @@ def main() -> None:
     """Run in the process that the driving one has started."""
     channel = inherited_channel(int(sys.argv[1]), STATE_BOUND)
     link = PictureLink(int(sys.argv[2]))
-    os.nice(_NICENESS)
+    stand_back(_NICENESS)
     # Mesa's software renderer would otherwise take all processors.
     os.environ.setdefault("LP_NUM_THREADS", "1")
     try:
@@ -91,6 +93,8 @@ def main() -> None:
         CameraProcess(channel, link, setup).run()
     except ChannelClosedError:
         return  # the driving process has gone
+    except CameraUnavailableError as error:  # what drives says it in one line
+        channel.send(pack(OTHER, error))
     except Exception as error:
         channel.send(pack(OTHER, error))
         raise

@@ -28,8 +28,8 @@ class CameraReceiver:
         self._link = link
         self.hub = PictureHub(lambda wanted: self._want())
         """Where viewers get pictures."""
-        self.size = camera.width, camera.height
-        """Width and height of the camera's pictures [pixels]."""
+        self.model = camera
+        """The camera."""
         self._topics = CameraTopics(server, self.hub, camera)
         self._loop = asyncio.get_running_loop()
         self._writing = False

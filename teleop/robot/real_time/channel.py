@@ -13,6 +13,8 @@ import struct
 from collections import deque
 from typing import Final
 
+from teleop.clock import wall_seconds
+
 _LENGTH: Final = struct.Struct("<I")
 
 _READ: Final = 1 << 18
@@ -110,18 +112,18 @@ class Channel:
         return self._split()
 
     def wait(self, timeout: float | None = None) -> list[bytes]:
-        """Wait for at least one payload; return an empty list if none came within ``timeout`` [s].
+        """Wait for at least one payload; return an empty list if none came completely within ``timeout`` [s].
 
         Raises:
             ChannelClosedError: If the other side has gone.
         """
+        end = None if timeout is None else wall_seconds() + timeout
         while not (payloads := self.receive()):
             self.flush()
-            readable, writable, _ = select.select(
-                [self], [self] if self._waiting else [], [], timeout
-            )
-            if not readable and not writable:
+            left = None if end is None else end - wall_seconds()
+            if left is not None and left <= 0.0:
                 return []
+            select.select([self], [self] if self._waiting else [], [], left)
         return payloads
 
     def _split(self) -> list[bytes]:

@@ -4,12 +4,24 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import socket
 import subprocess
 import sys
 
+from teleop.clock import wall_seconds
 from teleop.robot.real_time.channel import Channel, ChannelClosedError
 from teleop.robot.real_time.process_messages import OTHER, Ready, pack, unpack
+
+
+def stand_back(niceness: int) -> None:
+    """Run behind the process that drives where processors are few, and never wait for a terminal.
+
+    Args:
+        niceness: How far, see ``nice``.
+    """
+    os.nice(niceness)
+    signal.signal(signal.SIGTTOU, signal.SIG_IGN)  # a terminal may stop what is in the background
 
 
 class ChildProcess:
@@ -30,8 +42,10 @@ class ChildProcess:
                 [sys.executable, "-m", module, *map(str, descriptors)],
                 pass_fds=descriptors,
                 stdin=subprocess.DEVNULL,
-                # Ctrl-C is for the parent, which ends its children in order.
-                start_new_session=True,
+                # Ctrl-C is for the parent, which ends its children in order. A session of its own would
+                # do as well, but be a group of its own for Linux' scheduler (sched(7), autogroup),
+                # between which nice values mean nothing.
+                process_group=0,
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
             )
         self.channel = Channel(ours, bound)
@@ -64,15 +78,24 @@ class ChildProcess:
                 if isinstance(value, Ready):
                     return value
 
-    def end(self, farewell: bytes, timeout: float = 5.0) -> None:
-        """Ask the process to end; kill it if it does not within ``timeout`` [s]."""
+    def end(self, farewell: bytes, timeout: float = 5.0) -> bool:
+        """Ask the process to end behind what waits for it; kill it if it does not within ``timeout`` [s].
+
+        Returns:
+            Whether it ended by itself.
+        """
+        end = wall_seconds() + timeout
         with contextlib.suppress(ChannelClosedError):
             self.channel.send(farewell)
+            while (left := end - wall_seconds()) > 0.0:
+                self.channel.wait(left)  # the kernel may take what waits only piece by piece
         try:
-            self._process.wait(timeout)
+            self._process.wait(max(end - wall_seconds(), 0.0))
         except subprocess.TimeoutExpired:
             self.kill()
+            return False
         self.channel.close()
+        return True
 
     def kill(self) -> None:
         """End the process at once."""

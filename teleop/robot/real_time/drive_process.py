@@ -31,7 +31,7 @@ from teleop.robot.real_time.process_messages import (
     unpack,
 )
 from teleop.robot.serving.address import Address
-from teleop.robot.tick_record import NO_PACING, DriveRecord, EstimateRecord, Pacing
+from teleop.robot.tick_record import NO_PACING, DriveRecord, EstimateRecord, Pacing, resting
 
 if TYPE_CHECKING:  # imported only where there is a camera
     from teleop.robot.real_time.camera_feed import CameraFeed
@@ -46,6 +46,12 @@ _STARTING: Final = 60 * SECOND
 
 _BEHIND: Final = SECOND // 2
 """Lag that has to be dropped before falling behind real time is said again [ns]."""
+
+_BRAKING: Final = 3 * SECOND // 2
+"""Time for which ticks go on until the robot is at rest [ns]: 0.7 s on level ground; on slopes it creeps."""
+
+_CLOSING: Final = 30.0
+"""Time in which the localiser works off what waits for it and completes its log [s]: on a busy machine it is behind."""
 
 _END: Final = pack(OTHER, End())
 
@@ -82,6 +88,7 @@ class DriveProcess:
         self._patience = _STARTING
         self._longest_gap = 0
         self._lost_reported = 0
+        self._ending = False
 
     def ready(self) -> Address:
         """Wait until clients can connect; return where.
@@ -103,7 +110,7 @@ class DriveProcess:
         self._read_tokens = True
 
     def run(self, stop: threading.Event) -> float:
-        """Drive until ``stop`` is set; return the real-time factor."""
+        """Drive until ``stop`` is set, then brake to rest; return the real-time factor."""
         # What is there now stays: searching it for garbage would take longer than a tick.
         gc.collect()
         gc.freeze()
@@ -114,9 +121,21 @@ class DriveProcess:
                 self._report_lag(beat.lost)
                 lost, elapsed = beat.lost, beat.elapsed
                 self.tick(beat.now, Pacing(beat.gap, self._longest_gap, lost, elapsed))
+            self._brake()
         finally:
             gc.unfreeze()
         return 1.0 - lost / elapsed if elapsed else 1.0
+
+    def _brake(self) -> None:
+        """Tick until the robot stands still, whatever clients want; the last command is zero."""
+        self._ending = True
+        self._drive.server_lost("the robot is shut down")
+        stood = False
+        for beat in clock.beats(threading.Event()):
+            stood_before, stood = stood, resting(self.tick(beat.now))
+            # A reading is the mean over its tick: the last one is of a robot that stood all along.
+            if (stood and stood_before) or beat.elapsed > _BRAKING:
+                return
 
     def tick(self, now: int, pacing: Pacing = NO_PACING) -> DriveRecord:
         """Make one tick; ``now`` is the reading of the monotonic clock [ns]."""
@@ -126,7 +145,7 @@ class DriveProcess:
             self._publish(pack(OTHER, ReadTokens()))
         self._receive()
         self._pass_on_estimates()
-        inbox, self._inbox = self._inbox, []
+        inbox, self._inbox = [] if self._ending else self._inbox, []
         record = self._drive.tick(now, inbox, pacing)
         payload = pack(DRIVEN, record)
         self._publish(payload)
@@ -138,7 +157,8 @@ class DriveProcess:
     def end(self) -> None:
         """End the processes."""
         self.talk.end(_END)
-        self.estimate.end(_END)
+        if not self.estimate.end(_END, _CLOSING):
+            _LOG.error("the localiser did not end within %g s: its log lacks its end", _CLOSING)
         if self.camera is not None:
             self.camera.end()
 
@@ -191,6 +211,8 @@ class DriveProcess:
             self._restart_estimate()
 
     def _restart_talk(self, why: str) -> None:
+        if self._ending:
+            return
         _LOG.error("%s: the robot brakes, and the server is started again", why)
         self.talk.kill()
         self._inbox = [message for message in self._inbox if not message.client]
@@ -199,6 +221,8 @@ class DriveProcess:
         self._alive, self._patience = self._now, _STARTING
 
     def _restart_estimate(self) -> None:
+        if self._ending:
+            return
         _LOG.error("the localiser has ended: it is started again, without a pose")
         self.estimate.kill()
         self.estimate = self._start_estimate()

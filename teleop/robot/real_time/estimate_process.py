@@ -5,7 +5,6 @@ Searching a map takes long at times; here it holds up nothing but the estimate.
 
 from __future__ import annotations
 
-import os
 import sys
 from contextlib import ExitStack, closing
 from dataclasses import replace
@@ -18,6 +17,7 @@ from teleop.robot.estimation import Estimation
 from teleop.robot.inbox import InboxMessage, PoseHint
 from teleop.robot.preview import PreviewRequest
 from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
+from teleop.robot.real_time.child_process import stand_back
 from teleop.robot.real_time.process_messages import (
     DRIVEN,
     ESTIMATED,
@@ -30,6 +30,7 @@ from teleop.robot.real_time.process_messages import (
     pack,
     unpack,
 )
+from teleop.robot.recording import Recording
 from teleop.robot.steps.precision_log import PrecisionLog, StepsWriter
 from teleop.robot.tick_record import DriveRecord
 
@@ -43,20 +44,10 @@ def run(channel: Channel) -> None:
     setup: EstimateSetup = unpack(payloads.pop(0))
     estimation = Estimation(Localizer(prepare(setup.cloud, cache=setup.cache), setup.mounts))
     with ExitStack() as cleanup:
-        log = steps = None
         precision = PrecisionLog()
-        if setup.record is not None:
-            steps = cleanup.enter_context(
-                closing(StepsWriter(setup.record.with_suffix(".steps.csv")))
-            )
-            log = cleanup.enter_context(
-                ReadingsWriter(
-                    setup.record,
-                    setup.mounts,
-                    dict(setup.metadata),
-                    wheel_radius=setup.wheel_radius,
-                )
-            )
+        recording = _recording(setup)
+        if recording is not None:
+            cleanup.enter_context(closing(recording))
         channel.send(pack(OTHER, Ready()))
         previews: dict[int, PreviewRequest] = {}
         while True:
@@ -67,11 +58,10 @@ def run(channel: Channel) -> None:
             for record in newest_hints(records):
                 estimated = estimation.take(record)
                 channel.send(pack(ESTIMATED, estimated))
-                if steps is not None and estimated.estimates:
-                    steps.write(precision.take(record, estimated.estimate))
-                if log is not None:
-                    for reading in record.readings:
-                        log.write(reading, record.stamp)
+                if recording is not None:
+                    if estimated.estimates:
+                        recording.steps(precision.take(record, estimated.estimate))
+                    recording.readings(record.readings, record.stamp, record.arm)
             # One for each tick at most, in turn: however many clients ask, the estimate has its time.
             if records and previews:
                 request = previews.pop(next(iter(previews)))
@@ -79,6 +69,16 @@ def run(channel: Channel) -> None:
             if ended:
                 return
             payloads = channel.wait()
+
+
+def _recording(setup: EstimateSetup) -> Recording | None:
+    """Begin the records, if they are wanted."""
+    if setup.record is None:
+        return None
+    log = ReadingsWriter(
+        setup.record, setup.mounts, dict(setup.metadata), wheel_radius=setup.wheel_radius
+    )
+    return Recording(log, setup.record, StepsWriter(setup.record.with_suffix(".steps.csv")))
 
 
 def newest_hints(records: list[DriveRecord]) -> list[DriveRecord]:
@@ -94,7 +94,7 @@ def newest_hints(records: list[DriveRecord]) -> list[DriveRecord]:
 def main() -> None:
     """Run in the process that the driving one has started."""
     channel = inherited_channel(int(sys.argv[1]), TALK_BOUND)
-    os.nice(_NICENESS)
+    stand_back(_NICENESS)
     try:
         run(channel)
     except ChannelClosedError:

@@ -5,18 +5,16 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import gc
-import os
 import sys
-from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Final
 
 from teleop import clock
-from teleop.console.page_files import offer_page
+from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.audit.audit_file import AuditError
-from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.activity_log import ActivityLog, configure_logging
-from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.gateway import Gateway
 from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
+from teleop.robot.real_time.child_process import stand_back
 from teleop.robot.real_time.process_messages import (
     DRIVEN,
     ESTIMATED,
@@ -32,24 +30,13 @@ from teleop.robot.real_time.process_messages import (
     pack,
     unpack,
 )
-from teleop.robot.serving.server_setup import (
-    address_of,
-    audit_log,
-    build_server,
-    offer_map,
-    round_trips_of,
-    token_file,
-    watch_tokens,
-)
 from teleop.robot.tick_record import DriveRecord
-from teleop.rosbridge.auth.token_file import TokenWatch
 from teleop.rosbridge.errors import RosbridgeError, ServiceError
 from teleop.rosbridge.server.dated_loop import DatedEventLoop
 from teleop.rosbridge.server.server import Server
 
 if TYPE_CHECKING:  # imported only where there is a camera
     from teleop.robot.real_time.camera_receiver import CameraReceiver
-    from teleop.robot.video.robot_video import RobotVideo
 
 _NICENESS: Final = 1
 """How far this process stands back behind the one that drives where processors are few."""
@@ -67,72 +54,49 @@ class TalkProcess:
     def __init__(self, channel: Channel, setup: TalkSetup, pictures: int | None = None) -> None:
         self._channel, self._setup, self._pictures = channel, setup, pictures
         self._ended = asyncio.Event()
-        self._stamp = 0
         self._flushing = False
         self._activity = ActivityLog()
-        self._watch: TokenWatch | None = None
-        self._camera: CameraReceiver | None = None
-        self._video: RobotVideo | None = None
 
     async def run(self) -> None:
         """Serve until the driving process ends."""
-        loop, config = asyncio.get_running_loop(), self._setup.config
-        tokens = token_file(config)
-        server = build_server(config, tokens, clock.monotonic)
-        with ExitStack() as cleanup:
-            audit = cleanup.enter_context(
-                audit_log(config, server, self._setup.scene, lambda: self._stamp)
-            )
-            offer_map(server, self._setup.map_file)
-            page = offer_page(server.pages, encrypted=server.encrypted)
-            self._adapter = RosbridgeAdapter(
-                server,
-                self._setup.latched,
-                undo_memory=self._setup.undo_memory,
-                round_trips=round_trips_of(server),
-                audit=audit,
-            )
-            self._adapter.wishes.on_post = self._flush_soon
-            self._adapter.previews.ask = lambda request: self._send(request, PREVIEW)
-            server.protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", _refuse_step)
-            server.protocol.observers.add(self._activity)
-            if self._setup.camera is not None:
-                self._camera = cleanup.enter_context(closing(self._receive_pictures(server)))
-                self._video = self._show_pictures(server, self._camera, audit)
-            if tokens is not None:
-                self._watch = cleanup.enter_context(closing(watch_tokens(tokens, server, audit)))
-            try:
-                await server.start()
-                streams = "" if self._video is None else await self._video.start()
-                # What is there now stays: searching it for garbage holds everybody up.
-                gc.collect()
-                gc.freeze()
-                self._send(Ready(address_of(server, page=page, streams=streams)))
-                loop.add_reader(self._channel.fileno(), self._receive)
-                await self._until_ended()
-            finally:
-                loop.remove_reader(self._channel.fileno())
-                if self._video is not None:
-                    await self._video.close()
-                await server.close()
+        loop, setup = asyncio.get_running_loop(), self._setup
+        gateway = Gateway(
+            setup.config,
+            lambda camera: setup.latched,
+            clock.monotonic,
+            undo_memory=setup.undo_memory,
+            scene=setup.scene,
+            camera=self._camera,
+            arm=ArmFit.named(setup.config.robot.arm, setup.config.robot.arm_mount),
+        )
+        self._gateway, self._adapter = gateway, gateway.adapter
+        gateway.offer_files(setup.map_file)
+        self._adapter.wishes.on_post = self._flush_soon
+        self._adapter.previews.ask = lambda request: self._send(request, PREVIEW)
+        protocol = gateway.server.protocol
+        protocol.services.serve("/sim/step", "farsteer_msgs/srv/Step", _refuse_step)
+        protocol.observers.add(self._activity)
+        try:
+            address = await gateway.start()
+            # What is there now stays: searching it for garbage holds everybody up.
+            gc.collect()
+            gc.freeze()
+            self._send(Ready(address))
+            loop.add_reader(self._channel.fileno(), self._receive)
+            await self._until_ended()
+        finally:
+            loop.remove_reader(self._channel.fileno())
+            await gateway.close()
 
-    def _receive_pictures(self, server: Server) -> CameraReceiver:
-        """Publish the camera's pictures; imported here, since most robots have none."""
+    def _camera(self, server: Server) -> CameraReceiver | None:
+        """Return what receives the camera's pictures; imported here, since most robots have none."""
+        if self._setup.camera is None:
+            return None
         from teleop.robot.real_time.camera_receiver import CameraReceiver
         from teleop.robot.real_time.picture_link import PictureLink
 
         assert self._pictures is not None
-        assert self._setup.camera is not None
         return CameraReceiver(PictureLink(self._pictures), self._setup.camera, server)
-
-    def _show_pictures(
-        self, server: Server, camera: CameraReceiver, audit: AuditLog | None
-    ) -> RobotVideo:
-        """Offer streams and photographs; imported here, since most robots have none."""
-        from teleop.robot.video.robot_video import RobotVideo
-
-        setup = self._setup
-        return RobotVideo(server, camera.hub, camera.size, setup.config, setup.latched, audit)
 
     async def _until_ended(self) -> None:
         """Give signs of life until the driving process ends."""
@@ -154,25 +118,18 @@ class TalkProcess:
             if payload[:1] == DRIVEN:
                 self._driven(value)
             elif payload[:1] == ESTIMATED:
-                self._adapter.estimated(value)
-                if self._video is not None:
-                    self._video.estimated(value)
+                self._gateway.estimated(value)
             elif payload[:1] == PREVIEWED:
                 self._adapter.previews.answered(value)
-            elif isinstance(value, ReadTokens) and self._watch is not None:
-                self._watch.check_now()
+            elif isinstance(value, ReadTokens):
+                self._gateway.read_tokens()
             elif isinstance(value, End):
                 self._ended.set()
 
     def _driven(self, tick: DriveRecord) -> None:
-        self._stamp = tick.stamp
         self._adapter.wishes.taken(tick.taken)
         self._activity.driven(tick)
-        self._adapter.driven(tick)
-        if self._camera is not None:
-            self._camera.ticked(tick.stamp)
-        if self._video is not None:
-            self._video.driven(tick)
+        self._gateway.driven(tick)
 
     def _flush_soon(self) -> None:
         if not self._flushing:
@@ -206,7 +163,7 @@ def main() -> None:
     """Run in the process that the driving one has started."""
     channel = inherited_channel(int(sys.argv[1]), TALK_BOUND)
     setup: TalkSetup = unpack(channel.wait()[0])
-    os.nice(_NICENESS)
+    stand_back(_NICENESS)
     configure_logging(setup.config.log_level)
     try:
         with asyncio.Runner(loop_factory=DatedEventLoop) as runner:

@@ -8,7 +8,9 @@ it. A client's own stamp only ever makes its commands older.
 from __future__ import annotations
 
 from localization.types import SECOND, Twist
-from teleop.robot.inbox import Ask, DriveCommand, EStop, EStopReset, Give, Refuse
+from teleop.robot.arm.commands import Stream
+from teleop.robot.inbox import ArmWish, Ask, DriveCommand, EStop, EStopReset, Give, Refuse
+from teleop.robot.safety.arm_deadman import ArmDeadman
 from teleop.robot.safety.arming import ArmingRules
 from teleop.robot.safety.control_state import ControlMode, ControlState, SafetyConfig
 from teleop.robot.safety.estop import reset_rejection
@@ -37,6 +39,10 @@ class Safety:
         self._estop: EStop | None = None
         self._reason = "no driver yet"
         self._arming = ArmingRules()
+        self.arm = ArmDeadman(self.config)
+        """The arm's deadman, which shares the lease and nothing else with that of the wheels."""
+        self.narrow: SpeedLimits | None = None
+        """Tighter limits for as long as the arm is off its stow pose or holds something; None for none."""
         self._asking: Asking | None = None
 
     @property
@@ -60,14 +66,14 @@ class Safety:
         client, request = command.client, command.request
         arrival = now if command.arrival is None else min(command.arrival, now)
         if self._estop is not None:
-            return f"e-stop by {self._estop.client} is latched; reset it first"
+            return self._latched()
         if not self._controller:
             if not request.enabled:
                 return None
             self._give_lease(client, "took the free lease")
             self._arrival = arrival
         elif client != self._controller:
-            return f"{self._controller} drives; call /teleop/take_over" if request.enabled else None
+            return self._taken() if request.enabled else None
         self._arrival, self._age = max(self._arrival, arrival), command.age
         if request.neutral:
             return self._take_neutral(command, now)
@@ -88,6 +94,7 @@ class Safety:
         """Give the lease to a client that requests it; it must re-arm."""
         self._arming.taken_over(client, self._controller)
         self._give_lease(client, f"taken over from {self._controller or 'nobody'}")
+        self.arm.stop(self._reason)
         self._arrival = now
 
     def ask(self, message: Ask, now: int) -> str | None:
@@ -103,6 +110,7 @@ class Safety:
         if rejection is None and asking is not None:
             self._arming.taken_over(asking.client, message.client)
             self._give_lease(asking.client, f"was given the robot by {message.client}")
+            self.arm.stop(self._reason)
             self._arrival = now
         return rejection
 
@@ -121,18 +129,65 @@ class Safety:
             age: Age of the request at its arrival [ns].
             now: Time of the tick [ns].
         """
+        refusal = self._admission(client, age, now)
+        if refusal is None:
+            self._arrival = now
+        return refusal
+
+    def admit_arm_goal(self, client: str, age: int, now: int) -> str | None:
+        """Give a client that asks for a motion of the arm the free lease, as ``admit_step`` does."""
+        refusal = self._admission(client, age, now)
+        if refusal is None:
+            self.arm.seen = now
+        return refusal
+
+    def request_arm(self, message: ArmWish, stream: Stream, now: int) -> str | None:
+        """Take a client's command to the arm; return why it is refused, or None.
+
+        Args:
+            message: The message; it counts from its arrival.
+            stream: What it carries.
+            now: Time of the tick [ns].
+        """
+        self.expire(now)
+        self.arm.observe(message, stream)
+        client = message.client
+        if self._estop is not None:
+            return self._latched() if stream.engaged else None
+        if not self._controller and stream.engaged:
+            self._give_lease(client, "took the free lease")
+        if client != self._controller:
+            return self._taken() if stream.engaged else None
+        arrival = now if message.arrival is None else min(message.arrival, now)
+        refusal = self.arm.take(message, stream, arrival)
+        self.expire(now)
+        return refusal
+
+    def arm_alive(self, client: str, arrival: int | None, now: int) -> None:
+        """Note that the driver is connected while a goal of its moves the arm."""
+        if client == self._controller:
+            self.arm.seen = max(self.arm.seen, now if arrival is None else min(arrival, now))
+
+    def _admission(self, client: str, age: int, now: int) -> str | None:
+        """Give a client the free lease; return why it may not have one, or None."""
         self.expire(now)
         if self._estop is not None:
-            return f"e-stop by {self._estop.client} is latched; reset it first"
+            return self._latched()
         if self._controller and client != self._controller:
-            return f"{self._controller} drives; call /teleop/take_over"
+            return self._taken()
         if self.config.stale.refusal(age):
             limit = self.config.stale.refuse / SECOND
             return f"the way from you takes {age / SECOND:.1f} s, and {limit:g} s is the limit"
         if not self._controller:
             self._give_lease(client, "took the free lease")
-        self._arrival = now
         return None
+
+    def _latched(self) -> str:
+        who = self._estop.client if self._estop else ""
+        return f"e-stop by {who} is latched; reset it first"
+
+    def _taken(self) -> str:
+        return f"{self._controller} drives; call /teleop/take_over"
 
     def drive_step(self, twist: Twist, now: int) -> None:
         """Follow a step of the driver, which needs no neutral stick: each step is asked for by itself."""
@@ -148,6 +203,7 @@ class Safety:
     def disconnected(self, client: str) -> None:
         """Note that a client has disconnected; if it was the driver, the robot brakes at once."""
         self._arming.forget(client)
+        self.arm.forget(client)
         self._asking = Turn(client, self._asking).without(client).asking
         if client == self._controller:
             self._end(f"{client} disconnected")
@@ -155,6 +211,7 @@ class Safety:
     def server_lost(self, reason: str) -> None:
         """Note that what connects the clients has stopped: all of them are gone."""
         self._arming.forget_all()
+        self.arm.forget_all()
         self._asking = None
         self._end(reason)
 
@@ -181,19 +238,21 @@ class Safety:
         if self._asking is not None and self._asking.expired(now):
             self._asking = None
         silence = now - self._arrival
-        if self._controller and silence > self.config.lease:
+        silence_of_both = now - max(self._arrival, self.arm.seen)
+        if self._controller and silence_of_both > self.config.lease:
             if self._armed:
                 self._arming.silenced(self._controller)
-            self._end(f"{self._controller} was silent for {silence / SECOND:.1f} s")
+            self._end(f"{self._controller} was silent for {silence_of_both / SECOND:.1f} s")
         # What is in force now stays so until the next tick.
         elif self._armed and silence + self.config.tick > self.config.watchdog:
             self._arming.silenced(self._controller)
             self._disarm(f"no command for {silence / SECOND:.3f} s")
+        self.arm.expire(now)
 
     def command(self, now: int) -> Twist:
         """Return the command in force."""
         self.expire(now)
-        return self._twist
+        return self._in_force()
 
     def state(self, now: int) -> ControlState:
         """Return the state of the command path."""
@@ -204,18 +263,24 @@ class Safety:
         elif self._controller:
             control = ControlMode.ARMED if self._armed else ControlMode.DISARMED
         driven = bool(self._controller)
+        reason = self._reason
+        if self.narrow is not None and self._in_force().linear[0] != self._twist.linear[0]:
+            reason = "driving slowly, for the arm is not folded or holds something"
         return ControlState(
             control,
-            self._reason,
+            reason,
             self._controller,
-            now - self._arrival if driven else 0,
-            self._twist,
+            now - max(self._arrival, self.arm.seen) if driven else 0,
+            self._in_force(),
             self._estop,
             self._age if driven else 0,
             self.config.stale,
             self._asking,
             now - self._asking.since if self._asking else 0,
         )
+
+    def _in_force(self) -> Twist:
+        return self._twist if self.narrow is None else self.narrow.limited(self._twist)
 
     def _turn(self, now: int) -> Turn:
         self.expire(now)
@@ -249,6 +314,7 @@ class Safety:
         """End the lease, if there is one, and stop the robot."""
         self._controller, self._age = "", 0
         self._disarm(reason)
+        self.arm.stop(reason)
 
 
 def _scaled(twist: Twist, share: float) -> Twist:

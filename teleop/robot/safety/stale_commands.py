@@ -36,8 +36,8 @@ class StaleLimits:
         if not self.refuse or age <= self.refuse:
             return None
         return (
-            f"commands arrive {age / _SECOND:.1f} s late, and {self.refuse / _SECOND:g} s is the limit:"
-            " release the stick, and wait for a faster link"
+            f"commands arrive {age / _SECOND:.1f} s late, the way back to you included, and"
+            f" {self.refuse / _SECOND:g} s is the limit: release the stick, and wait for a faster link"
         )
 
     def speed_share(self, age: int) -> float:

@@ -60,9 +60,19 @@ topics    {", ".join(t.name for t in OUTPUTS)}
 inputs    {", ".join(t.name for t in INPUTS)}
 services  {services}
 actions   {", ".join(a.name for a in ACTIONS)}
-{_video(address)}{_delays(config)}
+{_arm(world)}{_video(address)}{_delays(config)}
 {_LOCKSTEP if lockstep else how}
 Ctrl-C ends."""
+
+
+def _arm(world: World) -> str:
+    """Return what moves the arm and what it does, a line each; empty without an arm."""
+    if world.arm is None:
+        return ""
+    from teleop.robot.topics.arm_topics import ARM_ACTIONS, ARM_INPUTS, ARM_SERVICES
+
+    names = ", ".join(row.name for row in (*ARM_INPUTS, *ARM_ACTIONS, *ARM_SERVICES))
+    return f"arm       {world.arm.name} on its {world.arm_mount}: {names}\n"
 
 
 def _video(address: Address) -> str:

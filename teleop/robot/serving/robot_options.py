@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Final
+
+from tyro.constructors import PrimitiveConstructorSpec
 
 from teleop.errors import SettingError
 
@@ -17,6 +19,18 @@ if TYPE_CHECKING:
     from robot_sim import SimulationConfig, World
     from robot_sim.actors.extras import Extra
     from robot_sim.drive.drivetrain import SlipFault
+
+
+DEFAULT_ARM: Final = "s2"
+"""The arm of ``--arm`` alone."""
+
+_ONE_OR_NONE: Final = PrimitiveConstructorSpec[str | None](
+    nargs=(0, 1),
+    metavar="[NAME]",
+    instance_from_str=lambda given: given[0] if given else DEFAULT_ARM,
+    is_instance=lambda value: value is None or isinstance(value, str),
+    str_from_instance=lambda value: [str(value)],
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +53,16 @@ class RobotOptions:
     """Simulate walking people, swinging doors and pushed carts."""
     rearranged: int | None = None
     """Seed by which furniture has moved since the map was made; unless given, it has not."""
+    arm: Annotated[str | None, _ONE_OR_NONE] = None
+    """Carry an arm: s2, or the path of a table like its; --arm alone is s2."""
+    arm_mount: str = "bracket"
+    """Where the arm is mounted: bracket, ahead of the front bumper, or plate, on the top plate."""
+    arm_speed: float = 0.2
+    """Largest speed of the robot while the arm is off its stow pose [m/s]; 0 for no such limit."""
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.arm_speed) and self.arm_speed >= 0.0):
+            raise SettingError(f"arm-speed must be >= 0 m/s, got {self.arm_speed:g}")
 
     def world(
         self,
@@ -74,6 +98,8 @@ class RobotOptions:
             extras=extras,
             spare_boxes=spare_boxes,
             spare_people=spare_people,
+            arm=self.arm,
+            arm_mount=self.arm_mount,
         )
         return load_world(scene, robot=robot, options=options)
 

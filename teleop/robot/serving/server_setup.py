@@ -14,7 +14,7 @@ from typing import Final
 from teleop import clock
 from teleop.interfaces import registry
 from teleop.link.command_age import RoundTrips
-from teleop.link.emulation import LinkEmulation
+from teleop.link.emulation import EmulatedLinks, LinkEmulation
 from teleop.robot.audit.audit_file import AuditFile
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.serving.address import Address
@@ -51,22 +51,29 @@ def token_file(config: ServeConfig) -> TokenFile | None:
     return None if config.tokens is None else TokenFile(config.tokens, ROLES)
 
 
-def build_server(config: ServeConfig, tokens: TokenFile | None, now: Callable[[], int]) -> Server:
+def build_server(
+    config: ServeConfig,
+    tokens: TokenFile | None,
+    now: Callable[[], int],
+    *,
+    authenticator: Authenticator | None = None,
+    link: EmulatedLinks | None = None,
+) -> Server:
     """Return a server that does not listen yet.
 
     Args:
         config: Settings.
         tokens: Tokens of those who may connect; None if anybody may.
         now: Returns the time of its clock [ns].
+        authenticator: Verifies tokens in the place of those.
+        link: Emulates the links of clients in the place of that of the settings.
 
     Raises:
         ServerError: If the certificate or an origin is invalid.
     """
-    authenticator = (
-        None if tokens is None else Authenticator(tokens.credentials, clock.unix_seconds)
-    )
-    link = None
-    if config.link_config is not None:
+    if authenticator is None and tokens is not None:
+        authenticator = Authenticator(tokens.credentials, clock.unix_seconds)
+    if link is None and config.link_config is not None:
         stepping = "/sim/step" if config.lockstep else ""
         link = LinkEmulation(config.link_config, clock_service=stepping)
     protocol = Protocol(
@@ -90,13 +97,14 @@ def build_server(config: ServeConfig, tokens: TokenFile | None, now: Callable[[]
 
 
 def round_trips_of(server: Server) -> Callable[[int], RoundTrips | None]:
-    """Return a function for the round trips of a server's clients, which are measured from its first call on.
+    """Return a function for the round trips of a server's clients, to be called for those that drive.
 
-    In lockstep only those of an emulated link are known.
+    From its first call on they are measured, and what the client sees is kept from getting old. In lockstep only those of an emulated link are known.
     """
 
     def round_trips(client: int) -> RoundTrips | None:
         server.watch_round_trip(client)
+        server.keep_fresh(client)
         trip = server.round_trip(client)
         if trip is None:
             return None if server.lockstep else RoundTrips()

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TextIO
 
 from localization.types import SECOND, Estimate, Pose
-from teleop.robot.steps.step_results import StepResult
+from teleop.robot.step_results import StepResult
 from teleop.robot.steps.wheel_odometry import Way
 from teleop.robot.tick_record import DriveRecord
 

@@ -7,9 +7,9 @@ from typing import Final
 from localization.types import SECOND, Twist
 from robot_sim import TICK_NS, Condition, DriveConfig
 from teleop.robot.inbox import StepGoal
+from teleop.robot.step_results import StepOutcome, StepProgress, StepResult
 from teleop.robot.steps.measures import Measure
 from teleop.robot.steps.speed_profile import SpeedProfile
-from teleop.robot.steps.step_results import StepOutcome, StepProgress, StepResult
 from teleop.robot.steps.wheel_odometry import WheelOdometry
 
 _TICK: Final = TICK_NS / SECOND

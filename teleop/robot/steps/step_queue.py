@@ -13,9 +13,9 @@ from localization.types import SECOND, Estimate, Reading, WheelSpeeds
 from robot_sim import Condition, DriveConfig, SkidSteer
 from teleop.robot.inbox import StepAlive, StepAnswered, StepCancel, StepGoal
 from teleop.robot.safety.safety import Safety
+from teleop.robot.step_results import ENDS_QUEUE, StepOutcome, StepReport, StepResult
 from teleop.robot.steps.measures import ByLocalizer, ByWheels, Measure
 from teleop.robot.steps.step_drive import StepDrive
-from teleop.robot.steps.step_results import ENDS_QUEUE, StepOutcome, StepReport, StepResult
 from teleop.robot.steps.wheel_odometry import WheelOdometry
 
 MAX_STEPS: Final = 100

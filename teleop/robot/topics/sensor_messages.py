@@ -12,6 +12,7 @@ from localization.logs.laser_scan_message import scan_message
 from localization.logs.motion_messages import inertial_message, wheels_message
 from localization.types import Scan, WheelSpeeds
 from teleop.robot.tick_record import DriveRecord
+from teleop.robot.topics.arm_joints import arm_joints_message
 from teleop.robot.topics.message_parts import Message, Messages, header
 
 
@@ -34,11 +35,13 @@ def imu(tick: DriveRecord) -> Messages:
 
 
 def joint_states(tick: DriveRecord) -> Messages:
-    """Return the newest wheel rates of both sides."""
+    """Return the joints of an arm, if there is one, and the newest wheel rates of both sides."""
+    # Where only the newest message of a topic gets through, it is that of the wheels.
+    arm = () if tick.arm is None else (_to_dict(arm_joints_message(tick.arm)),)
     found = [r for r in tick.sensed if isinstance(r, WheelSpeeds)]
     if not found:
-        return ()
-    return (_to_dict(wheels_message(found[-1], tick.robot.rolling_radius)),)
+        return arm
+    return (*arm, _to_dict(wheels_message(found[-1], tick.robot.rolling_radius)))
 
 
 def bumper_state(tick: DriveRecord) -> Messages:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, Final, Generic, TypeVar
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
 
 from localization.maps.cloud import Cloud
-from localization.types import Mounts
-from robot_sim import TICK_NS, SkidSteer
+from localization.types import Mounts, Pose
+from robot_sim import SkidSteer
 from robot_sim.robot.camera_mount import camera_frames
 from robot_sim.robot.urdf import urdf
-from teleop.robot.tick_record import DriveRecord, EstimateRecord, TickRecord
+from teleop.robot.arm.arm_fit import ArmFit
+from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.robot.topics import (
     control_messages as control,
     diagnostics_messages as diagnostics,
@@ -21,43 +21,11 @@ from teleop.robot.topics import (
     lean_cloud as lean,
     sensor_messages as sensors,
 )
-from teleop.robot.topics.message_parts import Message, Messages
+from teleop.robot.topics.message_parts import Message
+from teleop.robot.topics.table_rows import Interface as Interface, Record as Record, Topic as Topic
 
-Record = TypeVar("Record", DriveRecord, EstimateRecord)
-
-
-@dataclass(frozen=True, slots=True)
-class Topic(Generic[Record]):
-    """A topic that the robot publishes while it runs."""
-
-    name: str
-    """Name of the topic."""
-    type: str
-    """Type of its messages."""
-    every: int
-    """Number of ticks of 20 ms between messages; 0 for topics that are published on events."""
-    build: Callable[[Record], Messages]
-    """Returns the messages to publish after a tick; empty if there are none."""
-    description: str
-    """Content, for the documentation."""
-    latch: bool = False
-    """Whether new subscribers get the last message."""
-
-    def due(self, tick: Record) -> bool:
-        """Return whether messages may be due after a tick."""
-        return not self.every or tick.stamp // TICK_NS % self.every == 0
-
-
-@dataclass(frozen=True, slots=True)
-class Interface:
-    """A latched topic, an input topic or a service."""
-
-    name: str
-    """Name of the topic or service."""
-    type: str
-    """Type of its messages, or of the service."""
-    description: str
-    """Content or effect, for the documentation."""
+if TYPE_CHECKING:  # a robot without a camera loads nothing of one
+    from robot_sim.cameras import CameraModel
 
 
 DRIVE_OUTPUTS: tuple[Topic[DriveRecord], ...] = (
@@ -214,7 +182,9 @@ GROUND_TRUTH: Final = frozenset(t.name for t in OUTPUTS if t.name.startswith("/g
 """Topics of what only a simulation knows."""
 
 TF_STATIC = Interface(
-    "/tf_static", "tf2_msgs/msg/TFMessage", "poses of scanners and camera on `base_link`; latched"
+    "/tf_static",
+    "tf2_msgs/msg/TFMessage",
+    "poses of scanners, camera and arm on `base_link`; latched",
 )
 MAP_INFO = Interface(
     "/map_info", "farsteer_msgs/msg/MapInfo", "name, bounds and SHA-256 of the map; latched"
@@ -290,6 +260,11 @@ SERVICES: tuple[Interface, ...] = (
         "/teleop/give", "std_srvs/srv/Trigger", "driver only: give the robot to the one who asks"
     ),
     Interface("/teleop/refuse", "std_srvs/srv/Trigger", "driver only: refuse the one who asks"),
+    Interface(
+        "/teleop/disconnect_client",
+        "farsteer_msgs/srv/DisconnectClient",
+        "operators only: disconnect a client by its number, and bar it for a time",
+    ),
     Interface(
         "/teleop/session",
         "farsteer_msgs/srv/Session",
@@ -367,20 +342,14 @@ SIMULATION_ACTION: Final = Interface(
 """Action for the referee."""
 
 
-def messages_of(tick: TickRecord) -> Iterator[tuple[str, Message]]:
-    """Return the name of a topic and a message for all that is due after a tick."""
-    for driven in DRIVE_OUTPUTS:
-        if driven.due(tick.drive):
-            for message in driven.build(tick.drive):
-                yield driven.name, message
-    for estimated in ESTIMATE_OUTPUTS:
-        if estimated.due(tick.estimation):
-            for message in estimated.build(tick.estimation):
-                yield estimated.name, message
-
-
 def latched_messages(
-    cloud: Cloud, robot: SkidSteer, mounts: Mounts, run_id: str = "", *, camera: bool = False
+    cloud: Cloud,
+    robot: SkidSteer,
+    mounts: Mounts,
+    run_id: str = "",
+    *,
+    camera: CameraModel | None = None,
+    arm: ArmFit | None = None,
 ) -> Mapping[Interface, Message]:
     """Return the messages that are published once, at the start.
 
@@ -389,11 +358,30 @@ def latched_messages(
         robot: Its parameters.
         mounts: ``base_from_sensor`` of each sensor.
         run_id: Identity of this run of the robot.
-        camera: Whether it carries a camera.
+        camera: The camera that it carries, if any.
+        arm: The arm that it carries, if any.
     """
-    frames = {**mounts, **camera_frames(robot)} if camera else mounts
+    place = None if camera is None else camera.place
+    frames = mounts if place is None else {**mounts, **camera_frames(robot, place)}
+    if arm is not None:
+        frames = {**frames, "arm_base": arm.base_from_arm_base}
     return {
         TF_STATIC: estimate.tf_static(frames),
         MAP_INFO: estimate.map_info(cloud, run_id),
-        ROBOT_DESCRIPTION: {"data": urdf(robot, mounts, camera=camera)},
+        ROBOT_DESCRIPTION: {"data": _description(robot, mounts, place, arm)},
+        **({} if arm is None else _arm_info(arm)),
     }
+
+
+def _description(robot: SkidSteer, mounts: Mounts, camera: Pose | None, arm: ArmFit | None) -> str:
+    if arm is None:
+        return urdf(robot, mounts, camera=camera)
+    return urdf(robot, mounts, camera=camera, arm=arm.table, arm_mount=arm.mount)
+
+
+def _arm_info(arm: ArmFit) -> Mapping[Interface, Message]:
+    """Return what is published once about an arm; imported here, since most robots have none."""
+    from teleop.robot.topics.arm_messages import arm_info
+    from teleop.robot.topics.arm_topics import ARM_INFO
+
+    return {ARM_INFO: arm_info(arm)}

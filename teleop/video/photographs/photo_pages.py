@@ -14,6 +14,7 @@ from teleop.rosbridge.server.http_handlers import READING, HttpRequest, Route
 from teleop.rosbridge.server.http_pages import Page
 from teleop.rosbridge.server.server import Server
 from teleop.video.photographs.photo_folder import PhotoError
+from teleop.video.photographs.photo_rate import PhotoRate
 from teleop.video.photographs.photographer import Photographer, TakenPhoto
 from teleop.video.refusal import VideoRefusedError, answering
 from teleop.video.viewer_access import ViewerAccess
@@ -53,6 +54,7 @@ class PhotoPages:
         topic: str,
         may_take: Callable[[Access], bool],
         note: Callable[[PhotoEvent], object] = lambda event: None,
+        rate: PhotoRate | None = None,
     ) -> None:
         """Prepare to answer.
 
@@ -62,12 +64,15 @@ class PhotoPages:
             topic: The topic that photographs are pictures of.
             may_take: Returns whether somebody may take one.
             note: Called with each one that is taken, and each that is not.
+            rate: How often each client may take one; once a second, if not given.
         """
         self._photographer, self._access, self._topic = photographer, access, topic
         self._may_take, self._note = may_take, note
+        self._rate = rate or PhotoRate()
 
     def add_to(self, server: Server) -> None:
         """Offer the pages and the service."""
+        self._server = server
         self._connections = server.protocol.connections
         self._guarded = server.protocol.authenticator is not None
         methods = (*READING, "POST")
@@ -115,6 +120,9 @@ class PhotoPages:
             raise VideoRefusedError(HTTPStatus.UNAUTHORIZED, line, WWW_Authenticate="Bearer")
         if refusal := self._refusal(access):
             raise VideoRefusedError(HTTPStatus.FORBIDDEN, refusal)
+        if too_soon := self._too_soon(access, request.address):
+            status = HTTPStatus.TOO_MANY_REQUESTS
+            raise VideoRefusedError(status, too_soon, Retry_After="1")
         try:
             taken = await self._photographer.take(access.holder or request.address)
         except PhotoError as error:
@@ -131,6 +139,9 @@ class PhotoPages:
     async def _serve(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
         access, name = self._connections.access(client), self._connections.name(client)
         refusal = "the caller has left" if access is None else self._refusal(access)
+        if access is not None and not refusal:
+            connection = self._connections.get(client)
+            refusal = self._too_soon(access, connection.host if connection else name)
         if refusal:
             self._note(PhotoEvent(name, access, "", refusal))
             raise ServiceError(refusal)
@@ -147,6 +158,10 @@ class PhotoPages:
             self._note(PhotoEvent(request.address, request.access, "", why))
         else:
             self._access.refused(request, why)
+
+    def _too_soon(self, access: Access, client: str) -> str:
+        """Return why a client takes its photographs too often; empty if it does not."""
+        return self._rate.refusal(access.holder or client, self._server.now)
 
     def _refusal(self, access: Access) -> str:
         """Return why somebody may not take photographs; empty if they may."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import shlex
 import signal
 import socket
 import sys
@@ -23,8 +25,10 @@ from robot_sim import TICK_NS, World
 from teleop.__main__ import main
 from teleop.robot.safety.control_state import SafetyConfig
 from teleop.robot.serving.address import Address
-from teleop.scenario.lockstep_run import run_over_wire
-from teleop.scenario.mission import Mission
+from teleop.scenario.referee.outcome import ExitStatus
+from teleop.scenario.session.run import run_scenario
+from teleop.scenario.session.station import COMMAND
+from teleop.scenario.tour.options import TourOptions, tour_scenario
 from tests.teleop.support import (
     ROOT,
     Peer,
@@ -443,15 +447,23 @@ async def test_operate_draws_no_map_of_another_hash_and_continues(
 
 @pytest.mark.process
 @pytest.mark.slow
-def test_scripted_operator_with_another_map_does_not_drive(
-    other_map: Path, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
-) -> None:
-    mission = Mission(duration=12.0)
-    summary, record = run_over_wire(mission, office, office_cloud, other_map, tmp_path, cache=cache)
-    assert "both sides must have the same file" in record.ending
-    assert "\n" not in record.ending
-    assert summary.facts.robot_seconds < 2.0
-    assert not summary.passed
+def test_station_with_another_map_does_not_drive(other_map: Path, tmp_path: Path) -> None:
+    scenario, _ = tour_scenario(TourOptions(duration=12.0))
+    orders = {
+        "speed": 0.6,
+        "hint_stamp": SECOND,
+        "recording": None,
+        "camera": False,
+        "hint_position": [0, 0, 0],
+        "hint_quaternion_wxyz": [1, 0, 0, 0],
+        "hint_covariance": [0.0] * 36,
+    }
+    told = f"FARSTEER_MAP={other_map} FARSTEER_STATION={shlex.quote(json.dumps(orders))}"
+    outcome = run_scenario(scenario, tmp_path, client=f"{told} {COMMAND}", pace="lockstep")
+    assert "both sides must have the same file" in outcome.ending
+    assert "\n" not in outcome.ending
+    assert outcome.figures["duration"] < 2.0
+    assert outcome.status is ExitStatus.CLIENT_FAILED
 
 
 @pytest.mark.process

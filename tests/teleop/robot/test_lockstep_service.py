@@ -9,9 +9,11 @@ import pytest
 
 from robot_sim import TICK_NS
 from teleop.interfaces import registry
+from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.topics.topic_table import INPUTS, OUTPUTS
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import TIME
+from tests.teleop.rosbridge.support import client_ids
 from tests.teleop.support import (
     SPAWN,
     Robots,
@@ -36,6 +38,23 @@ async def test_step_answers_after_all_messages_of_its_ticks(robots: Robots) -> N
             clocks = [stamp_of(m["clock"]) for m in client.messages("/clock")[before:]]
             assert clocks == [reached - n * TICK_NS for n in reversed(range(ticks))]
             assert client.received[-1]["op"] == "service_response"
+
+
+@in_a_loop
+async def test_deferred_work_is_done_once_after_each_response_has_been_sent(
+    robots: Robots,
+) -> None:
+    async with robots() as rig, peer(rig.server.url) as client:
+        await client.subscribe("/scan", "/tf")
+        (caller,) = client_ids(rig.server.protocol)
+        unsent: list[int] = []
+        LockstepService(
+            rig.stepper.stepped, deferred=lambda: unsent.append(rig.server.waiting(caller))
+        )
+        for steps in range(1, 4):
+            await client.step(5)
+            await client.ask("/rosapi/get_time")
+            assert unsent == [0] * steps
 
 
 @in_a_loop

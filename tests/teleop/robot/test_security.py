@@ -23,9 +23,9 @@ from teleop.errors import SettingError
 from teleop.operator.operate import client_for
 from teleop.operator.operate_config import OperateConfig
 from teleop.robot.audit.audit_file import AuditError
+from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.greeting import greeting
-from teleop.robot.serving.serve import serve
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.serving.server_setup import ROLES, address_of
 from teleop.rosbridge import Client, Role, Server

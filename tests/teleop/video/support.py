@@ -29,6 +29,7 @@ from teleop.rosbridge.server.http_server import HttpServer
 from teleop.rosbridge.server.server import Server
 from teleop.video.photographs.photo_folder import PhotoFolder
 from teleop.video.photographs.photo_pages import PhotoPages
+from teleop.video.photographs.photo_rate import PhotoRate
 from teleop.video.photographs.photo_record import PhotoPose
 from teleop.video.photographs.photographer import Photographer, Surroundings
 from teleop.video.tickets import Tickets
@@ -113,7 +114,13 @@ class VideoRig:
 
 @asynccontextmanager
 async def video(
-    folder: Path, *, tokens: bool = False, filming: bool = True, period: float = 0.01, **quota: int
+    folder: Path,
+    *,
+    tokens: bool = False,
+    filming: bool = True,
+    period: float = 0.01,
+    rate: PhotoRate | None = None,
+    **quota: int,
 ) -> AsyncIterator[VideoRig]:
     """Serve pictures and photographs; of a robot that asks for tokens or not."""
     protocol = Protocol(
@@ -130,7 +137,8 @@ async def video(
     whole = PictureFormat("/camera/rgb/image_raw", "jpeg", WIDTH, HEIGHT, 95)
     photos = PhotoFolder(folder / "photos", **quota)
     photographer = Photographer(photos, whole, pages.next_picture, around)
-    PhotoPages(photographer, access, whole.topic, may_drive).add_to(server)
+    rate = rate or PhotoRate(0)
+    PhotoPages(photographer, access, whole.topic, may_drive, rate=rate).add_to(server)
     rig = VideoRig(server, hub, access, photographer, time)
     stamp[0] = lambda: rig.stamp
     async with server:

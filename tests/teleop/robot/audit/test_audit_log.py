@@ -24,8 +24,9 @@ class Rig:
         self.now = 0
         self.protocol = Protocol(REGISTRY, limits=limits)
         self.protocol.topics.advertise("/odom", "nav_msgs/Odometry")
+        server = Server(self.protocol, clock=lambda: self.now)
         self.audit = AuditLog(
-            self.lines.append, Server(self.protocol), stamp=lambda: self.now, wall=lambda: "noon"
+            self.lines.append, server, stamp=lambda: self.now, wall=lambda: "noon"
         )
 
     def logged(self, what: str) -> list[dict[str, Any]]:
@@ -134,3 +135,22 @@ def test_no_line_is_lost_uncounted(lines: list[tuple[str, str, int, bool]]) -> N
         counted.update(counts)
     assert written + counted == Counter(kind for kind, *_ in lines)
     assert counted["drive"] == 0  # commands that move the robot are never suppressed
+
+
+def test_wrong_tokens_leave_a_line_a_second_with_their_number_and_addresses() -> None:
+    rig = Rig()
+    for number in range(3000):
+        rig.now = number * SECOND // 1000
+        host = "10.0.0.6" if number % 2 else f"10.1.{number % 1000 // 250}.{number % 250}"
+        rig.protocol.token_guesses.wrong(host, rig.now)
+        if number % 5 == 0:
+            rig.protocol.token_guesses.locked("10.0.0.6", "another", rig.now)
+        rig.protocol.timers.tick(rig.now)
+    rig.audit.end()
+    lines = rig.logged("wrong tokens")
+    assert 3 <= len(lines) <= 4
+    counted = sum(line["guesses"] for line in lines)
+    assert 3590 <= counted <= 3600, "those that are not even compared count too"
+    assert all(len(line["addresses"]) <= 16 for line in lines)
+    assert lines[1]["addresses"]["10.0.0.6"] >= 500
+    assert not any("another" in str(line) for line in lines), "never the token itself"

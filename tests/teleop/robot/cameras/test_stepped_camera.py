@@ -45,7 +45,7 @@ class Rig:
         for _ in range(ticks):
             self.simulation.command(Twist(np.zeros(3), np.array([0.0, 0.0, 0.8])))
             self.simulation.step()
-            self.camera.ticked()
+            self.camera.ticked(self.simulation.stamp)
 
 
 class _Lossless(Observer):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from localization.types import Twist
 from teleop.joystick import VelocityRequest
+from teleop.robot.arm.commands import ArmTwist, GripperGoal, JointJog
 from teleop.robot.clients.wishes import Wishes
-from teleop.robot.inbox import DriveCommand, EStop, InboxMessage, TakeOver
+from teleop.robot.inbox import ArmWish, DriveCommand, EStop, InboxMessage, TakeOver
 
 
 def command(client: str, forward: float) -> DriveCommand:
@@ -48,3 +49,14 @@ def test_number_of_waiting_messages_is_bounded() -> None:
     accepted = sum(wishes.post(TakeOver(f"client {n}")) for n in range(5000))
     assert accepted == 1000
     assert not wishes.post(EStop("late"))
+
+
+def test_of_each_clients_streams_to_the_arm_only_the_newest_of_each_kind_waits() -> None:
+    wishes = Wishes()
+    zeros = (0.0, 0.0, 0.0)
+    old, new = (ArmWish("a", ArmTwist((x, 0.0, 0.0), zeros)) for x in (0.1, 0.2))
+    jog, other = ArmWish("a", JointJog((0.1, *zeros, 0.0))), ArmWish("b", old.wish)
+    goals = [ArmWish("a", GripperGoal(number, 0.0)) for number in (1, 2)]
+    for message in (old, jog, goals[0], other, goals[1], new):
+        wishes.post(message)
+    assert wishes.take() == [jog, goals[0], other, goals[1], new]

@@ -20,8 +20,8 @@ from teleop.interfaces import registry
 from teleop.pictures.picture import Picture, PictureFormat
 from teleop.robot.real_time.camera_feed import CameraFeed
 from teleop.robot.real_time.camera_receiver import CameraReceiver
+from teleop.robot.real_time.camera_start import CameraStart
 from teleop.robot.real_time.picture_link import PictureLink
-from teleop.robot.serving.camera_start import CameraStart
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 from tests.teleop.support import PATIENCE, in_a_loop
@@ -125,7 +125,10 @@ async def test_camera_and_talking_process_go_on_with_each_other_s_successors(
 
 
 def test_robot_where_nothing_can_be_drawn_is_served_without_a_camera(
-    office: World, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    office: World,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("MUJOCO_GL", "egl")
     # The dispatcher of EGL finds no driver.
@@ -138,11 +141,12 @@ def test_robot_where_nothing_can_be_drawn_is_served_without_a_camera(
     assert line.startswith("serving without a camera: ")
     assert "libegl1" in line
     assert "\n" not in line
+    assert "Traceback" not in capfd.readouterr().err
 
 
 def test_robot_without_a_camera_imports_nothing_of_it() -> None:
     script = (
-        "import sys, teleop.robot.serving.serve, teleop.robot.real_time.talk_process\n"
+        "import sys, teleop.robot.serve, teleop.robot.real_time.talk_process\n"
         "parts = ('OpenGL', 'robot_sim.cameras.renderer', 'teleop.pictures', 'teleop.robot.cameras.')\n"
         "print([name for name in sys.modules if name.startswith(parts)])"
     )

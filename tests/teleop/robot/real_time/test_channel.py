@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -43,6 +44,50 @@ def test_payload_larger_than_any_buffer_arrives_while_it_is_flushed() -> None:
     assert received == [large]
     here.close()
     there.close()
+
+
+def test_waiting_ends_in_time_while_a_payload_trickles_in() -> None:
+    end, other = socket.socketpair()
+    here, stop = Channel(end, 1 << 20), threading.Event()
+
+    def trickle() -> None:
+        other.sendall((1 << 20).to_bytes(4, "little"))
+        while not stop.wait(0.02):
+            other.sendall(b"x")
+
+    peer = threading.Thread(target=trickle)
+    peer.start()
+    try:
+        begun = time.monotonic()
+        assert here.wait(0.2) == []
+        assert 0.2 <= time.monotonic() - begun < 5.0, "each byte gave the whole payload 0.2 s more"
+    finally:
+        stop.set()
+        peer.join()
+        here.close()
+        other.close()
+
+
+def test_waiting_ends_in_time_while_the_other_side_takes_what_waits() -> None:
+    end, other = socket.socketpair()
+    here, stop = Channel(end, 1 << 30), threading.Event()
+    here.send(bytes(20_000_000))
+
+    def read() -> None:
+        while not stop.wait(0.02):
+            other.recv(50_000)
+
+    peer = threading.Thread(target=read)
+    peer.start()
+    try:
+        begun = time.monotonic()
+        assert here.wait(0.2) == []
+        assert 0.2 <= time.monotonic() - begun < 5.0, "each part that was taken began the wait anew"
+    finally:
+        stop.set()
+        peer.join()
+        here.close()
+        other.close()
 
 
 def test_sender_never_waits_and_the_oldest_unsent_payloads_are_dropped() -> None:

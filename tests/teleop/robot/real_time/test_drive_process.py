@@ -24,8 +24,8 @@ from teleop.robot.inbox import DriveCommand
 from teleop.robot.real_time.drive_process import DriveProcess
 from teleop.robot.real_time.process_messages import EstimateSetup, TalkSetup
 from teleop.robot.safety.control_state import ControlMode
+from teleop.robot.serve import start_estimate, start_talk
 from teleop.robot.serving.address import Address
-from teleop.robot.serving.serve import start_estimate, start_talk
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.tick_record import DriveRecord
 from teleop.robot.topics.topic_table import latched_messages

@@ -11,8 +11,8 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
+from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
-from teleop.robot.serving.serve import serve
 from teleop.robot.serving.serve_config import ServeConfig
 from tests.teleop.support import PATIENCE, Peer, in_a_loop, peer
 

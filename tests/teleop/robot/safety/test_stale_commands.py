@@ -44,7 +44,8 @@ def test_old_commands_do_not_arm_and_the_driver_learns_why() -> None:
     robot = safety()
     why = robot.request(stick(3.0, 0.0), 0)
     assert why == (
-        "commands arrive 3.0 s late, and 1 s is the limit: release the stick, and wait for a faster link"
+        "commands arrive 3.0 s late, the way back to you included, and 1 s is the limit:"
+        " release the stick, and wait for a faster link"
     )
     assert robot.state(0).control is ControlMode.DISARMED
     assert robot.request(stick(3.0), 0) == why

@@ -8,11 +8,12 @@ from typing import Any
 
 from localization.maps.cloud import Cloud
 from localization.types import Pose
-from robot_sim import TICK_NS, Simulation, SimulationConfig, World
+from robot_sim import TICK_NS, SimulationConfig, World
 from teleop.interfaces import registry
 from teleop.link.command_age import RoundTrips
+from teleop.robot.arm.arm_fit import ArmFit
+from teleop.robot.assembly import RobotParts, build_drive
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
-from teleop.robot.drive import Drive
 from teleop.robot.inbox import InboxMessage
 from teleop.robot.tick_record import DriveRecord
 from teleop.robot.topics.topic_table import latched_messages
@@ -106,15 +107,16 @@ class StepRig:
         round_trips: Callable[[int], RoundTrips | None] = lambda client: None,
     ) -> None:
         config = config or SimulationConfig(scanners=())
-        simulation = Simulation(world, seed=0, config=config, start=start)
-        self.drive = Drive(simulation)
+        self.drive = build_drive(RobotParts(world, simulation=config, start=start))
+        simulation, arm = self.drive.simulation, ArmFit.of(world)
         self.protocol = Protocol(registry(), limits=ClientLimits.unhurried())
         server = Server(self.protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
         self.adapter = RosbridgeAdapter(
             server,
-            latched_messages(cloud, world.robot, simulation.mounts),
+            latched_messages(cloud, world.robot, simulation.mounts, arm=arm),
             undo_memory=0,
             round_trips=round_trips,
+            arm=arm,
         )
         self.inboxes: list[list[InboxMessage]] = []
         self.clients: dict[int, StepClient] = {}

@@ -9,18 +9,25 @@ import pytest
 
 from teleop.interfaces import registry
 from teleop.robot.cameras.camera_topics import CAMERA_TOPICS
+from teleop.robot.topics.arm_topics import (
+    ARM_ACTIONS,
+    ARM_INFO,
+    ARM_INPUTS,
+    ARM_OUTPUTS,
+    ARM_SERVICES,
+)
 from teleop.robot.topics.topic_table import INPUTS, LATCHED, OUTPUTS, SERVICES
-from teleop.robot.topics.topics_page import markdown
+from teleop.robot.topics_page import markdown
 
 ROOT = Path(__file__).resolve().parents[4]
 REGISTRY = registry()
-TABLE = (*OUTPUTS, *INPUTS, *LATCHED, *CAMERA_TOPICS)
+TABLE = (*OUTPUTS, *INPUTS, *LATCHED, *CAMERA_TOPICS, *ARM_OUTPUTS, *ARM_INPUTS, ARM_INFO)
 TOPICS = [(t.name, t.type) for t in TABLE]
 
 
 def test_page_of_the_docs_is_what_the_table_says() -> None:
     page = (ROOT / "docs" / "topics.md").read_text(encoding="utf-8")
-    assert page == markdown(), "run: python -m teleop.robot.topics.topics_page > docs/topics.md"
+    assert page == markdown(), "run: python -m teleop.robot.topics_page > docs/topics.md"
 
 
 @pytest.mark.parametrize(("name", "kind"), TOPICS, ids=[name for name, _ in TOPICS])
@@ -28,9 +35,14 @@ def test_type_of_each_topic_is_known(name: str, kind: str) -> None:
     assert REGISTRY[kind].name == kind
 
 
-@pytest.mark.parametrize("kind", sorted({service.type for service in SERVICES}))
+@pytest.mark.parametrize("kind", sorted({service.type for service in (*SERVICES, *ARM_SERVICES)}))
 def test_type_of_each_service_is_known(kind: str) -> None:
     assert REGISTRY.service(kind).name == kind
+
+
+@pytest.mark.parametrize("kind", sorted({action.type for action in ARM_ACTIONS}))
+def test_type_of_each_action_is_known(kind: str) -> None:
+    assert REGISTRY.action(kind).name == kind
 
 
 def test_no_name_is_taken_twice() -> None:

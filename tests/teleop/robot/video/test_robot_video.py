@@ -16,8 +16,8 @@ import pytest
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.errors import SettingError
+from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
-from teleop.robot.serving.serve import serve
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import Client
 from tests.teleop.robot.test_security import DRIVER, VIEWER, tokens

@@ -12,6 +12,7 @@ import pytest
 from websockets.asyncio.client import connect
 
 from teleop.video.photographs import photographer
+from teleop.video.photographs.photo_rate import PhotoRate
 from tests.teleop.support import in_a_loop, soon
 from tests.teleop.video.support import HEIGHT, TOPIC, WIDTH, VideoRig, get, picture, video
 
@@ -118,3 +119,25 @@ async def test_a_disk_that_hangs_holds_up_nothing_else(
         released.set()
         assert sum("does not respond" in line for line in lines) == 4
         assert sum("still being taken" in line for line in lines) == 2
+
+
+@in_a_loop
+async def test_each_client_takes_one_photograph_a_second_by_whatever_way(tmp_path: Path) -> None:
+    async with video(tmp_path, tokens=True, rate=PhotoRate()) as rig:
+        port = rig.server.port
+        assert (await get(port, "/photos", "POST", **DRIVER)).status == 201
+        refused = await get(port, "/photos", "POST", **DRIVER)
+        assert (refused.status, refused.headers["retry-after"]) == (429, "1")
+        assert refused.line.startswith("one photograph in 1 s for each client: wait for 0.")
+        call = await call_photo(rig, "drive-drive-drive-drive")
+        assert (call["result"], call["values"][:18]) == (False, "one photograph in ")
+        assert len((await get(port, "/photos", **VIEWER)).json["photos"]) == 1
+
+
+def test_photographs_of_others_and_of_later_are_not_refused() -> None:
+    rate, second = PhotoRate(), 1_000_000_000
+    assert not rate.refusal("one", 0)
+    assert not rate.refusal("other", 0)
+    assert rate.refusal("one", second - 1)
+    assert not rate.refusal("one", second), "a refused one does not count"
+    assert rate.refusal("one", 2 * second - 1)

@@ -9,15 +9,16 @@ from typing import Any
 
 import pytest
 
+from localization.logs.open_log import open_log
 from localization.maps.cloud import Cloud
 from robot_sim import World
+from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
-from teleop.robot.serving.serve import serve
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import Client
 from teleop.scene_clouds import scene_cloud_path
 from tests.teleop.robot.test_security import served
-from tests.teleop.support import in_a_loop, soon
+from tests.teleop.support import arm, in_a_loop, peer, soon
 
 
 @in_a_loop
@@ -90,3 +91,37 @@ async def test_type_names_follow_the_selected_ros_generation(
         listed = await client.call("/rosapi/topics")
         types = dict(zip(listed["topics"], listed["types"], strict=True))
         assert (types["/odom"], types["/rosout"]) == (odometry, log)
+
+
+@pytest.mark.slow
+@in_a_loop
+async def test_braking_of_a_robot_in_lockstep_that_is_shut_down_is_recorded(
+    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
+    stop, log = asyncio.Event(), tmp_path / "readings.mcap"
+    config = ServeConfig(port=0, lockstep=True, record=log)
+    serving = asyncio.create_task(
+        serve(office, office_cloud, config, cache=cache, ready=ready.set_result, stop=stop)
+    )
+    address = await soon(ready)
+    async with peer(address.url) as client:
+        await arm(client)
+        await client.joy(1.0)
+        stepped = await client.step(25)
+        stop.set()
+        await serving
+    assert max(reading.stamp for reading in open_log(log)) > stepped
+
+
+@pytest.mark.slow
+@in_a_loop
+async def test_robot_in_lockstep_whose_log_cannot_be_begun_ends_its_audit_log(
+    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+) -> None:
+    audit, file = tmp_path / "audit.jsonl", tmp_path / "file"
+    file.touch()
+    config = ServeConfig(port=0, lockstep=True, audit=audit, record=file / "log.mcap")
+    with pytest.raises(OSError, match="file"):
+        await soon(serve(office, office_cloud, config, cache=cache))
+    assert '"what":"begin"' in audit.read_text().replace(" ", "")

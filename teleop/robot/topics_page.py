@@ -1,6 +1,6 @@
 """The page ``docs/topics.md``, made from the table of topics.
 
-``python -m teleop.robot.topics.topics_page > docs/topics.md`` writes it.
+``python -m teleop.robot.topics_page > docs/topics.md`` writes it.
 """
 
 from __future__ import annotations
@@ -10,6 +10,13 @@ from collections.abc import Iterable
 from typing import Any
 
 from teleop.robot.cameras.camera_topics import CAMERA_TOPICS, InfoTopic, PictureTopic
+from teleop.robot.topics.arm_topics import (
+    ARM_ACTIONS,
+    ARM_INFO,
+    ARM_INPUTS,
+    ARM_OUTPUTS,
+    ARM_SERVICES,
+)
 from teleop.robot.topics.topic_table import (
     ACTIONS,
     ANSWERS,
@@ -27,17 +34,14 @@ from teleop.robot.video.video_interfaces import VIDEO_SERVICES, VIDEO_TOPICS
 
 def markdown() -> str:
     """Return the page."""
-    outputs = [
-        f"| `{t.name}` | `{t.type}` | {_rate(t)}{', latched' if t.latch else ''} | {t.description} |"
-        for t in OUTPUTS
-    ]
+    outputs = _outputs(OUTPUTS)
     once = [f"| `{i.name}` | `{i.type}` | once | {i.description} |" for i in LATCHED]
     answers = [f"| `{i.name}` | `{i.type}` | on events | {i.description} |" for i in ANSWERS]
     lines = [
         "# Topics",
         "",
-        "This page is made from the tables in `topics/topic_table.py` and `cameras/camera_topics.py` of `teleop/robot`:",
-        "`python -m teleop.robot.topics.topics_page`. Rates are of robot time. Clients cannot publish on the",
+        "This page is made from the tables `topics/topic_table.py`, `topics/arm_topics.py` and `cameras/camera_topics.py` of `teleop/robot`:",
+        "`python -m teleop.robot.topics_page`. Rates are of robot time. Clients cannot publish on the",
         "robot's topics.",
         "",
         "## From the robot",
@@ -81,6 +85,28 @@ def markdown() -> str:
         "|---|---|---|",
         *_rows(ACTIONS),
         "",
+        "## With an arm",
+        "",
+        "Only with `farsteer serve --arm`. `/joint_states` and `/tf` then have the arm's joints and links as well, and",
+        "`/robot_description` its shapes and masses. The one who drives moves the arm; each needs its own deadman.",
+        "",
+        "| topic from the robot | type | rate | content |",
+        "|---|---|---|---|",
+        *_outputs(ARM_OUTPUTS),
+        f"| `{ARM_INFO.name}` | `{ARM_INFO.type}` | once | {ARM_INFO.description} |",
+        "",
+        "| topic to the robot | type | content |",
+        "|---|---|---|",
+        *_rows(ARM_INPUTS),
+        "",
+        "| action | type | effect |",
+        "|---|---|---|",
+        *_rows(ARM_ACTIONS),
+        "",
+        "| service | type | effect |",
+        "|---|---|---|",
+        *_rows(ARM_SERVICES),
+        "",
         "## For the referee",
         "",
         "`simulation_interfaces` 2.1, only where a robot was started for it and only with the referee's token. What",
@@ -92,6 +118,13 @@ def markdown() -> str:
         "",
     ]
     return "\n".join(lines)
+
+
+def _outputs(topics: Iterable[Topic[Any]]) -> list[str]:
+    return [
+        f"| `{t.name}` | `{t.type}` | {_rate(t)}{', latched' if t.latch else ''} | {t.description} |"
+        for t in topics
+    ]
 
 
 def _rate(topic: Topic[Any]) -> str:

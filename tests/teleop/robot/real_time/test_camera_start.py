@@ -15,8 +15,8 @@ from PIL import Image
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from robot_sim.errors import CameraError
+from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
-from teleop.robot.serving.serve import serve
 from teleop.robot.serving.serve_config import ServeConfig
 from tests.teleop.support import in_a_loop, peer, soon, stamp_of
 

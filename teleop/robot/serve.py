@@ -8,7 +8,7 @@ import secrets
 import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import AsyncExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,14 +19,12 @@ import numpy as np
 from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
-from localization.pipeline.localizer import Localizer, LocalizerConfig
+from localization.pipeline.localizer import LocalizerConfig
 from localization.pipeline.log_replay import config_metadata
 from localization.types import Hint
 from robot_sim import Simulation, World
-from teleop.console.page_files import offer_page
-from teleop.robot.audit.audit_log import AuditLog
-from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
-from teleop.robot.drive import Drive
+from teleop.robot.arm.arm_fit import ArmFit
+from teleop.robot.assembly import RobotParts, build_drive, build_stepped_robot
 from teleop.robot.inbox import PoseHint
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.real_time.child_process import ChildProcess
@@ -37,33 +35,16 @@ from teleop.robot.real_time.process_messages import (
     EstimateSetup,
     TalkSetup,
 )
-from teleop.robot.robot import Robot
-from teleop.robot.safety.control_state import SafetyConfig
-from teleop.robot.safety.safety import Safety
-from teleop.robot.safety.speed_limits import SpeedLimits
+from teleop.robot.recording import Recording
 from teleop.robot.serving.address import Address
-from teleop.robot.serving.camera_choice import stepped_camera
-from teleop.robot.serving.robot_options import slip_bursts
 from teleop.robot.serving.serve_config import ServeConfig
-from teleop.robot.serving.server_setup import (
-    address_of,
-    audit_log,
-    build_server,
-    offer_map,
-    round_trips_of,
-    token_file,
-    watch_tokens,
-)
-from teleop.robot.stepped_robot import SteppedRobot, TickObserver
-from teleop.robot.tick_record import TickRecord
+from teleop.robot.stepped_robot import TickObserver
 from teleop.robot.topics.message_parts import Message
 from teleop.robot.topics.topic_table import Interface, latched_messages
-from teleop.rosbridge.server.server import Server
 
 if TYPE_CHECKING:  # imported only where there is a camera
-    from teleop.robot.cameras.stepped_camera import SteppedCamera
-    from teleop.robot.serving.camera_start import CameraStart
-    from teleop.robot.video.robot_video import RobotVideo
+    from robot_sim.cameras import CameraModel
+    from teleop.robot.real_time.camera_start import CameraStart
 
 
 def start_talk(pictures: int | None = None) -> ChildProcess:
@@ -109,14 +90,13 @@ async def serve(
     _stop_on_signals(stop)
     config = replace(config, name=config.name or world.robot.name)
     if config.lockstep:
-        drive = _drive(world, config)
-        await _serve_in_lockstep(drive, cloud, config, cache, map_file, ready, stop)
+        await _serve_in_lockstep(world, cloud, config, cache, map_file, ready, stop)
         return 0.0
     return await _serve_in_real_time(world, cloud, config, cache, map_file, ready, stop)
 
 
 async def _serve_in_lockstep(
-    drive: Drive,
+    world: World,
     cloud: Cloud,
     config: ServeConfig,
     cache: Path | None,
@@ -125,50 +105,21 @@ async def _serve_in_lockstep(
     stop: asyncio.Event,
 ) -> None:
     """Serve in this process, with the robot's own time."""
-    simulation = drive.simulation
-    localizer = Localizer(prepare(cloud, cache=cache), simulation.mounts)
-    robot = Robot(simulation, localizer, drive.safety)
-    tokens = token_file(config)
-    server = build_server(config, tokens, lambda: simulation.stamp)
-    with ExitStack() as cleanup:
-        audit = cleanup.enter_context(
-            audit_log(config, server, simulation.world.name, lambda: simulation.stamp)
-        )
-        observers = cleanup.enter_context(_log(config, simulation, cloud))
-        offer_map(server, map_file)
-        page = offer_page(server.pages, encrypted=server.encrypted)
-        camera = stepped_camera(simulation, config.camera, server)
-        if camera is not None:
-            cleanup.enter_context(closing(camera))
-            draw = camera.ticked
-            observers = (*observers, lambda tick: draw())
-        latched = _latched(cloud, simulation, camera=camera is not None)
-        video = None
-        if camera is not None:
-            video = _video(server, camera, config, latched, audit)
-            observers = (*observers, video.ticked)
-        adapter = RosbridgeAdapter(
-            server,
-            latched,
-            undo_memory=localizer.config.undo_memory,
-            round_trips=round_trips_of(server),
-            audit=audit,
-        )
-        if not config.lost:
-            adapter.wishes.post(_start_pose(simulation))
-        LockstepService(SteppedRobot(robot, adapter, observers=observers))
-        if tokens is not None:
-            watch = cleanup.enter_context(closing(watch_tokens(tokens, server, audit)))
-            _on_hangup(watch.check_now)
-        try:
-            await server.start()
-            streams = "" if video is None else await video.start()
-            ready(address_of(server, page=page, streams=streams))
-            await stop.wait()
-        finally:
-            if video is not None:
-                await video.close()
-            await server.close()
+    prepared, parts = prepare(cloud, cache=cache), RobotParts.of(world, config)
+    stepped = build_stepped_robot(parts, cloud, prepared, config, run_id=secrets.token_hex(8))
+    gateway, simulation = stepped.gateway, stepped.robot.simulation
+    gateway.offer_files(map_file)
+    if not config.lost:
+        stepped.adapter.wishes.post(_start_pose(simulation))
+    LockstepService(stepped)
+    _on_hangup(gateway.read_tokens)
+    async with AsyncExitStack() as cleanup:
+        cleanup.push_async_callback(gateway.close)
+        stepped.observers = cleanup.enter_context(_log(config, simulation, cloud))
+        # Before the log ends: a robot that loses its client brakes, and this is recorded.
+        cleanup.push_async_callback(gateway.close)
+        ready(await gateway.start())
+        await stop.wait()
 
 
 async def _serve_in_real_time(
@@ -186,7 +137,7 @@ async def _serve_in_real_time(
     pictures = None if camera is None else camera.link
     talking, estimating = start_talk(pictures), start_estimate()
     try:
-        drive = _drive(world, config)
+        drive = build_drive(RobotParts.of(world, config))
         simulation = drive.simulation
         estimate = EstimateSetup(
             cloud,
@@ -202,7 +153,7 @@ async def _serve_in_real_time(
         talk = TalkSetup(
             config,
             simulation.world.name,
-            _latched(cloud, simulation, camera=feed is not None),
+            _latched(cloud, simulation, None if camera is None else camera.model),
             map_file,
             LocalizerConfig().undo_memory,
             None if camera is None else camera.model,
@@ -242,39 +193,22 @@ async def _serve_in_real_time(
             camera.close()
 
 
-def _latched(cloud: Cloud, simulation: Simulation, *, camera: bool) -> Mapping[Interface, Message]:
+def _latched(
+    cloud: Cloud, simulation: Simulation, camera: CameraModel | None
+) -> Mapping[Interface, Message]:
     """Return what is published once, with an identity of this run."""
     robot, run_id = simulation.world.robot, secrets.token_hex(8)
-    return latched_messages(cloud, robot, simulation.mounts, run_id, camera=camera)
+    arm = ArmFit.of(simulation.world)
+    return latched_messages(cloud, robot, simulation.mounts, run_id, camera=camera, arm=arm)
 
 
 def _start_camera(world: World, config: ServeConfig) -> CameraStart | None:
     """Start the camera's process, if one is wanted; nothing of it is imported otherwise."""
     if config.camera is None:
         return None
-    from teleop.robot.serving.camera_start import CameraStart
+    from teleop.robot.real_time.camera_start import CameraStart
 
     return CameraStart(world, config.camera)
-
-
-def _video(
-    server: Server,
-    camera: SteppedCamera,
-    config: ServeConfig,
-    latched: Mapping[Interface, Message],
-    audit: AuditLog | None,
-) -> RobotVideo:
-    """Offer the camera's streams and photographs; imported here, since most robots have none."""
-    from teleop.robot.video.robot_video import RobotVideo
-
-    return RobotVideo(server, camera.hub, camera.size, config, latched, audit)
-
-
-def _drive(world: World, config: ServeConfig) -> Drive:
-    settings = config.robot.simulation(slip_bursts(config.slip))
-    simulation = Simulation(world, seed=config.seed, config=settings)
-    limits = SpeedLimits.of(simulation.config.drive)
-    return Drive(simulation, Safety(limits, SafetyConfig(stale=config.stale_limits)))
 
 
 def _start_pose(simulation: Simulation) -> PoseHint:
@@ -317,12 +251,6 @@ def _log(
         yield ()
         return
     metadata, radius = _metadata(config, simulation, cloud), simulation.world.robot.rolling_radius
-    with ReadingsWriter(
-        config.record, simulation.mounts, dict(metadata), wheel_radius=radius
-    ) as log:
-
-        def write(tick: TickRecord) -> None:
-            for reading in tick.readings:
-                log.write(reading, tick.stamp)
-
-        yield (write,)
+    log = ReadingsWriter(config.record, simulation.mounts, dict(metadata), wheel_radius=radius)
+    with closing(Recording(log, config.record)) as recording:
+        yield (lambda tick: recording.readings(tick.readings, tick.stamp, tick.drive.arm),)

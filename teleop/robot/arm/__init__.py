@@ -1,0 +1,1 @@
+"""Control of the arm: from what clients want to the angles of the next tick."""

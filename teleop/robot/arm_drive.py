@@ -1,0 +1,114 @@
+"""What drives the arm: the robot's safety on one side, its control and the simulated arm on the other."""
+
+from __future__ import annotations
+
+import math
+
+from robot_sim.arm.arm_plant import ArmPlant
+from robot_sim.arm.clearance import Clearance
+from robot_sim.simulation import Simulation
+from teleop.robot.arm.arm_control import ArmControl
+from teleop.robot.arm.arm_fit import ArmFit
+from teleop.robot.arm.arm_settings import ArmSettings, Permit
+from teleop.robot.arm.arm_state import ArmState
+from teleop.robot.arm.commands import (
+    Alive,
+    Answered,
+    ArmTwist,
+    Cancel,
+    Confirm,
+    Halt,
+    Hand,
+    JointJog,
+    TipTarget,
+)
+from teleop.robot.inbox import ArmWish
+from teleop.robot.safety.safety import Safety
+from teleop.robot.safety.speed_limits import SpeedLimits
+
+
+class ArmDrive:
+    """Passes on to the arm what the safety admits, and to the safety what the arm asks of the vehicle."""
+
+    def __init__(self, simulation: Simulation, safety: Safety, settings: ArmSettings) -> None:
+        """Take the arm of a simulation that has one."""
+        fit, plant = ArmFit.of(simulation.world), simulation.arm
+        assert fit is not None
+        assert plant is not None
+        self._plant: ArmPlant = plant
+        self._safety, self._clearance = safety, Clearance(fit.table, fit.mount)
+        plant.show(self._clearance, "")
+        self._control = ArmControl(fit, self._clearance, plant.reading, settings)
+
+    def obey(self, message: ArmWish, now: int) -> str | None:
+        """Apply a message; return why it is refused, or None."""
+        client, wish, control, safety = message.client, message.wish, self._control, self._safety
+        why = None
+        match wish:
+            case Hand() | ArmTwist() | JointJog() | TipTarget():
+                why = safety.request_arm(message, wish, now)
+                if why is None and safety.controller == client:
+                    control.follow(client, wish, safety.config.stale.speed_share(message.age))
+            case Confirm():
+                if safety.controller == client:
+                    control.confirm(client, wish.held, _arrival(message, now))
+            case Halt():
+                if safety.controller == client:
+                    safety.arm.stop("paused by its client")
+                    control.halt("paused by its client")
+            case Cancel():
+                control.cancel(client, wish.number)
+            case Answered():
+                control.answered(wish.number)
+            case Alive():
+                safety.arm_alive(client, message.arrival, now)
+                control.alive(client, _arrival(message, now), message.age)
+            case _:
+                refusal = safety.admit_arm_goal(client, message.age, now)
+                if refusal is None:
+                    control.begin(client, wish, now, message.age)
+                else:
+                    control.refuse(client, wish, refusal)
+        # What others are refused is nothing that the driver's hand should feel.
+        if why is not None and safety.controller in ("", client):
+            control.note_refusal()
+        return why
+
+    def disconnected(self, client: str) -> None:
+        """Note that a client has left."""
+        self._control.disconnected(client)
+
+    def server_lost(self) -> None:
+        """Note that what connects the clients has stopped."""
+        self._control.server_lost()
+
+    def tick(self, now: int) -> None:
+        """Command the arm for the coming tick."""
+        safety, control = self._safety, self._control
+        if control.restless:
+            self._plant.show(self._clearance, control.held)
+        deadman, estop = safety.arm, safety.estop
+        command = control.tick(
+            now,
+            Permit(
+                safety.controller,
+                deadman.engaged,
+                deadman.stopped,
+                deadman.reason,
+                "" if estop is None else estop.client,
+            ),
+        )
+        if control.stopped:
+            deadman.stop(control.stopped)
+        self._plant.command(command.angles, command.opening, command.force)
+
+    def measure(self) -> ArmState:
+        """Return the arm's state after the tick, and limit the speed of the vehicle for it."""
+        state = self._control.measure(self._plant.reading)
+        narrow = math.isfinite(state.speed_limit) or math.isfinite(state.turn_limit)
+        self._safety.narrow = SpeedLimits(state.speed_limit, state.turn_limit) if narrow else None
+        return state
+
+
+def _arrival(message: ArmWish, now: int) -> int:
+    return now if message.arrival is None else min(message.arrival, now)
