@@ -28,7 +28,7 @@ class Host:
     at: str = ""
     """Name of the place where the robot starts; the scene's own start unless given."""
     camera: str | None = None
-    """Carry a camera of this model, for its topics: kinect, wide, small; see docs/cameras.md."""
+    """Carry a camera of this model, for its topics: kinect, wide, small, arm; see docs/cameras.md."""
     truth: bool = False
     """Publish the topics of ground truth."""
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks import real
+from benchmarks._corrected_logs import corrected_scans
 from benchmarks._real_logs import STAMPS, Excerpt, real_drive, stamped, turned
 from benchmarks._real_scores import WRONG, answers, run_real, score_real
 from localization.geometry import FloatArray, wrap_angle
@@ -178,3 +179,46 @@ def test_setting_of_a_part_is_changed_by_name() -> None:
     assert whole.registration.backface_culling
     assert not config.registration.backface_culling
     assert config.overspeed_margin == math.inf
+
+
+def corrected_like_gmapping(folder: Path, digits: int, away: FloatArray) -> Path:
+    """A corrected log with steps of the wheels between the scans, whose corrections are ``away`` times their number."""
+    time = np.arange(0.0, 20.0, 0.2)
+    counted = np.column_stack([1.5 + 0.2 * time, np.full_like(time, 2.0), 0.02 * time])
+    lines, shift = ["PARAM robot_use_laser on nohost 0\n", "ODOM broken line\n"], np.zeros(3)
+    for i, (t, odom) in enumerate(zip(1.1e9 + time, counted, strict=True)):
+        pose = odom + shift
+        stamp = f"{t:.{digits}g}" if digits < 10 else f"{t:.6f}"
+        end = f"0 0 0 {stamp} host {stamp}\n"
+        lines.append(f"ODOM {pose[0]:.9f} {pose[1]:.9f} {pose[2]:.9f} {end}")
+        if i % 5 == 0:
+            shift = away * (i // 5)
+            fixed = " ".join(f"{v:.9f}" for v in odom + shift)
+            seen = " ".join(f"{r:.2f}" for r in ranges_from(odom + shift))
+            lines.append(f"FLASER {len(ANGLES)} {seen} {fixed} {fixed} {stamp} host {stamp}\n")
+            lines.append(f"ODOM {fixed} 0 0 0 0 host 0\n")
+    path = folder / "lone-corrected.log.gz"
+    path.write_bytes(gzip.compress("".join(lines).encode()))
+    return path
+
+
+def test_corrected_poses_are_read_though_stamps_were_printed_with_six_digits(
+    tmp_path: Path,
+) -> None:
+    scans = corrected_scans(corrected_like_gmapping(tmp_path, 6, np.array([0.0, 0.01, 0.0])))
+    assert len(scans) == 20
+    assert [pose.position[1] for _, pose in scans] == pytest.approx(
+        [2.0 + 0.01 * i for i in range(20)]
+    )
+
+
+def test_log_without_a_raw_one_is_rebuilt_with_the_odometry_that_the_wheels_counted(
+    tmp_path: Path,
+) -> None:
+    corrected_like_gmapping(tmp_path, 10, np.array([0.03, -0.01, 0.0]))
+    drive = real_drive(tmp_path, Excerpt("lone"))
+    odometry = [r for r in drive.readings if isinstance(r, Odometry)]
+    assert odometry[-1].odom_from_base.position[0] == pytest.approx(0.2 * 19.0, abs=1e-6)
+    assert odometry[-1].odom_from_base.position[1] == pytest.approx(0.0, abs=1e-6)
+    assert len(drive.reference) == 10
+    assert real._logs(tmp_path) == ["lone"]

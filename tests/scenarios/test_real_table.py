@@ -193,4 +193,4 @@ def test_command_names_a_folder_without_logs(
 ) -> None:
     with pytest.raises(SystemExit):
         real.main([str(tmp_path)])
-    assert "holds no log NAME.clf.bz2" in capsys.readouterr().err
+    assert "holds no log NAME-corrected.log.gz" in capsys.readouterr().err

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -16,17 +17,12 @@ import pytest
 from localization.evaluation.estimate_trace import read_trace
 from localization.evaluation.tum_file import read_tum
 from localization.logs.mcap_log import read_log
-from localization.maps.cloud import Cloud
-from localization.types import Verdict
-from robot_sim import World
 from teleop.operator.operator_client import TOPICS
 from teleop.robot.topics.topic_table import OUTPUTS
-from teleop.scenario.lockstep_run import run_over_wire
-from teleop.scenario.mission import Mission
-from teleop.scenario.run_recorder import RunRecord
-from teleop.scenario.run_report import summary_table
-from teleop.scenario.run_summary import RunSummary, read_summary
-from teleop.scene_clouds import scene_cloud_path
+from teleop.scenario.tour.drive import Driven, drive_tour
+from teleop.scenario.tour.options import TourOptions, tour_scenario
+from teleop.scenario.tour.report import summary_table
+from teleop.scenario.tour.summary import read_summary
 
 ROOT = Path(__file__).resolve().parents[2]
 BITS = ("readings.mcap", "estimate.tum", "truth.tum", "trace.csv")
@@ -35,49 +31,50 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 
 def drive(
-    mission: Mission, office: World, cloud: Cloud, cache: Path, folder: Path
-) -> tuple[RunSummary, RunRecord]:
-    return run_over_wire(mission, office, cloud, scene_cloud_path("office"), folder, cache=cache)
+    options: TourOptions,
+    folder: Path,
+    *,
+    camera: str | None = None,
+    progress: Callable[[float, str], None] = lambda share, text: None,
+) -> Driven:
+    scenario, _ = tour_scenario(options)
+    return drive_tour(scenario, folder, camera=camera, picture=False, progress=progress)
 
 
-def operators(folder: Path) -> list[int]:
-    """Return the processes that run an operator for a folder."""
+def stations(folder: Path) -> list[int]:
+    """Return the processes of stations whose runs have a folder."""
     found = []
     for process in Path("/proc").iterdir():
         try:
             words = (process / "cmdline").read_bytes().split(b"\0")
+            environment = (process / "environ").read_bytes()
         except OSError:  # not a process, or no longer
             continue
-        if b"teleop.scenario.scripted_operator" in words and str(folder).encode() in b" ".join(
-            words
-        ):
+        if b"teleop.scenario.tour.station" in words and str(folder).encode() in environment:
             found.append(int(process.name))
     return found
 
 
 @pytest.mark.long
 @pytest.mark.process
-def test_robot_and_operator_drive_together_over_the_wire(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
-) -> None:
+def test_robot_and_station_drive_together_over_the_wire(tmp_path: Path) -> None:
     progress: list[tuple[float, str]] = []
-    summary, record = run_over_wire(
-        Mission(seed=2, duration=12.0),
-        office,
-        office_cloud,
-        scene_cloud_path("office"),
+    driven = drive(
+        TourOptions(seed=2, duration=12.0),
         tmp_path,
-        cache=cache,
         progress=lambda share, text: progress.append((share, text)),
     )
-    assert record.ending == "completed"
+    summary = driven.summary
+    assert driven.outcome.ending == "the time of the run is over"
     assert summary.passed, summary.checks
-    assert [v.verdict for v in record.verdicts] == [Verdict.ACCEPTED]
+    (verdict,) = summary.facts.verdicts
+    assert verdict.startswith("accepted")
     assert summary.distance > 2.0
     assert summary.facts.robot_seconds == 12.0
     assert (tmp_path / "operator.rrd").stat().st_size > 1_000_000
-    assert operators(tmp_path) == []
-    assert [share for share, _ in progress[1:]] == [second / 12 for second in range(1, 13)]
+    assert stations(tmp_path) == []
+    seconds = [(share, text) for share, text in progress if " s at " in text]
+    assert [share for share, _ in seconds] == [second / 12 for second in range(1, 13)]
 
     # Joy to motion: a tick to take it, and the ramp up to what counts as motion.
     assert summary.facts.joy_to_motion
@@ -101,13 +98,11 @@ def test_robot_and_operator_drive_together_over_the_wire(
 @pytest.mark.long
 @pytest.mark.process
 @pytest.mark.untraced
-def test_same_seed_gives_the_same_bits_over_the_wire(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
-) -> None:
+def test_same_seed_gives_the_same_bits_over_the_wire(tmp_path: Path) -> None:
     hashes = []
     for name in ("first", "again"):
         folder = tmp_path / name
-        drive(Mission(seed=5, slip=(6.0,), duration=12.0), office, office_cloud, cache, folder)
+        drive(TourOptions(seed=5, slip=(6.0,), duration=12.0), folder)
         hashes.append([hashlib.sha256((folder / f).read_bytes()).hexdigest() for f in BITS])
     assert hashes[0] == hashes[1]
 
@@ -115,21 +110,13 @@ def test_same_seed_gives_the_same_bits_over_the_wire(
 @pytest.mark.long
 @pytest.mark.process
 @pytest.mark.untraced
-def test_camera_changes_no_bit_of_the_drive_and_the_operator_sees_its_pictures(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+def test_camera_changes_no_bit_of_the_drive_and_the_station_sees_its_pictures(
+    tmp_path: Path,
 ) -> None:
     hashes, seen = [], []
     for camera in (None, "small"):
         folder = tmp_path / str(camera)
-        summary, _ = run_over_wire(
-            Mission(seed=5, duration=8.0),
-            office,
-            office_cloud,
-            scene_cloud_path("office"),
-            folder,
-            cache=cache,
-            camera=camera,
-        )
+        summary = drive(TourOptions(seed=5, duration=8.0), folder, camera=camera).summary
         hashes.append([hashlib.sha256((folder / f).read_bytes()).hexdigest() for f in BITS])
         traffic = {t.topic: t.messages for t in summary.facts.traffic}
         seen.append(traffic.get("/camera/rgb/image_rect_color/compressed", 0))
@@ -139,32 +126,21 @@ def test_camera_changes_no_bit_of_the_drive_and_the_operator_sees_its_pictures(
 
 
 @pytest.mark.process
-def test_operator_that_dies_ends_the_run_and_leaves_its_files(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
-) -> None:
+def test_station_that_dies_ends_the_run_and_leaves_its_files(tmp_path: Path) -> None:
     killed: list[int] = []
 
     def kill(share: float, text: str) -> None:
         if share >= 0.3 and not killed:
-            killed.extend(operators(tmp_path))
+            killed.extend(stations(tmp_path))
             for process in killed:
                 os.kill(process, signal.SIGKILL)
 
-    summary, record = run_over_wire(
-        Mission(duration=12.0),
-        office,
-        office_cloud,
-        scene_cloud_path("office"),
-        tmp_path,
-        cache=cache,
-        progress=kill,
-    )
+    driven = drive(TourOptions(duration=12.0), tmp_path, progress=kill)
     assert len(killed) == 1
-    assert record.ending == "the operator ended with -9"
-    assert not summary.passed
-    assert 3.0 < summary.facts.robot_seconds < 12.0
-    last = record.ticks[-1]
-    assert abs(last.truth.twist.linear[0]) < 0.005, "the robot has braked to rest"
+    assert driven.outcome.ending.startswith("the client ended with signal 9")
+    assert not driven.summary.passed
+    assert 3.0 < driven.summary.facts.robot_seconds < 12.0
+    assert abs(driven.outcome.lines.speed[-1, 0]) < 0.005, "the robot has braked to rest"
 
 
 @pytest.mark.long
@@ -188,14 +164,14 @@ def test_interrupted_run_leaves_readable_files_and_no_operator(tenth: int, tmp_p
         for line in process.stderr:
             if line.startswith(f"{tenth * 10:3d}%"):
                 break
-        assert len(operators(folder)) == 1
+        assert len(stations(folder)) == 1
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
     assert "Traceback" not in err
     assert "interrupted" in out
     time.sleep(0.1)
-    assert operators(folder) == []
+    assert stations(folder) == []
 
     seconds = json.loads((folder / "summary.json").read_text())["facts"]["robot_seconds"]
     assert tenth * 3.0 <= seconds < 30.0

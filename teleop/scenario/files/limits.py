@@ -27,10 +27,17 @@ class Limits:
     position_max: Metres | None = None
     """Largest error of the estimated position, while the robot claims to know it: ``tracking``,
     ``degraded`` or ``slipping`` [m]."""
+    doubted_max: Metres | None = None
+    """Largest error of the estimated position while the robot claims to know it or doubts it, ``suspect`` [m]."""
     position_rmse: Metres | None = None
     """Largest root mean square of that error [m]."""
+    heading_rmse: Annotated[float, Field(ge=0.0, le=180.0)] | None = None
+    """Largest root mean square of the error of the estimated heading during that time [degrees]."""
     heading_max: Annotated[float, Field(ge=0.0, le=180.0)] | None = None
     """Largest error of the estimated heading during that time [degrees]."""
+    grace: Seconds = 2.0
+    """Time after somebody has carried the robot off in which these errors and ``nees`` do not count yet [s]; it ends
+    as soon as the robot no longer claims to know its place."""
     lost: Seconds | None = None
     """Longest time in all that the robot is not localised: ``waiting``, ``lost`` or ``relocalising`` [s]."""
     silent_error: Seconds | None = None

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from teleop.scenario.files.schema import STRICT, Seconds
+from teleop.scenario.files.schema import STRICT, Metres, Seconds
 
 Speed: TypeAlias = Annotated[float, Field(ge=0.05, le=3.0)]
 """A forward speed [m/s]."""
@@ -53,6 +53,8 @@ class Careless:
     """Speed with the stick forward [m/s]."""
     mistakes: Annotated[float, Field(ge=0.0, le=60.0)] = 6.0
     """Mistakes a minute, on average."""
+    oddities: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
+    """How often a minute it drives back, releases e-stops of others, or gives a hint that is nearly right."""
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -63,6 +65,19 @@ class Replay:
     """``replay``."""
     file: str
     """Recorded commands (``commands.jsonl`` of a run's folder), beside the scenario file."""
+
+
+@dataclass(frozen=True, slots=True, config=STRICT)
+class Steps:
+    """Has steps driven there and back, half of them turns, drawn by the seed; the run is over after the last one."""
+
+    kind: Literal["steps"]
+    """``steps``."""
+    count: Annotated[int, Field(ge=2, le=10_000)] = 20
+    """Number of steps."""
+    by: Literal["time", "odometry", "localization"] = "localization"
+    """What says how far the robot has come: the operator's clock, or in steps that the robot drives its wheels or its
+    localiser."""
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -77,7 +92,31 @@ class Client:
     """Whether it may see the topics of ground truth."""
 
 
+@dataclass(frozen=True, slots=True, config=STRICT)
+class Station:
+    """A program with the map file and a socket: it gives a hint, drives past the goals and steps the robot.
+
+    It records what it sees if rerun is installed.
+    """
+
+    kind: Literal["station"]
+    """``station``."""
+    speed: Speed = 0.6
+    """Speed on straight stretches [m/s]."""
+    off: Metres = 1.0
+    """Distance of the pose in its hint from the true one [m], in a direction drawn by the seed."""
+    turned: Annotated[float, Field(ge=0.0)] = 20.0
+    """By so much the heading in its hint is wrong [degrees], to a side drawn by the seed."""
+    sigma: Metres = 0.5
+    """Standard deviation of x and y that the hint claims [m]."""
+    sigma_heading: Annotated[float, Field(ge=0.0)] = 10.0
+    """Standard deviation of the heading that the hint claims [degrees]."""
+
+
 Operator: TypeAlias = Annotated[
-    Follower | Steering | Careless | Replay | Client, Field(discriminator="kind")
+    Follower | Steering | Careless | Replay | Steps | Client | Station, Field(discriminator="kind")
 ]
 """Any operator."""
+
+OUTSIDE: Final = (Client, Station)
+"""Operators that are programs of their own, joined to the robot by a socket."""

@@ -16,6 +16,9 @@ from teleop.scenario.files.limits import Limits
 from teleop.scenario.files.operator_settings import Follower, Operator
 from teleop.scenario.files.schema import STRICT, Degrees, Metres, Place, Seconds, Share
 
+NO_SCANNERS: Final = "none"
+"""Name of the scanner of a robot without any."""
+
 
 @dataclass(frozen=True, slots=True, config=STRICT)
 class WorldSettings:
@@ -28,7 +31,8 @@ class WorldSettings:
     rearranged: Annotated[int, Field(ge=0)] | None = None
     """Seed by which furniture has moved since the map was made; unless given, it has not."""
     scanner: str = "default"
-    """Model of both scanners: sick_lms200, sick_lms111, hokuyo_utm30lx; by default an LMS1xx at 10 Hz."""
+    """Model of both scanners: sick_lms200, sick_lms111, hokuyo_utm30lx; by default an LMS1xx at 10 Hz; none for a
+    robot without scanners."""
     inertial: str = "default"
     """Model of the inertial unit: xsens_mti630, bosch_bmi088; by default a small MEMS unit."""
     effects: bool = False
@@ -39,6 +43,14 @@ class WorldSettings:
     """Whether wheel speeds are reported as the P3-AT's own controller does, in ten packets a second."""
     uneven_tyres: bool = False
     """Whether the tyres differ between left and right, as identified on a real P3-AT."""
+    surface: str | None = None
+    """Surface of the whole ground, such as carpet; unless given, each place has its own."""
+    arm: str | None = None
+    """Arm that the robot carries, such as s2; unless given, none."""
+    arm_mount: str = "bracket"
+    """Where the arm is mounted: bracket, ahead of the front bumper, or plate, on the top plate."""
+    arm_speed: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 0.2
+    """Largest speed of the vehicle while the arm is off its stow pose [m/s]; 0 for no such limit."""
     stale_limits: bool = True
     """Whether the robot slows down for commands that are more than 0.5 s old when they arrive, and refuses those
     that are more than 1 s old."""
@@ -77,6 +89,9 @@ class Mission:
 
     goals: tuple[Goal, ...] = ()
     """Places to drive to, in this order; without any the run lasts until ``time_limit``."""
+    tour: bool = False
+    """Whether the goals are the way-points of the world's own tour, or of one that is planned through its free floor;
+    the robot must pass each within 1 m, and stand for a second at the last."""
     time_limit: Annotated[float, Field(gt=0.0, le=86_400.0)] = 120.0
     """Longest time of the run [s]."""
 
@@ -103,6 +118,9 @@ class Scenario:
     """Who drives."""
     second: Operator | None = None
     """A second operator of the library, who connects as well and drives too, if it is let."""
+    roles: Annotated[tuple[Literal["view", "operate", "admin"], ...], Field(max_length=2)] = ()
+    """Roles of the tokens by which the operator and the second one connect, both of the library; without any,
+    nobody needs a token."""
     fault: tuple[Fault, ...] = ()
     """What goes wrong, each at its time."""
     limits: Limits = field(default_factory=Limits)

@@ -6,6 +6,7 @@ Times are drawn in half seconds and figures from short lists, so that what is fo
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import chain
 from random import Random
 from typing import Any, Final
 
@@ -24,6 +25,8 @@ DURATION: Final = 20.0
 """Duration of a drawn session [s]."""
 SCENES: Final = ("office", "corridor", "warehouse", "glasshouse", "courtyard")
 """Scenes that are drawn, the most common one first."""
+ROLES: Final = ((), (), ("operate", "operate"), ("operate", "view"), ("view", "operate"))
+"""Roles of the tokens of both operators; none where nobody needs a token."""
 MOST_FAULTS: Final = 5
 """Largest number of faults of a drawn session."""
 _BYTES: Final = 4096
@@ -69,6 +72,7 @@ def driving() -> SearchStrategy[Operator]:
         kind=st.just("careless"),
         speed=speeds,
         mistakes=st.sampled_from((10.0, 30.0)),
+        oddities=st.sampled_from((0.0, 20.0)),
     )
     return st.one_of(follower, steering, careless)
 
@@ -161,6 +165,32 @@ def fault(scene: str) -> SearchStrategy[Fault]:
     return st.one_of(kinds)
 
 
+def together(scene: str) -> SearchStrategy[tuple[Fault, ...]]:
+    """Return a strategy of faults that come at once, and of single ones, which are more common."""
+    at = halves(1.0, DURATION - 10.0)
+    single = fault(scene).map(lambda one: (one,))
+    return st.one_of(single, single, single, at.flatmap(_at_once))
+
+
+def _at_once(at: float) -> SearchStrategy[tuple[Fault, ...]]:
+    """Return a strategy of faults that begin at one time.
+
+    A robot that knows nothing but its wheels, which lie; one that stays lost; one that sees too little for a hint.
+    """
+    lasting = st.sampled_from((2.0, 4.0, 8.0))
+
+    def dead(seconds: float) -> Fault:
+        return faults.ScannerDead("scanner_dead", at, seconds)
+
+    slips = lasting.map(lambda s: (faults.WheelSlip("wheel_slip", at, s), dead(s)))
+    lost = lasting.map(lambda s: (faults.Kidnap("kidnap", at), dead(s)))
+    dirt = faults.ScannerDirty("scanner_dirty", at, 8.0, "both", 0.4)
+    hints = st.sampled_from((0.3, 1.0)).map(
+        lambda off: (dirt, faults.WrongHint("wrong_hint", at + 1.0, off, 15.0))
+    )
+    return st.one_of(slips, lost, hints)
+
+
 def starts(place: str) -> SearchStrategy[Start]:
     """Return a strategy of starts at a place."""
     about = st.builds(
@@ -170,7 +200,8 @@ def starts(place: str) -> SearchStrategy[Start]:
         off=st.sampled_from((0.0, 0.5)),
         turned=st.sampled_from((0.0, 10.0)),
     )
-    return st.one_of(st.just(Start(at=place)), about)
+    known = st.just(Start(at=place))
+    return st.one_of(known, known, about, about, st.just(Start(at=place, known="nothing")))
 
 
 @st.composite
@@ -184,12 +215,17 @@ def sessions(draw: DrawFn) -> Scenario:
         format=1,
         name="fuzz",
         seed=draw(st.integers(0, 9999)),
-        world=WorldSettings(scene=scene, alive=draw(st.sampled_from((False, False, True)))),
+        world=WorldSettings(
+            scene=scene,
+            alive=draw(st.sampled_from((False, False, True))),
+            effects=draw(st.sampled_from((False, False, False, False, True))),
+        ),
         start=draw(starts(start)),
         mission=Mission(goals=(Goal(at=goal),), time_limit=DURATION),
         operator=draw(driving()),
         second=draw(st.one_of(st.none(), driving())),
-        fault=tuple(draw(st.lists(fault(scene), max_size=MOST_FAULTS))),
+        roles=draw(st.sampled_from(ROLES)),
+        fault=tuple(chain(*draw(st.lists(together(scene), max_size=MOST_FAULTS))))[:MOST_FAULTS],
         limits=Limits(goals=False, violations=1_000_000, rules=True),
     )
 

@@ -64,6 +64,8 @@ def _smaller(scenario: Scenario) -> Iterator[Scenario]:
         yield replace(scenario, fault=faults[:half])
     if scenario.second is not None:
         yield replace(scenario, second=None)
+    if scenario.roles:
+        yield replace(scenario, roles=())
     for number in range(len(faults)):
         yield replace(scenario, fault=faults[:number] + faults[number + 1 :])
     if scenario.operator != Follower():

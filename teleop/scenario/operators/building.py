@@ -12,13 +12,14 @@ from teleop.scenario.operators.follower import Follower
 from teleop.scenario.operators.operator import Operator
 from teleop.scenario.operators.replay import Replay
 from teleop.scenario.operators.steering import SteeringModel
+from teleop.scenario.operators.steps import StepOperator
 
 
 def operator_of(chosen: settings.Operator, *, beside: Path | None) -> Operator:
     """Return the operator of the library that a scenario asks for.
 
     Args:
-        chosen: The scenario's settings; not ``client``.
+        chosen: The scenario's settings; not ``client`` or ``station``.
         beside: Folder of the scenario's file, for recorded commands; the present one if it has none.
 
     Raises:
@@ -35,11 +36,15 @@ def operator_of(chosen: settings.Operator, *, beside: Path | None) -> Operator:
                 lapse=chosen.lapse,
             )
         case settings.Careless():
-            return Careless(speed=chosen.speed, mistakes=chosen.mistakes)
+            return Careless(speed=chosen.speed, mistakes=chosen.mistakes, oddities=chosen.oddities)
         case settings.Replay():
             return Replay(read_commands(_inside(beside or Path(), chosen.file)))
+        case settings.Steps():
+            return StepOperator(chosen.count, chosen.by)
         case settings.Client():
             raise SettingError("operator.kind: a client of your own drives, which --client starts")
+        case settings.Station():
+            raise SettingError("operator.kind: a station is a process of its own")
 
 
 def _inside(folder: Path, name: str) -> Path:

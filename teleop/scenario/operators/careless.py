@@ -38,6 +38,10 @@ MISTAKES: Final = (
 hint at a wrong pose, hint at a near one and undo it, ask for an undo, ask for a search of the map, press the e-stop and
 release it, ask on ``/cmd_vel`` for more than any robot can do, take the robot over, ask for it, give it, or refuse it."""
 
+ODDITIES: Final = ("backwards", "backwards", "release", "near_hint")
+"""What it does besides, if it is odd: drive back for a while, release e-stops of others, hint at a pose that
+is so near to the right one that it half fits."""
+
 _PERIOD: Final = SECOND // 10
 """Time between two commands [ns]."""
 
@@ -59,6 +63,9 @@ _NOTICES: Final = 3 * SECOND // 2
 _MEAN: Final = 1.0
 """Mean duration of a mistake that lasts [s]."""
 
+_IMPATIENT: Final = 5 * SECOND
+"""Time for which it asks for the release of every e-stop [ns]."""
+
 _NOTICEABLE: Final = {"silence": SECOND // 2, "stale_stamps": SECOND}
 """Silence that the robot's watchdog allows, and age of a command that it follows [ns]; the mistake lasts longer."""
 
@@ -72,15 +79,16 @@ _TURNS: Final = ("/teleop/ask", "/teleop/give", "/teleop/refuse")
 class Careless(Operator):
     """Drives to the goals without care."""
 
-    def __init__(self, *, speed: float = 1.0, mistakes: float = 6.0) -> None:
+    def __init__(self, *, speed: float = 1.0, mistakes: float = 6.0, oddities: float = 0.0) -> None:
         """Take its habits.
 
         Args:
             speed: Speed with the stick forward [m/s].
             mistakes: Mistakes a minute, on average.
+            oddities: How often a minute it does one of ``ODDITIES``, on average.
         """
         super().__init__()
-        self._speed, self._rate = speed, mistakes
+        self._speed, self._rate, self._odd_rate = speed, mistakes, oddities
         self._hands = Hands()
         self._path: RoutePath | None = None
         self._goal: GoalPlace | None = None
@@ -89,13 +97,14 @@ class Careless(Operator):
         self.mistake = ""
         """The mistake that it makes, one of ``MISTAKES``; empty if it makes none."""
 
-        self._since = self._until = 0
+        self._since = self._until = self._back_until = self._impatient_until = 0
         self._unheeded: int | None = None
 
     def begin(self, wire: Wire, briefing: Briefing) -> None:
         """Subscribe to the robot's state."""
         self._view, self._progress = RobotView(wire), GoalProgress(briefing)
         self._events = RandomEvents(f"{briefing.seed} mistakes", self._rate)
+        self._oddities = RandomEvents(f"{briefing.seed} oddities", self._odd_rate)
 
     def act(self, wire: Wire, now: int) -> None:
         """Send a command if one is due, and perhaps make a mistake."""
@@ -106,6 +115,10 @@ class Careless(Operator):
             self._end(wire)
         if not self.mistake and self._events.due(now):
             self._begin(wire, now)
+        if self._oddities.due(now):
+            self._be_odd(wire, now)
+        if self._view.control == "estop" and now < self._impatient_until:
+            wire.call("/teleop/estop_reset")
         self._command(wire, now)
 
     def _command(self, wire: Wire, now: int) -> None:
@@ -126,8 +139,21 @@ class Careless(Operator):
                 self._hands.hold(wire, self._wanted(now))
             case _ if self._gives_in(now):
                 self._hands.neutral(wire)
+            case _ if now < self._back_until:
+                self._hands.hold(wire, self._back)
             case _:
                 self._hands.hold(wire, self._wanted(now))
+
+    def _be_odd(self, wire: Wire, now: int) -> None:
+        random = self._oddities.random
+        match random.choice(ODDITIES):
+            case "backwards":
+                self._back_until = now + self._oddities.lasting(_MEAN)
+                self._back = Twist.planar(-self._speed, random.choice((-_TURN, 0.0, _TURN)))
+            case "release":
+                self._impatient_until = now + _IMPATIENT
+            case _:
+                self._hint(wire, random.uniform(0.2, 1.5), random.choice((-0.3, 0.0, 0.3)))
 
     def _gives_in(self, now: int) -> bool:
         """Return whether it lets the stick go, for it has noticed that the robot does not follow."""

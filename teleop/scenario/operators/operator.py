@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 from teleop.scenario.operators.wire import Wire
 
@@ -58,6 +58,9 @@ class Operator(ABC):
     Its two methods are called in the robot's process. It must not block, and must not read a clock: the same
     frames at the same times must make it send the same.
     """
+
+    ends_run: ClassVar[bool] = False
+    """Whether the run is over once the operator is done."""
 
     def __init__(self) -> None:
         self.done = False

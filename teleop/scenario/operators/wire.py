@@ -93,6 +93,9 @@ class Wire:
         self.received = 0
         """Number of frames received."""
 
+        self.seen: int | None = None
+        """Newest robot time in the header of a message that was handed on [ns]: so old is what its operator sees."""
+
         self.statuses: deque[Status] = deque(maxlen=_STATUSES)
         """The last texts of ``status``, oldest first."""
 
@@ -234,6 +237,7 @@ class Wire:
             operation = msgspec.json.decode(self._arrived.popleft())
             match operation["op"]:
                 case "publish":
+                    self._see(operation["msg"])
                     for callback in self._subscribers.get(operation["topic"], ()):
                         callback(operation["msg"])
                 case "service_response" | "action_result":
@@ -242,6 +246,12 @@ class Wire:
                     self.statuses.append(Status(operation["level"], operation["msg"]))
                 case _:
                     pass  # nothing else is asked for
+
+    def _see(self, message: Mapping[str, Any]) -> None:
+        header = message.get("header")
+        if header is not None and (time := header["stamp"]):
+            at = time["sec"] * SECOND + time["nanosec"]
+            self.seen = at if self.seen is None else max(self.seen, at)
 
     def _answer(self, operation: Mapping[str, Any]) -> None:
         on_answer = self._calls.pop(operation.get("id", ""), None)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import tyro
 
 from localization.cli.terminal import Progress, fitted, remark, say, say_json
 from localization.extras import has, missing, require
 from teleop.errors import SettingError
+
+if TYPE_CHECKING:
+    from teleop.scenario.precision.ways import Trial
 
 FILES: Final = ("steps.csv", "precision.md", "precision.png")
 """Names of the files of a trial."""
@@ -54,7 +57,7 @@ class Precision:
         """Drive, write the files, and print the table."""
         if self.steps < 2:
             raise SettingError(f"--steps must be at least 2, got {self.steps}")
-        for library in ("mujoco", "websockets"):
+        for library in ("mujoco", "pydantic", "websockets"):
             require(library, "a trial of steps")
 
         from localization.cli.run_folder import (
@@ -63,44 +66,27 @@ class Precision:
             run_folder,
             writing_to,
         )
-        from localization.maps.prepared_map import default_cache, prepare
-        from robot_sim import load_world
         from robot_sim.scene_objects.floor_surfaces import surface_named
-        from teleop.scenario.precision.drivers import ByRobot, ByTime
         from teleop.scenario.precision.report import draw, markdown, write_csv
-        from teleop.scenario.precision.step_plan import drawn_steps
-        from teleop.scenario.precision.trial import run_trial
-        from teleop.scene_clouds import load_scene_cloud
+        from teleop.scenario.precision.trial import run_trial, trial_scenario
 
         check_folder(self.out, FILES, overwrite=self.overwrite)
         for name in self.surface:
             surface_named(name)
-        world, cloud = load_world(self.scene), load_scene_cloud(self.scene)
-        prepared, steps = prepare(cloud, cache=default_cache()), drawn_steps(self.steps, self.seed)
-        bar, done = Progress(), 0
-        total = len(self.surface) * len(self.method) * len(steps)
-        trials = []
+        bar = Progress()
+        trials: list[Trial] = []
+        total = len(self.surface) * len(self.method) * self.steps
         for name in self.surface:
             for method in self.method:
+                before = len(trials) * self.steps
 
-                def advance(name: str = name, method: str = method) -> None:
-                    nonlocal done
-                    done += 1
-                    bar(done / total, f"{name}, by {method}")
+                def advance(
+                    done: int, name: str = name, method: str = method, before: int = before
+                ) -> None:
+                    bar((before + done) / total, f"{name}, by {method}")
 
-                driver = ByTime() if method == "time" else ByRobot(method)
-                trials.append(
-                    run_trial(
-                        world,
-                        cloud,
-                        prepared,
-                        name,
-                        driver,
-                        steps,
-                        seed=self.seed,
-                        progress=advance,
-                    )
-                )
+                scenario = trial_scenario(self.scene, name, method, self.steps, self.seed)
+                trials.append(run_trial(scenario, progress=advance))
         folder = run_folder(self.out)
         remove_earlier(folder, FILES)
         table = markdown(trials)

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from localization.geometry import FloatArray
-from teleop.scenario.precision.trial import Driven, Trial
+from teleop.scenario.precision.ways import Driven, Trial
 
 _NAMES: Final = {
     "time": "time (client, 10 Hz)",

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 
 from localization.geometry import FloatArray
+from robot_sim.array_types import BoolArray
 from teleop.scenario.files.limits import Limits
 from teleop.scenario.referee.outcome import LimitCheck, TimeLines
 from teleop.scenario.referee.run_log import LOCALISED, WITHOUT_PLACE
@@ -16,34 +17,64 @@ SILENT_ERROR = 0.5
 """Error of the position that a robot must not have while it claims to know where it is [m]."""
 _TICK = 0.02
 """Duration of a tick [s]."""
+_FASTEST = 3.0
+"""Speed that no robot reaches by itself or by a push [m/s]: a larger step of its true place means that it was carried."""
+_FASTEST_TURN = 2.0 * math.pi
+"""The same of its turn rate [rad/s]."""
 
 
-def figures_of(lines: TimeLines) -> dict[str, float]:
-    """Return the figures that follow from the time lines; SI units and radians, NaN where there are none."""
+def figures_of(lines: TimeLines, grace: float = 0.0) -> dict[str, float]:
+    """Return the figures that follow from the time lines; SI units and radians, NaN where there are none.
+
+    Args:
+        lines: The time lines.
+        grace: As ``Limits.grace`` [s].
+    """
     health = np.array(lines.health)
     claimed = np.isin(health, [h.value for h in LOCALISED])
     lost = np.isin(health, [h.value for h in WITHOUT_PLACE])
-    known = claimed & np.isfinite(lines.error)
-    error = lines.error[known]
+    counted = np.isfinite(lines.error) & ~_excused(lines, claimed, grace)
+    known = claimed & counted
+    error, doubted = lines.error[known], lines.error[counted & ~lost]
     turned = (lines.estimated - lines.true)[known][:, 2]
     heading = np.abs((turned + math.pi) % (2.0 * math.pi) - math.pi)
     values = lines.nees[known]
     silent = claimed & (lines.error > SILENT_ERROR)
     path = np.hypot(*np.diff(lines.true[:, :2], axis=0).T)
-    # A robot that was carried off has not driven there.
-    driven = path[path < 3.0 * _TICK]
+    driven = path[~_carried(lines)[1:]]
     return {
         "duration": float(lines.stamps[-1] * 1e-9) if len(lines.stamps) else 0.0,
         "distance": float(driven.sum()),
         "position_max": _or_nan(error.max, error),
+        "doubted_max": _or_nan(doubted.max, doubted),
         "position_rmse": _or_nan(lambda: np.sqrt((error**2).mean()), error),
         "position_p95": _or_nan(lambda: np.percentile(error, 95), error),
+        "heading_rmse": _or_nan(lambda: np.sqrt((heading**2).mean()), heading),
         "heading_max": _or_nan(heading.max, heading),
         "nees": _or_nan(values.mean, values),
         "lost": float(lost.sum()) * _TICK,
         "silent_error": float(silent.sum()) * _TICK,
         "tilt": _or_nan(lines.tilt.max, lines.tilt),
     }
+
+
+def _carried(lines: TimeLines) -> BoolArray:
+    """Return at which ticks (N,) the robot was set down elsewhere."""
+    steps = np.diff(lines.true, axis=0, prepend=lines.true[:1])
+    turns = np.abs((steps[:, 2] + math.pi) % (2.0 * math.pi) - math.pi)
+    far = np.hypot(steps[:, 0], steps[:, 1]) >= _FASTEST * _TICK
+    carried: BoolArray = far | (turns >= _FASTEST_TURN * _TICK)
+    return carried
+
+
+def _excused(lines: TimeLines, claimed: BoolArray, grace: float) -> BoolArray:
+    """Return the ticks (N,) at which a robot that was carried off need not have noticed it yet."""
+    excused = np.zeros(len(claimed), dtype=bool)
+    for first in np.flatnonzero(_carried(lines)):
+        last = first + round(grace / _TICK)
+        doubts = np.flatnonzero(~claimed[first:last])
+        excused[first : first + doubts[0] if len(doubts) else last] = True
+    return excused
 
 
 def judge(limits: Limits, figures: Mapping[str, float]) -> tuple[LimitCheck, ...]:
@@ -55,7 +86,9 @@ _SUBJECTS = {
     "contacts": ("contacts with obstacles", "", 1.0),
     "tilt": ("largest tilt", "deg", 180.0 / math.pi),
     "position_max": ("largest error of the position", "m", 1.0),
+    "doubted_max": ("largest error of the position, doubted or not", "m", 1.0),
     "position_rmse": ("root mean square of the position's error", "m", 1.0),
+    "heading_rmse": ("root mean square of the heading's error", "deg", 180.0 / math.pi),
     "heading_max": ("largest error of the heading", "deg", 180.0 / math.pi),
     "lost": ("time without a known place", "s", 1.0),
     "silent_error": ("time more than 0.5 m wrong though localised", "s", 1.0),

@@ -151,7 +151,7 @@ class Referee:
     def figures(self, lines: TimeLines) -> dict[str, float]:
         """Return all figures of the run so far; SI units and radians."""
         return {
-            **figures_of(lines),
+            **figures_of(lines, self.limits.grace),
             "goals": float(len(self.goals)),
             "goals_reached": float(self.reached),
             # Without goals nothing had to be reached, and a limit of the time for it is kept.

@@ -20,7 +20,10 @@ def briefing_of(scenario: Scenario, world: World) -> Briefing:
     points = goal_points(world, scenario)
     x, y = start_pose(world, scenario.start).position[:2].tolist()
     places, within = [(goal.x, goal.y) for goal in points], [goal.within for goal in points]
-    ways = drivable_route(world, (x, y), places, within=within)
+    if scenario.mission.tour:  # whose legs are drivable as they are
+        ways: tuple[tuple[Point, ...], ...] = tuple((place,) for place in places)
+    else:
+        ways = drivable_route(world, (x, y), places, within=within)
     goals = tuple(
         GoalPlace((goal.x, goal.y), goal.within, goal.stay / SECOND, way)
         for goal, way in zip(points, ways, strict=True)

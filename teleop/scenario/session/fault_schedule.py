@@ -66,6 +66,7 @@ class FaultSchedule:
         """Who drives; None if nobody of ours does."""
 
         self._scenario, self._simulation, self._note = scenario, simulation, note
+        self._noted: set[str] = set()
         # Of what is due at one instant the ends go first, in the order of the file; but no end before its beginning.
         due: list[tuple[tuple[int, int, int], Fault, bool]] = []
         for i, fault in enumerate(scenario.fault):
@@ -86,6 +87,9 @@ class FaultSchedule:
         while self._due and self._due[-1][0][0] <= now:
             (_, _, order), fault, over = self._due.pop()
             messages += self._end(fault) if over else self._begin(order // 2, fault)
+        for name in sorted(set(self._simulation.waiting) - self._noted):
+            self._note(f"{name} waits until the robot is out of its way")
+        self._noted |= set(self._simulation.waiting)
         return messages
 
     def _begin(self, number: int, fault: Fault) -> list[InboxMessage]:

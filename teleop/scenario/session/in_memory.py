@@ -12,7 +12,9 @@ from teleop.scenario.operators.command_file import COMMANDS_FILE, CommandRecorde
 from teleop.scenario.operators.memory_transport import MemoryTransport
 from teleop.scenario.operators.operator import Briefing, Operator
 from teleop.scenario.operators.wire import Wire
+from teleop.scenario.referee.rules.published_messages import TYPES
 from teleop.scenario.referee.rules.wire_facts import SentCommands
+from teleop.scenario.session.operator_tokens import WITNESS
 from teleop.scenario.session.session import SECOND, Session
 
 Progress = Callable[[float, str], None]
@@ -73,10 +75,13 @@ def run_in_memory(
         hands = []
         for number, operator in enumerate(operators):
             sent = SentCommands(None if number else recorder)
-            wire = transport.connect(recorder=sent)
+            wire = transport.connect(token=session.tokens.of(number), recorder=sent)
             if session.rules is not None:
                 session.rules.wire.clients[wire.client].sent = sent
+            sent.seen = _seen_by(wire)
             hands.append(LibraryOperator(operator, wire))
+        if session.rules is not None:
+            session.rules.published.witness = _witness(transport)
         session.faults.operator = hands[0] if hands else None
         for number, each in enumerate(hands):
             # Two that draw from one seed would do the same.
@@ -84,6 +89,9 @@ def run_in_memory(
         for _ in _pace(real_time):
             for each in hands:
                 each.act(session.stamp)
+            if any(operator.done and operator.ends_run for operator in operators):
+                session.end("the operator is done")
+                break
             tick = session.tick()
             if tick is None or session.ending is not None:
                 break
@@ -94,6 +102,19 @@ def run_in_memory(
     finally:
         if recorder is not None and session.folder is not None:
             recorder.save(session.folder.path / COMMANDS_FILE)
+
+
+def _seen_by(wire: Wire) -> Callable[[], int | None]:
+    return lambda: wire.seen
+
+
+def _witness(transport: MemoryTransport) -> int:
+    """Connect a client that asks for all that rules judge, and reads nothing itself; return its number."""
+    wire = transport.connect(access=WITNESS)
+    for topic, type in TYPES.items():
+        wire.subscribe(topic, type, lambda message: None)
+    wire.hang()
+    return wire.client
 
 
 def _pace(real_time: bool) -> Iterator[object]:

@@ -15,7 +15,8 @@ from localization.types import Hint, Pose, Twist
 from teleop.errors import TeleopError
 from teleop.joystick import VelocityRequest
 from teleop.robot import inbox
-from teleop.robot.inbox import InboxMessage
+from teleop.robot.inbox import ArmWish, InboxMessage
+from teleop.scenario.session.arm_wish_file import plain_wish, read_wish
 
 _KINDS: Final[Mapping[str, type[Any]]] = {
     kind.__name__: kind
@@ -35,6 +36,7 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
         inbox.StepCancel,
         inbox.StepAlive,
         inbox.StepAnswered,
+        inbox.ArmWish,
     )
 }
 """All kinds of messages, by name."""
@@ -113,6 +115,8 @@ def _plain(message: InboxMessage) -> dict[str, Any]:
                 "quaternion_wxyz": value.map_from_base.quaternion_wxyz.tolist(),
                 "covariance": value.covariance.ravel().tolist(),
             }
+        elif isinstance(message, ArmWish) and field.name == "wish":
+            value = plain_wish(value)
         values[field.name] = value
     return values
 
@@ -166,5 +170,6 @@ def _numbers(values: list[Any]) -> FloatArray:
 _READERS: Final[Mapping[str, Callable[[Any], object]]] = {
     "VelocityRequest": _request,
     "Hint": _hint,
+    "Wish": read_wish,
 }
 """Reads the fields that are not plain, by their type."""

@@ -8,7 +8,8 @@ from typing import Final
 
 from localization.types import SECOND
 from teleop.clock import LARGEST_LAG, PERIOD
-from teleop.robot.lockstep_service import LockstepService, resting
+from teleop.robot.lockstep_service import LockstepService
+from teleop.robot.tick_record import TickRecord, resting
 from teleop.scenario.referee.outcome import EventKind
 from teleop.scenario.session.attendance import Attendance
 from teleop.scenario.session.client_process import ClientProcess
@@ -78,7 +79,12 @@ async def run_over_socket(
 
 
 async def run_stepped(
-    session: Session, watch: ClientWatch, client: ClientProcess | None, *, patience: float
+    session: Session,
+    watch: ClientWatch,
+    client: ClientProcess | None,
+    *,
+    patience: float,
+    progress: Progress = lambda share, text: None,
 ) -> ClientEnding:
     """Wait while a client steps a started session, until it is over or the client has gone.
 
@@ -87,9 +93,22 @@ async def run_stepped(
         watch: Sees who is connected.
         client: The client's processes; None if somebody else has started it.
         patience: Real time within which it must connect, step, and come back if it leaves [s].
+        progress: Called once in a second of robot time.
     """
     loop = asyncio.get_running_loop()
-    service = LockstepService(session.stepped, over=lambda: session.ending or "")
+    begun = loop.time()
+
+    def report(tick: TickRecord) -> None:
+        if tick.stamp % SECOND == 0:
+            factor = tick.stamp / SECOND / max(loop.time() - begun, 1e-9)
+            text = f"{tick.stamp // SECOND} s at {factor:.1f}x, {tick.estimate.health.value}"
+            progress(session.share, text)
+
+    session.stepped.observers = (*session.stepped.observers, report)
+    session.records_later = True
+    service = LockstepService(
+        session.stepped, over=lambda: session.ending or "", deferred=session.record
+    )
     attendance = Attendance(watch, client, patience, loop.time)
     if failure := await _connected(watch, attendance):
         return _failed(session, failure)
@@ -100,6 +119,8 @@ async def run_stepped(
             break  # and a client that waited for the end may be gone by now
         if session.stamp != stamp:
             stamp, moved = session.stamp, loop.time()
+        if isinstance(service.error, OSError):
+            raise service.error  # the run cannot be recorded
         if service.error is not None:
             session.end(str(service.error), cut_short=True)
         elif failure := attendance.absent():

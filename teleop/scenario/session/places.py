@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+from typing import Final
 
 import numpy as np
 
@@ -23,6 +24,13 @@ _LEAST_SIGMA = 0.5
 """Least uncertainty of a pose that the robot is given [m]."""
 _LEAST_SIGMA_HEADING = math.radians(10.0)
 """Least uncertainty of a heading that it is given [rad]."""
+
+_PASSED: Final = 1.0
+"""Distance at which a way-point of a tour is passed [m]: who drives by a look-ahead turns before a blind alley's end."""
+_TOUR_END: Final = 0.5
+"""Distance from the end of a tour at which the robot must stand [m]."""
+_TOUR_REST: Final = 2 * SECOND
+"""Time for which it must be there [ns]: it brakes from 0.6 m/s in 1.6 s, and is seen to stand."""
 
 
 def named_poses(world: World) -> dict[str, Pose]:
@@ -71,12 +79,23 @@ def start_pose(world: World, start: Start) -> Pose:
 
 def goal_points(world: World, scenario: Scenario) -> tuple[GoalPoint, ...]:
     """Return the goals of a scenario with their positions."""
+    if scenario.mission.tour:
+        return _tour_points(world)
     points = []
     for goal in scenario.mission.goals:
         x, y = position_of(world, goal.at)
         name = goal.at if isinstance(goal.at, str) else f"{x:g}, {y:g}"
         points.append(GoalPoint(name, x, y, goal.within, round(goal.stay * SECOND)))
     return tuple(points)
+
+
+def _tour_points(world: World) -> tuple[GoalPoint, ...]:
+    """Return the way-points of a world's tour as goals; at the last one the robot must stand."""
+    last = len(world.tour) - 1
+    return tuple(
+        GoalPoint(f"{x:g}, {y:g}", x, y, *((_TOUR_END, _TOUR_REST) if n == last else (_PASSED, 0)))
+        for n, (x, y) in enumerate(world.tour)
+    )
 
 
 def given_pose(scenario: Scenario, true: Pose) -> Hint | None:

@@ -13,17 +13,20 @@ from localization.types import SECOND
 from teleop.clock import wall_seconds
 from teleop.console.page_files import offer_page
 from teleop.errors import SettingError
+from teleop.interruption import left_to_event_loops
 from teleop.robot.drive import Stages
 from teleop.robot.inbox import InboxMessage
 from teleop.robot.serving.server_setup import offer_map
 from teleop.robot.stepped_robot import TickObserver
+from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.server.dated_loop import DatedEventLoop
 from teleop.scenario.files.errors import ScenarioError
-from teleop.scenario.files.operator_settings import Client
+from teleop.scenario.files.operator_settings import OUTSIDE, Client, Station
 from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.operators.building import operator_of
 from teleop.scenario.operators.operator import Operator
 from teleop.scenario.referee.outcome import ExitStatus, Outcome
+from teleop.scenario.session import station
 from teleop.scenario.session.briefing import briefing_of
 from teleop.scenario.session.client_access import access_with, environment_of
 from teleop.scenario.session.client_process import ClientProcess
@@ -58,6 +61,8 @@ def run_scenario(
     port: int = 0,
     progress: Progress = lambda share, text: None,
     observers: Sequence[TickObserver] = (),
+    wire_observers: Sequence[Observer] = (),
+    camera: str | None = None,
     stage: Stages = lambda _: nullcontext(),
 ) -> Outcome:
     """Run a scenario to its end.
@@ -66,7 +71,7 @@ def run_scenario(
         scenario: The scenario.
         folder: Folder of the run, which is created; None to keep nothing but the outcome.
         beside: Folder of the scenario's file, for the files that it names.
-        pace: By default ``real`` for clients that are not ours, else ``lockstep``.
+        pace: By default ``real`` for clients that are not ours, else ``lockstep``; a station steps the robot in any case.
         client: Command line of a client that is not ours; the scenario's operator is not used then.
         operator: An operator of your own, in the place of the scenario's.
         tokens: File of tokens that clients that are not ours must have one of; ``access_with`` says which one the
@@ -74,17 +79,21 @@ def run_scenario(
         port: Port for clients that are not ours; 0 for a free one.
         progress: Called once in a second of robot time.
         observers: Called with the record of each tick.
-        stage: Measures the stages of the run: ``set-up``, ``simulation``, ``localiser`` and ``referee``; the rest is
-            the wire.
+        wire_observers: Notified of connections and frames.
+        camera: Name of the camera that the robot carries, drawn in its ticks; None for none.
+        stage: Measures the stages of the run: ``set-up``, ``simulation``, ``localiser``, ``referee`` and ``log``; the
+            rest is the wire. Those of the localiser are parts of it.
 
     Raises:
         ScenarioError: If the scenario cannot be run in its world; the error names the field.
         SettingError: If the settings contradict each other.
         ServerError: If the port or the file of tokens cannot be used.
     """
-    foreign = client is not None or (operator is None and isinstance(scenario.operator, Client))
+    foreign = client is not None or (operator is None and isinstance(scenario.operator, OUTSIDE))
     if client is not None and not isinstance(scenario.operator, Client):
         scenario = replace(scenario, operator=Client("client"))
+    if is_station := foreign and isinstance(scenario.operator, Station):
+        _check_station(pace, tokens)
     if client is not None and operator is not None:
         raise SettingError("client and operator cannot both drive; give one of them")
     if foreign and folder is None:
@@ -96,11 +105,14 @@ def run_scenario(
             ("second",),
             "drives beside an operator of the library only; start a second client instead",
         )
+    if foreign and scenario.roles:
+        raise ScenarioError(
+            ("roles",), "are those of operators of the library; give a client of your own --tokens"
+        )
     access = access_with(tokens)
-    pace = pace or ("real" if foreign else "lockstep")
+    pace = pace or ("real" if foreign and not is_station else "lockstep")
     with stage("set-up"):
         scene = checked_scene_of(scenario, beside)
-        briefing = briefing_of(scenario, scene.world)
         drivers = [] if foreign else _drivers(scenario, operator, beside)
         session = Session(
             scenario,
@@ -111,7 +123,10 @@ def run_scenario(
             port=port,
             observers=observers,
             stage=stage,
+            camera=camera,
         )
+        for observer in wire_observers:
+            session.server.protocol.observers.add(observer)
         # Nothing that is refused leaves a folder.
         session.folder = kept = None if folder is None else RunFolder(folder, scenario, scene)
     begun = wall_seconds()
@@ -119,11 +134,12 @@ def run_scenario(
     try:
         if foreign:
             assert folder is not None
-            with asyncio.Runner(loop_factory=DatedEventLoop) as runner:
+            with left_to_event_loops(), asyncio.Runner(loop_factory=DatedEventLoop) as runner:
                 ending = runner.run(
                     _with_client(session, client, folder, pace, access.token, progress)
                 )
         else:
+            briefing = briefing_of(scenario, scene.world)
             real = pace == "real"
             run_in_memory(session, drivers, briefing, real_time=real, progress=progress)
         if kept is not None:
@@ -133,10 +149,21 @@ def run_scenario(
         if kept is not None:
             kept.end(ending_of(session))
     finally:
+        factor = session.stamp / SECOND / max(wall_seconds() - begun, 1e-9)
+        if session.camera is not None:
+            session.camera.close()
         if kept is not None:
             kept.close()
-    factor = session.stamp / SECOND / max(wall_seconds() - begun, 1e-9)
     return outcome_of(session, pace, factor, ending.failure)
+
+
+def _check_station(pace: Pace | None, tokens: Path | None) -> None:
+    if pace == "real":
+        raise SettingError(
+            "pace: a station steps the robot, in lockstep; take a follower for real time"
+        )
+    if tokens is not None:
+        raise SettingError("tokens: a station needs none; they are for --client")
 
 
 def _drivers(scenario: Scenario, operator: Operator | None, beside: Path | None) -> list[Operator]:
@@ -149,7 +176,7 @@ async def _with_client(
     session: Session, command: str | None, folder: Path, pace: Pace, token: str, progress: Progress
 ) -> ClientEnding:
     settings = session.scenario.operator
-    assert isinstance(settings, Client)
+    assert isinstance(settings, OUTSIDE)
     watch = ClientWatch(
         session.server.protocol, session.note, over=lambda: session.ending is not None
     )
@@ -158,16 +185,17 @@ async def _with_client(
     async with session.server:
         progress(0.0, f"waiting for a client at {session.server.url}")
         client = None
+        patience = settings.patience if isinstance(settings, Client) else station.PATIENCE
         try:
+            told = environment_of(session, pace, token)
+            if isinstance(settings, Station):
+                command = station.COMMAND
+                told |= station.station_environment(session, settings, folder)
             if command is not None:
-                told = environment_of(session, pace, token)
                 client = ClientProcess(command, told, folder / CLIENT_LOG)
             session.faults.operator = client
-            if pace == "lockstep":
-                return await run_stepped(session, watch, client, patience=settings.patience)
-            return await run_over_socket(
-                session, watch, client, patience=settings.patience, progress=progress
-            )
+            run = run_stepped if pace == "lockstep" else run_over_socket
+            return await run(session, watch, client, patience=patience, progress=progress)
         finally:
             if client is not None:
                 try:

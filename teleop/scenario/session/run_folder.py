@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from pathlib import Path
 
 from localization.evaluation.estimate_trace import TraceRow, write_trace
@@ -46,12 +47,21 @@ class RunFolder:
         self._precision, self._steps = PrecisionLog(), StepsWriter(path / STEPS_FILE)
         self._readings = _readings(path / READINGS, scenario, scene)
         self._truth, self._notes = TumWriter(path / TRUTH), NotesWriter(path / NOTES)
+        self._unwritten: deque[tuple[int, TickRecord]] = deque()
         # Not the estimates, which hold their sweeps.
         self._guesses: dict[int, Pose] = {}
         self._trace: list[TraceRow] = []
 
     def take(self, number: int, tick: TickRecord) -> None:
-        """Record the tick of a number, from 0."""
+        """Keep the tick of a number, from 0, until it is written."""
+        self._unwritten.append((number, tick))
+
+    def write(self) -> None:
+        """Write the ticks that have been kept."""
+        while self._unwritten:
+            self._write(*self._unwritten.popleft())
+
+    def _write(self, number: int, tick: TickRecord) -> None:
         self._inbox.write(number, tick.inbox)
         for reading in tick.readings:
             self._readings.write(reading, tick.stamp)
@@ -68,10 +78,12 @@ class RunFolder:
 
     def end(self, ending: Ending) -> None:
         """Record how the run ended; the last thing that is recorded of it."""
+        self.write()
         self._notes.end(ending)
 
     def close(self) -> None:
         """Complete the log, and write the estimates."""
+        self.write()
         self._inbox.close()
         self._notes.close()
         self._steps.close()

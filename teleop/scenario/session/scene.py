@@ -5,19 +5,24 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Final
 
 from localization.maps.cloud import Cloud
 from localization.maps.map_cache import default_cache
 from localization.maps.prepared_map import PreparedMap, prepare
 from robot_sim import SimulationConfig, World
 from robot_sim.actors.extras import Extra
+from robot_sim.scene_objects.floor_surfaces import Patch, surface_named
+from robot_sim.survey.route_proposal import with_routes
 from teleop.robot.serving.robot_options import RobotOptions
-from teleop.scenario.files.scenario import Scenario, WorldSettings
+from teleop.scenario.files.scenario import NO_SCANNERS, Scenario, WorldSettings
 from teleop.scenario.session.sensor_faults import scanner_faults, slip_faults
 from teleop.scenario.session.world_checks import check, check_settings
 from teleop.scenario.session.world_extras import extras_of
 from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
+_FAR: Final = 1000.0
+"""Edge of a ground that no robot reaches [m]."""
 _WORLDS = 16
 """Worlds that are kept."""
 _MAPS = 4
@@ -45,7 +50,7 @@ def checked_scene_of(scenario: Scenario, folder: Path | None = None) -> Scene:
         ScenarioError: If the scenario cannot be run as it says, or never be passed; the error names the field.
     """
     check_settings(scenario.world, folder)
-    check(scenario, _mapped_world(scenario, folder))
+    check(scenario, mapped_world(scenario, folder))
     return scene_of(scenario, folder)
 
 
@@ -62,16 +67,25 @@ def scene_of(scenario: Scenario, folder: Path | None = None) -> Scene:
     """
     name = scene_name(scenario.world, folder)
     cloud, prepared = _map(name)
-    world = _mapped_world(scenario, folder)
+    world = mapped_world(scenario, folder)
     if extras := extras_of(scenario, world):
-        world = _world(scenario.world, name, _timing(scenario), extras)
+        world = _with_tour(scenario, _world(scenario.world, name, _timing(scenario), extras))
     return Scene(world, cloud, prepared, scene_cloud_path(name))
 
 
-def _mapped_world(scenario: Scenario, folder: Path | None) -> World:
+def mapped_world(scenario: Scenario, folder: Path | None) -> World:
     """Return the world without what comes into it at its time."""
     name = scene_name(scenario.world, folder)
-    return _world(scenario.world, name, _timing(scenario), ())
+    return _with_tour(scenario, _world(scenario.world, name, _timing(scenario), ()))
+
+
+def _with_tour(scenario: Scenario, world: World) -> World:
+    """Return a world with a tour, if the scenario needs one; an own one goes before one that is planned.
+
+    Raises:
+        WorldError: If there is no floor for one.
+    """
+    return _planned(world) if scenario.mission.tour else world
 
 
 def _timing(scenario: Scenario) -> int:
@@ -88,7 +102,7 @@ def scene_name(settings: WorldSettings, folder: Path | None) -> str:
 def options_of(settings: WorldSettings) -> RobotOptions:
     """Return the robot and the state of its world as ``farsteer sim`` has them."""
     return RobotOptions(
-        scanner=settings.scanner,
+        scanner="default" if settings.scanner == NO_SCANNERS else settings.scanner,
         inertial=settings.inertial,
         effects=settings.effects,
         sun=settings.sun,
@@ -96,12 +110,31 @@ def options_of(settings: WorldSettings) -> RobotOptions:
         uneven_tyres=settings.uneven_tyres,
         alive=settings.alive,
         rearranged=settings.rearranged,
+        arm=settings.arm,
+        arm_mount=settings.arm_mount,
+        arm_speed=settings.arm_speed,
     )
 
 
 @lru_cache(maxsize=_WORLDS)
 def _world(settings: WorldSettings, name: str, timing: int, extras: tuple[Extra, ...]) -> World:
-    return options_of(settings).world(name, timing, extras)
+    world = options_of(settings).world(name, timing, extras)
+    return world if settings.surface is None else on_surface(world, settings.surface)
+
+
+def on_surface(world: World, surface: str) -> World:
+    """Return a world whose whole ground has the friction of a surface.
+
+    Raises:
+        UnknownSurfaceError: If there is no such surface.
+    """
+    everywhere = Patch(surface_named(surface), 0.0, 0.0, (_FAR, _FAR))
+    return replace(world, patches=(*world.patches, everywhere))
+
+
+@lru_cache(maxsize=_WORLDS)
+def _planned(world: World) -> World:
+    return with_routes(world)
 
 
 @lru_cache(maxsize=_MAPS)
@@ -113,4 +146,6 @@ def _map(name: str) -> tuple[Cloud, PreparedMap]:
 def simulation_config(scenario: Scenario) -> SimulationConfig:
     """Return sensors and drive, with the faults that are known from the start."""
     config = options_of(scenario.world).simulation(slip_faults(scenario.fault))
+    if scenario.world.scanner == NO_SCANNERS:
+        return replace(config, scanners=())
     return replace(config, scanner_faults=scanner_faults(scenario.fault))

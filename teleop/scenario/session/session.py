@@ -7,34 +7,28 @@ from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from typing import Final
 
-from localization.pipeline.localizer import Localizer
 from robot_sim import PhysicsError, Simulation
-from teleop.interfaces import registry
 from teleop.link.timeline import LinkTimeline
-from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.assembly import RobotParts, build_stepped_robot
 from teleop.robot.drive import Stages
+from teleop.robot.gateway import Camera
 from teleop.robot.inbox import InboxMessage, PoseHint
-from teleop.robot.robot import Robot
 from teleop.robot.safety.control_state import SafetyConfig
-from teleop.robot.safety.safety import Safety
-from teleop.robot.safety.speed_limits import SpeedLimits
 from teleop.robot.safety.stale_commands import StaleLimits
-from teleop.robot.serving.camera_choice import stepped_camera, without_camera
-from teleop.robot.serving.server_setup import round_trips_of
-from teleop.robot.stepped_robot import SteppedRobot, TickObserver
+from teleop.robot.serving.camera_choice import without_camera
+from teleop.robot.serving.serve_config import ServeConfig
+from teleop.robot.stepped_robot import TickObserver
 from teleop.robot.tick_record import TickRecord
-from teleop.robot.topics.topic_table import GROUND_TRUTH, latched_messages
+from teleop.robot.topics.topic_table import GROUND_TRUTH
 from teleop.rosbridge.auth.authenticator import Authenticator
-from teleop.rosbridge.limits import ClientLimits
-from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.server.server import Server
-from teleop.scenario.files.operator_settings import Client
+from teleop.scenario.files.operator_settings import Client, Station
 from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.referee.outcome import EventKind
 from teleop.scenario.referee.referee import Referee
 from teleop.scenario.referee.rules.rule_book import RuleBook
 from teleop.scenario.session.fault_schedule import FaultSchedule
 from teleop.scenario.session.notes_file import Note
+from teleop.scenario.session.operator_tokens import tokens_of
 from teleop.scenario.session.places import given_pose, goal_points, start_pose
 from teleop.scenario.session.run_folder import RunFolder
 from teleop.scenario.session.scenario_state import StatePublisher
@@ -89,39 +83,32 @@ class Session:
             CameraError: If there is no camera of that name.
         """
         self.scenario, self.scene = scenario, scene
-        world = scene.world
-        simulation = Simulation(
-            world,
-            seed=scenario.seed,
-            config=simulation_config(scenario),
-            start=start_pose(world, scenario.start),
-        )
-        safety = Safety(SpeedLimits.of(simulation.config.drive), _safety_config(scenario))
-        localizer = Localizer(scene.prepared, simulation.mounts)
-        robot = Robot(simulation, localizer, safety, stage=stage)
-        protocol = Protocol(
-            registry(),
-            limits=ClientLimits() if by_clock else ClientLimits.unhurried(),
-            authenticator=authenticator,
-            frame_delay=link,
-        )
-        if link is not None:
-            protocol.observers.add(link)
-        self.server = Server(
-            protocol, port=port, clock=lambda: simulation.stamp, lockstep=not by_clock
-        )
-        self.camera = stepped_camera(simulation, camera, self.server, without=without_camera)
-        """The robot's camera, if it has one; freed by who ends the session."""
+        self.tokens = tokens_of(scenario)
+        """Tokens of the operators of the library, if they have roles."""
 
-        self.adapter = RosbridgeAdapter(
-            self.server,
-            latched_messages(
-                scene.cloud, world.robot, simulation.mounts, camera=self.camera is not None
-            ),
-            undo_memory=robot.localizer.config.undo_memory,
-            round_trips=round_trips_of(self.server),
-            hidden=_hidden(scenario),
+        world = scene.world
+        parts = RobotParts(
+            world,
+            scenario.seed,
+            simulation_config(scenario),
+            start_pose(world, scenario.start),
+            _safety_config(scenario),
+            arm_speed=scenario.world.arm_speed,
         )
+        self.stepped = build_stepped_robot(
+            parts,
+            scene.cloud,
+            scene.prepared,
+            ServeConfig(port=port, lockstep=not by_clock, camera=camera),
+            video=False,
+            authenticator=authenticator or self.tokens.authenticator,
+            link=link,
+            hidden=_hidden(scenario),
+            stage=stage,
+            without_camera=without_camera,
+        )
+        self.adapter, self.server = self.stepped.adapter, self.stepped.gateway.server
+        protocol, simulation = self.server.protocol, self.simulation
         x, y = simulation.truth().map_from_base.position[:2].tolist()
         self.referee = Referee(goal_points(world, scenario), scenario.limits, (x, y))
         self.faults = FaultSchedule(
@@ -149,14 +136,22 @@ class Session:
         self.ticks = 0
         """Number of ticks so far."""
 
+        self.records_later = False
+        """Whether ``record`` is called by who ticks it, when nobody waits."""
+
         self._stage = stage
-        self.stepped = SteppedRobot(robot, self.adapter, observers=(*observers, self._observe))
+        self.stepped.observers = (*observers, self._observe)
         self.stepped.inbox = self._inbox
 
     @property
     def simulation(self) -> Simulation:
         """The simulated robot in its world."""
         return self.stepped.robot.simulation
+
+    @property
+    def camera(self) -> Camera | None:
+        """The robot's camera, if it has one; freed by who ends the session."""
+        return self.stepped.gateway.camera
 
     @property
     def stamp(self) -> int:
@@ -177,6 +172,18 @@ class Session:
         except PhysicsError as error:
             self.end(f"the physics became unstable: {error}", cut_short=True)
             return None
+
+    @property
+    def share(self) -> float:
+        """Share of the run that is over, in [0, 1]: of its goals or of its time, whichever is more."""
+        goals = len(self.referee.goals)
+        return max(self.stamp / self.time_limit, self.referee.reached / goals if goals else 0.0)
+
+    def record(self) -> None:
+        """Write what the folder has taken."""
+        if self.folder is not None:
+            with self._stage("log"):
+                self.folder.write()
 
     def note(self, kind: EventKind, text: str) -> None:
         """Have the referee note an event of the present, and record it."""
@@ -219,13 +226,14 @@ class Session:
                 self.note(EventKind.RULE, f"rule {broken.rule} is broken: {broken.how}")
         if self.folder is not None:
             self.folder.take(self.ticks, tick)
-        if self.camera is not None:
-            self.camera.ticked()
+            if not self.records_later:
+                self.record()
         self.ticks += 1
         if self.referee.all_reached:
             self.end("all goals are reached")
         elif tick.stamp >= self.time_limit:
-            self.end("time is up" if self.referee.goals else "the time of the run is over")
+            due = self.referee.goals and self.referee.limits.goals
+            self.end("time is up" if due else "the time of the run is over")
         else:
             self._publisher.due(tick.stamp)
 
@@ -233,7 +241,8 @@ class Session:
 def _hidden(scenario: Scenario) -> frozenset[str]:
     """Return the topics that clients do not get: those of ground truth, unless they are asked for."""
     operator = scenario.operator
-    return frozenset() if isinstance(operator, Client) and operator.truth else GROUND_TRUTH
+    shown = isinstance(operator, Station) or (isinstance(operator, Client) and operator.truth)
+    return frozenset() if shown else GROUND_TRUTH
 
 
 def _safety_config(scenario: Scenario) -> SafetyConfig:

@@ -24,8 +24,11 @@ from robot_sim import (
     scene_names,
 )
 from robot_sim.actors.extras import check_path, door_named
+from robot_sim.arm.arm_table import load_arm
+from robot_sim.errors import ArmError
 from robot_sim.layout.footprints import Footprint
 from robot_sim.layout.path_collisions import check_ways
+from robot_sim.scene_objects.floor_surfaces import SURFACES
 from robot_sim.survey.drivable_routes import GoalError, checked_pose, drivable_route
 from robot_sim.worlds.from_floorplan import plan_blocks
 from teleop.scenario.files.errors import FieldPath, ScenarioError
@@ -39,7 +42,8 @@ from teleop.scenario.files.faults import (
     ScannerDirty,
     Walker,
 )
-from teleop.scenario.files.scenario import Scenario, WorldSettings
+from teleop.scenario.files.operator_settings import Station
+from teleop.scenario.files.scenario import NO_SCANNERS, Scenario, WorldSettings
 from teleop.scenario.files.schema import Place
 from teleop.scenario.session.places import heading_of, position_of, start_pose
 from teleop.scenario.session.world_extras import extra_of
@@ -60,9 +64,20 @@ def check_settings(settings: WorldSettings, folder: Path | None = None) -> None:
     _check_scene(settings.scene, folder)
     for field, models in (("scanner", LIDARS), ("inertial", INERTIAL_UNITS)):
         name = getattr(settings, field)
-        if name != "default" and name not in models:
-            known = ("default", *models)
+        known = ("default", *models, *((NO_SCANNERS,) if field == "scanner" else ()))
+        if name not in known:
             raise ScenarioError(("world", field), f"no {field} {name!r}; {_nearest(name, known)}")
+    if settings.arm is not None:
+        try:
+            mounts = load_arm(settings.arm).mounts
+        except ArmError as error:
+            raise ScenarioError(("world", "arm"), str(error)) from None
+        if (mount := settings.arm_mount) not in mounts:
+            near = _nearest(mount, mounts)
+            raise ScenarioError(("world", "arm_mount"), f"the arm has no mount {mount!r}; {near}")
+    if settings.surface is not None and settings.surface not in SURFACES:
+        near = _nearest(settings.surface, SURFACES)
+        raise ScenarioError(("world", "surface"), f"no surface {settings.surface!r}; {near}")
 
 
 def check(scenario: Scenario, world: World) -> None:
@@ -72,6 +87,11 @@ def check(scenario: Scenario, world: World) -> None:
         scenario: The scenario.
         world: Its world, with or without what comes into it at its time.
     """
+    if isinstance(scenario.operator, Station) and not scenario.mission.tour:
+        raise ScenarioError(
+            ("operator", "kind"),
+            "a station drives tours, in straight lines; add mission.tour = true, or take a follower",
+        )
     start = _check_start(scenario, world)
     least = _check_goals(scenario, world, start)
     _check_limits(scenario, least)
@@ -120,6 +140,10 @@ def _check_start(scenario: Scenario, world: World) -> tuple[float, float]:
 def _check_goals(scenario: Scenario, world: World, start: tuple[float, float]) -> float:
     """Return the least time that the goals can take [s]."""
     goals = scenario.mission.goals
+    if goals and scenario.mission.tour:
+        raise ScenarioError(
+            ("mission", "tour"), "the way-points of the tour are the goals; give these or others"
+        )
     places = []
     for number, goal in enumerate(goals):
         with _blamed(("mission", "goals", number, "at")):

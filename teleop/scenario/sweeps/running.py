@@ -63,8 +63,8 @@ def run_one(scenario: str, beside: str | None) -> dict[str, Any]:
     begun = time.process_time()
     with _measured(watch):
         result, seconds = _judged(SCHEMA.validate_json(scenario), beside, watch)
-    stages = {name: sum(laps) for name, laps in watch.laps.items()}
-    rest = stages.pop("total") - sum(stages.values())
+    stages = {name: sum(laps) for name, laps in watch.laps.items() if name in STAGES}
+    rest = sum(watch.laps["total"]) - sum(stages.values())
     times = {"robot": seconds, "processor": time.process_time() - begun, **stages, "wire": rest}
     return {**result, "times": times}
 

@@ -11,7 +11,7 @@ from teleop.errors import SettingError
 from teleop.scenario.files.errors import FieldPath, ScenarioError, dotted
 from teleop.scenario.files.faults import Fault, Link
 from teleop.scenario.files.fields import kinds, node_at, resolved, schema
-from teleop.scenario.files.operator_settings import Client
+from teleop.scenario.files.operator_settings import OUTSIDE
 from teleop.scenario.files.problems import nearest
 from teleop.scenario.files.reading import scenario_from
 from teleop.scenario.files.scenario import SCHEMA, Scenario
@@ -52,7 +52,7 @@ def with_values(
     except ExceptionGroup as group:
         errors = [e for e in group.exceptions if isinstance(e, ScenarioError)]
         raise SettingError(f"--over: {'; '.join(map(str, errors))}") from None
-    if isinstance(made.operator, Client):
+    if isinstance(made.operator, OUTSIDE):
         raise SettingError(
             "operator.kind: a sweep needs an operator of the library, which is the same in each run:"
             " follower, steering, careless or replay"

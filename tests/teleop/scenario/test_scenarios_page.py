@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from teleop.scenario.files.reading import read_scenario, scenario_from
 from teleop.scenario.files.shipped import shipped_files
 from teleop.scenario.referee.outcome import ExitStatus
-from teleop.scenario.robot_process import RobotProcess
+from teleop.scenario.robot_process import RobotEvent, RobotProcess, TrueState
 from teleop.scenario.run_files import RUN_FILES
 from teleop.scenario.session import client_access
 
@@ -51,6 +52,12 @@ def test_all_members_of_a_robot_in_a_test_are_listed() -> None:
     named = {member.partition("(")[0] for member in column("member")}
     methods = {name for name in vars(RobotProcess) if not name.startswith("_")}
     assert named == methods | {"url", "host", "port", "token"}
+
+
+def test_all_fields_of_the_true_state_and_of_an_event_are_listed_in_their_order() -> None:
+    assert column("field of the true state") == [field.name for field in fields(TrueState)]
+    (events,) = re.findall(r"^\| `events\(\)` \| (.*) \|$", PAGE, re.M)
+    assert re.findall(r"`(\w+)`", events) == [field.name for field in fields(RobotEvent)]
 
 
 def shipped_table() -> str:

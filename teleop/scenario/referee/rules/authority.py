@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from localization.types import SECOND
-from teleop.robot.inbox import EStop, EStopReset
+from teleop.robot.inbox import EStop
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.referee.rules.command_in_force import (
     TICK,
@@ -14,6 +14,7 @@ from teleop.scenario.referee.rules.command_in_force import (
     in_force,
     sources,
 )
+from teleop.scenario.referee.rules.rights import LatchedEStop
 from teleop.scenario.referee.rules.rule import Rule, RunFacts
 from teleop.scenario.referee.rules.wire_facts import ClientFacts
 
@@ -132,30 +133,20 @@ class EStopStays(Rule):
     """An e-stop holds until it is released."""
 
     name = "e-stop"
-    sentence = "nothing moves the robot from an e-stop until it is released"
+    sentence = "nothing moves the robot from an e-stop until somebody releases it who may"
 
     def __init__(self, facts: RunFacts) -> None:
         """Begin a run without an e-stop."""
         super().__init__(facts)
-        self._latched = False
+        self._estop = LatchedEStop(facts.wire)
 
     def take(self, tick: TickRecord) -> str | None:
         """See ``Rule.take``."""
-        now = tick.stamp - TICK
-        said = list(self.facts.wire.since(now - TICK + 1, now + 1))
-        pressed = any(s.what == "/teleop/estop" for s in said) or any(
-            isinstance(message, EStop) for message in tick.inbox
-        )
-        released = any(s.what == "/teleop/estop_reset" for s in said) or any(
-            isinstance(message, EStopReset) for message in tick.inbox
-        )
-        if released:
-            self._latched = False
-        elif pressed:
-            self._latched = True
+        self._estop.take(tick)
+        latched = self._estop.owner is not None
         forward, turn = in_force(tick)
-        if self._latched and (forward != 0.0 or turn != 0.0):
+        if latched and (forward != 0.0 or turn != 0.0):
             return "a command is in force though the e-stop is latched"
-        if self._latched and tick.control.control != "estop":
+        if latched and tick.control.control != "estop":
             return f"the e-stop is latched, and the robot says {tick.control.control}"
         return None

@@ -7,9 +7,8 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Final
 
-from localization.filter.ekf_config import GRAVITY
-from localization.types import SECOND
-from teleop.robot.steps.step_results import StepProgress
+from localization.types import GRAVITY, SECOND
+from teleop.robot.step_results import StepProgress
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.referee.rules.rule import Rule, RunFacts
 from teleop.scenario.referee.rules.wire_facts import ClientFacts, DriveMessage
@@ -22,6 +21,9 @@ _OLDEST: Final = SECOND
 """Age at which a command is refused (docs/teleoperation.md) [ns]."""
 _AGE_TOLERANCE: Final = SECOND // 4
 """By so much the robot may take a command for younger than it is [ns]: it pings four times a second."""
+_OLDEST_SIGHT: Final = _OLDEST + SECOND // 2
+"""Age at which what a driver saw may no longer move the robot [ns]: the above, a ping a quarter of a second, and as
+long again between two messages of what it watches and until its hand moves."""
 _EPS: Final = 1e-5
 """Tolerance of comparisons: messages carry a stick in single precision."""
 _PUSHED: Final = SECOND // 2
@@ -151,10 +153,13 @@ class CommandIsLimited(Rule):
 
 
 class CommandIsNew(Rule):
-    """No command is obeyed that set out too long ago, whatever its stamps say."""
+    """No command is obeyed that set out too long ago, or for what was seen too long ago, whatever its stamps say."""
 
     name = "stale"
-    sentence = "no command is obeyed that was on its way for more than 1.25 s"
+    sentence = (
+        "no command is obeyed that was on its way for more than 1.25 s, or whose driver had last been shown the robot of "
+        "1.5 s before it arrived"
+    )
 
     def take(self, tick: TickRecord) -> str | None:
         """See ``Rule.take``."""
@@ -162,11 +167,11 @@ class CommandIsNew(Rule):
         if forward == 0.0 and turn == 0.0:
             return None
         now = tick.stamp - TICK
-        ages = [
-            message.arrived - message.sent
-            for _, message in sources(self.facts.wire.clients, forward, turn, now)
-            if message.sent is not None
-        ]
+        causes = [message for _, message in sources(self.facts.wire.clients, forward, turn, now)]
+        ages = [message.arrived - message.sent for message in causes if message.sent is not None]
         if ages and min(ages) > _OLDEST + _AGE_TOLERANCE:
             return f"a command is in force that was on its way for {min(ages) / SECOND:.2f} s"
+        sights = [message.arrived - message.seen for message in causes if message.seen is not None]
+        if sights and min(sights) > _OLDEST_SIGHT:
+            return f"a command is in force for what its driver saw {min(sights) / SECOND:.2f} s before it arrived"
         return None

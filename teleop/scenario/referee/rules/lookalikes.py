@@ -8,8 +8,9 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
+from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
-from localization.types import Pose, Sweep
+from localization.types import IntArray, Pose, Sweep
 
 _NEAR: Final = 0.15
 """Distance from the map within which a point lies on it [m]."""
@@ -22,6 +23,11 @@ def share_on_map(cloud: Cloud, sweep: Sweep, map_from_base: Pose) -> float:
     points = sweep.points @ map_from_base.rotation.T + map_from_base.position
     distances, _ = _tree(cloud).query(points, distance_upper_bound=_NEAR)
     return float(np.isfinite(distances).mean()) if len(points) else 0.0
+
+
+def nearest_on_map(cloud: Cloud, points: FloatArray) -> IntArray:
+    """Return the indices (N,) of the map's points that are nearest to points (N, 3)."""
+    return np.asarray(_tree(cloud).query(points)[1], dtype=np.int64)
 
 
 @lru_cache(maxsize=_MAPS)

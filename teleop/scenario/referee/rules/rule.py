@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from localization.maps.cloud import Cloud
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.files.scenario import Scenario
+from teleop.scenario.referee.rules.published_messages import PublishedMessages
 from teleop.scenario.referee.rules.wire_facts import WireFacts
 
 
@@ -28,6 +29,8 @@ class RunFacts:
     """Largest turn rate of the drive [rad/s]."""
     braking: float
     """Least deceleration towards rest [m/s^2]."""
+    published: PublishedMessages = field(default_factory=PublishedMessages)
+    """What clients are sent of the robot's pose."""
 
 
 @dataclass(frozen=True, slots=True)

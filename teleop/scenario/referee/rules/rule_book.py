@@ -9,7 +9,7 @@ from robot_sim import DriveConfig
 from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.protocol.observers import Observers
 from teleop.scenario.files.scenario import Scenario
-from teleop.scenario.referee.rules.answers import HintsAreAnswered, Published, PublishedIsBelieved
+from teleop.scenario.referee.rules.answers import HintsAreAnswered
 from teleop.scenario.referee.rules.authority import EStopStays, NeutralFirst, OneDriver
 from teleop.scenario.referee.rules.command_in_force import (
     CommandHasASource,
@@ -23,6 +23,10 @@ from teleop.scenario.referee.rules.estimate import (
     ReadingsAreTaken,
 )
 from teleop.scenario.referee.rules.motion import ComesToRest, MovesAsTold
+from teleop.scenario.referee.rules.published import PublishedInTime, PublishedIsBelieved
+from teleop.scenario.referee.rules.published_cloud import CloudIsBelieved
+from teleop.scenario.referee.rules.published_messages import PublishedMessages
+from teleop.scenario.referee.rules.rights import FreeRobotIsHad, ViewersWatch
 from teleop.scenario.referee.rules.rule import Broken, Rule, RunFacts
 from teleop.scenario.referee.rules.undo import UndoUndoes
 from teleop.scenario.referee.rules.wire_facts import WireFacts
@@ -43,6 +47,10 @@ RULES: tuple[type[Rule], ...] = (
     UndoUndoes,
     HintsAreAnswered,
     PublishedIsBelieved,
+    PublishedInTime,
+    CloudIsBelieved,
+    ViewersWatch,
+    FreeRobotIsHad,
 )
 """All rules."""
 
@@ -70,9 +78,9 @@ class RuleBook:
         self.broken: list[Broken] = []
         """Rules that have been broken, in order of time."""
 
-        self.wire, published = WireFacts(clock), Published()
+        self.wire, self.published = WireFacts(clock), PublishedMessages()
         observers.add(self.wire)
-        observers.add(published)
+        observers.add(self.published)
         facts = RunFacts(
             scenario,
             self.wire,
@@ -80,11 +88,9 @@ class RuleBook:
             drive.max_speed,
             drive.max_turn,
             min(drive.braking, drive.acceleration),
+            self.published,
         )
-        self._rules: list[Rule] = [
-            PublishedIsBelieved(facts, published) if rule is PublishedIsBelieved else rule(facts)
-            for rule in RULES
-        ]
+        self._rules: list[Rule] = [rule(facts) for rule in RULES]
 
     def take(self, tick: TickRecord) -> list[Broken]:
         """Apply the rules to one tick; return those that are broken by it, which are not applied again."""
@@ -94,4 +100,5 @@ class RuleBook:
             if how is not None:
                 self.broken.append(Broken(rule.name, tick.stamp, how))
                 self._rules.remove(rule)
+        self.published.clear()
         return self.broken[before:]

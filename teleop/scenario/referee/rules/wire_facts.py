@@ -6,10 +6,12 @@ import json
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from localization.types import SECOND
 from teleop.joystick import JoystickLayout
+from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
 from teleop.scenario.operators.wire import Recorder
@@ -38,6 +40,10 @@ class DriveMessage:
     """Whether the deadman is held; true without one."""
     stick: bool
     """Whether it is of a joystick."""
+    stamped: int = 0
+    """Time that it bears, by its client's clock [ns]; 0 without one."""
+    seen: int | None = None
+    """Newest robot time that its client had been shown when it set out [ns]; None if nobody knows."""
 
     @property
     def moves(self) -> bool:
@@ -57,23 +63,44 @@ class ClientFacts:
     """Its last drive messages, oldest first."""
     sent: SentCommands | None = None
     """When its messages set out, if it is of this process."""
+    access: Access | None = None
+    """What it may do; None until it has shown a token."""
     left: int | None = None
     """When it left [ns]; None while it is connected."""
+
+    @property
+    def role(self) -> str:
+        """Its role; empty until it has shown a token, where one is required."""
+        return "" if self.access is None else self.access.role.value
+
+    @property
+    def holder(self) -> str:
+        """Holder of its token; empty without one."""
+        return "" if self.access is None else self.access.holder
+
+    def may_ask(self, service: str) -> bool:
+        """Return whether what it sends counts (docs/security.md): who only watches may stop the robot."""
+        return self.role in ("operate", "admin") or (
+            self.role == "view" and service == "/teleop/estop"
+        )
 
 
 class SentCommands:
     """Notes when a client of this process sends drive messages; hands all it sends on to another recorder."""
 
     def __init__(self, following: Recorder | None = None) -> None:
-        self.times: deque[int] = deque()
-        """Robot times at which those messages set out that have not arrived yet [ns], oldest first."""
+        self.waiting: deque[tuple[int, int | None]] = deque()
+        """Robot times at which those messages set out that have not arrived yet, oldest first, and ``seen`` then [ns]."""
+
+        self.seen: Callable[[], int | None] = lambda: None
+        """Returns the newest robot time that the client has been shown [ns]."""
 
         self._following = following
 
     def add(self, now: int, operation: Mapping[str, Any]) -> None:
         """Note an operation that is sent at a robot time [ns]."""
         if operation.get("op") == "publish" and operation.get("topic") in DRIVE_TOPICS:
-            self.times.append(now)
+            self.waiting.append((now, self.seen()))
         if self._following is not None:
             self._following.add(now, operation)
 
@@ -105,7 +132,13 @@ class WireFacts(Observer):
 
     def connected(self, connection: Connection, now: int) -> None:
         """Note a client."""
-        self.clients[connection.id] = ClientFacts(connection.name, connection.id)
+        facts = ClientFacts(connection.name, connection.id, access=connection.access)
+        self.clients[connection.id] = facts
+
+    def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
+        """Note what a client that shows a token may do from now on."""
+        if connection.id in self.clients and access is not None:
+            self.clients[connection.id].access = access
 
     def disconnected(self, connection: Connection, now: int) -> None:
         """Note that it has left."""
@@ -125,21 +158,22 @@ class WireFacts(Observer):
             self._read(client, operation)
 
     def _read(self, client: ClientFacts, operation: Mapping[str, Any]) -> None:
-        now = self._clock()
+        now, service = self._clock(), str(operation.get("service"))
+        if not client.may_ask(service):
+            return
         match operation.get("op"), operation.get("topic"), operation.get("msg"):
             case "publish", ("/joy" | "/unity/joy" | "/cmd_vel") as topic, dict(message):
-                times = client.sent.times if client.sent is not None else None
-                sent = times.popleft() if times else None
+                waiting = client.sent.waiting if client.sent is not None else None
+                sent, seen = waiting.popleft() if waiting else (None, None)
                 read = _twist if topic == "/cmd_vel" else self._joy
-                self._add(client, read(message, now, sent))
+                if (drive := read(message, now, sent)) is not None:
+                    self._add(client, replace(drive, seen=seen))
             case "publish", "/initialpose", dict():
                 self.said.append(Said(now, client.number, "/initialpose"))
             case "call_service", _, _:
-                self.said.append(Said(now, client.number, str(operation.get("service"))))
+                self.said.append(Said(now, client.number, service))
 
-    def _add(self, client: ClientFacts, message: DriveMessage | None) -> None:
-        if message is None:
-            return
+    def _add(self, client: ClientFacts, message: DriveMessage) -> None:
         client.drives.append(message)
         del client.drives[:-_KEPT]
 
@@ -162,6 +196,7 @@ class WireFacts(Observer):
             layout.turn * _beyond(turn, layout.deadzone),
             held,
             True,
+            _stamp(message),
         )
 
     def since(self, begin: int, end: int) -> Iterator[Said]:
@@ -173,13 +208,20 @@ class WireFacts(Observer):
                 yield said
 
 
+def _stamp(message: Mapping[str, Any]) -> int:
+    """Return the time in a message's header [ns]; 0 without one."""
+    try:
+        time = message["header"]["stamp"]
+        return int(time["sec"]) * SECOND + int(time["nanosec"])
+    except (KeyError, TypeError, ValueError, OverflowError):
+        return 0
+
+
 def _twist(message: Mapping[str, Any], now: int, sent: int | None) -> DriveMessage | None:
     try:
         forward = float(message.get("linear", {}).get("x", 0.0))
         turn = float(message.get("angular", {}).get("z", 0.0))
     except (AttributeError, TypeError, ValueError, OverflowError):
-        return None
-    if not (math.isfinite(forward) and math.isfinite(turn)):
         return None
     if not (math.isfinite(forward) and math.isfinite(turn)):
         return None

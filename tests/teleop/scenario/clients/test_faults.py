@@ -30,7 +30,7 @@ def test_the_run_goes_on_after_the_scenario_has_killed_its_client(
     judged = scenario(time_limit=5.0, fault=(killed,), limits=BRAKES)
     outcome = run(tmp_path, python("plain_websockets"), judged)
     # It was not the client that failed.
-    assert (outcome.status, outcome.ending) == (ExitStatus.PASSED, "time is up")
+    assert (outcome.status, outcome.ending) == (ExitStatus.PASSED, "the time of the run is over")
     assert lasted(outcome) == 5.0
     assert moved(outcome)
     assert rests(outcome)

@@ -27,7 +27,8 @@ def values(node: Node) -> st.SearchStrategy[Any]:
     if "prefixItems" in node:
         return st.tuples(*map(values, node["prefixItems"])).map(list)
     if "items" in node:
-        return st.lists(values(node["items"]), min_size=node.get("minItems", 0), max_size=3)
+        low, high = node.get("minItems", 0), node.get("maxItems", 3)
+        return st.lists(values(node["items"]), min_size=low, max_size=min(high, 3))
     if node["type"] == "object":
         members = {k: values(v) for k, v in node["properties"].items()}
         needed = {k: v for k, v in members.items() if k in {"kind", *node.get("required", ())}}

@@ -32,14 +32,19 @@ from robot_sim.drive.encoders import Encoders
 from robot_sim.sensors.imu import InertialUnit
 from robot_sim.simulation import Simulation
 from teleop.joystick import VelocityRequest
-from teleop.robot.clients import client_inputs, input_messages
+from teleop.link.command_age import CommandAge, RoundTrips
+from teleop.robot.clients import client_inputs, input_messages, robot_services
+from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.estimation import Estimation
 from teleop.robot.inbox import DriveCommand, EStop
+from teleop.robot.safety import safety
 from teleop.robot.safety.arming import ArmingRules
 from teleop.robot.safety.safety import Safety
 from teleop.robot.safety.speed_limits import SpeedLimits
 from teleop.robot.safety.stale_commands import StaleLimits
+from teleop.robot.topics import estimate_messages
 from teleop.robot.topics.topic_table import OUTPUTS
+from teleop.rosbridge.protocol.connection import Connection
 
 SECOND: Final = 1_000_000_000
 
@@ -83,6 +88,15 @@ def stale_command_obeyed() -> None:
     """Commands are followed however old they are."""
     patch(StaleLimits, "refusal", lambda self, age: None)
     patch(StaleLimits, "speed_share", lambda self, age: 1.0)
+
+
+def way_back_ignored() -> None:
+    """The age of commands does not count the way back to their driver, nor any other round trip."""
+
+    def observe(original: Any, self: CommandAge, arrival: int, stamp: int, trips: Any) -> Any:
+        return original(self, arrival, stamp, RoundTrips(last=0))
+
+    _wrapped(CommandAge, "observe", observe)
 
 
 def lease_race() -> None:
@@ -340,6 +354,117 @@ def late_estop() -> None:
     _wrapped(Safety, "command", command)
 
 
+def transform_not_inverted() -> None:
+    """The transform from ``map`` to ``odom`` is the one from ``odom`` to ``map``."""
+
+    def transform(original: Any, stamp: int, parent: str, child: str, pose: Pose) -> Any:
+        return original(stamp, parent, child, pose.inverse() if parent == "map" else pose)
+
+    _wrapped(estimate_messages, "_transform", transform)
+
+
+def covariance_about_own_axes() -> None:
+    """The published covariance has rotations about the robot's axes, not the map's."""
+    patch(estimate_messages, "ros_covariance", lambda e: e.covariance.ravel())
+
+
+def odometry_in_map() -> None:
+    """The odometry says that it is in ``map``."""
+
+    def odometry(original: Any, stamp: int, frame: str, *rest: Any) -> Any:
+        return original(stamp, "map", *rest)
+
+    _wrapped(estimate_messages, "odometry", odometry)
+
+
+def odometry_stamp_late() -> None:
+    """Each tenth message of odometry bears the time of the tick before."""
+
+    def odometry(original: Any, stamp: int, *rest: Any) -> Any:
+        return original(stamp - SECOND // 50 * (stamp % (SECOND * 2 // 5) == 0), *rest)
+
+    _wrapped(estimate_messages, "odometry", odometry)
+
+
+def _changed_on_the_way(change: Callable[[Any], Any]) -> None:
+    """Change what is published of an estimate, and nothing that the robot itself makes of it."""
+
+    def estimated(original: Any, self: RosbridgeAdapter, tick: Any) -> None:
+        original(self, replace(tick, estimates=tuple(change(e) for e in tick.estimates)))
+
+    _wrapped(RosbridgeAdapter, "estimated", estimated)
+
+
+def cloud_distances_negated() -> None:
+    """Points of the published sweep that lie before a wall are shown behind it."""
+
+    def change(e: Any) -> Any:
+        if e.match is None:
+            return e
+        return replace(e, match=replace(e.match, distances=-e.match.distances))
+
+    _changed_on_the_way(change)
+
+
+def old_sweep_published() -> None:
+    """The sweep before is published at the present pose."""
+    before: list[Sweep] = []
+
+    def change(e: Any) -> Any:
+        if e.sweep is None:
+            return e
+        before.append(e.sweep)
+        same = len(before) > 1 and len(before[-2].points) == len(e.sweep.points)
+        return replace(e, sweep=before[-2]) if same else e
+
+    _changed_on_the_way(change)
+
+
+def viewers_may_publish() -> None:
+    """Nobody asks whether a client may publish."""
+
+    def require(original: Any, self: Connection, act: str, name: str) -> None:
+        if act != "publish":
+            original(self, act, name)
+
+    _wrapped(Connection, "require", require)
+
+
+def viewers_may_call() -> None:
+    """Nobody asks whether a client may call a service."""
+
+    def refusal(original: Any, self: Connection, act: str, name: str) -> Any:
+        return None if act == "call" else original(self, act, name)
+
+    _wrapped(Connection, "refusal", refusal)
+
+
+def estop_released_by_all() -> None:
+    """An e-stop is released by all who ask for it."""
+    patch(robot_services, "reset_rejection", lambda latched, order: None)
+    patch(safety, "reset_rejection", lambda latched, order: None)
+
+
+def lease_never_ends() -> None:
+    """A driver that has fallen silent keeps the robot."""
+
+    def begin(original: Any, self: Safety, *args: Any) -> None:
+        original(self, *args)
+        self.config = replace(self.config, lease=10**15)
+
+    _wrapped(Safety, "__init__", begin)
+
+
+def turns_swapped_backwards() -> None:
+    """Driven backwards the robot turns as a car does, the wrong way round for a twist."""
+
+    def limited(original: Any, self: SpeedLimits, twist: Twist) -> Twist:
+        found: Twist = original(self, twist)
+        return Twist(found.linear, -found.angular) if found.linear[0] < 0.0 else found
+
+    _wrapped(SpeedLimits, "limited", limited)
+
+
 MUTANTS: Final[dict[str, Callable[[], None]]] = {
     mutant.__name__: mutant
     for mutant in (
@@ -371,6 +496,18 @@ MUTANTS: Final[dict[str, Callable[[], None]]] = {
         first_place_believed,
         jumps_unnoticed,
         late_estop,
+        transform_not_inverted,
+        covariance_about_own_axes,
+        odometry_in_map,
+        odometry_stamp_late,
+        cloud_distances_negated,
+        old_sweep_published,
+        viewers_may_publish,
+        viewers_may_call,
+        estop_released_by_all,
+        lease_never_ends,
+        turns_swapped_backwards,
+        way_back_ignored,
     )
 }
 """All mutants by name."""

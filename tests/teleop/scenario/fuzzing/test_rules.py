@@ -31,6 +31,10 @@ SLOW_LINK = {
     "fault": [{"kind": "link", "at": 2.0, "direction": "up", "delay": 1.6}],
     "mission": {"time_limit": 7.0},
 }
+BLIND = {
+    "fault": [{"kind": "link", "at": 2.0, "direction": "down", "delay": 2.5}],
+    "mission": {"time_limit": 7.0},
+}
 ESTOP = {"fault": [{"kind": "estop", "at": 3.0}]}
 HINT = {
     "fault": [{"kind": "wrong_hint", "at": 1.5, "off": 0.5}],
@@ -46,6 +50,24 @@ UNDONE = {
     "operator": {"kind": "careless", "speed": 0.5, "mistakes": 60.0},
     "mission": {"time_limit": 4.0},
 }
+WATCHED = {"roles": ["operate", "view"], "second": {"kind": "careless", "mistakes": 60.0}}
+STOPPED = {
+    "roles": ["operate", "operate"],
+    "operator": {"kind": "careless", "mistakes": 60.0},
+    "second": {"kind": "careless", "mistakes": 60.0, "oddities": 60.0},
+    "seed": 3,
+    "mission": {"time_limit": 16.0},
+}
+WAITING = {
+    "roles": ["operate", "operate"],
+    "second": {"kind": "follower"},
+    "fault": [{"kind": "operator_killed", "at": 2.0, "silent": True}],
+    "mission": {"time_limit": 8.0},
+}
+BACK = {
+    "operator": {"kind": "careless", "mistakes": 0.0, "oddities": 60.0},
+    "mission": {"time_limit": 10.0},
+}
 TWO = {"second": {"kind": "careless", "mistakes": 0.0}}
 
 CASES = [
@@ -53,6 +75,7 @@ CASES = [
     ("slow_watchdog", "source", HUNG),
     ("disconnect_ignored", "source", KILLED),
     ("stale_command_obeyed", "stale", SLOW_LINK),
+    ("way_back_ignored", "stale", BLIND),
     ("lease_race", "one-driver", TWO),
     ("estop_released_by_neutral", "e-stop", ESTOP),
     ("estop_ignored_while_driving", "e-stop", ESTOP),
@@ -61,6 +84,17 @@ CASES = [
     ("sound_scans_refused", "readings", {}),
     ("hint_never_answered", "hint-answered", HINT),
     ("undo_forgets", "undo", UNDONE),
+    ("transform_not_inverted", "published", {}),
+    ("covariance_about_own_axes", "published", TURNED),
+    ("odometry_in_map", "published", {}),
+    ("odometry_stamp_late", "in-time", {}),
+    ("cloud_distances_negated", "cloud", {}),
+    ("old_sweep_published", "in-time", {}),
+    ("viewers_may_publish", "viewer", WATCHED),
+    ("viewers_may_call", "viewer", WATCHED),
+    ("estop_released_by_all", "e-stop", STOPPED),
+    ("lease_never_ends", "free", WAITING),
+    ("turns_swapped_backwards", "source", BACK),
 ]
 """Mutant, the rule that it breaks, and the session in which it does."""
 
@@ -69,7 +103,23 @@ CASES = [
 @pytest.mark.slow
 @pytest.mark.untraced
 @pytest.mark.parametrize(
-    "changes", [KILLED, HUNG, SLOW_LINK, ESTOP, HINT, UNDONE, CARRIED_OFF, TWO, TURNED]
+    "changes",
+    [
+        KILLED,
+        HUNG,
+        SLOW_LINK,
+        BLIND,
+        ESTOP,
+        HINT,
+        UNDONE,
+        CARRIED_OFF,
+        TWO,
+        TURNED,
+        WATCHED,
+        STOPPED,
+        WAITING,
+        BACK,
+    ],
 )
 def test_robot_breaks_no_rule(changes: dict[str, Any]) -> None:
     assert judge_session(session(**changes)).broken == ()

@@ -9,21 +9,12 @@ import numpy as np
 
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
-from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Hint
-from robot_sim import Simulation, World
-from teleop.interfaces import registry
-from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
+from robot_sim import World
+from teleop.robot.assembly import RobotParts, build_stepped_robot
 from teleop.robot.inbox import PoseHint
-from teleop.robot.robot import Robot
-from teleop.robot.serving.server_setup import round_trips_of
-from teleop.robot.stepped_robot import SteppedRobot
+from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.tick_record import TickRecord
-from teleop.robot.topics.topic_table import latched_messages
-from teleop.rosbridge.limits import ClientLimits
-from teleop.rosbridge.protocol.frame_delay import FrameDelay
-from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.server.server import Server
 from teleop.scenario.operators.memory_transport import MemoryTransport
 from teleop.scenario.operators.operator import Briefing, GoalPlace, Operator
 from teleop.scenario.operators.wire import Recorder, Wire
@@ -40,23 +31,15 @@ class Stage:
         *,
         seed: int = 0,
         known: bool = True,
-        delay: FrameDelay | None = None,
     ) -> None:
-        self.simulation = Simulation(world, seed=seed)
-        self.robot = Robot(
-            self.simulation, Localizer(prepare(cloud, cache=cache), self.simulation.mounts)
-        )
-        protocol = Protocol(registry(), limits=ClientLimits.unhurried(), frame_delay=delay)
-        server = Server(protocol, clock=lambda: self.simulation.stamp, lockstep=True)
-        self.adapter = RosbridgeAdapter(
-            server,
-            latched_messages(cloud, self.simulation.world.robot, self.simulation.mounts),
-            undo_memory=self.robot.localizer.config.undo_memory,
-            round_trips=round_trips_of(server),
-        )
+        prepared, config = prepare(cloud, cache=cache), ServeConfig(port=0, lockstep=True)
+        parts = RobotParts(world, seed)
+        self.stepped = build_stepped_robot(parts, cloud, prepared, config)
+        self.robot, self.adapter = self.stepped.robot, self.stepped.adapter
+        self.simulation = self.robot.simulation
         self.ticks: list[TickRecord] = []
-        self.stepped = SteppedRobot(self.robot, self.adapter, observers=(self.ticks.append,))
-        self.protocol = protocol
+        self.stepped.observers = (self.ticks.append,)
+        self.protocol = protocol = self.stepped.gateway.server.protocol
         self.transport = MemoryTransport(protocol, lambda: self.simulation.stamp)
         self.seats: list[tuple[Operator, Wire]] = []
         if known:

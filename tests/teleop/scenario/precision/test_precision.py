@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from teleop.__main__ import main
-from teleop.scenario.precision.step_plan import ANGLES, DISTANCES, drawn_steps
+from teleop.scenario.operators.step_plan import ANGLES, DISTANCES, drawn_steps
 
 
 def test_drawn_steps_are_half_turns_and_go_there_and_back() -> None:

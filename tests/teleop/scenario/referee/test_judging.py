@@ -24,7 +24,9 @@ KEPT: dict[str, float] = {
     "contacts": 1.0,
     "tilt": math.radians(5.0),
     "position_max": 0.3,
+    "doubted_max": 0.4,
     "position_rmse": 0.1,
+    "heading_rmse": math.radians(1.0),
     "heading_max": math.radians(4.0),
     "lost": 2.0,
     "silent_error": 0.5,
@@ -43,7 +45,9 @@ LIMITS = Limits(
     contacts=1,
     tilt=5.0 + 1e-9,
     position_max=0.3,
+    doubted_max=0.4,
     position_rmse=0.1,
+    heading_rmse=1.0 + 1e-9,
     heading_max=4.0 + 1e-9,
     lost=2.0,
     silent_error=0.5,
@@ -61,6 +65,7 @@ LIMITS = Limits(
 
 MISSES = {name: math.nextafter(value, 1e9) for name, value in KEPT.items()} | {
     "tilt": math.radians(5.001),
+    "heading_rmse": math.radians(1.001),
     "heading_max": math.radians(4.001),
     "goals": 3.0,
     "distance": math.nextafter(12.0, 0.0),
@@ -70,7 +75,7 @@ MISSES = {name: math.nextafter(value, 1e9) for name, value in KEPT.items()} | {
 FIGURE = {"goals": "goals_reached", "duration": "goal_time"}
 """Figure of a limit, where it is named otherwise."""
 
-NAMES = [field.name for field in fields(Limits)]
+NAMES = [field.name for field in fields(Limits) if field.name != "grace"]
 
 
 def missed(figures: dict[str, float], limits: Limits = LIMITS) -> list[str]:
@@ -158,8 +163,65 @@ def test_errors_of_the_position_are_those_while_the_robot_claims_to_know_it() ->
         referee.take(ticks.tick(guess=(0.0, error, 0.0), health=health))
     figures = referee.judged()[1]
     assert figures["position_max"] == pytest.approx(0.4)
+    assert figures["doubted_max"] == pytest.approx(3.0)
     assert figures["position_rmse"] == pytest.approx(math.sqrt((0.09 + 0.16) / 3.0))
     assert figures["position_p95"] == pytest.approx(np.percentile([0.3, 0.4, 0.0], 95))
+
+
+def test_error_of_the_heading_is_the_root_of_the_mean_square_and_its_largest_size() -> None:
+    referee, ticks = Referee((), Limits()), Ticks()
+    for turned in (0.03, -0.04, 2.0 * math.pi):
+        referee.take(ticks.tick(guess=(0.0, 0.0, turned)))
+    figures = referee.judged()[1]
+    assert figures["heading_rmse"] == pytest.approx(math.sqrt(0.0025 / 3.0))
+    assert figures["heading_max"] == pytest.approx(0.04)
+
+
+def carried(
+    grace: float, doubts_after: int = 1000, *, turned: float = 0.0, away: float = 9.0
+) -> dict[str, float]:
+    """Return the figures of a robot that was carried off after a second and believes to stand where it was."""
+    referee, ticks = Referee((), Limits(grace=grace)), Ticks()
+    for number in range(200):
+        gone = number >= 50
+        doubts = 50 + doubts_after <= number < 50 + doubts_after + 5
+        referee.take(
+            ticks.tick(
+                away * gone,
+                heading=turned * gone,
+                guess=(0.02, 0.0, 0.0),
+                health=Health.SUSPECT if doubts else Health.TRACKING,
+            )
+        )
+    return referee.judged()[1]
+
+
+def test_errors_count_only_after_the_grace_that_follows_a_kidnap() -> None:
+    within, beyond = carried(3.0), carried(2.98)
+    assert within["position_max"] == pytest.approx(0.02)
+    assert beyond["position_max"] == pytest.approx(8.98)
+    assert within["nees"] < 1.0 < beyond["nees"]
+    assert carried(0.0)["position_rmse"] > beyond["position_rmse"] > within["position_rmse"]
+
+
+def test_grace_ends_when_the_robot_doubts_its_place() -> None:
+    assert carried(3.0, doubts_after=20)["position_max"] == pytest.approx(8.98)
+
+
+def test_grace_spares_no_robot_that_nobody_has_carried() -> None:
+    referee, ticks = Referee((), Limits(grace=60.0)), Ticks()
+    for number in range(50):
+        referee.take(ticks.tick(0.04 * number, guess=(0.0, 0.0, 0.0)))
+    assert referee.judged()[1]["position_max"] == pytest.approx(0.04 * 49)
+
+
+def test_robot_that_is_turned_where_it_stands_has_its_grace_too() -> None:
+    assert carried(3.0, turned=1.0, away=0.0)["heading_max"] == 0.0
+    assert carried(1.0, turned=1.0, away=0.0)["heading_max"] == pytest.approx(1.0)
+
+
+def test_grace_shortens_no_time_that_the_robot_is_wrong_and_says_nothing() -> None:
+    assert carried(3.0)["silent_error"] == pytest.approx(3.0)
 
 
 def test_error_of_height_does_not_count_as_one_of_the_position() -> None:

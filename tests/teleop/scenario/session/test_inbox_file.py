@@ -14,6 +14,7 @@ from hypothesis import given, settings, strategies as st
 
 from localization.types import Hint, Pose, Twist
 from teleop.joystick import VelocityRequest
+from teleop.robot.arm.commands import Wish
 from teleop.robot.inbox import DriveCommand, EStop, InboxMessage, PoseHint, TakeOver
 from teleop.scenario.session.inbox_file import InboxFileError, InboxWriter, read_inboxes
 
@@ -35,6 +36,32 @@ def hints(draw: st.DrawFn) -> Hint:
     return Hint(draw(INTEGERS), Pose(draw(vectors(3, 1e6)), quaternion), covariance)
 
 
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+fives = st.tuples(*[numbers] * 5)
+poses = st.builds(Pose, vectors(3, 1e6), vectors(4, 1.0).filter(lambda q: float(q @ q) > 1e-3))
+OF_WISH: dict[str, st.SearchStrategy[Any]] = {
+    "str": NAMES,
+    "int": INTEGERS,
+    "bool": st.booleans(),
+    "float": numbers,
+    "Pose": poses,
+    "Pose | None": st.none() | poses,
+    "Five": fives,
+    "Five | None": st.none() | fives,
+    "Three": st.tuples(*[numbers] * 3),
+    "tuple[float, ...]": st.lists(numbers, max_size=3).map(tuple),
+    "tuple[Five, ...]": st.lists(fives, max_size=3).map(tuple),
+}
+WISHES = [kind for part in get_args(Wish) for kind in (get_args(part) or (part,))]
+
+
+@st.composite
+def wishes(draw: st.DrawFn) -> Wish:
+    kind = draw(st.sampled_from(WISHES))
+    wish: Wish = kind(**{f.name: draw(OF_WISH[str(f.type)]) for f in fields(kind)})
+    return wish
+
+
 requests = st.builds(VelocityRequest, st.builds(Twist, vectors(3), vectors(3)), st.booleans())
 OF_TYPE: dict[str, st.SearchStrategy[Any]] = {
     "str": NAMES,
@@ -44,6 +71,7 @@ OF_TYPE: dict[str, st.SearchStrategy[Any]] = {
     "int | None": st.none() | INTEGERS,
     "VelocityRequest": requests,
     "Hint": hints(),
+    "Wish": wishes(),
 }
 KINDS: tuple[type[Any], ...] = get_args(InboxMessage)
 

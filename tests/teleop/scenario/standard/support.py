@@ -11,18 +11,13 @@ from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import Localizer
 from robot_sim import Simulation, World
-from teleop.interfaces import registry
-from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.assembly import RobotParts, build_stepped_robot
 from teleop.robot.robot import Robot
-from teleop.robot.stepped_robot import SteppedRobot
+from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.tick_record import TickRecord
-from teleop.robot.topics.topic_table import latched_messages
 from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.rosbridge.auth.credentials import Credentials
 from teleop.rosbridge.framing.outgoing_frames import CloseFrame
-from teleop.rosbridge.limits import ClientLimits
-from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.server.server import Server
 from teleop.scenario.standard.access import RefereeAccess
 from teleop.scenario.standard.lockstep_world import LockstepWorld
 from teleop.scenario.standard.simulation_services import SimulationServices
@@ -46,18 +41,16 @@ class Desk:
         self.violations: list[tuple[str, str]] = []
         self.access = RefereeAccess(lambda *attempt: self.violations.append(attempt))
         authenticator = Authenticator(self.access.credentials(tokens), lambda: 0.0)
-        self.protocol = Protocol(
-            registry(), limits=ClientLimits.unhurried(), authenticator=authenticator
+        self.stepped = build_stepped_robot(
+            RobotParts(world, seed=1),
+            cloud,
+            self._prepared,
+            ServeConfig(port=0, lockstep=True),
+            authenticator=authenticator,
         )
-        server = Server(self.protocol, clock=lambda: self.stepped.stamp, lockstep=True)
-        first = self._robot()
-        adapter = RosbridgeAdapter(
-            server,
-            latched_messages(cloud, world.robot, first.simulation.mounts),
-            undo_memory=first.localizer.config.undo_memory,
-        )
+        self.protocol = self.stepped.gateway.server.protocol
         self.ticks: list[TickRecord] = []
-        self.stepped = SteppedRobot(first, adapter, observers=(self.ticks.append,))
+        self.stepped.observers = (self.ticks.append,)
         self.access.watch(self.protocol)
         self.control = LockstepWorld(
             self.stepped,

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final, Self
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from localization.filter.pose_error import difference
+from localization.evaluation.estimate_trace import TraceRow, read_trace
+from localization.evaluation.trajectory import EmptyTrajectoryError, Trajectory
+from localization.evaluation.trajectory_errors import errors
+from localization.evaluation.tum_file import read_tum
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.types import SECOND, Estimate, Health
-from teleop.robot.tick_record import TickRecord
-from teleop.scenario.run_recorder import RunRecord
+from teleop.scenario.tour.measures import TickMeasures
+
+PICTURE: Final = "run.png"
+"""File of the picture."""
 
 _HEALTH_COLOUR = {
     Health.WAITING: "#bbbbbb",
@@ -28,29 +36,73 @@ _HEALTH_COLOUR = {
 """Colour of each state: Okabe and Ito's palette, which colour-blind people can distinguish."""
 
 
-def draw(record: RunRecord, cloud: Cloud, path: Path, *, title: str) -> None:
-    """Draw a run and save it as PNG."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Curves:
+    """What the files of a run say, in the form in which it is drawn."""
+
+    truth: Trajectory
+    estimate: Trajectory
+    trace: Sequence[TraceRow]
+
+    @classmethod
+    def read(cls, folder: Path) -> Self:
+        truth = read_tum(folder / "truth.tum")
+        try:
+            estimate = read_tum(folder / "estimate.tum")
+        except EmptyTrajectoryError:
+            estimate = Trajectory.from_poses([])
+        return cls(truth, estimate, read_trace(folder / "trace.csv"))
+
+    def error_rows(self) -> FloatArray:
+        """Return (N, 5) time [s], position error, its 3 sigma [m], heading error, its 3 sigma [rad]."""
+        if not len(self.estimate):
+            return np.empty((0, 5))
+        off = errors(self.estimate, self.truth)
+        covariance = {row.stamp: row.covariance for row in self.trace}
+        sigma = np.sqrt([np.diag(covariance[int(stamp)]) for stamp in off.stamps])
+        return np.column_stack(
+            (
+                off.stamps / SECOND,
+                np.linalg.norm(off.vectors[:, :3], axis=1),
+                3.0 * np.linalg.norm(sigma[:, :3], axis=1),
+                off.vectors[:, 5],
+                3.0 * sigma[:, 5],
+            )
+        )
+
+
+def draw(folder: Path, cloud: Cloud, measures: TickMeasures, *, title: str) -> None:
+    """Draw a run from its files and save it beside them as ``run.png``.
+
+    Args:
+        folder: Folder of the run.
+        cloud: The map.
+        measures: Have the last registered sweep and the hints.
+        title: Heading of the picture.
+    """
     matplotlib.rcParams["font.size"] = 9
+    curves = _Curves.read(folder)
     figure = Figure(figsize=(15, 7.2), layout="constrained")
     grid = figure.add_gridspec(4, 2, width_ratios=(1.9, 1.0), height_ratios=(3, 3, 2, 0.5))
     plan = figure.add_subplot(grid[:, 0])
     traces = [figure.add_subplot(grid[row, 1]) for row in range(4)]
     traces[0].set_title(title, fontsize=9, pad=20)
-    _draw_plan(plan, figure, record, cloud)
-    _draw_errors(traces, record)
-    figure.savefig(path, dpi=110)
+    _draw_plan(plan, figure, curves, cloud, measures)
+    _draw_errors(traces, curves)
+    figure.savefig(folder / PICTURE, dpi=110)
 
 
-def _draw_plan(axes: Axes, figure: Figure, record: RunRecord, cloud: Cloud) -> None:
+def _draw_plan(
+    axes: Axes, figure: Figure, curves: _Curves, cloud: Cloud, measures: TickMeasures
+) -> None:
     walls = cloud.points[(cloud.points[:, 2] > 0.2) & (cloud.points[:, 2] < 2.0)]
     axes.scatter(walls[:, 0], walls[:, 1], s=1.2, c="#9a9a9a", linewidths=0, label="map")
-    true = np.array([s.truth.map_from_base.position for s in record.ticks]).reshape(-1, 3)
+    true, estimated = curves.truth.positions, curves.estimate.positions
     axes.plot(true[:, 0], true[:, 1], color="#000000", lw=2.2, label="true path")
-    known = [s for s in record.ticks if s.estimate.map_from_base is not None]
-    estimated = np.array([_position(s.estimate) for s in known]).reshape(-1, 3)
     axes.plot(estimated[:, 0], estimated[:, 1], color="#e69f00", lw=1.0, label="estimate")
-    _draw_sweep(axes, figure, known)
-    for verdict in record.verdicts:
+    if measures.matched is not None:
+        _draw_sweep(axes, figure, measures.matched.estimate)
+    for verdict in measures.verdicts:
         hint = verdict.hint.map_from_base
         axes.quiver(
             hint.position[0],
@@ -68,38 +120,34 @@ def _draw_plan(axes: Axes, figure: Figure, record: RunRecord, cloud: Cloud) -> N
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, markerscale=3)
 
 
-def _draw_sweep(axes: Axes, figure: Figure, known: list[TickRecord]) -> None:
-    """Draw the last registered sweep over the map."""
-    for tick in reversed(known):
-        estimate = tick.estimate
-        if estimate.match is None or estimate.sweep is None or estimate.map_from_base is None:
-            continue
-        points = estimate.map_from_base.apply(estimate.sweep.points)
-        low = (points[:, 2] > 0.05) & (points[:, 2] < 2.0)
-        far = np.abs(np.nan_to_num(estimate.match.distances[low], nan=0.2)) * 1e3
-        dots = axes.scatter(
-            points[low, 0], points[low, 1], s=7, c=far, cmap="viridis", vmin=0, vmax=100, zorder=3,
-            label="local cloud",
-        )  # fmt: skip
-        figure.colorbar(
-            dots,
-            ax=axes,
-            label="distance to the map [mm]",
-            location="bottom",
-            shrink=0.5,
-            aspect=40,
-        )
-        x, y = estimate.map_from_base.position[:2]
-        yaw = estimate.map_from_base.yaw
-        axes.plot(x, y, marker=(3, 0, np.rad2deg(yaw) - 90), ms=13, color="#0072b2", zorder=4)
-        return
-
-
-def _draw_errors(axes: list[Axes], record: RunRecord) -> None:
-    position, heading, fit, health = axes
-    rows = np.array([_error_row(s) for s in record.ticks if s.estimate.map_from_base]).reshape(
-        -1, 5
+def _draw_sweep(axes: Axes, figure: Figure, estimate: Estimate) -> None:
+    """Draw a registered sweep over the map."""
+    assert estimate.map_from_base is not None
+    assert estimate.sweep is not None
+    assert estimate.match is not None
+    points = estimate.map_from_base.apply(estimate.sweep.points)
+    low = (points[:, 2] > 0.05) & (points[:, 2] < 2.0)
+    far = np.abs(np.nan_to_num(estimate.match.distances[low], nan=0.2)) * 1e3
+    dots = axes.scatter(
+        points[low, 0], points[low, 1], s=7, c=far, cmap="viridis", vmin=0, vmax=100, zorder=3,
+        label="local cloud",
+    )  # fmt: skip
+    figure.colorbar(
+        dots,
+        ax=axes,
+        label="distance to the map [mm]",
+        location="bottom",
+        shrink=0.5,
+        aspect=40,
     )
+    x, y = estimate.map_from_base.position[:2]
+    yaw = estimate.map_from_base.yaw
+    axes.plot(x, y, marker=(3, 0, np.rad2deg(yaw) - 90), ms=13, color="#0072b2", zorder=4)
+
+
+def _draw_errors(axes: list[Axes], curves: _Curves) -> None:
+    position, heading, fit, health = axes
+    rows = curves.error_rows()
     time = rows[:, 0]
     position.plot(time, rows[:, 1] * 1e3, color="#0072b2", lw=0.7, label="error")
     position.plot(time, rows[:, 2] * 1e3, color="#999999", lw=0.7, label="3 sigma")
@@ -115,15 +163,17 @@ def _draw_errors(axes: list[Axes], record: RunRecord) -> None:
     widest = max(0.1, float(np.rad2deg(_top(np.abs(rows[:, 3]), rows[:, 4]))) * 1.1)
     heading.set_ylim(-widest, widest)
     matched = [
-        (s.stamp / SECOND, s.estimate.match.inlier_ratio) for s in record.ticks if s.estimate.match
+        (row.stamp / SECOND, row.inlier_ratio)
+        for row in curves.trace
+        if row.inlier_ratio is not None
     ]
     fits = np.array(matched).reshape(-1, 2)
     fit.plot(fits[:, 0], fits[:, 1] * 100, color="#009e73", lw=0.7)
     fit.set_ylabel("explained [%]")
     fit.set_ylim(0, 105)
-    _draw_health(health, record)
+    _draw_health(health, curves.trace)
     for a in axes:
-        a.set_xlim(0, record.ticks[-1].stamp / SECOND if record.ticks else 1)
+        a.set_xlim(0, curves.truth.stamps[-1] / SECOND)
         a.grid(alpha=0.3)
     health.set_xlabel("time [s]")
 
@@ -134,9 +184,9 @@ def _top(errors: FloatArray, sigmas: FloatArray) -> float:
     return max(float(np.max(errors, initial=0.0)), float(np.max(settled, initial=0.0)))
 
 
-def _draw_health(axes: Axes, record: RunRecord) -> None:
-    states = [s.estimate.health for s in record.ticks]
-    times = [s.stamp / SECOND for s in record.ticks]
+def _draw_health(axes: Axes, trace: Sequence[TraceRow]) -> None:
+    states = [row.health for row in trace]
+    times = [row.stamp / SECOND for row in trace]
     begin = 0
     shown: set[Health] = set()
     for i in range(1, len(states) + 1):
@@ -156,23 +206,3 @@ def _draw_health(axes: Axes, record: RunRecord) -> None:
             ncols=len(shown),
             frameon=False,
         )
-
-
-def _position(estimate: Estimate) -> FloatArray:
-    assert estimate.map_from_base is not None
-    return estimate.map_from_base.position
-
-
-def _error_row(tick: TickRecord) -> tuple[float, float, float, float, float]:
-    """Return time [s], position error, its 3 sigma [m], heading error, its 3 sigma [rad]."""
-    estimate = tick.estimate
-    assert estimate.map_from_base is not None
-    off = difference(estimate.map_from_base, tick.truth.map_from_base)
-    sigma = np.sqrt(np.diag(estimate.covariance))
-    return (
-        tick.stamp / SECOND,
-        float(np.linalg.norm(off[:3])),
-        3.0 * float(np.linalg.norm(sigma[:3])),
-        float(off[5]),
-        3.0 * float(sigma[5]),
-    )

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
+from localization.cli.terminal import plain
 from localization.config import from_json
 from localization.evaluation.consistency import Consistency, consistency, health_shares, nees
 from localization.evaluation.estimate_trace import TraceError, TraceRow, read_trace
@@ -18,48 +20,15 @@ from localization.evaluation.trajectory import EmptyTrajectoryError, Trajectory,
 from localization.evaluation.trajectory_errors import Ate, Rpe, ate, errors, rpe
 from localization.evaluation.tum_file import read_tum
 from teleop.errors import TeleopError
-from teleop.scenario.mission import MissionLimits
+from teleop.scenario.referee.outcome import LimitCheck
+from teleop.scenario.tour.measures import StageTime, TopicTraffic
+
+SUMMARY: Final = "summary.json"
+"""File of a run's results."""
 
 
 class ReportError(TeleopError, ValueError):
     """A folder holds no run, or an incomplete one; the message names what is missing."""
-
-
-@dataclass(frozen=True, slots=True)
-class StageTime:
-    """Wall time of one stage of the computation."""
-
-    name: str
-    """Name of the stage."""
-    count: int
-    """Number of times it ran."""
-    mean: float
-    """Mean duration [ms]."""
-    p50: float
-    """Median duration [ms]."""
-    p99: float
-    """99th percentile of the duration [ms]."""
-    total: float
-    """Sum of all durations [s]."""
-
-    @classmethod
-    def of(cls, name: str, laps: Sequence[float]) -> StageTime:
-        """Summarise the durations [s] of a stage."""
-        ms = np.array(laps) * 1e3
-        p50, p99 = np.percentile(ms, [50, 99])
-        return cls(name, len(ms), float(ms.mean()), float(p50), float(p99), float(ms.sum() / 1e3))
-
-
-@dataclass(frozen=True, slots=True)
-class TopicTraffic:
-    """Messages sent over the socket on one topic."""
-
-    topic: str
-    """Name of the topic, or a group of other operations in parentheses."""
-    messages: int
-    """Number of frames."""
-    bytes: int
-    """Total size of the frames [bytes]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +42,7 @@ class RunFacts:
     map_sha256: str
     """Hash of the map."""
     ending: str
-    """``completed``, or why the run ended before that."""
+    """Why the run ended."""
     verdicts: tuple[str, ...]
     """A line about each hint verdict."""
     robot_seconds: float
@@ -88,26 +57,6 @@ class RunFacts:
     """Messages by topic; empty for a run within one process."""
     joy_to_motion: tuple[float, ...]
     """Robot time from each request that ended a standstill to the first motion [s]."""
-    limits: MissionLimits
-    """Limits of the mission."""
-    whole_tour: bool
-    """Whether the tour was to be driven to its end."""
-
-
-@dataclass(frozen=True, slots=True)
-class LimitCheck:
-    """A result and its limit."""
-
-    name: str
-    """Name of the result."""
-    value: float
-    """The result, in ``unit``."""
-    limit: float
-    """Its limit, in ``unit``."""
-    unit: str
-    """Unit of both; empty if they have none."""
-    met: bool
-    """Whether the result keeps its limit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,20 +80,26 @@ class RunSummary:
     health: dict[str, float]
     """Share of the time in each state of health."""
     checks: tuple[LimitCheck, ...]
-    """Results that have a limit."""
-
-    @property
-    def passed(self) -> bool:
-        """Whether the run was completed and kept all limits."""
-        return self.facts.ending == "completed" and all(c.met for c in self.checks)
+    """Figures that have a limit, as the referee judged them."""
+    passed: bool
+    """Whether the run came to its end and kept all limits."""
 
     def to_json(self) -> dict[str, Any]:
-        """Return plain values for ``summary.json``."""
-        return {**asdict(self), "passed": self.passed}
+        """Return plain values for ``summary.json``; figures that are no numbers are null."""
+        values: dict[str, Any] = plain(self)
+        return values
 
 
-def summarise(folder: Path, facts: RunFacts) -> RunSummary:
+def summarise(
+    folder: Path, facts: RunFacts, checks: Sequence[LimitCheck], *, passed: bool
+) -> RunSummary:
     """Compute a run's results from the files in its folder.
+
+    Args:
+        folder: The folder.
+        facts: What is known only while a run takes place.
+        checks: What the referee said of each limit.
+        passed: What it said of the run.
 
     Raises:
         ReportError: If files are missing or damaged.
@@ -154,7 +109,7 @@ def summarise(folder: Path, facts: RunFacts) -> RunSummary:
         estimate = _poses_or_none(folder / "estimate.tum")
         if not len(trace):
             raise ReportError(f"{folder}: the run ended before its first reading")
-        return _summary(facts, truth, estimate, trace)
+        return _summary(facts, truth, estimate, trace, tuple(checks), passed)
     except (TrajectoryError, TraceError, EvaluationError) as error:
         raise ReportError(str(error)) from error
     except KeyError as error:
@@ -162,7 +117,12 @@ def summarise(folder: Path, facts: RunFacts) -> RunSummary:
 
 
 def _summary(
-    facts: RunFacts, truth: Trajectory, estimate: Trajectory | None, trace: Sequence[TraceRow]
+    facts: RunFacts,
+    truth: Trajectory,
+    estimate: Trajectory | None,
+    trace: Sequence[TraceRow],
+    checks: tuple[LimitCheck, ...],
+    passed: bool,
 ) -> RunSummary:
     distance = float(np.linalg.norm(np.diff(truth.positions[:, :2], axis=0), axis=1).sum())
     stamps = np.array([row.stamp for row in trace], dtype=np.int64)
@@ -191,7 +151,8 @@ def _summary(
         nees_inside=consistency(values, 6).inside if values is not None else None,
         nis=nis,
         health={h.value: share for h, share in health.items() if share > 0.0},
-        checks=_checks(facts, distance, accuracy, mean),
+        checks=checks,
+        passed=passed,
     )
 
 
@@ -202,46 +163,36 @@ def _poses_or_none(path: Path) -> Trajectory | None:
         return None
 
 
-def _checks(
-    facts: RunFacts, distance: float, accuracy: Ate | None, mean_nees: float | None
-) -> tuple[LimitCheck, ...]:
-    """Compare the results with the limits; without an estimate, the errors are infinite."""
-    limits = facts.limits
-    rmse = largest = heading = nees_value = float("inf")
-    if accuracy is not None:
-        rmse, largest = accuracy.position.rmse, accuracy.position.max
-        heading = float(np.rad2deg(accuracy.heading.rmse))
-    if mean_nees is not None:
-        nees_value = mean_nees
-    checks = [
-        _at_most("position rmse", rmse, limits.position_rmse, "m"),
-        _at_most("position max", largest, limits.position_max, "m"),
-        _at_most("heading rmse", heading, float(np.rad2deg(limits.heading_rmse)), "deg"),
-        _at_most("mean NEES", nees_value, limits.nees, ""),
-    ]
-    if facts.whole_tour:
-        met = distance >= limits.distance
-        checks.append(LimitCheck("distance", distance, limits.distance, "m at least", met))
-    return tuple(checks)
-
-
-def _at_most(name: str, value: float, limit: float, unit: str) -> LimitCheck:
-    return LimitCheck(name, value, limit, unit, value <= limit)
-
-
 def read_summary(folder: Path) -> RunSummary:
     """Compute the results of a finished run again, from its files.
 
     Raises:
         ReportError: If the folder holds no run.
     """
-    path = folder / "summary.json"
+    path = folder / SUMMARY
     try:
-        facts = json.loads(path.read_text(encoding="utf-8"))["facts"]
+        values = json.loads(path.read_text(encoding="utf-8"))
+        known = {each.name for each in fields(RunFacts)}
+        facts = {name: value for name, value in values["facts"].items() if name in known}
         facts["stages"] = tuple(StageTime(**s) for s in facts["stages"])
         facts["traffic"] = tuple(TopicTraffic(**t) for t in facts["traffic"])
-        return summarise(folder, from_json(RunFacts, facts))
+        checks = [_check(each) for each in values["checks"]]
+        passed = bool(values["passed"])
+        return summarise(folder, from_json(RunFacts, facts), checks, passed=passed)
     except OSError as error:
         raise ReportError(f"{folder} is not a run: {path.name}: {error.strerror}") from None
     except (KeyError, TypeError, json.JSONDecodeError) as error:
         raise ReportError(f"{path} is damaged: {error}") from None
+
+
+def _check(values: dict[str, Any]) -> LimitCheck:
+    """Return a figure and its limit; version 0.0 wrote limits as numbers, and no sentence."""
+    limit, value = values["limit"], values["value"]
+    return LimitCheck(
+        name=values["name"],
+        text=values.get("text", values["name"]),
+        value=math.nan if value is None else float(value),
+        limit=limit if isinstance(limit, str) else f"{limit:.4g}",
+        unit=values["unit"],
+        met=values["met"],
+    )

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any, Final, Protocol
+from typing import Final, Protocol
 
 from localization.types import SECOND
 from teleop.scenario.operators.wire import Answer, Wire
@@ -26,6 +25,10 @@ class StepDriver(Protocol):
     name: str
     """Name of the method, for the table."""
 
+    @property
+    def outcome(self) -> str:
+        """How the last step ended."""
+
     def begin(self, wire: Wire, step: Step) -> None:
         """Begin a step."""
 
@@ -37,6 +40,7 @@ class ByTime:
     """Publishes a velocity at 10 Hz until speed times elapsed time reaches the distance, and then a zero."""
 
     name = "time"
+    outcome = "done"
 
     def __init__(self) -> None:
         self._speed = self._turn = self._duration = 0.0
@@ -74,8 +78,8 @@ class ByRobot:
     def __init__(self, measure_by: str) -> None:
         """Choose what the robot measures by: ``odometry`` or ``localization``."""
         self.name = measure_by
-        self.results: list[Mapping[str, Any]] = []
-        """Results of the steps, in order."""
+        self.outcome = ""
+        """How the last step ended, as the robot's result says."""
 
         self._waiting = False
 
@@ -96,5 +100,4 @@ class ByRobot:
 
     def _answered(self, answer: Answer) -> None:
         self._waiting = False
-        failed = {"outcome": "refused", "message": answer.failure}
-        self.results.append(failed if answer.failure else answer.values)
+        self.outcome = "refused" if answer.failure else str(answer.values["outcome"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from teleop.scenario.run_summary import RunFacts, RunSummary
+from teleop.scenario.tour.summary import RunFacts, RunSummary
 
 
 def summary_table(summary: RunSummary) -> str:
@@ -23,7 +23,7 @@ def summary_table(summary: RunSummary) -> str:
         "",
         "  limits",
         *(
-            f"  {'met   ' if c.met else 'MISSED'} {c.name:14s} {c.value:8.4g} of {c.limit:.4g} {c.unit}"
+            f"  {'met   ' if c.met else 'MISSED'} {c.name.replace('_', ' '):14s} {c.value:9.4g}   limit {c.limit} {c.unit}"
             for c in summary.checks
         ),
     ]
