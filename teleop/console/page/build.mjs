@@ -1,6 +1,6 @@
-// Builds the page: one script, one style sheet, the licences of what is bundled. Usage: node build.mjs [FOLDER]
-import { copyFile, mkdir, readdir, readFile, rm, writeFile } from "node:fs/promises";
-import { dirname, join } from "node:path";
+// Builds the page: scripts, one style sheet, the licences of what is bundled. Usage: node build.mjs [FOLDER]
+import { mkdir, readdir, readFile, rm, writeFile } from "node:fs/promises";
+import { dirname, join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
 import { build, transform } from "esbuild";
 
@@ -9,9 +9,8 @@ const target = process.argv[2] ?? join(here, "dist");
 
 await rm(target, { recursive: true, force: true });
 await mkdir(target, { recursive: true });
-const result = await build({
+const common = {
   absWorkingDir: here,
-  entryPoints: { console: "src/main.tsx", map_worker: "src/link/map_worker.ts" },
   outdir: target,
   bundle: true,
   minify: true,
@@ -23,10 +22,26 @@ const result = await build({
   legalComments: "none",
   metafile: true,
   logLevel: "warning",
-});
-await copyFile(join(here, "index.html"), join(target, "index.html"));
+};
+// What is imported when it is asked for becomes files of its own, and so does what these share with the page.
+const page = await build({ ...common, entryPoints: { console: "src/main.tsx" }, splitting: true, chunkNames: "parts/[name]-[hash]" });
+const worker = await build({ ...common, entryPoints: { map_worker: "src/link/map_worker.ts" } });
+const [entry] = Object.keys(page.metafile.outputs).filter((name) => name.endsWith("/console.js"));
+const index = await readFile(join(here, "index.html"), "utf8");
+const links = [...neededBy(entry)].map((name) => `<link rel="modulepreload" href="/console/${relative(target, join(here, name))}" />`);
+await writeFile(join(target, "index.html"), index.replace("  </head>", `${links.map((link) => `    ${link}\n`).join("")}  </head>`));
 await writeFile(join(target, "style.css"), await styles());
-await writeFile(join(target, "licences.txt"), await licences(Object.keys(result.metafile.inputs)));
+await writeFile(join(target, "licences.txt"), await licences([page, worker].flatMap(({ metafile }) => Object.keys(metafile.inputs))));
+
+/** The files that a built file needs to run, found by the browser only after each other unless they are named. */
+function neededBy(name, found = new Set()) {
+  for (const { kind, path } of page.metafile.outputs[name].imports) {
+    if (kind === "import-statement" && !found.has(path)) {
+      neededBy(path, found.add(path));
+    }
+  }
+  return found;
+}
 
 /** All style sheets as one; the theme comes first, since the others use its colours. */
 async function styles() {

@@ -1,13 +1,33 @@
 import js from "@eslint/js";
 import tseslint from "typescript-eslint";
 
+import { folders } from "./lint/folders.js";
+
+/** From the top floor down; folders on the same floor do not import each other. A folder that is missing is an error. */
+const FLOORS = {
+  "": [
+    "page",
+    "panels",
+    "alarms | camera | hint | steps",
+    "driving | link | scene | session",
+    "robot | texts",
+  ],
+  "link": ["message_checks"],
+  "panels": [
+    "steps",
+    "alarms | attitude | camera | driving | events | hint | layers | link | session",
+  ],
+};
+
 export default tseslint.config(
-  { ignores: ["dist", "node_modules", "build.mjs", "*.config.*"] },
+  { ignores: ["dist", "node_modules", "build.mjs", "*.config.*", "lint", "tests/lint"] },
   js.configs.recommended,
   ...tseslint.configs.strictTypeChecked,
   { languageOptions: { parserOptions: { projectService: true, tsconfigRootDir: import.meta.dirname } } },
   {
+    plugins: { farsteer: { rules: { folders } } },
     rules: {
+      "farsteer/folders": ["error", { root: "src", floors: FLOORS }],
       "@typescript-eslint/no-unused-vars": ["error", { varsIgnorePattern: "^_", argsIgnorePattern: "^_", ignoreRestSiblings: true }],
       "max-lines": ["error", 300],
       "no-restricted-properties": [

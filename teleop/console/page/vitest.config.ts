@@ -3,7 +3,7 @@ import { defineConfig } from "vitest/config";
 export default defineConfig({
   oxc: { jsx: { runtime: "automatic", importSource: "preact" } },
   test: {
-    include: ["tests/**/*.test.{ts,tsx}"],
+    include: ["tests/**/*.test.{js,ts,tsx}"],
     environment: "happy-dom",
     setupFiles: ["tests/new_document.ts"],
     // One document for all files instead of one each, whose making took most of the time.

@@ -16,8 +16,8 @@ from playwright.async_api import Browser, ConsoleMessage, Page, Playwright, asyn
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
+from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
-from teleop.robot.serving.serve import serve
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.scene_clouds import scene_cloud_path
 

@@ -18,15 +18,12 @@ from websockets.asyncio.client import connect
 
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
-from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Hint, Pose
 from robot_sim import Simulation, World
-from teleop.console.page_files import offer_page
+from teleop.robot.assembly import RobotParts, build_stepped_robot
 from teleop.robot.inbox import PoseHint
-from teleop.robot.lockstep_service import LockstepService, offer_in_lockstep
-from teleop.robot.robot import Robot
+from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.serving.serve_config import ServeConfig
-from teleop.robot.serving.server_setup import build_server, offer_map, token_file
 from teleop.robot.tick_record import TickRecord
 from teleop.scene_clouds import scene_cloud_path
 from tests.teleop.support import Peer
@@ -155,14 +152,13 @@ async def paced_robot(
         tokens: File of tokens; without one everybody may do everything.
         stepper: Token of the client that steps the robot.
     """
-    simulation = Simulation(world, seed=0)
-    robot = Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
     config = ServeConfig(port=0, lockstep=True, tokens=tokens)
-    server = build_server(config, token_file(config), lambda: simulation.stamp)
-    service = offer_in_lockstep(robot, server, cloud)
-    offer_map(server, scene_cloud_path(world.name))
-    assert offer_page(server.pages), "the page is not built: make env builds it"
-    async with server:
+    prepared = prepare(cloud, cache=cache)
+    stepped = build_stepped_robot(RobotParts(world), cloud, prepared, config)
+    service, simulation = LockstepService(stepped), stepped.robot.simulation
+    stepped.gateway.offer_files(scene_cloud_path(world.name))
+    async with stepped.gateway.server as server:
+        assert stepped.gateway.page, "the page is not built: make env builds it"
         proxy = Proxy(server.port)
         listener = await asyncio.start_server(proxy.serve, "127.0.0.1", 0)
         proxy.whole.set()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,6 +20,8 @@ from tests.teleop.support import ROOT, in_a_loop
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
 AXE: Final = ROOT / "teleop/console/page/node_modules/axe-core/axe.min.js"
+FETCH: Final = (sys.executable, str(ROOT / "tools/build-console"), "--fetch-node", "--dev")
+"""Fetches the page's test programs, axe-core among them, unless they are there."""
 SIZE: Final = {"width": 1280, "height": 720}
 CONTROLS: Final = (
     "a[href], button, input, select, summary, textarea, [tabindex]:not([tabindex='-1'])"
@@ -44,6 +48,11 @@ MISSED: Final = """controls => [...document.querySelectorAll(controls)]
   .filter(element => element.checkVisibility() && !element.disabled && !window.visited.has(element))
   .filter(({ type, name }) => type !== 'radio' || ![...window.visited].some(other => other.name === name))
   .map(element => element.outerHTML.slice(0, 120))"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def axe() -> None:
+    subprocess.run(FETCH, check=True, capture_output=True)
 
 
 async def findings(page: Page) -> list[str]:

@@ -13,7 +13,7 @@ import {
   type Transform,
 } from "./message_checks/pose_messages";
 import { readControl, readDescription, readMapInfo, readStatus, readVerdict, readVideoSources } from "./message_checks/robot_messages";
-import { readCompressedImage, readLaserScan, readOccupancyGrid } from "./message_checks/sensor_messages";
+import { readCompressedImage, readJoints, readLaserScan, readOccupancyGrid } from "./message_checks/sensor_messages";
 import type { RobotPicture } from "./robot_picture";
 
 export interface MessageKinds {
@@ -35,6 +35,7 @@ export interface MessageKinds {
   readonly mapInfo: Kind<MapInfo>;
   readonly description: Kind<string>;
   readonly videoSources: Kind<ReadonlyMap<string, string>>;
+  readonly joints: Kind<ReadonlyMap<string, number>>;
 }
 
 /** What the kinds need besides the state. */
@@ -151,6 +152,12 @@ export function messageKinds({ state, picture, pictures, mapInfo, control, compl
       read: readVideoSources,
       use: (sources) => {
         state.videoSources.value = sources;
+      },
+    },
+    joints: {
+      read: readJoints,
+      use: (joints) => {
+        state.joints.value = joints;
       },
     },
     description: {

@@ -6,7 +6,7 @@ import type { RobotCommands } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
 import type { Answer, HintPreview, PlanarPose } from "../values";
 import { linkTexts } from "../texts/link";
-import { ActionGoals } from "./action_goals";
+import { ActionGoals, type GoalListener } from "./action_goals";
 import { canonicalType, readPreview } from "./message_checks/answers";
 import { check } from "./message_checks/field";
 import { readPhoto, readStepEnd, readStepProgress } from "./message_checks/step_messages";
@@ -61,22 +61,22 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
     const buttons = Array<number>(6).fill(0);
     buttons[DEADMAN_BUTTON] = Number(deadman);
     buttons[TURBO_BUTTON] = Number(turbo);
-    return this.#publish("/joy", JOY, { ...this.#header(), axes: [turn, forward], buttons });
+    return this.publish("/joy", JOY, { ...this.header(), axes: [turn, forward], buttons });
   }
 
   velocity(linear: number, angular: number): boolean {
     const twist = { linear: { x: linear, y: 0, z: 0 }, angular: { x: 0, y: 0, z: angular } };
     const stamped = canonicalType(this.#parts.typeOf("/cmd_vel") ?? TWIST) === TWIST_STAMPED;
     return stamped
-      ? this.#publish("/cmd_vel", TWIST_STAMPED, { header: { frame_id: "base_link" }, twist })
-      : this.#publish("/cmd_vel", TWIST, twist);
+      ? this.publish("/cmd_vel", TWIST_STAMPED, { header: { frame_id: "base_link" }, twist })
+      : this.publish("/cmd_vel", TWIST, twist);
   }
 
   hint(pose: PlanarPose, sigma: number, headingSigma: number): boolean {
     const covariance = Array<number>(36).fill(0);
     covariance[0] = covariance[7] = sigma * sigma;
     covariance[35] = headingSigma * headingSigma;
-    return this.#publish("/initialpose", HINT, {
+    return this.publish("/initialpose", HINT, {
       header: { frame_id: "map" },
       pose: { pose: poseMessage(pose), covariance },
     });
@@ -125,10 +125,7 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
   }
 
   step(goal: StepGoal, listener: StepListener): (() => void) | undefined {
-    if (!this.#parts.flows()) {
-      return undefined;
-    }
-    return this.#goals.send("/move", "farsteer_msgs/action/Move", goal, {
+    return this.goal("/move", "farsteer_msgs/action/Move", goal, {
       feedback: (values) => {
         const progress = check(readStepProgress, values);
         if (progress.ok) {
@@ -141,6 +138,11 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
         listener.ended(end?.ok === true ? end.value : { outcome: "", message: words, distance: 0, angle: 0, duration: 0 });
       },
     });
+  }
+
+  /** Send a goal of an action; returns what cancels it, or undefined if it cannot be sent now. */
+  goal(action: string, type: string, goal: object, listener: GoalListener): (() => void) | undefined {
+    return this.#parts.flows() ? this.#goals.send(action, type, goal, listener) : undefined;
   }
 
   async takePhoto(): Promise<PhotoAnswer> {
@@ -166,17 +168,18 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
    *
    * Others fill in their own: the names of a stamp's parts differ between ROS 1 and ROS 2.
    */
-  #header(): object {
+  header(frame = ""): object {
     if (this.#parts.state.dialect.peek() !== "farsteer") {
-      return {};
+      return frame === "" ? {} : { header: { frame_id: frame } };
     }
     const milliseconds = this.#parts.epoch();
     const sec = Math.floor(milliseconds / 1000);
     const nanosec = Math.min(999_999_999, Math.floor((milliseconds - 1000 * sec) * 1e6));
-    return { header: { stamp: { sec, nanosec }, frame_id: "" } };
+    return { header: { stamp: { sec, nanosec }, frame_id: frame } };
   }
 
-  #publish(name: string, type: string, message: object): boolean {
+  /** Publish a message; false if it cannot be sent now. */
+  publish(name: string, type: string, message: object): boolean {
     const ros = this.#ros;
     if (ros?.isConnected !== true || !this.#parts.flows()) {
       return false;

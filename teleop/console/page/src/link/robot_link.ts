@@ -20,7 +20,8 @@ import { MessageIntake } from "./message_intake";
 import { plainStreams } from "./plain_streams";
 import { RobotCommander } from "./robot_commander";
 import { RobotPicture } from "./robot_picture";
-import { robotStreams } from "./robot_streams";
+import { ARM_TOPIC, robotStreams } from "./robot_streams";
+import { robotWire, type RobotWire } from "./robot_wire";
 import { RosbridgeConnection } from "./rosbridge_connection";
 import { type NewRun, RunWatch } from "./run_watch";
 import { ServiceCalls } from "./service_calls";
@@ -36,6 +37,8 @@ const AWAKE = ["online", "pageshow", "focus"] as const;
 export class RobotLink {
   /** What the page can ask of the robot. */
   readonly commands: RobotCommands & StepCommands & CameraCommands;
+  /** The robot by the names of its topics, for parts that are loaded later. */
+  readonly wire: RobotWire;
   readonly #statistics = signal<LinkStatistics>(new LinkRecorder(0).snapshot([], 0, 0));
   readonly #state: RobotState;
   readonly #events: (severity: Severity, words: string) => void;
@@ -159,6 +162,7 @@ export class RobotLink {
       epoch: parts.epoch,
     });
     this.commands = this.#commander;
+    this.wire = robotWire(this.#intake, this.#subscriptions, this.#calls, this.#commander);
     this.#probe = new LinkProbe(this.#calls, this.#recorder, state, parts.now, complain);
   }
 
@@ -263,6 +267,7 @@ export class RobotLink {
         this.#events("warning", linkTexts.events.plain);
       }
     }
+    this.#state.arm.value = dialect === "farsteer" && types?.has(ARM_TOPIC) === true;
     const settings = { lean: this.#lean, scan: this.#wantsScan, topics: types };
     this.#subscriptions.want(
       dialect === "farsteer"

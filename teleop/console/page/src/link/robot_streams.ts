@@ -29,7 +29,11 @@ const RATES = {
   control: [0, 200],
   inertial: [100, 250],
   truth: [100, 250],
+  joints: [50, 200],
 } as const;
+
+/** Topic that only a robot with an arm has. */
+export const ARM_TOPIC = "/arm/info";
 
 /** Topics that the page needs of any Farsteer robot. */
 export const CONTROL_TOPIC = "/teleop/state";
@@ -70,6 +74,9 @@ export function robotStreams(intake: MessageIntake, kinds: MessageKinds, setting
       )
       : intake.stream({ topic: "/local_cloud", type: "sensor_msgs/PointCloud2", ...live("cloud") }, kinds.cloud),
   ];
+  if (topics?.has(ARM_TOPIC) === true) {
+    streams.push(intake.stream({ topic: "/joint_states", type: "sensor_msgs/JointState", ...live("joints") }, kinds.joints));
+  }
   if (settings.scan) {
     streams.push(intake.stream({ topic: "/scan", type: "sensor_msgs/LaserScan", ...live("scan") }, kinds.scan));
   }

@@ -25,6 +25,7 @@ export class Subscriptions {
   readonly #active = new Map<string, Active>();
   #ros: Ros | undefined;
   #wanted: readonly Stream[] = [];
+  readonly #also = new Set<readonly Stream[]>();
 
   /** Listen on a new connection; none of the last one is left. */
   attach(ros: Ros): void {
@@ -42,6 +43,16 @@ export class Subscriptions {
   want(streams: readonly Stream[]): void {
     this.#wanted = streams;
     this.#update();
+  }
+
+  /** Listen to these topics as well, until the returned function is called. */
+  also(streams: readonly Stream[]): () => void {
+    this.#also.add(streams);
+    this.#update();
+    return () => {
+      this.#also.delete(streams);
+      this.#update();
+    };
   }
 
   /** Have the latched messages sent again. */
@@ -65,7 +76,7 @@ export class Subscriptions {
     if (ros === undefined) {
       return;
     }
-    const wanted = new Map(this.#wanted.map((stream) => [stream.topic, stream]));
+    const wanted = new Map([...this.#wanted, ...[...this.#also].flat()].map((stream) => [stream.topic, stream]));
     for (const [name, { stream, topic }] of [...this.#active]) {
       const now = wanted.get(name);
       if (now === undefined || !alike(now, stream)) {
@@ -73,7 +84,7 @@ export class Subscriptions {
         this.#active.delete(name);
       }
     }
-    for (const stream of this.#wanted) {
+    for (const stream of wanted.values()) {
       if (!this.#active.has(stream.topic)) {
         this.#active.set(stream.topic, { stream, topic: subscribe(ros, stream) });
       }

@@ -14,7 +14,7 @@ import { HintPanel } from "../panels/hint/hint_panel";
 import { LayersPanel, ViewSwitch } from "../panels/layers/layers_panel";
 import { LegendPanel } from "../panels/layers/legend_panel";
 import { StepsPanel } from "../panels/steps/steps_panel";
-import type { Layer } from "../scene/settings";
+import { viewsOf, type Layer } from "../scene/settings";
 import { LinkLamp, LinkPanel } from "../panels/link/link_panel";
 import { AboutDialog } from "../panels/session/about_dialog";
 import { SessionPanel } from "../panels/session/session_panel";
@@ -75,7 +75,7 @@ function Bar({ parts, layout, drawer, onDrawer }: BarProps) {
       <LinkLamp link={parts.statistics} state={state} />
       <HealthLamp state={state} />
       <span class="page-space" />
-      {layout !== "phone" && <ViewSwitch view={settings.view} />}
+      {layout !== "phone" && <ViewSwitch view={settings.view} views={viewsOf(state.arm.value)} />}
       {!scene.following.value && (
         <button type="button" onClick={() => { scene.recentre(); }}>{texts.follow}</button>
       )}
@@ -130,6 +130,7 @@ function Panels({ parts, layout }: LaidOut) {
         <Fold title={texts.folds.picture}>
           <LayersPanel
             settings={settings}
+            views={viewsOf(state.arm.value)}
             lean={state.dialect.value === "plain" ? undefined : { lean: parts.lean, setLean: parts.setLean }}
             absent={absentLayers(parts)}
           />

@@ -1,7 +1,7 @@
 /** Keys of the page that do not drive: the next view, and a hint. */
 
 import { dialogOpen, ownsKeys } from "../driving/key_bindings";
-import { VIEWS } from "../scene/settings";
+import { shownView, viewsOf } from "../scene/settings";
 import type { PageParts } from "./page_parts";
 
 /** Act on V and H wherever no field, dialog or hint takes keys. */
@@ -12,8 +12,9 @@ export function watchKeys({ settings, hint, state }: PageParts): void {
       return;
     }
     if (event.code === "KeyV") {
-      const next = (VIEWS.indexOf(settings.view.peek()) + 1) % VIEWS.length;
-      settings.view.value = VIEWS[next] ?? "chase";
+      const views = viewsOf(state.arm.peek());
+      const next = (views.indexOf(shownView(settings.view.peek(), state.arm.peek())) + 1) % views.length;
+      settings.view.value = views[next] ?? "chase";
     } else if (event.code === "KeyH" && state.session.peek()?.mayHint !== false) {
       hint.begin();
     }

@@ -50,6 +50,10 @@ export interface RobotState {
   readonly truth: Signal<StampedPose | undefined>;
   /** The robot's model as URDF. */
   readonly description: Signal<string | undefined>;
+  /** Whether the robot has an arm. */
+  readonly arm: Signal<boolean>;
+  /** Positions of the joints by their names [rad, m], of a robot with an arm. */
+  readonly joints: Signal<ReadonlyMap<string, number> | undefined>;
   /** The camera's newest picture, of a plain rosbridge that has one. */
   readonly image: Signal<CameraImage | undefined>;
   /** Addresses of a Farsteer robot's streams of pictures by name; undefined if it has no camera. */
@@ -82,15 +86,17 @@ export function unknownState(): RobotState {
     attitude: signal(undefined),
     truth: signal(undefined),
     description: signal(undefined),
+    arm: signal(false),
+    joints: signal(undefined),
     image: signal(undefined),
     videoSources: signal(undefined),
     time: signal(undefined),
   };
 }
 
-/** Forget all that belongs to a run of the robot; the connection and the dialect stay. */
+/** Forget all that belongs to a run of the robot; the connection, the dialect and what the robot is made of stay. */
 export function forgetRun(state: RobotState): void {
-  const { connection, dialect, run, session, candidates, ...rest } = state;
+  const { connection, dialect, run, session, arm, candidates, ...rest } = state;
   candidates.value = [];
   for (const part of Object.values(rest) as Signal<unknown>[]) {
     part.value = undefined;

@@ -21,7 +21,7 @@ export interface Orbit {
   readonly fieldOfView: number;
 }
 
-const DISTANCE_RANGE = [0.8, 2000] as const;
+const DISTANCE_RANGE = [0.3, 2000] as const;
 
 /** Return the direction of view. */
 export function direction({ azimuth, elevation }: Orbit): Vector3 {

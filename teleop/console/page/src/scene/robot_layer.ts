@@ -1,12 +1,12 @@
 /** The robot where it is said to be: body, ring, path, the ellipse of its covariance, and the truth in simulation. */
 
-import { AmbientLight, Color, DirectionalLight, Group, SRGBColorSpace, type Box3 } from "three";
+import { AmbientLight, Color, DirectionalLight, Group, SRGBColorSpace, type Box3, type Object3D } from "three";
 import type { PlanarCovariance, Pose } from "../values";
 import { ellipseOf, ellipseOutline, headingOf, SIGMAS_95_LINE } from "./geometry";
 import { FlatArrow } from "./flat_arrow";
 import { boxEdges, circle, arrow } from "./outline";
 import type { Rgb, SceneColours } from "./palette";
-import { disposeModel, robotModel, type RobotModel } from "./robot_model";
+import { disposeModel, moveJoints, robotModel, type RobotModel } from "./robot_model";
 import { joined, WideLine } from "./wide_line";
 import type { Viewport } from "./viewport";
 
@@ -21,7 +21,7 @@ const MARK = 30;
 export class RobotLayer {
   readonly object = new Group();
   /** Body and ring, moved with the robot. */
-  readonly #body = new Group();
+  readonly body = new Group();
   readonly #path = new WideLine(PATH_POINTS, { width: 3.5 });
   readonly #ellipse = new WideLine(80, { width: 2, overlaid: true });
   readonly #ring = new WideLine(80, { width: 3, overlaid: true });
@@ -36,8 +36,8 @@ export class RobotLayer {
     const sun = new DirectionalLight(0xffffff, 2);
     sun.position.set(-2, 3, 6);
     this.object.add(new AmbientLight(0xffffff, 1.3), sun);
-    this.#body.add(this.#model.object, this.#ring.object, this.#mark.object);
-    this.object.add(this.#body, this.#path.object, this.#ellipse.object, this.#truth.object);
+    this.body.add(this.#model.object, this.#ring.object, this.#mark.object);
+    this.object.add(this.body, this.#path.object, this.#ellipse.object, this.#truth.object);
     this.#ring.set(ring(this.#model.box));
     this.#truth.visible = false;
   }
@@ -47,23 +47,33 @@ export class RobotLayer {
     return this.#model.box;
   }
 
+  /** The body as it is drawn. */
+  get model(): Object3D {
+    return this.#model.object;
+  }
+
   get #lines(): readonly WideLine[] {
     return [this.#path, this.#ellipse, this.#ring, this.#truth];
   }
 
   setModel(urdf: string | undefined): void {
-    this.#body.remove(this.#model.object);
+    this.body.remove(this.#model.object);
     disposeModel(this.#model);
     this.#model = robotModel(urdf);
-    this.#body.add(this.#model.object);
+    this.body.add(this.#model.object);
     this.#ring.set(ring(this.#model.box));
+  }
+
+  /** Put the joints where they are [rad, m]. */
+  setJoints(positions: ReadonlyMap<string, number>): void {
+    moveJoints(this.#model.object, positions);
   }
 
   /** Put the body at a pose in the map, or hide it. */
   setPose(pose: Pose | undefined): void {
-    this.#body.visible = pose !== undefined;
+    this.body.visible = pose !== undefined;
     if (pose !== undefined) {
-      place(this.#body, pose);
+      place(this.body, pose);
     }
   }
 

@@ -3,7 +3,7 @@
 import {
   Box3, BoxGeometry, BufferGeometry, Color, CylinderGeometry, Group, LinearSRGBColorSpace, Mesh, MeshLambertMaterial, MeshPhongMaterial, SRGBColorSpace, type Object3D,
 } from "three";
-import URDFLoader from "urdf-loader";
+import URDFLoader, { type URDFJoint } from "urdf-loader";
 
 /** Longer models are not robots of boxes and cylinders. */
 const LONGEST_URDF = 500_000;
@@ -20,12 +20,15 @@ export interface Paint {
   readonly colour: Color;
 }
 
-/** A body, what it is painted with, and its extent in its own frame [m]. */
+/** A body, what it is painted with, and its extent in its own frame [m], without limbs that reach out of it. */
 export interface RobotModel {
   readonly object: Object3D;
   readonly paints: readonly Paint[];
   readonly box: Box3;
 }
+
+/** Joints by which a limb moves; wheels are continuous. */
+const LIMBS = ["revolute", "prismatic"];
 
 /** Return the model of a URDF, or that of an unknown robot if it is missing or cannot be shown. */
 export function robotModel(urdf: string | undefined): RobotModel {
@@ -75,7 +78,38 @@ function repainted(object: Object3D): RobotModel {
       paints.push({ material, colour });
     }
   });
-  return { object, paints, box: new Box3().setFromObject(object) };
+  return { object, paints, box: bodyBox(object) };
+}
+
+/** Return the extent of all parts that no limb carries. */
+function bodyBox(object: Object3D, box = new Box3()): Box3 {
+  if (object instanceof Mesh) {
+    box.expandByObject(object);
+  }
+  for (const child of object.children) {
+    if (!isJoint(child) || !LIMBS.includes(child.jointType)) {
+      bodyBox(child, box);
+    }
+  }
+  return box;
+}
+
+/** Put the joints of a model at these positions by their names [rad, m]; true if one of them moved. */
+export function moveJoints(model: Object3D, positions: ReadonlyMap<string, number>): boolean {
+  let moved = false;
+  model.traverse((part) => {
+    const position = isJoint(part) ? positions.get(part.name) : undefined;
+    if (isJoint(part) && position !== undefined) {
+      // A joint that was measured beyond its limit stands there.
+      part.ignoreLimits = true;
+      moved = part.setJointValue(position) || moved;
+    }
+  });
+  return moved;
+}
+
+function isJoint(part: Object3D): part is URDFJoint {
+  return "isURDFJoint" in part;
 }
 
 /** A body of a usual size for a robot that says nothing of its own: a red box with a light bar in front. */

@@ -1,7 +1,7 @@
 /** The picture: map, robot and what it sees, in three views. Reads the robot's state; asks for nothing. */
 
 import { computed, effect, signal, untracked, type ReadonlySignal, type Signal } from "@preact/signals";
-import { Color, SRGBColorSpace } from "three";
+import { Color, SRGBColorSpace, type Object3D } from "three";
 import type { RobotState } from "../robot/robot_state";
 import { sceneTexts } from "../texts/scene";
 import type { PlanarPose, Pose } from "../values";
@@ -13,11 +13,12 @@ import { isDoubtful, WAITING_RADIUS, waitingPose, worldBounds, worldFromBase } f
 import { placeCamera } from "./orbit";
 import { COLOURS } from "./palette";
 import { floorHit, nearest } from "./picking";
-import type { SceneSettings } from "./settings";
+import { shownView, type SceneSettings } from "./settings";
 import { depend, onReducedMotion } from "./reactions";
 import { SmoothPose } from "./smooth_pose";
 import { Stage } from "./stage";
 import { ViewRig } from "./view_rig";
+import type { Workshop } from "./workshop";
 import { World } from "./world";
 
 /** Radians that a pixel of dragging turns the view. */
@@ -43,6 +44,8 @@ export class Scene {
   readonly following: ReadonlySignal<boolean>;
   /** One sentence on what is wrong with the picture, with the way out; empty while all is well. */
   readonly trouble: ReadonlySignal<string>;
+  /** For parts that are loaded later and draw into the picture. */
+  readonly workshop: Workshop;
   readonly #following = signal(true);
   readonly #state: RobotState;
   readonly #settings: SceneSettings;
@@ -83,7 +86,13 @@ export class Scene {
       zoom: (factor, x, y) => { this.#moved(() => { this.#rig.zoom(factor, this.floorPoint(x, y)); }); },
       recentre: () => { this.recentre(); },
     });
-    this.#watch();
+    const model = signal<Object3D>(this.#world.robot.model);
+    this.workshop = {
+      canvas, camera: this.#stage.camera, world: this.#stage.scene, base: this.#world.robot.body, model,
+      draw: () => { this.#stage.invalidate(); },
+      holdView: (held) => { this.setInteraction(held ? "hint" : "camera"); },
+    };
+    this.#watch(model);
   }
 
   /** Return the place in the map [m] on the robot's floor that is drawn here, or undefined above the horizon. */
@@ -99,7 +108,7 @@ export class Scene {
     return nearest(this.#world.hypotheses.centres(), this.#stage.camera, clientX - left, clientY - top, within, this.#stage.size);
   }
 
-  /** Leave pointers to the hint, with the view held still, or take them back for the camera. */
+  /** Leave pointers to a hint or a hand, with the view held still, or take them back for the camera. */
   setInteraction(interaction: "camera" | "hint"): void {
     this.#control.enabled = interaction === "camera";
     this.#rig.mayFollow = interaction === "camera";
@@ -133,7 +142,7 @@ export class Scene {
   }
 
   /** Let each change of the state or the settings reach its layer, and have a frame drawn. */
-  #watch(): void {
+  #watch(model: Signal<Object3D>): void {
     const [state, settings] = [this.#state, this.#settings];
     const on = (reaction: () => void): void => {
       this.#stops.push(effect(() => {
@@ -151,7 +160,9 @@ export class Scene {
     on(() => {
       this.#world.robot.setModel(state.description.value);
       untracked(() => { this.#paint(); });
+      model.value = this.#world.robot.model;
     });
+    on(() => { this.#world.robot.setJoints(state.joints.value ?? new Map()); depend(model); });
     on(() => {
       // A new run: nothing of the last one stays.
       depend(state.run);
@@ -159,7 +170,7 @@ export class Scene {
       this.#world.live.clear();
       this.showGhost(undefined);
     });
-    on(() => { this.#rig.setView(settings.view.value); this.#following.value = this.#rig.following; });
+    on(() => { this.#rig.setView(shownView(settings.view.value, state.arm.value)); this.#following.value = this.#rig.following; });
     on(() => { this.#setPose(); });
     on(() => {
       this.#world.live.setCloud(state.cloud.value, this.#place.peek(), performance.now(), settings.decay.peek());

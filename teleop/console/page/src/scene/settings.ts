@@ -3,9 +3,19 @@
 import type { Signal } from "@preact/signals";
 import { browserKeeper, remembered, type Keeper } from "./remembered";
 
-export const VIEWS = ["chase", "top", "first"] as const;
-/** From behind the robot, from above with north (y) up, or with the robot's eyes. */
+export const VIEWS = ["chase", "top", "first", "arm"] as const;
+/** From behind the robot, from above with north (y) up, with the robot's eyes, or near its arm. */
 export type View = (typeof VIEWS)[number];
+
+/** Return the views of a robot: one without an arm has none of it. */
+export function viewsOf(arm: boolean): readonly View[] {
+  return VIEWS.filter((view) => view !== "arm" || arm);
+}
+
+/** Return the view that is shown of a robot when this one is chosen. */
+export function shownView(chosen: View, arm: boolean): View {
+  return viewsOf(arm).includes(chosen) ? chosen : "chase";
+}
 
 export const THEMES = ["day", "night"] as const;
 export type Theme = (typeof THEMES)[number];

@@ -1,4 +1,4 @@
-/** The three views: where the camera should be, given the robot, the map and what the person turned and moved. */
+/** The views: where the camera should be, given the robot, the map and what the person turned and moved. */
 
 import type { PlanarPose, Vector3 } from "../values";
 import { approach, wrap, type Bounds } from "./geometry";
@@ -24,7 +24,12 @@ const NO_WORLD: Bounds = { min: { x: -4, y: -4, z: 0 }, max: { x: 4, y: 4, z: 1 
 /** Room around the whole map. */
 const MARGIN = 1.06;
 
+/** The place that the view of the arm looks at, in the robot's frame: where a gripper before the bumper works [m]. */
+const WORKPLACE = { ahead: 0.5, up: 0.15 };
+
 interface Habit {
+  /** Direction of view less the robot's heading [rad]. */
+  readonly turn: number;
   readonly elevation: number;
   readonly elevations: readonly [number, number];
   readonly distance: number;
@@ -32,9 +37,10 @@ interface Habit {
 }
 
 const HABITS: Readonly<Record<View, Habit>> = {
-  chase: { elevation: 33 * DEGREE, elevations: [4 * DEGREE, 89 * DEGREE], distance: 4.9, fieldOfView: 50 * DEGREE },
-  top: { elevation: 90 * DEGREE, elevations: [90 * DEGREE, 90 * DEGREE], distance: 62, fieldOfView: 18 * DEGREE },
-  first: { elevation: 6 * DEGREE, elevations: [-60 * DEGREE, 60 * DEGREE], distance: 0.001, fieldOfView: 75 * DEGREE },
+  chase: { turn: 0, elevation: 33 * DEGREE, elevations: [4 * DEGREE, 89 * DEGREE], distance: 4.9, fieldOfView: 50 * DEGREE },
+  top: { turn: 0, elevation: 90 * DEGREE, elevations: [90 * DEGREE, 90 * DEGREE], distance: 62, fieldOfView: 18 * DEGREE },
+  first: { turn: 0, elevation: 6 * DEGREE, elevations: [-60 * DEGREE, 60 * DEGREE], distance: 0.001, fieldOfView: 75 * DEGREE },
+  arm: { turn: -55 * DEGREE, elevation: 28 * DEGREE, elevations: [2 * DEGREE, 89 * DEGREE], distance: 1.15, fieldOfView: 42 * DEGREE },
 };
 
 /** What the person changed about a view. */
@@ -58,7 +64,7 @@ export class ViewRig {
   #camera: Anchor | undefined;
   #free: Vector3 = { x: 0, y: 0, z: 0 };
   #freeAzimuth = Math.PI / 2;
-  readonly #wishes: Record<View, Wish> = { chase: wishOf("chase"), top: wishOf("top"), first: wishOf("first") };
+  readonly #wishes: Record<View, Wish> = { chase: wishOf("chase"), top: wishOf("top"), first: wishOf("first"), arm: wishOf("arm") };
   #from: Orbit | undefined;
   #progress = 1;
 
@@ -233,9 +239,9 @@ export class ViewRig {
     };
   }
 
-  /** First person without a place is the chase view of the whole map. */
+  /** First person and the arm without a place are the chase view of the whole map. */
   #seen(): View {
-    return this.#view === "first" && this.#camera === undefined ? "chase" : this.#view;
+    return (this.#view === "first" || this.#view === "arm") && this.#camera === undefined ? "chase" : this.#view;
   }
 
   #wanted(): Orbit {
@@ -252,15 +258,16 @@ export class ViewRig {
       return view === "top" ? { ...whole, target: this.#uncovered(whole.target, distance) } : whole;
     }
     if (view === "first") {
-      const eye = { x: robot.x + 0.1 * Math.cos(robot.yaw), y: robot.y + 0.1 * Math.sin(robot.yaw), z: robot.z + EYE_HEIGHT };
-      return { ...shared, target: eye, azimuth: robot.yaw + wish.turn, distance: habit.distance };
+      return { ...shared, target: ahead(robot, 0.1, EYE_HEIGHT), azimuth: robot.yaw + wish.turn, distance: habit.distance };
     }
     if (view === "top") {
       return { ...shared, ...this.#fromAbove(robot, wish.distance), azimuth: Math.PI / 2 + wish.turn };
     }
+    if (view === "arm") {
+      return { ...shared, target: ahead(robot, WORKPLACE.ahead, WORKPLACE.up), azimuth: robot.yaw + wish.turn, distance: wish.distance };
+    }
     // Looking a little ahead of the robot leaves more of the picture to where it is going.
-    const target = { x: robot.x + 0.8 * Math.cos(robot.yaw), y: robot.y + 0.8 * Math.sin(robot.yaw), z: robot.z + 0.2 };
-    return { ...shared, target, azimuth: robot.yaw + wish.turn, distance: wish.distance };
+    return { ...shared, target: ahead(robot, 0.8, 0.2), azimuth: robot.yaw + wish.turn, distance: wish.distance };
   }
 
   /** The whole map until a person zooms in on the robot; of a map that is too large, the robot's surroundings. */
@@ -279,7 +286,12 @@ export class ViewRig {
 }
 
 function wishOf(view: View): Wish {
-  return { turn: 0, elevation: HABITS[view].elevation, distance: HABITS[view].distance };
+  return { turn: HABITS[view].turn, elevation: HABITS[view].elevation, distance: HABITS[view].distance };
+}
+
+/** Return a place before the robot. */
+function ahead({ x, y, z, yaw }: Anchor, distance: number, up: number): Vector3 {
+  return { x: x + distance * Math.cos(yaw), y: y + distance * Math.sin(yaw), z: z + up };
 }
 
 function middle({ min, max }: Bounds): Vector3 {

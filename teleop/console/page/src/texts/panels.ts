@@ -121,7 +121,7 @@ export const sessionTexts = {
 export const layerTexts = {
   title: "Picture",
   view: "View",
-  views: { chase: "Behind", top: "Above", first: "On board" },
+  views: { chase: "Behind", top: "Above", first: "On board", arm: "Arm" },
   theme: "Colours",
   themes: { day: "Day", night: "Night" },
   pointSize: "Size of the points",

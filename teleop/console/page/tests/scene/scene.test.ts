@@ -1,8 +1,9 @@
+import { Quaternion, Vector3 } from "three";
 import { afterEach, describe, expect, points, test, vi } from "./tools";
 import { forgetRun, unknownState, type RobotState } from "../../src/robot/robot_state";
-import { robotModel } from "../../src/scene/robot_model";
+import { moveJoints, robotModel } from "../../src/scene/robot_model";
 import { Scene } from "../../src/scene/scene";
-import { sceneSettings } from "../../src/scene/settings";
+import { sceneSettings, shownView, viewsOf } from "../../src/scene/settings";
 import { waitingPose, worldBounds, worldFromBase } from "../../src/scene/located";
 import { SmoothPose } from "../../src/scene/smooth_pose";
 import { sceneTexts } from "../../src/texts/scene";
@@ -112,6 +113,33 @@ describe("the robot as it is drawn", () => {
     expect(smooth.advance(60)).toBe(false);
     smooth.set(pose(10, 0), false);
     expect(smooth.position.x).toBe(10);
+  });
+});
+
+const WITH_ARM = URDF.replace("</robot>", `
+  <link name="tool0"><visual><geometry><box size="1 0.1 0.1"/></geometry></visual></link>
+  <joint name="shoulder" type="revolute"><parent link="mast"/><child link="tool0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1"/></joint>
+</robot>`);
+
+describe("an arm", () => {
+  test("stands where its joints are, beyond a limit too, and does not count as body", () => {
+    const { object, box } = robotModel(WITH_ARM);
+    expect(box).toEqual(robotModel(URDF).box);
+    expect(moveJoints(object, new Map([["shoulder", 1.2], ["elsewhere", 1]]))).toBe(true);
+    expect(moveJoints(object, new Map([["shoulder", 1.2]]))).toBe(false);
+    const tool = object.getObjectByName("tool0");
+    expect(tool?.getWorldDirection(new Vector3()).z).toBeCloseTo(1, 6);
+    expect(new Vector3(1, 0, 0).applyQuaternion(tool?.getWorldQuaternion(new Quaternion()) ?? new Quaternion()).y).toBeCloseTo(Math.sin(1.2), 6);
+  });
+
+  test("is in the picture, with a view of its own", () => {
+    const { scene: picture, state } = scene();
+    state.description.value = WITH_ARM;
+    state.joints.value = new Map([["shoulder", 0.5]]);
+    expect(picture.workshop.model.value.getObjectByName("shoulder")).toMatchObject({ angle: 0.5 });
+    expect(viewsOf(false)).toEqual(["chase", "top", "first"]);
+    expect(shownView("arm", false)).toBe("chase");
+    expect(shownView("arm", true)).toBe("arm");
   });
 });
 

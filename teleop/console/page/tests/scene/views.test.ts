@@ -96,7 +96,7 @@ describe("the views", () => {
     const rig = new ViewRig();
     rig.setAspect(1.6);
     rig.setWorld(WORLD);
-    for (const view of ["chase", "top", "first"] as const) {
+    for (const view of ["chase", "top", "first", "arm"] as const) {
       rig.setView(view);
       const camera = cameraOf(settle(rig));
       for (const [x, y] of [[0, 0], [26, 0], [26, 16], [0, 16]] as const) {
@@ -119,6 +119,9 @@ describe("the views", () => {
     expect(rig.isInside).toBe(true);
     expect(settle(rig).distance).toBeLessThan(0.01);
     expect(settle(rig).azimuth).toBeCloseTo(1, 6);
+    rig.setView("arm");
+    expect(settle(rig).target.x).toBeCloseTo(5 + 0.5 * Math.cos(1), 2);
+    expect(settle(rig).distance).toBeLessThan(1.5);
   });
 
   test("show the whole map from above, and the robot once a person zooms in", () => {

@@ -7,6 +7,7 @@ import { headerFrame, headerStamp, pose } from "./geometry";
 const MOST_BEAMS = 100_000;
 const MOST_CELLS = 64 * 1024 * 1024;
 const LONGEST_PICTURE = 16 * 1024 * 1024;
+const MOST_JOINTS = 1000;
 
 /** `sensor_msgs/LaserScan` as points in the scanner's frame; beams without a return are left out. */
 export function readLaserScan(message: Field, receivedAt: number): CloudPoints {
@@ -62,4 +63,14 @@ export function readCompressedImage(message: Field): { readonly type: string; re
   // Formats are "jpeg", "png" or, of image_transport, "rgb8; jpeg compressed bgr8".
   const type = format.includes("png") ? "image/png" : /jpe?g/.test(format) ? "image/jpeg" : undefined;
   return type === undefined ? message.at("format").fail("is neither JPEG nor PNG") : { type, data };
+}
+
+/** `sensor_msgs/JointState`: positions by the joints' names; a joint without a position is left out. */
+export function readJoints(message: Field): ReadonlyMap<string, number> {
+  const names = message.at("name").list(MOST_JOINTS).map((name) => name.text());
+  const positions = message.at("position").numbers(MOST_JOINTS);
+  if (positions.length !== names.length && positions.length > 0) {
+    message.at("position").fail("does not have a number for each name");
+  }
+  return new Map(names.map((name, at) => [name, positions[at] ?? NaN] as const).filter(([, position]) => Number.isFinite(position)));
 }

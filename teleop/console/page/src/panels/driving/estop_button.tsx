@@ -3,7 +3,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import type { Driving } from "../../driving/driving";
 import { drivingTexts as texts } from "../../texts/driving";
-import type { DrivingProps } from "./status_panel";
+import type { DrivingProps } from "./driving_props";
 
 export function EstopButton({ driving, state }: DrivingProps) {
   const latched = state.control.value?.estop === true;

@@ -1,6 +1,7 @@
 /** The components of driving. */
 
-export { DrivingPanel, type DrivingProps } from "./status_panel";
+export type { DrivingProps } from "./driving_props";
+export { DrivingPanel } from "./status_panel";
 export { EstopButton } from "./estop_button";
 export { GearSwitch } from "./gear_switch";
 export { MappingPage, type MappingPageProps } from "./mapping_page";

@@ -1,7 +1,7 @@
 /** The question that comes before driving a robot that nothing guards. */
 
 import { drivingTexts as texts } from "../../texts/driving";
-import type { DrivingProps } from "./status_panel";
+import type { DrivingProps } from "./driving_props";
 
 export function PlainWarning({ driving, state }: DrivingProps) {
   if (state.dialect.value !== "plain" || driving.plainConfirmed.value) {

@@ -4,12 +4,8 @@ import type { Driving } from "../../driving/driving";
 import { inOurWords } from "../../driving/robot_reasons";
 import type { RobotState } from "../../robot/robot_state";
 import { drivingTexts as texts } from "../../texts/driving";
+import type { DrivingProps } from "./driving_props";
 import { PlainWarning } from "./plain_warning";
-
-export interface DrivingProps {
-  readonly driving: Driving;
-  readonly state: RobotState;
-}
 
 export function DrivingPanel({ driving, state }: DrivingProps) {
   const { words, remedy, tone } = driving.status.value;

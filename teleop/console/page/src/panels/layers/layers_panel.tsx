@@ -3,7 +3,7 @@
 import type { ReadonlySignal, Signal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import {
-  DECAY_RANGE, LAYERS, POINT_SIZE_RANGE, THEMES, VIEWS, withLayer, type Layer, type SceneSettings,
+  DECAY_RANGE, LAYERS, POINT_SIZE_RANGE, THEMES, viewsOf, withLayer, type Layer, type SceneSettings, type View,
 } from "../../scene/settings";
 import { layerTexts as texts } from "../../texts/panels";
 import { Panel } from "../panel";
@@ -16,15 +16,17 @@ export interface LeanSetting {
 
 export interface LayersPanelProps {
   readonly settings: SceneSettings;
+  /** Views that are offered; those of a robot without an arm by default. */
+  readonly views?: readonly View[];
   readonly lean?: LeanSetting | undefined;
   /** Layers that the robot has nothing for, such as the truth of a real one; they are not offered. */
   readonly absent?: readonly Layer[];
 }
 
-export function LayersPanel({ settings, lean, absent = [] }: LayersPanelProps) {
+export function LayersPanel({ settings, views, lean, absent = [] }: LayersPanelProps) {
   return (
     <Panel title={texts.title} name="layers">
-      <ViewSwitch view={settings.view} />
+      <ViewSwitch view={settings.view} {...(views && { views })} />
       <Choice title={texts.theme} options={THEMES} names={texts.themes} chosen={settings.theme} />
       <Slider title={texts.pointSize} value={settings.pointSize} range={POINT_SIZE_RANGE} step={0.1} words={texts.factor} />
       <Slider title={texts.decay} value={settings.decay} range={DECAY_RANGE} step={1} words={texts.seconds} />
@@ -57,9 +59,9 @@ export function LayersPanel({ settings, lean, absent = [] }: LayersPanelProps) {
   );
 }
 
-/** The three views of the picture, also for the page's bar. */
-export function ViewSwitch({ view }: { view: SceneSettings["view"] }) {
-  return <Choice title={texts.view} options={VIEWS} names={texts.views} chosen={view} />;
+/** The views of the picture, also for the page's bar. */
+export function ViewSwitch({ view, views = viewsOf(false) }: { view: SceneSettings["view"]; views?: readonly View[] }) {
+  return <Choice title={texts.view} options={views} names={texts.views} chosen={view} />;
 }
 
 function Choice<T extends string>(
