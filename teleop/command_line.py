@@ -10,15 +10,17 @@ import tyro
 from localization.cli.calibrate import Calibrate
 from localization.cli.localize import Localize
 from localization.cli.terminal import fitted
-from teleop.bridges.commands import KafkaBridge, KafkaRest
+from teleop.bridges.commands import KafkaBridge, KafkaRest, ServoBridge
 from teleop.console.commands import Console
 from teleop.operator.commands import Operate
+from teleop.robot.arm_command import Arm
+from teleop.robot.board_command import ServoBoardCommand
 from teleop.robot.commands import Serve, Validate
-from teleop.scenario.commands import Evaluate, Sim
 from teleop.scenario.fuzzing.commands import Fuzz
 from teleop.scenario.precision.command import Precision
 from teleop.scenario.scenario_command import Scenarios
 from teleop.scenario.sweeps.command import Sweep
+from teleop.scenario.tour.command import Evaluate, Sim
 from teleop.scenario.whatif.command import WhatIf
 from teleop.world_building.map_command import Map
 from teleop.world_building.world_command import Worlds
@@ -35,6 +37,9 @@ COMMANDS: Final = {
     "operate": Operate,
     "kafka-bridge": KafkaBridge,
     "kafka-rest": KafkaRest,
+    "arm": Arm,
+    "servo-bridge": ServoBridge,
+    "servo-board": ServoBoardCommand,
     "validate": Validate,
     "scenario": Scenarios,
     "sweep": Sweep,
@@ -56,6 +61,9 @@ Command: TypeAlias = (
     | Annotated[Operate, tyro.conf.subcommand("operate")]
     | Annotated[KafkaBridge, tyro.conf.subcommand("kafka-bridge")]
     | Annotated[KafkaRest, tyro.conf.subcommand("kafka-rest")]
+    | Annotated[Arm, tyro.conf.subcommand("arm")]
+    | Annotated[ServoBridge, tyro.conf.subcommand("servo-bridge")]
+    | Annotated[ServoBoardCommand, tyro.conf.subcommand("servo-board")]
     | Annotated[Validate, tyro.conf.subcommand("validate")]
     | Annotated[Scenarios, tyro.conf.subcommand("scenario")]
     | Annotated[Sweep, tyro.conf.subcommand("sweep")]
@@ -107,12 +115,15 @@ examples:
                                      watch it in rerun, drive it by keyboard
   farsteer kafka-bridge --brokers localhost:9092
                                      drive a robot by step commands of a topic
+  farsteer servo-bridge ws://host:9090 --port /dev/ttyUSB0
+                                     an Arduino's servos do what its arm does
   farsteer scenario run office-visit --client "npm run e2e"
                                      judge a client of your own; see report.html
   farsteer sweep office-visit --over link.delay=0:0.4:0.1 --stale on
                                      the same over delays and seeds
   farsteer whatif runs/x --at 41.2 --delay 0.5
                                      what if the link had been slower then?
+  farsteer arm torque                what the arm's servos bear, and carry
   farsteer precision --surface carpet
                                      how exact steps of the robot are
 

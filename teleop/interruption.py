@@ -1,21 +1,28 @@
 """Ctrl-C before a command handles it itself: it must not be lost, nor taken for a defect.
 
-A KeyboardInterrupt may be: Python drops what a callback of a weak reference raises, and compiled modules turn it into
-errors of their own.
+A KeyboardInterrupt may be: Python drops what a callback of a weak reference raises, and compiled modules drop it or
+turn it into errors of their own.
 """
 
 from __future__ import annotations
 
 import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
 
 _RETRY: Final = 0.02
-"""Time between looks whether an import is over [s]."""
+"""Time after which it is raised again where an import held it up, or where it was dropped [s]."""
 
 
 class Interruption:
-    """Raises KeyboardInterrupt upon Ctrl-C, but not while a module is being imported, and remembers that it did."""
+    """Raises KeyboardInterrupt upon Ctrl-C, but not while a module is being imported, and again if it was dropped."""
 
     def __init__(self) -> None:
         self.raised = False
@@ -25,6 +32,7 @@ class Interruption:
         """Handle Ctrl-C from now on, until an event loop does; where a shell has it ignored, it stays so."""
         if hasattr(signal, "setitimer"):
             signal.signal(signal.SIGALRM, _raise_again)
+            sys.unraisablehook = _raise_what_was_dropped
         if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
             signal.signal(signal.SIGINT, self._interrupt)
 
@@ -34,6 +42,28 @@ class Interruption:
             return
         self.raised = True
         signal.default_int_handler(number, frame)
+
+
+@contextmanager
+def left_to_event_loops() -> Iterator[None]:
+    """Have ``asyncio.Runner`` take Ctrl-C: it ends its task between two callbacks, never in the middle of a tick."""
+    handler = signal.getsignal(signal.SIGINT)
+    ours = isinstance(getattr(handler, "__self__", None), Interruption)
+    if not ours or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
+def _raise_what_was_dropped(dropped: UnraisableHookArgs) -> None:
+    if issubclass(dropped.exc_type, KeyboardInterrupt):
+        signal.setitimer(signal.ITIMER_REAL, _RETRY)
+    else:
+        sys.__unraisablehook__(dropped)
 
 
 def _raise_again(_number: int, _frame: FrameType | None) -> None:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from localization.types import Pose
-from teleop.operator.display.message_decoding import stamp_of
+from teleop.operator.message_decoding import stamp_of
 from teleop.operator.named_places import scene_places
 from teleop.operator.operator_client import OperatorClient
+from teleop.operator.robot_state.event_list import EventList
 from teleop.operator.robot_state.hint_verdicts import TAKEN, SentHint
-from teleop.operator.terminal.event_list import EventList
 
 
 class HintDesk:

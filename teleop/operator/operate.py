@@ -21,8 +21,8 @@ from teleop.operator.named_places import pose_of, read_places
 from teleop.operator.operate_config import OperateConfig
 from teleop.operator.operator_client import CAMERA, TOPICS, WATCHED, OperatorClient
 from teleop.operator.operator_session import OperatorSession
+from teleop.operator.robot_state.event_list import EventList
 from teleop.operator.robot_state.link_words import plain_reason
-from teleop.operator.terminal.event_list import EventList
 from teleop.rosbridge.client.client import Client
 from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 

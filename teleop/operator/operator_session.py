@@ -18,8 +18,8 @@ from teleop.operator.display.threaded_display import LiveDisplayProtocol
 from teleop.operator.hint_desk import HintDesk
 from teleop.operator.map_download import MapLibrary
 from teleop.operator.operator_client import OperatorClient
+from teleop.operator.robot_state.event_list import EventList
 from teleop.operator.robot_state.station_view import StationView
-from teleop.operator.terminal.event_list import EventList
 from teleop.operator.terminal.hint_prompt import HintPrompt
 from teleop.operator.terminal.terminal import Terminal, key_terminal
 from teleop.operator.terminal.terminal_panel import Panel, panel_lines

@@ -21,23 +21,20 @@ from websockets.exceptions import ConnectionClosed
 
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
-from localization.pipeline.localizer import Localizer
 from localization.types import Hint
-from robot_sim import Simulation, World
-from teleop.interfaces import registry
+from robot_sim import World
+from teleop.robot.assembly import RobotParts, build_stepped_robot
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.inbox import PoseHint
-from teleop.robot.lockstep_service import LockstepService, offer_in_lockstep
+from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.robot import Robot
+from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
-from teleop.robot.serving.serve import serve
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.topics.topic_table import OUTPUTS
-from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.cbor import read_cbor
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
-from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -257,13 +254,11 @@ class Rig:
 @asynccontextmanager
 async def lockstep(world: World, cloud: Cloud, cache: Path, *, seed: int = 0) -> AsyncIterator[Rig]:
     """Serve a robot whose time passes only when a client asks."""
-    simulation = Simulation(world, seed=seed)
-    robot = Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
-    protocol = Protocol(registry(), limits=ClientLimits.unhurried())
-    server = Server(protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
-    stepper = offer_in_lockstep(robot, server, cloud)
-    async with server:
-        yield Rig(robot, server, stepper.adapter, stepper)
+    prepared, config = prepare(cloud, cache=cache), ServeConfig(port=0, lockstep=True)
+    stepped = build_stepped_robot(RobotParts(world, seed), cloud, prepared, config)
+    stepper = LockstepService(stepped)
+    async with stepped.gateway.server as server:
+        yield Rig(stepped.robot, server, stepper.adapter, stepper)
 
 
 class Robots(typing.Protocol):

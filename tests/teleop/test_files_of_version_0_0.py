@@ -10,8 +10,8 @@ import pytest
 from teleop.joystick import JoystickLayout, read_joy
 from teleop.robot.serving.server_setup import ROLES
 from teleop.rosbridge import Role, read_credentials
-from teleop.scenario.run_report import summary_table
-from teleop.scenario.run_summary import read_summary
+from teleop.scenario.tour.report import summary_table
+from teleop.scenario.tour.summary import read_summary
 
 WRITTEN = Path(__file__).parents[1] / "data/written_by_0_0"
 RUN = WRITTEN / "run"

@@ -51,6 +51,43 @@ def test_ctrl_c_waits_for_the_end_of_an_import(tmp_path: Path) -> None:
 
 
 @pytest.mark.process
+def test_ctrl_c_that_was_dropped_is_raised_again_without_a_word(tmp_path: Path) -> None:
+    (tmp_path / "interrupted.py").write_text("complete = True\n")
+    drop = (
+        "import signal, weakref\n"
+        "    class Thing: pass\n"
+        "    thing = Thing()\n"
+        "    reference = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGINT))\n"
+        "    del thing\n"
+        "    time.sleep(60)"
+    )
+    assert run(tmp_path, WAIT.replace("time.sleep(60)", drop)) == "True True\n"
+
+
+@pytest.mark.process
+def test_ctrl_c_ends_a_task_between_two_callbacks(tmp_path: Path) -> None:
+    code = """
+import asyncio, signal
+from teleop.interruption import Interruption, left_to_event_loops
+Interruption().handle()
+async def main():
+    try:
+        signal.raise_signal(signal.SIGINT)
+        print("whole")
+        await asyncio.sleep(60)
+    finally:
+        await asyncio.sleep(0)
+        print("ended")
+try:
+    with left_to_event_loops(), asyncio.Runner() as runner:
+        runner.run(main())
+except KeyboardInterrupt:
+    print("interrupted", type(signal.getsignal(signal.SIGINT).__self__).__name__)
+"""
+    assert run(tmp_path, code) == "whole\nended\ninterrupted Interruption\n"
+
+
+@pytest.mark.process
 def test_ctrl_c_outside_of_imports_is_raised_at_once(tmp_path: Path) -> None:
     (tmp_path / "interrupted.py").write_text("complete = True\n")
     code = WAIT.replace("time.sleep(60)", "__import__('signal').raise_signal(2); print('lost')")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
 from functools import cache
 from typing import Final
 
 from PIL import Image, ImageDraw, ImageFont
 
 from localization.display.colours import GREEN, ORANGE, RED, STALE, Colour
-from teleop.operator.robot_state.robot_alarms import Notice, Severity
+from teleop.operator.robot_state.banner import Banner
+from teleop.operator.robot_state.robot_alarms import Severity
 
 WIDTH: Final = 2200
 """Width of the picture [pixels]."""
@@ -28,18 +28,6 @@ _PALE: Final[Colour] = (205, 205, 205)
 _LINK_WIDTH: Final = 640
 _FIGURES_WIDTH: Final = 380
 _MARGIN: Final = 16
-
-
-@dataclass(frozen=True, slots=True)
-class Banner:
-    """What the banner shows; equal ones need not be drawn again."""
-
-    link: Notice
-    """The connection."""
-    notices: tuple[Notice, ...]
-    """What an operator must know, the worst first."""
-    figures: tuple[str, ...]
-    """Round trip, rates and the like: up to three lines."""
 
 
 def draw_banner(banner: Banner) -> bytes:

@@ -13,7 +13,7 @@ from localization.display.colours import WHITE
 from localization.display.entity_paths import BASE
 from localization.display.rerun_sink import Canvas
 from localization.types import SECOND
-from teleop.operator.display.message_decoding import Message
+from teleop.operator.message_decoding import Message
 
 PICTURE: Final = f"{BASE}/camera_rgb_optical_frame"
 """The picture, in the frame in which ``/tf_static`` places the camera."""

@@ -26,11 +26,12 @@ from localization.logs.ros_geometry import pose_from_message, pose_from_transfor
 from localization.logs.ros_stamps import stamp_from_message
 from localization.maps.cloud import Cloud
 from localization.types import SECOND, Pose
-from teleop.operator.display import message_decoding as decode
-from teleop.operator.display.banner_picture import Banner, draw_banner
+from teleop.operator import message_decoding as decode
+from teleop.operator.display.banner_picture import draw_banner
 from teleop.operator.display.camera_drawing import CameraDrawing
 from teleop.operator.display.display_layout import LANE_COLOURS, LEGEND_TEXT, SERIES, blueprint
-from teleop.operator.display.message_decoding import Message
+from teleop.operator.message_decoding import Message
+from teleop.operator.robot_state.banner import Banner
 from teleop.operator.robot_state.source_ages import STALE
 from teleop.operator.robot_state.station_view import Pulse
 

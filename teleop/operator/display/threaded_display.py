@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from threading import Semaphore
 from typing import Any, Final, Protocol
@@ -98,6 +98,40 @@ class ThreadedDisplay:
     def _done(self, call: Future[None]) -> None:
         self._free.release()
         if (error := call.exception()) is not None:
+            _LOG.error("the display failed: %r", error)
+
+
+class UnhurriedDisplay(ThreadedDisplay):
+    """The same for who must answer soon, and has time later: draws only what it is given time for.
+
+    The thread of a display takes the interpreter from the thread that drives, as often as that waits for a socket.
+    """
+
+    def __init__(self, display: DisplayProtocol, *, max_pending: int = 200) -> None:
+        """Start the thread; see ``ThreadedDisplay``, for which all calls between two of ``draw`` are one."""
+        super().__init__(display, blocking=True, max_pending=max_pending)
+        self._held: list[Callable[[], None]] = []
+
+    def draw(self) -> None:
+        """Draw what was called for so far, soon."""
+        held, self._held = self._held, []
+        if held:
+            super()._submit(lambda: _call_each(held))
+
+    def close(self) -> None:
+        """Draw what is pending, and end the display."""
+        self.draw()
+        super().close()
+
+    def _submit(self, call: Callable[[], None]) -> None:
+        self._held.append(call)
+
+
+def _call_each(calls: Iterable[Callable[[], None]]) -> None:
+    for call in calls:
+        try:
+            call()
+        except Exception as error:
             _LOG.error("the display failed: %r", error)
 
 

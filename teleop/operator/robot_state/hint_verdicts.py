@@ -10,7 +10,7 @@ import numpy as np
 
 from localization.logs.ros_geometry import pose_from_message
 from localization.types import Pose
-from teleop.operator.display.message_decoding import stamp_of
+from teleop.operator.message_decoding import stamp_of
 
 _SAME: Final = 1e-4
 """A pose that came back differs by rounding only [m, and of a rotation matrix's entries]."""

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from localization.types import SECOND
-from teleop.operator.display.banner_picture import Banner
+from teleop.operator.robot_state.banner import Banner
+from teleop.operator.robot_state.event_list import EventList
 from teleop.operator.robot_state.link_words import age_words, plain_reason
 from teleop.operator.robot_state.robot_alarms import Notice, RobotAlarms, Severity
 from teleop.operator.robot_state.robot_run import RobotRun
 from teleop.operator.robot_state.source_ages import STALE, SourceAges
-from teleop.operator.terminal.event_list import EventList
 
 LOST_AFTER: Final = 800_000_000
 """Silence of the robot after which the link is called lost, if a question is not answered either [ns]."""

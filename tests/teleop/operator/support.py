@@ -26,8 +26,10 @@ from teleop.joystick import VelocityRequest
 from teleop.operator.display.display import Display
 from teleop.robot.inbox import DriveCommand, EStop, EStopReset, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
-from teleop.robot.topics.topic_table import latched_messages, messages_of
-from teleop.scenario.mission import HINT_STAMP, Mission
+from teleop.robot.tick_record import TickRecord
+from teleop.robot.topics.topic_table import DRIVE_OUTPUTS, ESTIMATE_OUTPUTS, latched_messages
+from teleop.scenario.files.operator_settings import Station
+from teleop.scenario.session.station import HINT_STAMP, station_hint
 from teleop.scenario.tour_driver import TourDriver
 
 Published: TypeAlias = tuple[str, dict[str, Any]]
@@ -67,7 +69,7 @@ def drive(
     simulation = Simulation(world, seed=0)
     robot = Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
     driver = TourDriver(world.tour)
-    hint = Mission().hint(simulation.truth().map_from_base)
+    hint = station_hint(Station("station"), 0, simulation.truth().map_from_base)
     latched: tuple[Published, ...] = tuple(
         (kind.name, message)
         for kind, message in latched_messages(
@@ -82,7 +84,7 @@ def drive(
         tick = robot.tick(
             simulation.stamp, inbox if given is None else [*inbox, PoseHint("test", given)]
         )
-        published = list(messages_of(tick))
+        published = list(_published(tick))
         yield Moment(tick.stamp, twist, given, (*latched, *published))
         latched, number = (), number + 1
         estimate = tick.estimate
@@ -96,6 +98,16 @@ def drive(
             inbox = [DriveCommand("test", _NEUTRAL)]
         else:
             inbox = [DriveCommand("test", VelocityRequest(twist, enabled=True))]
+
+
+def _published(tick: TickRecord) -> Iterator[Published]:
+    """Yield the topic and the message of all that a robot publishes after a tick to those who subscribe to everything."""
+    for driven in DRIVE_OUTPUTS:
+        if driven.due(tick.drive):
+            yield from ((driven.name, message) for message in driven.build(tick.drive))
+    for estimated in ESTIMATE_OUTPUTS:
+        if estimated.due(tick.estimation):
+            yield from ((estimated.name, message) for message in estimated.build(tick.estimation))
 
 
 def play(moments: Iterable[Moment], display: Display) -> None:

@@ -27,8 +27,8 @@ from teleop.operator.controls.key_events import KeyDecoder
 from teleop.operator.controls.keyboard import Keyboard
 from teleop.operator.operator_client import OperatorClient
 from teleop.operator.operator_session import OperatorSession
+from teleop.operator.robot_state.event_list import EventList
 from teleop.operator.robot_state.station_view import StationView
-from teleop.operator.terminal.event_list import EventList
 from teleop.operator.terminal.terminal import RESTORE_KEYS, Terminal
 from teleop.operator.terminal.terminal_panel import Panel, panel_lines
 from teleop.robot.safety.control_state import ControlMode

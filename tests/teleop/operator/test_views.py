@@ -18,8 +18,8 @@ from localization.maps.cloud import Cloud
 from localization.types import SECOND
 from teleop.operator.display.display import Display
 from teleop.operator.display.restarting_display import RestartingDisplay
+from teleop.operator.robot_state.event_list import EventList
 from teleop.operator.robot_state.station_view import StationView
-from teleop.operator.terminal.event_list import EventList
 from tests.teleop.operator.robot_state.test_robot_run import clock, control, map_info, status, tf
 from tests.teleop.operator.support import headless_viewer
 

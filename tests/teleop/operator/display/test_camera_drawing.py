@@ -37,7 +37,7 @@ def _file(pixels: np.ndarray[Any, Any], kind: str) -> bytes:
 def _shown(display: Display, cloud: Cloud) -> None:
     """Show a second of a camera that stops after its third frame."""
     camera = CAMERAS["small"]
-    for topic, message in latched_messages(cloud, P3AT(), {}, camera=True).items():
+    for topic, message in latched_messages(cloud, P3AT(), {}, camera=camera).items():
         display.show(topic.name, message)
     jpeg = _file(np.zeros((240, 320, 3), np.uint8), "JPEG")
     png = _file(np.full((240, 320), 1500, np.uint16), "PNG")

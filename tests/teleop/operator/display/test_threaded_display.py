@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.types import Pose
-from teleop.operator.display.threaded_display import ThreadedDisplay
+from teleop.operator.display.threaded_display import ThreadedDisplay, UnhurriedDisplay
 
 
 class RecordingDisplay:
@@ -66,3 +67,30 @@ def test_hung_display_drops_calls_instead_of_blocking() -> None:
     display.go.set()
     threaded.close()
     assert len(display.seen) == 1000 - threaded.dropped
+
+
+def test_unhurried_display_draws_what_it_was_called_for_only_when_it_is_given_time() -> None:
+    display = RecordingDisplay()
+    display.go.set()
+    unhurried = UnhurriedDisplay(display)
+    unhurried.show("/tf", {"n": 0})
+    unhurried.show("/tf", {"n": 1})
+    unhurried.draw()
+    unhurried.show("/tf", {"n": 2})
+    while len(display.seen) < 2:
+        time.sleep(0.001)
+    time.sleep(0.05)
+    assert display.seen == [("/tf", 0), ("/tf", 1)]
+    unhurried.close()
+    assert display.seen == [("/tf", n) for n in range(3)]
+    assert display.closed
+
+
+def test_unhurried_display_goes_on_after_a_call_that_failed() -> None:
+    display = RecordingDisplay()
+    display.go.set()
+    unhurried = UnhurriedDisplay(display)
+    unhurried.show("/tf", {"wrong": 0})
+    unhurried.show("/tf", {"n": 1})
+    unhurried.close()
+    assert display.seen == [("/tf", 1)]

@@ -13,15 +13,16 @@ from localization.display.rerun_sink import Sink
 from localization.geometry import quaternion_from_rotation, rotation_from_euler
 from localization.maps.cloud import Cloud
 from localization.types import SECOND
-from teleop.operator.display.banner_picture import HEIGHT, WIDTH, Banner, draw_banner
+from teleop.operator.display.banner_picture import HEIGHT, WIDTH, draw_banner
 from teleop.operator.display.display import Display
 from teleop.operator.display.restarting_display import RestartingDisplay, recording_of
+from teleop.operator.robot_state.banner import Banner
+from teleop.operator.robot_state.event_list import EventList
 from teleop.operator.robot_state.link_words import age_words, plain_reason
 from teleop.operator.robot_state.robot_alarms import BUMP_SHOWN, Notice, RobotAlarms, Severity
 from teleop.operator.robot_state.robot_run import RobotRun
 from teleop.operator.robot_state.source_ages import STALE, SourceAges
 from teleop.operator.robot_state.station_view import LOST_AFTER, StationView
-from teleop.operator.terminal.event_list import EventList
 from tests.teleop.operator.support import column, events, rows
 
 _MS = 1_000_000

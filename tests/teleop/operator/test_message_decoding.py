@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teleop.operator.display.message_decoding import (
+from teleop.operator.message_decoding import (
     DecodeError,
     cloud_of,
     covariance_of,
