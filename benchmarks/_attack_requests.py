@@ -37,6 +37,17 @@ async def print_refusals(url: str, token: str, log: Path) -> None:
         print(f"  {name:44s} {expected:>20s}   {await check()}", flush=True)
 
 
+async def admitted(url: str) -> str:
+    """Return how many of ten connections come in that are yet to give a token, two a second."""
+    count = 0
+    for _ in range(10):
+        await asyncio.sleep(0.5)
+        with contextlib.suppress(InvalidStatus, OSError):
+            async with connect(url, proxy=None):
+                count += 1
+    return f"{count} of 10"
+
+
 def _host(url: str) -> str:
     return f"Host: {urlsplit(url).netloc}\r\n"
 

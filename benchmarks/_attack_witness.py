@@ -24,6 +24,9 @@ _TURNING: Final = 0.3
 _PERIOD: Final = 0.05
 """Time between two positions of the stick [s]."""
 
+_POSES: Final = 570
+"""Poses of the message that the driver publishes each second, 53 kB."""
+
 _PATIENCE: Final = 5.0
 """Time after which the robot is taken not to start or stop [s]."""
 
@@ -36,6 +39,8 @@ class Observed:
     """From the stick to wheels that turn, as the driver receives it."""
     stops: list[float] = field(default_factory=list)
     """From the last position of the stick to wheels that slow down, as the driver receives it."""
+    sticks: list[float] = field(default_factory=list)
+    """From a position of the stick to its echo on /joy, as the driver receives it."""
     answers: list[float] = field(default_factory=list)
     """Of the second client's calls."""
     clock_gaps: list[float] = field(default_factory=list)
@@ -49,12 +54,17 @@ class Observed:
 
 
 class Driver:
-    """A driver who pushes the stick from a standstill, and goes silent while it is pushed."""
+    """A driver who pushes the stick from a standstill, and goes silent while it is pushed.
+
+    On the same connection it publishes a large message each second, as headsets do.
+    """
 
     def __init__(self, url: str, headers: dict[str, str], seen: Observed) -> None:
         self._url, self._headers, self._seen = url, headers, seen
         self._stick, self._silent = 0.0, False
         self._rate = 0.0
+        self._number = 0
+        self._sent: dict[str, float] = {}
         self._turning = asyncio.Event()
         self._slowing = asyncio.Event()
         self._steady = np.inf
@@ -66,16 +76,16 @@ class Driver:
                 async with _connect(self._url, self._headers) as connection:
                     topic = {"topic": "/joint_states", "type": "sensor_msgs/JointState"}
                     await _say(connection, op="subscribe", queue_length=1, **topic)
+                    await _say(connection, op="subscribe", topic="/joy", type="sensor_msgs/Joy")
                     await _say(connection, op="advertise", topic="/joy", type="sensor_msgs/Joy")
-                    tasks = [
-                        asyncio.create_task(work)
-                        for work in (self._listen(connection), self._send(connection))
-                    ]
+                    works = self._listen(connection), self._send(connection), _large(connection)
+                    tasks = [asyncio.create_task(work) for work in works]
                     try:
                         await self._trials(until, tasks)
                     finally:
                         for task in tasks:
                             task.cancel()
+                        self._count_lost()
             except (OSError, WebSocketException, TimeoutError):
                 self._seen.lost += 1
                 await asyncio.sleep(0.2)
@@ -108,7 +118,10 @@ class Driver:
 
     async def _joy(self) -> None:
         axes, buttons = write_joy(Twist.planar(0.0, 0.8 * self._stick), JoystickLayout())
-        message = {"axes": list(axes), "buttons": list(buttons)}
+        self._number += 1
+        name = f"driver {self._number}"
+        self._sent[name] = asyncio.get_running_loop().time()
+        message = {"header": {"frame_id": name}, "axes": list(axes), "buttons": list(buttons)}
         await _say(self._connection, op="publish", topic="/joy", msg=message)
 
     async def _send(self, connection: ClientConnection) -> None:
@@ -121,12 +134,32 @@ class Driver:
     async def _listen(self, connection: ClientConnection) -> None:
         async for frame in connection:
             operation = json.loads(frame)
-            if operation.get("topic") == "/joint_states":
+            if operation.get("topic") == "/joy":
+                sent = self._sent.pop(operation["msg"]["header"]["frame_id"], None)
+                if sent is not None:
+                    self._seen.sticks.append(asyncio.get_running_loop().time() - sent)
+            elif operation.get("topic") == "/joint_states":
                 self._rate = float(np.abs(operation["msg"]["velocity"]).min())
                 if self._rate > _TURNING:
                     self._turning.set()
                 if self._rate < 0.85 * self._steady:
                     self._slowing.set()
+
+    def _count_lost(self) -> None:
+        """Count the positions without an echo by how long that has been."""
+        now = asyncio.get_running_loop().time()
+        self._seen.sticks += [now - sent for sent in self._sent.values() if now - sent > 0.5]
+        self._sent.clear()
+
+
+async def _large(connection: ClientConnection) -> None:
+    pose = {"position": {"x": 1.5, "y": 0.0, "z": 0.0}, "orientation": {"w": 1.0, "x": 0.0}}
+    topic = {"topic": "/driver/poses", "type": "geometry_msgs/PoseArray"}
+    await _say(connection, op="advertise", **topic)
+    while True:
+        message = {"poses": [pose] * _POSES}
+        await _say(connection, op="publish", topic=topic["topic"], msg=message)
+        await asyncio.sleep(1.0)
 
 
 async def _waited(event: asyncio.Event, begun: float) -> float:

@@ -20,6 +20,15 @@ from urllib.parse import urlsplit
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 
+from benchmarks._attack_crowds import (
+    header_bombs,
+    map_takers,
+    ping_crowd,
+    places_of_one_address,
+    tcp_churn,
+    vanishing_operations,
+)
+
 _AGAIN: Final = 0.1
 """Time after which a client that was cut off comes back [s]."""
 
@@ -203,6 +212,44 @@ async def _reconnects(url: str) -> None:
         connection.transport.abort()
 
 
+async def _subscribe_png(connection: ClientConnection, prefix: str, *kinds: str) -> None:
+    """Subscribe all topics, or those of some types, as PNG and by names of one's own."""
+    await _say(connection, op="call_service", service="/rosapi/topics")
+    answer = json.loads(await connection.recv())["values"]
+    found = zip(answer["topics"], answer["types"], strict=True)
+    wanted = [topic for topic, kind in found if not kinds or kind in kinds]
+    for topic in wanted[:60]:
+        await _say(connection, op="subscribe", topic=prefix + topic, compression="png")
+    await _read(connection)
+
+
+async def _png(url: str) -> None:
+    async with _client(url) as connection:
+        await _subscribe_png(connection, "/" * (1 + connection.local_address[1] % 97))
+
+
+async def _pictures(url: str) -> None:
+    kinds = (
+        *("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"),
+        *("sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/LaserScan"),
+    )
+    async with _client(url) as connection:
+        await _subscribe_png(connection, "", *kinds)
+
+
+async def _png_calls(url: str) -> None:
+    async with _client(url) as connection:
+        call = {"op": "call_service", "service": "/rosapi/topics_and_raw_types"}
+        await _at_rate(connection, json.dumps({**call, "compression": "png"}), 50)
+
+
+async def _transforms(url: str) -> None:
+    pose = {"header": {"frame_id": "map"}, "transform": {"rotation": {"w": 1.0}}}
+    message = {"op": "publish", "topic": "/tf", "msg": {"transforms": [pose] * 9000}}
+    async with _client(url) as connection:
+        await _at_rate(connection, json.dumps(message), 2.2)
+
+
 async def _topics(url: str) -> None:
     async with _client(url) as connection:
         reading = asyncio.create_task(_read(connection))
@@ -253,8 +300,24 @@ ATTACKS: Final[dict[str, tuple[Callable[[str], Awaitable[None]], int]]] = {
     "topics": (_topics, 8),
     "sockets": (_sockets, 1),
     "viewers": (_viewers, 24),
+    "transforms": (_transforms, 2),
+    "png": (_png, 25),
+    "png-calls": (_png_calls, 8),
+    "pictures": (_pictures, 1),
+    "headers": (header_bombs, 16),
+    "places": (places_of_one_address, 1),
+    "vanishing": (vanishing_operations, 4),
+    "churn": (tcp_churn, 1),
+    "map-takers": (map_takers, 8),
+    "ping-crowd": (ping_crowd, 8),
 }
 """Attacks by name, each with its number of clients."""
+
+WITHOUT_ANONYMOUS: Final = ("places",)
+"""Attacks on a robot that asks everybody for a token."""
+
+WITH_CAMERA: Final = frozenset({"pictures"})
+"""Attacks on a robot with a camera."""
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks._corrected_logs import corrected_scans, uncorrected
 from benchmarks._log_maps import map_of_scans
 from benchmarks._log_tracks import bridge, odometry_at_scans
 from localization.errors import LocalizationError
@@ -61,7 +62,7 @@ class RealDrive:
 
     case: str
     log: CarmenLog
-    """The whole raw log, for its mount and its sensors."""
+    """The whole raw log, or the corrected one if there is no raw one, for its mount and its sensors."""
     readings: tuple[Reading, ...]
     """Of the excerpt, in file order."""
     world: PreparedMap
@@ -91,19 +92,20 @@ def real_drive(folder: Path, excerpt: Excerpt) -> RealDrive:
     """Return an excerpt of a log with its map and its reference.
 
     Args:
-        folder: holds ``<name>.clf.bz2``, ``<name>-corrected.log.gz`` and ``<name>.relations``.
+        folder: holds ``<name>-corrected.log.gz`` and, if there are any, ``<name>.clf.bz2`` and
+            ``<name>.relations``; without a raw log its readings are rebuilt from the corrected one.
         excerpt: which stretch of which log.
 
     Raises:
         LogError: if a log cannot be read.
         LocalizationError: if the excerpt has no corrected scan.
     """
-    raw = folder / f"{excerpt.name}.clf.bz2"
-    log = CarmenLog(raw)
-    readings = tuple(log)
+    raw, drawn = (folder / f"{excerpt.name}{end}" for end in (".clf.bz2", "-corrected.log.gz"))
+    log = CarmenLog(raw if raw.exists() else drawn)
+    readings = tuple(log if raw.exists() else uncorrected(drawn))
     numbers = [n for n, r in enumerate(readings) if isinstance(r, Scan)]
     scans = [r for r in readings if isinstance(r, Scan)]
-    corrected = _corrected(folder / f"{excerpt.name}-corrected.log.gz")
+    corrected = corrected_scans(drawn)
     truth = _paired(scans, corrected)
     since = scans[0].stamp
     begin, end = (since + round(min(t, 1e9) * SECOND) for t in (excerpt.begin, excerpt.end))
@@ -117,7 +119,8 @@ def real_drive(folder: Path, excerpt: Excerpt) -> RealDrive:
     moved = [pose @ mount for pose in odometry_at_scans(readings)[first : last + 1]]
     poses = {i - first: corrected[truth[i]][1] for i in known}
     track = bridge(poses, moved)
-    relations, printed = folder / f"{excerpt.name}.relations", _printed_times(raw)
+    relations = folder / f"{excerpt.name}.relations"
+    printed = _printed_times(raw) if raw.exists() else np.array([s.stamp for s in scans]) / SECOND
     return RealDrive(
         excerpt.case,
         log,
@@ -179,11 +182,6 @@ def stamped(readings: Sequence[Reading], how: str) -> tuple[Reading, ...]:
         replace(r, stamp=int(t)) if isinstance(r, Scan | Odometry) else r
         for r, t in zip(readings, moved.tolist(), strict=True)
     )
-
-
-def _corrected(path: Path) -> list[tuple[Scan, Pose]]:
-    """Return scans with their corrected ``map_from_scanner``, which such logs keep as the base's pose."""
-    return [(line.scan, line.odom_from_base) for line in CarmenLog(path).scan_lines()]
 
 
 def _paired(scans: list[Scan], corrected: list[tuple[Scan, Pose]]) -> dict[int, int]:

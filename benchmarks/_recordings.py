@@ -16,7 +16,8 @@ from robot_sim.building_generator import generate
 from robot_sim.floorplan.plan import Plan
 from robot_sim.worlds.from_floorplan import build_world
 from robot_sim.worlds.loading import load_plan
-from teleop.scenario.mission import HINT_STAMP, Mission
+from teleop.scenario.files.operator_settings import Station
+from teleop.scenario.session.station import HINT_STAMP, station_hint
 from teleop.scenario.tour_driver import TourDriver
 from teleop.scene_clouds import load_scene_cloud
 from teleop.world_building.station_survey import survey_from_stations
@@ -80,7 +81,7 @@ def driving(
     tour = world.tour
     driver = TourDriver(tour)
     truth[simulation.stamp] = here = simulation.truth().map_from_base
-    hint = Mission(seed=seed).hint(here)
+    hint = station_hint(Station("station"), seed, here)
     while again or not driver.done:
         if driver.done:
             tour = tour[::-1]

@@ -11,6 +11,7 @@ import numpy as np
 from benchmarks._replaying import Moment
 from localization.geometry import wrap_angle
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.registration import RegistrationConfig
 from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.branch_and_bound import Pyramid, search_map
 from localization.relocalization.floor_plan import FloorPlan
@@ -139,7 +140,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
     places, first_cost = _everywhere(searcher, begin)
     first_right = bool(places) and right(places[0].map_from_base, begin.truth)
     listed = any(right(p.map_from_base, begin.truth) for p in places)
-    hypotheses = Hypotheses.of(places, begin.odom_from_base, settings)
+    hypotheses = Hypotheses.of(places, begin.odom_from_base, settings, SearchConfig())
     way, total, before = 0.0, first_cost, begin
     for moment in moments[1:]:
         step = moment.odom_from_base.position - before.odom_from_base.position
@@ -149,7 +150,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
         if not hypotheses.places or hypotheses.exhausted(searcher.config, settings):
             again, cost = _everywhere(searcher, moment)
             total += cost
-            hypotheses = Hypotheses.of(again, moment.odom_from_base, settings)
+            hypotheses = Hypotheses.of(again, moment.odom_from_base, settings, SearchConfig())
             continue
         begun = time.thread_time()
         hypotheses, settled = hypotheses.compared(
@@ -159,6 +160,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
             beams,
             searcher.config,
             settings,
+            RegistrationConfig(),
         )
         total += time.thread_time() - begun
         if settled is not None:

@@ -8,12 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from localization.maps.prepared_map import default_cache
-from robot_sim import load_world
-from teleop.scenario.mission import Mission
-from teleop.scenario.mission_run import run_in_process
-from teleop.scenario.run_summary import RunSummary
-from teleop.scene_clouds import load_scene_cloud
+from teleop.scenario.tour.drive import drive_tour
+from teleop.scenario.tour.options import TourOptions, tour_scenario
+from teleop.scenario.tour.summary import RunSummary
 
 SEEDS = range(1, 6)
 SLIPS = (20.0, 31.03, 47.05, 62.5, 90.0, 120.02)
@@ -34,23 +31,23 @@ def row(name: str, summary: RunSummary) -> str:
 
 def main() -> None:
     """Print the table."""
-    world, cloud = load_world("office"), load_scene_cloud("office")
     lines = [
         "  seed             driven    position rmse, max  heading rmse    NEES  in 95 %"
         "   robot    wall  factor"
     ]
-    missions = [(f"{seed}", Mission(seed=seed)) for seed in SEEDS]
-    missions += [(f"{seed}, {len(SLIPS)} slips", Mission(seed=seed, slip=SLIPS)) for seed in (1, 2)]
+    tours = [(f"{seed}", TourOptions(seed=seed)) for seed in SEEDS]
+    tours += [
+        (f"{seed}, {len(SLIPS)} slips", TourOptions(seed=seed, slip=SLIPS)) for seed in (1, 2)
+    ]
     nees = []
     with tempfile.TemporaryDirectory() as folder:
-        for name, mission in missions:
-            summary, _ = run_in_process(
-                mission, world, cloud, Path(folder) / name, cache=default_cache()
-            )
+        for name, options in tours:
+            scenario, _ = tour_scenario(options)
+            summary = drive_tour(scenario, Path(folder) / name, picture=False).summary
             sys.stdout.write("\n".join([*lines, row(name, summary)]) + "\n")
             sys.stdout.flush()
             lines = []
-            if not mission.slip:
+            if not options.slip:
                 nees.append(summary.nees or 0.0)
     sys.stdout.write(f"  mean NEES over {len(nees)} seeds: {np.mean(nees):.2f}; 6 is honest\n")
 

@@ -23,16 +23,16 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from benchmarks._attack_requests import print_refusals
+from benchmarks._attack_requests import admitted, print_refusals
 from benchmarks._attack_witness import Driver, Observed, processor_time, second_client, wall
-from benchmarks._attackers import ATTACKS
+from benchmarks._attackers import ATTACKS, WITH_CAMERA, WITHOUT_ANONYMOUS
 
 TAKES_WORDS = True
 
 _TOKEN: Final = "a token of the benchmark's operator"
 _HEADER: Final = (
-    f"{'attack':12s} {'tick ms':>8s} {'clock ms':>9s} {'rt':>5s} {'start ms':>13s} {'stop ms':>8s} "
-    f"{'p99 ms':>7s} {'CPU %':>6s} {'lost':>4s} {'log kB':>6s}"
+    f"{'attack':12s} {'tick ms':>8s} {'clock ms':>9s} {'rt':>5s} {'stick ms':>11s} {'start ms':>13s} "
+    f"{'stop ms':>8s} {'p99 ms':>7s} {'CPU %':>6s} {'lost':>4s} {'log kB':>6s} {'RSS +MB':>7s}"
 )
 
 
@@ -71,6 +71,7 @@ async def _run(names: list[str], seconds: float | None) -> None:
     print(
         "  stick to turning wheels, median and worst; stop: from a driver's last frame to slowing wheels, worst;"
     )
+    print("  stick: from a position of the stick to its echo at the driver, p50 and p99;")
     print(
         "  p99: of the second client's calls; lost: connections of either; log: written to the terminal"
     )
@@ -78,6 +79,8 @@ async def _run(names: list[str], seconds: float | None) -> None:
     attacks = [name for name in names if name in ATTACKS]
     if attacks:
         await _one("none", None, seconds or 14.0)
+    if WITH_CAMERA.intersection(attacks):
+        await _one("camera", None, seconds or 14.0, camera=True)
     for name in attacks:
         await _one(name, name, seconds or 14.0)
     if "soak" in names:
@@ -87,13 +90,20 @@ async def _run(names: list[str], seconds: float | None) -> None:
             await print_refusals(robot.url, _TOKEN, robot.log)
 
 
-async def _one(label: str, attack: str | None, seconds: float) -> None:
-    async with serving() as robot, attacking(robot.url, attack):
-        if attack is not None:
-            await asyncio.sleep(2.0)
-        written = robot.log.stat().st_size
-        line = await _line(label, robot, seconds)
-        print(f"{line} {(robot.log.stat().st_size - written) / 1e3:6.1f}", flush=True)
+async def _one(label: str, attack: str | None, seconds: float, *, camera: bool = False) -> None:
+    camera = camera or attack in WITH_CAMERA
+    anonymous = attack not in WITHOUT_ANONYMOUS
+    async with serving(camera=camera, anonymous=anonymous) as robot:
+        occupied = _resident(robot.pid)
+        async with attacking(robot.url, attack):
+            if attack is not None:
+                await asyncio.sleep(2.0)
+            written = robot.log.stat().st_size
+            line = await _line(label, robot, seconds)
+            if not anonymous:
+                line += f"  log-ins {await admitted(robot.url)};"
+        log = (robot.log.stat().st_size - written) / 1e3
+        print(f"{line} {log:6.1f} {_resident(robot.pid) - occupied:7.0f}", flush=True)
 
 
 async def _soak(seconds: float) -> None:
@@ -121,8 +131,10 @@ async def _line(label: str, robot: Robot, seconds: float) -> str:
     used = (processor_time(robot.pid) - used) / (wall() - begun)
     tick = "-" if seen.tick_gap is None else f"{1e3 * seen.tick_gap:.0f}"
     starts = seen.starts or [np.nan]
+    p50, p99 = 1e3 * np.percentile(seen.sticks or [np.nan], [50, 99])
     return (
         f"{label:12s} {tick:>8s} {1e3 * max(seen.clock_gaps, default=np.nan):9.0f} {seen.real_time:5.2f} "
+        f"{p50:5.0f}/{p99:5.0f} "
         f"{1e3 * float(np.median(starts)):6.0f}/{1e3 * max(starts):6.0f} "
         f"{1e3 * max(seen.stops, default=np.nan):8.0f} "
         f"{1e3 * float(np.percentile(seen.answers or [np.nan], 99)):7.0f} {100 * used:6.0f} {seen.lost:4d}"
@@ -130,17 +142,19 @@ async def _line(label: str, robot: Robot, seconds: float) -> str:
 
 
 @asynccontextmanager
-async def serving() -> AsyncIterator[Robot]:
-    """Serve a robot that anybody may watch and drive without a token, beside an operator with one."""
+async def serving(*, camera: bool = False, anonymous: bool = True) -> AsyncIterator[Robot]:
+    """Serve a robot with an operator's token, beside which everybody may watch and drive if there may be anonymous clients."""
     with tempfile.TemporaryDirectory() as folder:
         tokens, log = Path(folder) / "tokens.toml", Path(folder) / "log"
         tokens.write_text(
-            f'anonymous = "operate"\n[tokens.operator]\nrole = "operate"\ntoken = "{_TOKEN}"\n'
+            'anonymous = "operate"\n' * anonymous
+            + f'[tokens.operator]\nrole = "operate"\ntoken = "{_TOKEN}"\n'
         )
         tokens.chmod(0o600)
         with log.open("w") as errors:
             process = await asyncio.create_subprocess_exec(
                 *(sys.executable, "-m", "teleop", "serve", "--port", "0", "--tokens", str(tokens)),
+                *(("--camera", "kinect") if camera else ()),
                 stdout=asyncio.subprocess.PIPE,
                 stderr=errors,
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},

@@ -34,8 +34,8 @@ from teleop.robot.cameras.stepped_camera import SteppedCamera
 from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint
 from teleop.robot.real_time.drive_process import DriveProcess
 from teleop.robot.robot import Robot
+from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
-from teleop.robot.serving.serve import serve
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing
 from teleop.rosbridge.protocol.protocol import Protocol
@@ -191,7 +191,7 @@ def _stepped(formats: frozenset[PictureFormat] | None) -> float:
     simulation = Simulation(load_world("office"), seed=0)
     cloud = load_scene_cloud("office")
     robot = Robot(simulation, Localizer(prepare(cloud, cache=None), simulation.mounts))
-    draw: Callable[[], Any] = lambda: None  # noqa: E731
+    draw: Callable[[int], Any] = lambda stamp: None  # noqa: E731
     if formats is not None:
         server = Server(Protocol(registry()), port=0, clock=lambda: simulation.stamp, lockstep=True)
         camera = SteppedCamera(simulation, camera_named("kinect"), server)
@@ -205,7 +205,7 @@ def _stepped(formats: frozenset[PictureFormat] | None) -> float:
     begun = time.process_time()
     while simulation.stamp < STEPPED:
         robot.tick(simulation.stamp, inbox)
-        draw()
+        draw(simulation.stamp)
         inbox = [DriveCommand("driver", VelocityRequest(twist, enabled=True))]
     return time.process_time() - begun
 

@@ -13,19 +13,12 @@ from dataclasses import dataclass, replace
 
 from websockets.asyncio.client import ClientConnection, connect
 
-from localization import Localizer, prepare
-from robot_sim import Simulation, load_world
-from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
+from localization import prepare
+from robot_sim import load_world
+from teleop.robot.assembly import RobotParts, build_stepped_robot
 from teleop.robot.lockstep_service import LockstepService
-from teleop.robot.robot import Robot
-from teleop.robot.safety.control_state import SafetyConfig
-from teleop.robot.safety.safety import Safety
-from teleop.robot.safety.speed_limits import SpeedLimits
 from teleop.robot.serving.serve_config import ServeConfig
-from teleop.robot.serving.server_setup import build_server, round_trips_of
-from teleop.robot.stepped_robot import SteppedRobot
 from teleop.robot.tick_record import TickRecord
-from teleop.robot.topics.topic_table import latched_messages
 from teleop.scene_clouds import load_scene_cloud
 
 LINKS = {
@@ -103,20 +96,12 @@ async def drive_over(words: tuple[str, ...], *, limited: bool) -> list[Moment]:
     if not limited:
         config = replace(config, slow_age=0.0, max_age=0.0)
     cloud = load_scene_cloud("corridor")
-    simulation = Simulation(load_world("corridor"), seed=0)
-    safety = Safety(
-        SpeedLimits.of(simulation.config.drive), SafetyConfig(stale=config.stale_limits)
-    )
-    robot = Robot(simulation, Localizer(prepare(cloud), simulation.mounts), safety)
-    server = build_server(config, None, lambda: simulation.stamp)
-    adapter = RosbridgeAdapter(
-        server,
-        latched_messages(cloud, simulation.world.robot, simulation.mounts),
-        undo_memory=0,
-        round_trips=round_trips_of(server),
-    )
+    parts = RobotParts.of(load_world("corridor"), config)
+    stepped = build_stepped_robot(parts, cloud, prepare(cloud), config)
+    server = stepped.gateway.server
     ticks: list[TickRecord] = []
-    LockstepService(SteppedRobot(robot, adapter, observers=(ticks.append,)))
+    stepped.observers = (ticks.append,)
+    LockstepService(stepped)
     moments: list[Moment] = []
     async with server, connect(server.url, compression=None) as client:
         for number in range(round(SECONDS / PERIOD)):

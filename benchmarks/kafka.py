@@ -20,7 +20,7 @@ from aiokafka import AIOKafkaConsumer, AIOKafkaProducer, TopicPartition
 
 from benchmarks._kafka_campaign import COMMANDS, Account, bridge_process, campaign, stand_in
 from benchmarks._served_robot import served_robot
-from teleop.bridges.kafka.log_reader import FETCH_WAIT
+from teleop.bridges.kafka.partition_log import FETCH_WAIT
 from teleop.bridges.kafka.topics import make_topics
 from teleop.interfaces import registry
 from teleop.rosbridge import Client

@@ -2,8 +2,8 @@
 
 ``python -m benchmarks real FOLDER [--logs NAME ...] [--begin S] [--end S] [--yaw FACTOR ...] [--stamps HOW ...]
 [--peers] [--yardstick SCRIPT] [--submission FILE] [--kidnaps N] [--hints N] [--seed S] [--all]
-[--set KEY=VALUE ...] [--keep FOLDER] [--out FOLDER]``: the folder holds ``NAME.clf.bz2``, ``NAME-corrected.log.gz`` and
-``NAME.relations``; all its logs are run unless some are named. The map of a log is made of every second
+[--set KEY=VALUE ...] [--keep FOLDER] [--out FOLDER]``: the folder holds ``NAME-corrected.log.gz``, and ``NAME.clf.bz2``
+and ``NAME.relations`` if there are any; all its logs are run unless some are named. The map of a log is made of every second
 corrected scan, and the others are what the error is measured against. ``--all`` runs the peers, 50 kidnaps
 and 30 starts of each kind a log; ``--out`` keeps the figures in ``real.json`` and ``real.csv``, and the tables in ``real.md``.
 """
@@ -30,6 +30,8 @@ from localization.pipeline.localizer import LocalizerConfig
 TAKES_WORDS = True
 """Whether all words after the benchmark's name are its own arguments."""
 _ALL_KIDNAPS, _ALL_HINTS = 50, 30
+_CORRECTED = "-corrected.log.gz"
+"""End of the names of files with corrected poses."""
 
 
 def main(words: Sequence[str] = (), *, out: Path | None = None) -> None:
@@ -65,7 +67,7 @@ def _run(a: argparse.Namespace, sheet: Sheet) -> None:
         seed=a.seed,
         keep=a.keep,
     )
-    names = a.logs or sorted(p.name.removesuffix(".clf.bz2") for p in a.folder.glob("*.clf.bz2"))
+    names = a.logs or _logs(a.folder)
     cases = [Excerpt(n, a.begin, a.end, y, s) for n in names for y in a.yaw for s in a.stamps]
     begun = time.monotonic()
     say(HEAD)
@@ -77,6 +79,11 @@ def _run(a: argparse.Namespace, sheet: Sheet) -> None:
         config = changed(LocalizerConfig.of(drive.log.sensors), a.set)
         for part, figures in parts(wanted, excerpt, drive, config):
             keep(sheet, part, figures)
+
+
+def _logs(folder: Path) -> list[str]:
+    """Return the names of the logs in a folder."""
+    return sorted(path.name.removesuffix(_CORRECTED) for path in folder.glob(f"*{_CORRECTED}"))
 
 
 def _arguments(words: Sequence[str]) -> argparse.Namespace:
@@ -121,8 +128,8 @@ def _arguments(words: Sequence[str]) -> argparse.Namespace:
         a.kidnaps, a.hints = a.kidnaps or _ALL_KIDNAPS, a.hints or _ALL_HINTS
     if a.yardstick is not None and not a.yardstick.is_file():
         parser.error(f"--yardstick {a.yardstick}: no such file")
-    if not (a.logs or any(a.folder.glob("*.clf.bz2"))):
-        parser.error(f"{a.folder} holds no log NAME.clf.bz2")
+    if not (a.logs or _logs(a.folder)):
+        parser.error(f"{a.folder} holds no log NAME{_CORRECTED}")
     if len(a.submission) and len(a.logs or ()) != 1:
         parser.error("--submission holds poses of one log: name it with --logs NAME")
     return a
