@@ -94,8 +94,8 @@ clean: ## Remove .venv and everything that was generated
 # The stamps are renewed only when what they depend on has changed.
 .venv/.env: pyproject.toml constraints.txt
 	@test -x $(BIN)/pip || { python=$$(tools/find-python $(PYTHON)) && "$$python" -m venv .venv; }
-	@echo "Installing what running needs into .venv: downloads 330 MB, takes 1.2 GB and a minute or more"
-	@$(INSTALL) '.[sim,operator,lan]'
+	@echo "Installing what running needs into .venv: downloads 330 MB, takes 1.4 GB and a minute or more"
+	@$(INSTALL) '.[sim,operator,lan,camera,arm,servos]'
 	@touch $@
 
 # Without the page the robot drives all the same, so that a failure is no error; it is tried again the next time.
@@ -104,10 +104,10 @@ clean: ## Remove .venv and everything that was generated
 
 .venv/.map: .venv/.env
 	@echo "Installing what building maps needs: downloads another 130 MB"
-	@$(INSTALL) '.[sim,operator,lan,map]'
+	@$(INSTALL) '.[sim,operator,lan,camera,arm,servos,map]'
 	@touch $@
 
 .venv/.dev: .venv/.env | .venv/.page
 	@echo "Installing what tests and checks need: downloads another 200 MB, with those for maps"
-	@$(INSTALL) '.[sim,operator,lan,map,dev]'
+	@$(INSTALL) '.[sim,operator,lan,camera,arm,servos,map,dev]'
 	@touch $@

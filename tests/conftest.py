@@ -29,10 +29,13 @@ settings.load_profile("steady")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Keep numbers of our own source out of the steady examples.
+    """Let Ctrl-C end what tests start, and keep numbers of our own source out of the steady examples.
 
-    Hypothesis draws some from the modules that are loaded, and these depend on the tests that a process ran before.
+    A shell starts what runs in its background with Ctrl-C ignored, and programs inherit that.
+    Hypothesis draws some examples from the modules that are loaded, and these depend on the tests that a process ran before.
     """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if not config.getoption("--hypothesis-profile", default=None):
         nothing = Constants()
         vars(providers)["_get_local_constants"] = lambda: nothing

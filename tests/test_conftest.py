@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -17,6 +20,15 @@ def test_skips():
 @pytest.mark.xfail(reason="known")
 def test_fails_as_expected():
     raise AssertionError
+"""
+INTERRUPTING = """
+import signal
+import subprocess
+
+def test_interrupts():
+    with subprocess.Popen(["sleep", "20"]) as child:
+        child.send_signal(signal.SIGINT)
+        assert child.wait() == -signal.SIGINT
 """
 MISSING_MODULE = 'import pytest\npytest.importorskip("no_such_module")\n'
 BUSY = """
@@ -128,3 +140,21 @@ def test_signal_that_ended_a_worker_is_named(ruled: pytest.Pytester) -> None:
         "-n1", "--max-worker-restart=0", "-p", "no:dash", "-p", "no:cov"
     )
     run.stdout.fnmatch_lines(["*gw0 ended with SIGKILL"])
+
+
+@pytest.mark.process
+def test_programs_that_tests_start_heed_ctrl_c_although_a_shell_has_it_ignored(
+    ruled: pytest.Pytester,
+) -> None:
+    ruled.makepyfile(INTERRUPTING)
+    words = [sys.executable, "-m", "pytest", "-q", "-p", "no:dash", "-p", "no:cacheprovider"]
+    in_background = shlex.join([*words, "-p", "no:xdist", "-p", "no:cov"])
+    done = subprocess.run(
+        ["sh", "-c", f"trap '' INT; exec {in_background}"],
+        cwd=ruled.path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert "1 passed" in done.stdout, done.stdout

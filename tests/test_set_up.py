@@ -65,7 +65,9 @@ def test_environment_is_made_in_a_path_with_blanks_and_its_size_said_before(clon
     done = make(clone, "env")
     assert done.returncode == 0, done.stderr
     assert re.fullmatch(r"Installing what running needs .*: downloads \d+ MB, .*\n", done.stdout)
-    assert (clone / "pip.log").read_text() == "install -qq --editable .[sim,operator,lan]\n"
+    assert (
+        clone / "pip.log"
+    ).read_text() == "install -qq --editable .[sim,operator,lan,camera,arm,servos]\n"
     assert make(clone, "env").stdout.startswith("make: Nothing to be done")
 
 
