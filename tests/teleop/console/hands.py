@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 import pytest
-from playwright.async_api import Page
+from playwright.async_api import Page, TimeoutError as PlaywrightTimeout
 
 from tests.teleop.console.conftest import PATIENCE
 
@@ -41,7 +41,11 @@ GAMEPAD: Final = """
 async def says(page: Page, text: str, *, within: str = "body") -> None:
     """Wait until the page shows a text."""
     words = page.locator(within).get_by_text(text).first
-    await words.wait_for(state="visible", timeout=PATIENCE * 1000)
+    try:
+        await words.wait_for(state="visible", timeout=PATIENCE * 1000)
+    except PlaywrightTimeout:
+        said = await page.locator(within).first.inner_text()
+        pytest.fail(f"waited in vain for {text!r}; the page says:\n{said}")
 
 
 async def seen(page: Page) -> None:

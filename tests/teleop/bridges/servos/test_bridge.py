@@ -21,6 +21,7 @@ from robot_sim.arm.board_port import BoardPort, run_board
 from robot_sim.arm.servo_board import ServoBoard
 from teleop.bridges.servos.bridge import ARRAY, JOINT_DEGREES, MIRROR_DEGREES, run_servo_bridge
 from teleop.bridges.servos.bridge_config import ServoBridgeConfig
+from teleop.bridges.servos.servo_lines import joint_line
 from teleop.interfaces import registry
 from teleop.rosbridge import Client, Protocol, Server
 from teleop.rosbridge.errors import ClientError
@@ -215,7 +216,13 @@ async def test_a_board_that_takes_nothing_stops_nothing_else(tmp_path: Path) -> 
                 os.write(end, b"x" * 1000)
         async with robot() as made, bridge(made.server.url, tmp_path / "board") as said:
             await until(says(said, "does it run the sketch?"), said)
-            await until(lambda: b"\nJ 0.0 40.0" in port.read(1_000_000, 0.0))
+            taken = bytearray()
+
+            def has_a_line() -> bool:
+                taken.extend(port.read(1_000_000, 0.0))
+                return joint_line(STOW) in taken
+
+            await until(has_a_line, taken)
         os.close(end)
 
 
