@@ -105,6 +105,26 @@ async def hold_until(
         pytest.fail(f"waited in vain: {what}; the page says:\n{said}")
 
 
+async def let_go(page: Page, hold: Callable[[bool], Awaitable[object]]) -> None:
+    """Let go of what drives, and wait until the page is ready for the next drive.
+
+    Where it had been too busy to drive, it asks for the hand once more, as in ``hold_until``.
+    """
+    status = page.locator(".driving-status")
+    await hold(False)
+    said = ""
+    try:
+        async with asyncio.timeout(PATIENCE):
+            while "Ready" not in (said := await status.inner_text()):
+                if "again" in said:
+                    await hold(True)
+                    await asyncio.sleep(0.3)
+                    await hold(False)
+                await asyncio.sleep(0.3)
+    except TimeoutError:
+        pytest.fail(f"waited in vain for the page to be ready; it says:\n{said}")
+
+
 async def place_on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
     """Return where a place of the map's floor [m] is in the window, in the view from above [CSS pixels]."""
     box = await page.locator("canvas").bounding_box()

@@ -18,6 +18,7 @@ from tests.teleop.console.hands import (
     drag_hint,
     hold_until,
     key,
+    let_go,
     pad,
     plug,
     press,
@@ -98,9 +99,8 @@ async def _drive(visit: Visit, robot: PacedRobot) -> None:
     await hold_until(page, hold, lambda: robot.speed > 0.2, "that the robot drives")
     await says(page, "You drive.")
     await hold_until(page, hold, lambda: _far(robot, before) > 1.0, "that it goes a metre")
-    await hold(False)
+    await let_go(page, hold)
     await until(lambda: robot.speed < 0.01, "that it stands")
-    await says(page, "Ready")
 
 
 def _far(robot: PacedRobot, there: Pose) -> float:
@@ -150,7 +150,7 @@ async def _stop_and_release(visit: Visit, robot: PacedRobot) -> None:
     await press(page, "Release e-stop")
     await says(page, "Are people and things clear")
     await press(page, "Release it")
-    await says(page, "Ready")
+    await let_go(page, key(page, "ArrowUp"))
 
 
 async def _lose_the_network(visit: Visit, robot: PacedRobot) -> None:
