@@ -9,6 +9,7 @@ from typing import Final
 
 from robot_sim import PhysicsError, Simulation
 from teleop.link.timeline import LinkTimeline
+from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.assembly import RobotParts, build_stepped_robot
 from teleop.robot.drive import Stages
 from teleop.robot.gateway import Camera
@@ -110,7 +111,13 @@ class Session:
         self.adapter, self.server = self.stepped.adapter, self.stepped.gateway.server
         protocol, simulation = self.server.protocol, self.simulation
         x, y = simulation.truth().map_from_base.position[:2].tolist()
-        self.referee = Referee(goal_points(world, scenario), scenario.limits, (x, y))
+        self.referee = Referee(
+            goal_points(world, scenario),
+            scenario.limits,
+            (x, y),
+            ArmFit.of(world),
+            scenario.mission.deliver,
+        )
         self.faults = FaultSchedule(
             scenario, simulation, lambda text: self.referee.note(EventKind.FAULT, text)
         )

@@ -42,7 +42,7 @@ from teleop.scenario.files.faults import (
     ScannerDirty,
     Walker,
 )
-from teleop.scenario.files.operator_settings import Station
+from teleop.scenario.files.operator_settings import Hand, Station
 from teleop.scenario.files.scenario import NO_SCANNERS, Scenario, WorldSettings
 from teleop.scenario.files.schema import Place
 from teleop.scenario.session.places import heading_of, position_of, start_pose
@@ -92,6 +92,7 @@ def check(scenario: Scenario, world: World) -> None:
             ("operator", "kind"),
             "a station drives tours, in straight lines; add mission.tour = true, or take a follower",
         )
+    _check_arm(scenario)
     start = _check_start(scenario, world)
     least = _check_goals(scenario, world, start)
     _check_limits(scenario, least)
@@ -99,6 +100,35 @@ def check(scenario: Scenario, world: World) -> None:
         path: FieldPath = ("fault", number)
         _check_times(fault, path, scenario.mission.time_limit)
         _check_fault(fault, path, world, start)
+
+
+_OF_ARMS = (
+    *("picked", "placed", "dropped", "arm_contacts", "load", "load_max", "slip", "tip_moved"),
+    "wheels_off",
+)
+"""Limits of a robot with an arm."""
+
+
+def _check_arm(scenario: Scenario) -> None:
+    world, mission, limits = scenario.world, scenario.mission, scenario.limits
+    names = [parcel.name for parcel in world.parcels]
+    for number, delivery in enumerate(mission.deliver):
+        if delivery.parcel not in names:
+            raise ScenarioError(
+                ("mission", "deliver", number, "parcel"),
+                f"no parcel {delivery.parcel!r}; {_nearest(delivery.parcel, names)}",
+            )
+    if world.arm is not None:
+        return
+    given = [name for name in _OF_ARMS if getattr(limits, name) is not None]
+    for path, wanted in (
+        (("limits", *given[:1]), given),
+        (("world", "parcels"), world.parcels),
+        (("operator", "kind"), isinstance(scenario.operator, Hand)),
+        (("second", "kind"), isinstance(scenario.second, Hand)),
+    ):
+        if wanted:
+            raise ScenarioError(path, "the robot carries no arm; give world.arm, such as s2")
 
 
 def _check_scene(scene: str, folder: Path | None) -> None:

@@ -8,7 +8,7 @@ from localization.maps.cloud import Cloud
 from robot_sim import DriveConfig
 from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.protocol.observers import Observers
-from teleop.scenario.files.scenario import Scenario
+from teleop.scenario.files.scenario import NO_SCANNERS, Scenario
 from teleop.scenario.referee.rules.answers import HintsAreAnswered
 from teleop.scenario.referee.rules.authority import EStopStays, NeutralFirst, OneDriver
 from teleop.scenario.referee.rules.command_in_force import (
@@ -90,7 +90,10 @@ class RuleBook:
             min(drive.braking, drive.acceleration),
             self.published,
         )
-        self._rules: list[Rule] = [rule(facts) for rule in RULES]
+        # Without a scanner no hint is judged.
+        blind = scenario.world.scanner == NO_SCANNERS
+        judged = [rule for rule in RULES if not (blind and rule is HintsAreAnswered)]
+        self._rules: list[Rule] = [rule(facts) for rule in judged]
 
     def take(self, tick: TickRecord) -> list[Broken]:
         """Apply the rules to one tick; return those that are broken by it, which are not applied again."""

@@ -37,6 +37,15 @@ KEPT: dict[str, float] = {
     "violations": 0.0,
     "nees": 6.0,
     "distance": 12.0,
+    "picked": 3.0,
+    "placed": 2.0,
+    "dropped": 1.0,
+    "arm_contacts": 1.0,
+    "load": 0.5,
+    "load_max": 0.9,
+    "slip": 0.01,
+    "tip_moved": 0.002,
+    "wheels_off": 0.3,
     "rules": 0.0,
 }
 """Figures that keep ``LIMITS``."""
@@ -57,6 +66,15 @@ LIMITS = Limits(
     runaway=0.6,
     nees=(6.0, 6.0),
     distance=12.0,
+    picked=3,
+    placed=2,
+    dropped=1,
+    arm_contacts=1,
+    load=0.5,
+    load_max=0.9,
+    slip=0.01,
+    tip_moved=0.002,
+    wheels_off=0.3,
     duration=20.0,
     violations=0,
     rules=True,
@@ -69,6 +87,8 @@ MISSES = {name: math.nextafter(value, 1e9) for name, value in KEPT.items()} | {
     "heading_max": math.radians(4.001),
     "goals": 3.0,
     "distance": math.nextafter(12.0, 0.0),
+    "picked": 2.0,
+    "placed": 1.0,
 }
 """Of each figure a value that just misses."""
 
