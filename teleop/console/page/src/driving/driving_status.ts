@@ -27,6 +27,8 @@ export interface DrivingStatus {
   /** What to do about it; empty if there is nothing to be done. */
   readonly remedy: string;
   readonly tone: "good" | "warn" | "bad";
+  /** What keeps the page from moving anything of the robot, whatever the person holds. */
+  readonly blocked?: Blockage;
 }
 
 type Words = readonly [words: string, remedy: string];
@@ -34,10 +36,11 @@ type Words = readonly [words: string, remedy: string];
 export function drivingStatus(view: RobotView, own: OwnInput): DrivingStatus {
   const blocked = blockage(view);
   if (blocked === "unguarded" && own.stopped !== undefined) {
-    return status(false, [own.stopped, texts.status.unguarded[1]], "bad");
+    return { ...status(false, [own.stopped, texts.status.unguarded[1]], "bad"), blocked };
   }
   if (blocked !== undefined) {
-    return status(false, blockageWords(blocked, view), blocked === "connecting" || blocked === "noState" ? "warn" : "bad");
+    const tone = blocked === "connecting" || blocked === "noState" ? "warn" : "bad";
+    return { ...status(false, blockageWords(blocked, view), tone), blocked };
   }
   if (!own.focused) {
     return status(false, own.stopped === undefined ? texts.status.unfocused : [own.stopped, texts.status.unfocused[1]], "warn");

@@ -1,0 +1,102 @@
+/** Words of the arm: its panel, and why it does not move. */
+
+const centimetres = (value: number): string => `${(100 * Math.abs(value)).toFixed(1)} cm`;
+const millimetres = (value: number): string => `${(1000 * value).toFixed(0)} mm`;
+
+const outcomes: Readonly<Record<string, string>> = {
+  cancelled: "given up", unreachable: "it does not reach there", no_path: "it found no way there", blocked: "something is in the way",
+  silent: "the link was silent", e_stop: "emergency stop", taken_over: "somebody else has the robot", refused: "refused", "": "refused",
+};
+
+export const armTexts = {
+  title: "Arm",
+  loading: "Waiting for the robot to describe its arm.",
+  wheels: "The wheels are driven: let go of them first.",
+
+  // Why it does what it does
+  modes: {
+    idle: "Stands", hand: "Follows the ghost", twist: "Its tip moves", jog: "A joint moves", pose: "Goes to a pose", trajectory: "Is led by a program",
+    plan: "Planned move", held: "Held",
+  } as Readonly<Record<string, string>>,
+  mode: (mode: string, reason: string): readonly [string, string] => [armTexts.modes[mode] ?? mode, reason],
+  wayOut: (words: string): string => words.charAt(0).toUpperCase() + words.slice(1),
+  gettingOut: "The robot is at it …",
+  notOut: (why: string): string => `That did not work: ${why}.`,
+  tip: ({ x, y, z }: { readonly x: number; readonly y: number; readonly z: number }, floor: number): string =>
+    `Tip: ${centimetres(x)} ${x < 0 ? "behind" : "ahead"}, ${centimetres(y)} ${y < 0 ? "right" : "left"}, ${centimetres(z + floor)} above the floor`,
+
+  // Wheels or arm
+  moves: "Keys and gamepad move",
+  wheelsName: "the wheels",
+  armName: "the arm",
+  keyHelp: [
+    "Drag the arrows and rings at the gripper in the picture; or hold keys:",
+    "I K ahead and back, J L left and right, U O up and down; with Shift they turn the gripper",
+    "1 to 5 choose a joint, comma and period move it; G opens and closes the gripper",
+    "Gamepad: hold LB; left stick ahead and aside, right stick up and down; with RB they turn; RT closes, LT opens; Back switches to the wheels",
+  ],
+  keys: "Keys and gamepad",
+  frames: "Directions of",
+  frame: { base: "the arm", tool: "the gripper", view: "the picture" },
+  ghost: "The ghost",
+  follows: "the arm follows it",
+  stays: "plan first, then go",
+
+  // Picking something up
+  guide: "Pick something up",
+  steps: {
+    open: "Open the gripper.",
+    reach: "Choose “the arm”, and bring the gripper around the thing.",
+    close: "Close the gripper.",
+    lift: "Lift it, and fold the arm (“stow”) to drive.",
+  },
+  done: "It is lifted.",
+
+  // Gripper
+  gripper: "Gripper",
+  open: "Open",
+  close: "Close",
+  force: "Force",
+  newtons: (value: number): string => `${value.toFixed(1)} N`,
+  jaws: (opening: number, holding: boolean, force: number): string =>
+    holding ? `Holds something ${millimetres(opening)} wide with ${armTexts.newtons(force)}.` : `Its jaws are ${millimetres(Math.max(0, opening))} apart.`,
+  gripFailed: (why: string): string => `The gripper did not move: ${why}.`,
+
+  // Planned moves
+  poses: "Go to a pose",
+  pose: (name: string): string => `Pose “${name}”`,
+  toGhost: "Go to the ghost",
+  ghostMove: "To the ghost",
+  forgetGhost: "Take the ghost back",
+  hold: "Hold to move",
+  holdHint: "The blue ghosts show the way. The arm moves as long as you hold the button.",
+  giveUp: "Give up",
+  planning: (title: string): string => `${title}: the robot looks for a way …`,
+  waiting: (title: string): string => `${title}: hold the button to move.`,
+  moving: (title: string, share: number): string => `${title}: ${Math.round(100 * share)} %`,
+  ended: (title: string, outcome: string, words: string): string => {
+    const why = [outcome === "done" ? "" : outcomes[outcome] ?? outcome, words].filter((part) => part !== "").join(": ");
+    return outcome === "done" ? `${title}: the arm is there.` : `${title}: not reached; ${why}.`;
+  },
+  noMove: "Choose where to go: the way is shown first.",
+
+  // Joints
+  joints: "Joints",
+  joint: (number: number, turns: string): string => `${number} ${turns}`,
+  angle: (radians: number): string => `${((radians * 180) / Math.PI).toFixed(0)}°`,
+  limits: (lower: number, upper: number): string => `${armTexts.angle(lower)} to ${armTexts.angle(upper)}`,
+  load: (turns: string): string => `Load of ${turns}`,
+  loadShare: (share: number): string => `load ${Math.round(100 * share)} %`,
+  back: (turns: string): string => `Move ${turns} back`,
+  forward: (turns: string): string => `Move ${turns} forward`,
+
+  // Teaching
+  teaching: "Teach and replay",
+  teach: "Keep this position",
+  replay: "Go through them",
+  position: (number: number): string => `Position ${number}`,
+  positionWords: (opening: number): string => `jaws at ${millimetres(opening)}`,
+  forget: (number: number): string => `Forget position ${number}`,
+  forgetMark: "✕",
+  noPositions: "None kept. Move the arm, and keep positions to go through again.",
+} as const;
