@@ -14,12 +14,9 @@ export const armTexts = {
   wheels: "The wheels are driven: let go of them first.",
 
   // Why it does what it does
-  modes: {
-    idle: "Stands", hand: "Follows the ghost", twist: "Its tip moves", jog: "A joint moves", pose: "Goes to a pose", trajectory: "Is led by a program",
-    plan: "Planned move", held: "Held",
-  } as Readonly<Record<string, string>>,
-  mode: (mode: string, reason: string): readonly [string, string] => [armTexts.modes[mode] ?? mode, reason],
-  wayOut: (words: string): string => words.charAt(0).toUpperCase() + words.slice(1),
+  capital: (words: string): string => words.charAt(0).toUpperCase() + words.slice(1),
+  sentence: (words: string): string => `${armTexts.capital(words)}${/[.!?]$/.test(words) ? "" : "."}`,
+  plan: { planning: "looks for a way", waiting: "waits for you to hold the button", moving: "goes its way" } as Readonly<Record<string, string>>,
   gettingOut: "The robot is at it …",
   notOut: (why: string): string => `That did not work: ${why}.`,
   tip: ({ x, y, z }: { readonly x: number; readonly y: number; readonly z: number }, floor: number): string =>
@@ -63,11 +60,11 @@ export const armTexts = {
   gripFailed: (why: string): string => `The gripper did not move: ${why}.`,
 
   // Planned moves
-  poses: "Go to a pose",
+  poses: "Planned moves",
   pose: (name: string): string => `Pose “${name}”`,
   toGhost: "Go to the ghost",
   ghostMove: "To the ghost",
-  forgetGhost: "Take the ghost back",
+  forgetGhost: "Take it back",
   hold: "Hold to move",
   holdHint: "The blue ghosts show the way. The arm moves as long as you hold the button.",
   giveUp: "Give up",
@@ -78,7 +75,7 @@ export const armTexts = {
     const why = [outcome === "done" ? "" : outcomes[outcome] ?? outcome, words].filter((part) => part !== "").join(": ");
     return outcome === "done" ? `${title}: the arm is there.` : `${title}: not reached; ${why}.`;
   },
-  noMove: "Choose where to go: the way is shown first.",
+  noMove: "Choose a pose: the way there is shown first.",
 
   // Joints
   joints: "Joints",
@@ -86,7 +83,7 @@ export const armTexts = {
   angle: (radians: number): string => `${((radians * 180) / Math.PI).toFixed(0)}°`,
   limits: (lower: number, upper: number): string => `${armTexts.angle(lower)} to ${armTexts.angle(upper)}`,
   load: (turns: string): string => `Load of ${turns}`,
-  loadShare: (share: number): string => `load ${Math.round(100 * share)} %`,
+  loadShare: (share: number): string => `Load ${Math.round(100 * share)} %`,
   back: (turns: string): string => `Move ${turns} back`,
   forward: (turns: string): string => `Move ${turns} forward`,
 

@@ -28,6 +28,9 @@ export class ArmFigure {
       return undefined;
     }
     arm.removeFromParent();
+    for (const part of arm.children) {
+      part.visible = "isURDFJoint" in part; // the base itself does not move
+    }
     paint(arm, material);
     return new ArmFigure(arm, tip, info);
   }

@@ -72,14 +72,15 @@ function Reason({ arm, known: { info }, mayDrive }: ReasonProps) {
   if (state === undefined) {
     return null;
   }
-  const [mode, reason] = texts.mode(state.mode, state.reason);
+  const pending = state.mode === "plan" ? arm.moved.pending.value : undefined;
+  const reason = texts.sentence((pending === undefined ? undefined : texts.plan[pending.state]) ?? state.reason);
   const troubled = stopped !== "" || failed !== "" || state.wayOut !== "" || state.mode === "held";
   return (
     <div class="arm-reason" data-grade={troubled ? "amber" : "green"}>
-      <p role="status"><strong>{mode}</strong>: {reason}{reason.endsWith(".") ? "" : "."}{stopped !== "" && ` ${stopped}`} {failed}</p>
+      <p role="status"><strong>{reason}</strong> {stopped} {failed}</p>
       {mayDrive && state.wayOut !== "" && (
         <button type="button" class="panel-primary" disabled={going} {...press(() => { void arm.wayOut.go(); })}>
-          {texts.wayOut(state.wayOutText)}
+          {texts.capital(state.wayOutText)}
         </button>
       )}
       {going && <p>{texts.gettingOut}</p>}

@@ -43,10 +43,10 @@ function JointRow({ arm, joint, number }: RowProps) {
       <JointSlider arm={arm} joint={joint} number={number} angle={angle} />
       <HoldButton name={texts.forward(turns)} {...jog(1)}>+</HoldButton>
       <small class="panel-quiet">{texts.limits(lower, upper)}</small>
-      <meter
-        min={0} max={1} low={LONG} high={SHORT} optimum={0} value={Math.min(1, load)} aria-label={texts.load(turns)}
-        title={texts.loadShare(load)}
-      />
+      <small class="panel-quiet arm-load">
+        {texts.loadShare(load)}
+        <meter min={0} max={1} low={LONG} high={SHORT} optimum={0} value={Math.min(1, load)} aria-label={texts.load(turns)} />
+      </small>
     </div>
   );
 }

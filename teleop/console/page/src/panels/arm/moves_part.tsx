@@ -30,13 +30,13 @@ export function MovesPart({ arm, known }: { readonly arm: Arm; readonly known: K
             {name}
           </button>
         ))}
-        {placed !== undefined && (
-          <>
-            <button type="button" disabled={!may} {...press(() => { ask(texts.ghostMove, { pose: placed }); })}>{texts.toGhost}</button>
-            <button type="button" {...press(() => { picture.forget(); })}>{texts.forgetGhost}</button>
-          </>
-        )}
       </div>
+      {placed !== undefined && (
+        <div class="panel-buttons">
+          <button type="button" disabled={!may} {...press(() => { ask(texts.ghostMove, { pose: placed }); })}>{texts.toGhost}</button>
+          <button type="button" {...press(() => { picture.forget(); })}>{texts.forgetGhost}</button>
+        </div>
+      )}
       <p role="status" class="arm-move" data-grade={gradeOf(pending, moved.last.value)}>{wordsOf(pending, moved.last.value)}</p>
       <div class="panel-buttons arm-go">
         <HoldButton
