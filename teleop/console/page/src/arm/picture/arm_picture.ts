@@ -43,6 +43,7 @@ export class ArmPicture {
   readonly #stops: (() => void)[] = [];
   #gizmo: Gizmo | undefined;
   #loading = false;
+  #dragging = false;
 
   constructor(private readonly parts: ArmPictureParts) {
     const { workshop, info } = parts;
@@ -121,12 +122,11 @@ export class ArmPicture {
       return;
     }
     this.#ghost.setOpening(now.opening);
-    const dragging = this.#gizmo?.dragging === true;
     // A ghost in the same place as the gripper would only flicker.
     for (const part of this.#ghost.hand.children) {
-      part.visible = dragging || placed !== undefined;
+      part.visible = this.#dragging || placed !== undefined;
     }
-    if (!dragging) {
+    if (!this.#dragging) {
       this.#ghost.pose = placed ?? now.tip;
     }
     this.#gizmo?.align(frame.value === "view" ? this.heading() : frame.value === "tool" ? "tool" : 0);
@@ -139,11 +139,13 @@ export class ArmPicture {
       this.#loading = true;
       void Gizmo.load(this.parts.workshop, this.#ghost.hand, {
         begin: () => {
+          this.#dragging = true;
           this.parts.begin();
           this.#follow();
         },
         moved: () => { this.#ghost.shown(); },
         end: () => {
+          this.#dragging = false;
           this.placed.value = this.parts.stays.peek() ? this.#ghost.pose : undefined;
           this.parts.end();
           this.#follow();

@@ -60,10 +60,6 @@ export class Gizmo {
     }
   }
 
-  get dragging(): boolean {
-    return this.#dragging;
-  }
-
   /** Show it, or hide it. */
   show(shown: boolean): void {
     if (shown === this.#shown) {
