@@ -64,13 +64,15 @@ class Reach:
     """Where to [m]."""
     down: Steep = 30.0
     """Angle by which the gripper points down [degrees]."""
+    aside: Annotated[float, Field(ge=-90.0, le=90.0)] = 0.0
+    """Angle by which it points to the left of that [degrees]."""
     lasting: Seconds = 8.0
     """Time after which it gives up [s]."""
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
 class Sweep:
-    """Moves the hand in circles from where it is, with the clutch closed; without a radius or a cone it keeps still."""
+    """Moves the hand in circles, or by a turn, with the clutch closed and no look at the tip; else it keeps still."""
 
     kind: Literal["sweep"]
     """``sweep``."""
@@ -78,6 +80,8 @@ class Sweep:
     """Radius, upright and across the arm [m]."""
     cone: Annotated[float, Field(ge=0.0, le=90.0)] = 0.0
     """Largest angle by which it points off meanwhile, in a circle as well [degrees]."""
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Turn about x, y and z that it makes in the first second [degrees]."""
     period: Annotated[float, Field(gt=0.0)] = 2.0
     """Time of a circle [s]."""
     lasting: Seconds = 4.0
@@ -106,8 +110,8 @@ class Clutch:
     """``clutch``."""
     times: Times = 10
     """How often."""
-    each: Annotated[float, Field(ge=0.04)] = 0.1
-    """Time for which it is closed, and open [s]."""
+    each: Annotated[float, Field(ge=0.02)] = 0.1
+    """Time for which it is closed; it is open for a tick [s]."""
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -138,6 +142,14 @@ class Move:
     """Angle by which the gripper points down, at a place [degrees]."""
     wait: bool = True
     """Whether the next task waits for its end."""
+
+
+@dataclass(frozen=True, slots=True, config=STRICT)
+class WayOut:
+    """Has the robot do what it offers where the hand leads no further, such as to turn the wrist over."""
+
+    kind: Literal["way_out"]
+    """``way_out``."""
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -203,7 +215,20 @@ class Wait:
 
 
 Task: TypeAlias = Annotated[
-    Pick | Put | Reach | Sweep | Roam | Clutch | Lose | Move | Joints | Grip | Jog | Drive | Wait,
+    Pick
+    | Put
+    | Reach
+    | Sweep
+    | Roam
+    | Clutch
+    | Lose
+    | Move
+    | WayOut
+    | Joints
+    | Grip
+    | Jog
+    | Drive
+    | Wait,
     Field(discriminator="kind"),
 ]
 """Any task."""

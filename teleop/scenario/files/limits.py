@@ -74,6 +74,10 @@ class Limits:
     """Largest way that a parcel slips in the closed gripper [m]."""
     tip_moved: Metres | None = None
     """Largest distance of the arm's tip from where it began, as seen from the arm's foot [m]."""
+    tip_off: Metres | None = None
+    """Largest distance of the arm's tip from ``mission.tip`` at the end [m]."""
+    pointing_off: Annotated[float, Field(ge=0.0, le=180.0)] | None = None
+    """Largest angle of the gripper from where ``mission.tip`` points at the end [degrees]."""
     wheels_off: Seconds | None = None
     """Longest time on end for which two wheels or more are off the ground, as before tipping over [s]."""
     violations: Count = 0

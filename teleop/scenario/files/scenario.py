@@ -11,6 +11,7 @@ from typing import Annotated, Final, Literal, TypeAlias
 from pydantic import Field, TypeAdapter
 from pydantic.dataclasses import dataclass
 
+from teleop.scenario.files.arm_tasks import Spot, Steep
 from teleop.scenario.files.faults import Fault
 from teleop.scenario.files.limits import Limits
 from teleop.scenario.files.operator_settings import Follower, Operator
@@ -122,6 +123,18 @@ class Delivery:
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
+class TipGoal:
+    """Where the arm's tip is to be at the end, as seen from the arm's foot."""
+
+    at: Spot
+    """Where [m]."""
+    down: Steep = 30.0
+    """Angle by which the gripper points down, straight away from the arm's foot [degrees]."""
+    aside: Steep = 0.0
+    """Angle by which it points to the left of that [degrees]."""
+
+
+@dataclass(frozen=True, slots=True, config=STRICT)
 class Mission:
     """What the operator has to do."""
 
@@ -129,6 +142,8 @@ class Mission:
     """Places to drive to, in this order; without any the run lasts until ``time_limit``."""
     deliver: tuple[Delivery, ...] = ()
     """Parcels that the arm has to place somewhere, in any order."""
+    tip: TipGoal | None = None
+    """Where the arm's tip is to be at the end."""
     tour: bool = False
     """Whether the goals are the way-points of the world's own tour, or of one that is planned through its free floor;
     the robot must pass each within 1 m, and stand for a second at the last."""

@@ -90,6 +90,12 @@ class ArmLink:
         """Ask for an opening of the gripper [m] with a force [N], 0 for its own."""
         return self._ask(GRIPPER, {"command": {"position": opening, "max_effort": effort}})
 
+    def way_out(self) -> Asked:
+        """Ask for what the robot offers."""
+        asked = Asked()
+        self._wire.call("/arm/way_out", "std_srvs/srv/Trigger", {}, asked.take)
+        return asked
+
     def follow(
         self, times: Sequence[float], angles: Sequence[Sequence[float]], names: Sequence[str]
     ) -> Asked:

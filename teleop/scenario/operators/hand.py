@@ -26,6 +26,7 @@ from teleop.scenario.files.arm_tasks import (
     Sweep,
     Task,
     Wait,
+    WayOut,
 )
 from teleop.scenario.files.operator_settings import Hand
 from teleop.scenario.operators.arm_link import ArmLink, Asked
@@ -51,6 +52,8 @@ _OPEN: Final = 0.2
 """Time for which the clutch is open before it closes [s]."""
 _NOTICED: Final = SECOND
 """Time after closing the clutch in which the robot may still say that it had stopped the arm [ns]."""
+_REST: Final = 1.2
+"""Time after a drive [s]: the robot comes to rest, and takes a stream of velocities again after a second."""
 _WIDE: Final = 0.06
 """Opening with which the gripper comes [m]."""
 
@@ -100,7 +103,7 @@ class HandOperator(Operator):
             case Put():
                 yield from self._put(task)
             case Reach():
-                yield from self._lead(_tip(task.to, task.down), task.lasting)
+                yield from self._lead(_tip(task.to, task.down, aside=task.aside), task.lasting)
             case Sweep():
                 yield from self._wave(sweeping(task), task.lasting)
             case Roam():
@@ -108,12 +111,16 @@ class HandOperator(Operator):
             case Lose():
                 yield from self._wave(*losing(task))
             case Clutch():
+                yield from self._wave(sweeping(Sweep("sweep")), 0.0)
                 for _ in range(task.times):
-                    yield from self._wave(sweeping(Sweep("sweep")), task.each, task.each)
+                    yield from self._wave(sweeping(Sweep("sweep")), task.each, 0.0)
             case Move():
                 to = task.to if isinstance(task.to, str) else _tip(task.to, task.down)
                 asked = self._link.move(to)
                 yield from self._answer(asked if task.wait else None)
+            case WayOut():
+                yield from self._open()
+                yield from self._answer(self._link.way_out())
             case Joints():
                 angles = [[math.radians(angle) for angle in row] for row in task.angles]
                 yield from self._answer(self._link.follow(task.times, angles, task.names))
@@ -215,8 +222,12 @@ class HandOperator(Operator):
                 self._link.hand(sample, tracked=tracked)
                 self._due += self._traits.period
             yield
-        open_hand = HandSample(self._now, Pose.identity(), False, self._hand.trigger)
-        self._link.hand(open_hand)
+        yield from self._open()
+
+    def _open(self) -> Script:
+        """Open the clutch."""
+        self._hand.let_go(self._now)
+        self._link.hand(HandSample(self._now, Pose.identity(), False, self._hand.trigger))
         yield
 
     def _jog(self, task: Jog) -> Script:
@@ -225,6 +236,7 @@ class HandOperator(Operator):
             self._link.jog(task.rates)
             yield
         self._link.jog([0.0] * 5)
+        yield from self._pause(0.1)
 
     def _drive(self, task: Drive) -> Script:
         end = self._now + round(task.lasting * SECOND)
@@ -232,7 +244,7 @@ class HandOperator(Operator):
             self._link.drive(task.speed, task.turn)
             yield from self._pause(0.1)
         self._link.drive(0.0, 0.0)
-        yield from self._pause(0.8)
+        yield from self._pause(_REST)
 
     def _answer(self, asked: Asked | None) -> Script:
         """Wait for a result, if one is waited for."""
@@ -246,8 +258,10 @@ class HandOperator(Operator):
             yield
 
 
-def _tip(at: Spot, down: float, above: float = 0.0) -> Pose:
-    """Return a pose of the tip that points straight away from the arm's foot and so far down [degrees]."""
+def _tip(at: Spot, down: float, above: float = 0.0, aside: float = 0.0) -> Pose:
+    """Return a pose of the tip that points away from the arm's foot, so far down and to the left of that [degrees]."""
     x, y, z = at
     place = np.array([x, y, z + above])
-    return Pose.from_euler(place, pitch=math.radians(down), yaw=math.atan2(y, x))
+    return Pose.from_euler(
+        place, pitch=math.radians(down), yaw=math.atan2(y, x) + math.radians(aside)
+    )

@@ -29,7 +29,8 @@ def sweeping(task: Sweep) -> Motion:
         # The radius grows within the first second, so that the hand starts from rest.
         share = min(1.0, time) ** 2 * (3.0 - 2.0 * min(1.0, time))
         circle = share * np.array([0.0, math.sin(angle), math.cos(angle)])
-        return task.radius * circle, math.radians(task.cone) * circle, True
+        turn = math.radians(task.cone) * circle + share * np.radians(task.turn)
+        return task.radius * circle, turn, True
 
     return at
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Final
@@ -9,13 +10,13 @@ from typing import Final
 import numpy as np
 
 from localization.geometry import FloatArray
-from localization.types import SECOND
+from localization.types import SECOND, Pose
 from robot_sim.arm.kinematics import Kinematics
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.arm.arm_state import ArmState
 from teleop.robot.arm.goal_results import Outcome
 from teleop.robot.tick_record import TickRecord
-from teleop.scenario.files.scenario import Delivery
+from teleop.scenario.files.scenario import Mission
 
 _LIFTED: Final = 0.02
 """Height above where it lay from which on a parcel counts as picked up [m]."""
@@ -34,18 +35,16 @@ _WINDOW: Final = 50
 class ArmLog:
     """Owns what was seen of the arm so far."""
 
-    def __init__(
-        self, fit: ArmFit, deliveries: Sequence[Delivery], note: Callable[[str], None]
-    ) -> None:
+    def __init__(self, fit: ArmFit, mission: Mission, note: Callable[[str], None]) -> None:
         """Watch an arm.
 
         Args:
             fit: Which one, and where.
-            deliveries: What is to be placed.
+            mission: What is to be placed, and where the tip is to be.
             note: Called with what happens, for people.
         """
         self._kinematics, self._mount = Kinematics(fit.table), fit.base_from_arm_base
-        self._deliveries, self._note = deliveries, note
+        self._mission, self._note = mission, note
         self._picked: set[str] = set()
         self._parcels: dict[str, FloatArray] = {}
         self._dropped = self._contacts = 0
@@ -55,6 +54,7 @@ class ArmLog:
         self._share, self._in_hand = 0.0, np.zeros(0)
         self._slip = self._moved = self._off = self._longest_off = 0.0
         self._begin: FloatArray | None = None
+        self._tip: Pose | None = None
         self._loads: deque[tuple[float, ...]] = deque(maxlen=_WINDOW)
         self._load = self._load_max = 0.0
 
@@ -65,6 +65,7 @@ class ArmLog:
         assert truth.arm is not None
         self._parcels = {name: pose.position for name, pose in truth.parcels}
         self._begin = arm.tip.position if self._begin is None else self._begin
+        self._tip = arm.tip
         self._moved = max(self._moved, float(np.linalg.norm(arm.tip.position - self._begin)))
         self._follow_loads(arm.load)
         self._follow_contacts(tick.stamp, truth.arm.touching, hit=truth.arm.hit)
@@ -81,9 +82,12 @@ class ArmLog:
             d.parcel != self._held
             and d.parcel in self._parcels
             and float(np.linalg.norm(self._parcels[d.parcel] - d.to)) <= d.within
-            for d in self._deliveries
+            for d in self._mission.deliver
         ]
+        tip_off, pointing_off = self._off_goal()
         return {
+            "tip_off": tip_off,
+            "pointing_off": pointing_off,
             "picked": float(len(self._picked)),
             "placed": float(sum(placed)),
             "dropped": float(self._dropped),
@@ -95,6 +99,16 @@ class ArmLog:
             "wheels_off": self._longest_off,
             "arm_refused": float(len(self._refused)),
         }
+
+    def _off_goal(self) -> tuple[float, float]:
+        """Return how far the tip is from where it is to be [m], and its pointing [rad]; NaN without a goal."""
+        goal, tip = self._mission.tip, self._tip
+        if goal is None or tip is None:
+            return math.nan, math.nan
+        away = math.atan2(goal.at[1], goal.at[0]) + math.radians(goal.aside)
+        wanted = Pose.from_euler(goal.at, pitch=math.radians(goal.down), yaw=away)
+        cosine = float(tip.rotation[:, 0] @ wanted.rotation[:, 0])
+        return math.dist(tip.position, wanted.position), math.acos(max(-1.0, min(1.0, cosine)))
 
     def _follow_loads(self, loads: tuple[float, ...]) -> None:
         self._loads.append(loads)

@@ -103,6 +103,12 @@ _SUBJECTS = {
     "load_max": ("largest share of its stall torque that a servo bore", "", 1.0),
     "slip": ("largest slip of a parcel in the gripper", "m", 1.0),
     "tip_moved": ("largest distance of the tip from where it began", "m", 1.0),
+    "tip_off": ("distance of the tip from where it is to be at the end", "m", 1.0),
+    "pointing_off": (
+        "angle of the gripper from where it is to point at the end",
+        "deg",
+        180.0 / math.pi,
+    ),
     "wheels_off": ("longest time with two wheels off the ground", "s", 1.0),
     "violations": ("things tried that the client may not do", "", 1.0),
 }

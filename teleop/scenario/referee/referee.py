@@ -15,13 +15,14 @@ from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.inbox import DriveCommand, PoseHint
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.files.limits import Limits
-from teleop.scenario.files.scenario import Delivery
+from teleop.scenario.files.scenario import Mission
 from teleop.scenario.referee.arm_log import ArmLog
 from teleop.scenario.referee.judging import figures_of, judge
 from teleop.scenario.referee.outcome import Event, EventKind, LimitCheck, TimeLines
 from teleop.scenario.referee.run_log import RunLog
 from teleop.scenario.referee.silences import Silences
 
+_NOTHING: Final = Mission()
 _CLEAR: Final = SECOND
 """Time without contact after which an obstacle is touched anew [ns]: a hull that scrapes along a wall, or is pressed
 against one, loses contact for ticks on end."""
@@ -52,7 +53,7 @@ class Referee:
         limits: Limits,
         start: tuple[float, float] = (0.0, 0.0),
         arm: ArmFit | None = None,
-        deliveries: Sequence[Delivery] = (),
+        mission: Mission = _NOTHING,
     ) -> None:
         """Watch for the goals in their order; the limits are judged at the end.
 
@@ -61,7 +62,7 @@ class Referee:
             limits: The limits.
             start: Where the robot stands before the first tick, in ``map`` [m].
             arm: The arm that it carries, if it does.
-            deliveries: What the arm has to place.
+            mission: What the arm has to do.
         """
         self.goals, self.limits = tuple(goals), limits
         self.log = RunLog()
@@ -79,7 +80,7 @@ class Referee:
         self._arm = (
             None
             if arm is None
-            else ArmLog(arm, deliveries, lambda text: self.note(EventKind.ARM, text))
+            else ArmLog(arm, mission, lambda text: self.note(EventKind.ARM, text))
         )
         self._silences = Silences()
         self._contacts = self._hints = self._violations = self._rules = 0

@@ -116,7 +116,7 @@ class Session:
             scenario.limits,
             (x, y),
             ArmFit.of(world),
-            scenario.mission.deliver,
+            scenario.mission,
         )
         self.faults = FaultSchedule(
             scenario, simulation, lambda text: self.referee.note(EventKind.FAULT, text)

@@ -104,7 +104,7 @@ def check(scenario: Scenario, world: World) -> None:
 
 _OF_ARMS = (
     *("picked", "placed", "dropped", "arm_contacts", "load", "load_max", "slip", "tip_moved"),
-    "wheels_off",
+    *("tip_off", "pointing_off", "wheels_off"),
 )
 """Limits of a robot with an arm."""
 

@@ -13,6 +13,8 @@ import pytest
 from localization.geometry import FloatArray
 from robot_sim.arm.arm_table import load_arm
 from teleop.robot.arm.arm_state import ArmMode, ArmState
+from teleop.robot.arm.commands import Hand
+from teleop.robot.inbox import ArmWish
 from teleop.scenario.files.errors import ScenarioError
 from teleop.scenario.files.reading import scenario_from
 from teleop.scenario.operators.building import operator_of
@@ -21,7 +23,7 @@ from teleop.scenario.session.scene import checked_scene_of
 from tests.teleop.scenario.session.support import Run, digests, run, scenario
 
 READY = np.array(load_arm().poses["ready"])
-QUIET = {"noise": 0.0, "unrest": 0.0}
+QUIET: dict[str, Any] = {"noise": 0.0, "unrest": 0.0}
 
 
 def done(*tasks: dict[str, Any], folder: Path | None = None, **more: Any) -> Run:
@@ -80,7 +82,8 @@ def test_joints_are_sent_as_they_are_and_refused_if_they_are_bad() -> None:
 
 def test_lost_track_is_sent_as_the_task_says() -> None:
     found = done({"kind": "lose", "by": [0.5, 0.0, 0.0], "drift": 0.1}, **QUIET)
-    hands = [m.wish for tick in found.ticks for m in tick.inbox if hasattr(m, "wish")]
+    wishes = [m.wish for tick in found.ticks for m in tick.inbox if isinstance(m, ArmWish)]
+    hands = [wish for wish in wishes if isinstance(wish, Hand)]
     places = [h.pose.position[0] for h in hands if h.engaged and not h.tracked]
     assert 0.0 < max(places) <= 0.1
     assert hands[-2].pose.position[0] == pytest.approx(0.5)
