@@ -14,15 +14,12 @@ from robot_sim import World
 from robot_sim.worlds.loading import parse_world
 from robot_sim.worlds.world import WorldOptions
 from tests.teleop.console.conftest import PATIENCE
-from tests.teleop.console.hands import says
 from tests.teleop.support import ROOT
 
 PANEL = ".panel-arm"
 REASON = ".arm-reason"
 MOVE = ".arm-move"
-_TIP = re.compile(
-    r"Tip: ([\d.]+) cm (ahead|behind), ([\d.]+) cm (left|right), (-?[\d.]+) cm above"
-)
+_TIP = re.compile(r"Tip: ([\d.]+) cm (ahead|behind), ([\d.]+) cm (left|right), (-?[\d.]+) cm above")
 
 
 def office_with_parcel(ahead: float, left: float) -> World:
@@ -55,13 +52,31 @@ async def choose_arm(page: Page) -> None:
 
 
 async def go(page: Page, button: str) -> None:
-    """Ask for a planned move, and hold the button that confirms it until the arm is there."""
+    """Ask for a planned move, and hold the button that confirms it until the arm is there.
+
+    On a loaded machine the page may have let go, or the robot given the move up: then a person presses again.
+    """
+    status = page.locator(MOVE)
     await page.get_by_role("button", name=button, exact=True).click()
-    await says(page, "hold the button to move", within=MOVE)
-    await page.get_by_role("button", name="Hold to move").hover()
-    await page.mouse.down()
-    await says(page, "the arm is there", within=MOVE)
-    await page.mouse.up()
+    held = False
+    try:
+        async with asyncio.timeout(PATIENCE):
+            while "the arm is there" not in (said := await status.inner_text()):
+                if "not reached" in said:
+                    await page.mouse.up()
+                    await page.get_by_role("button", name=button, exact=True).click()
+                    held = False
+                elif "hold the button" in said:
+                    if held:
+                        await page.mouse.up()
+                    await page.get_by_role("button", name="Hold to move").hover()
+                    await page.mouse.down()
+                    held = True
+                await asyncio.sleep(0.5)
+    except TimeoutError:
+        pytest.fail(f"{button}: waited in vain; the page says:\n{said}")
+    finally:
+        await page.mouse.up()
 
 
 async def hold_key_until(

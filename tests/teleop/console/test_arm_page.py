@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.async_api import Page
 
 from localization.maps.cloud import Cloud
-from robot_sim import World
 from tests.teleop.console.arm_hands import (
-    MOVE,
     PANEL,
     bring,
     choose_arm,

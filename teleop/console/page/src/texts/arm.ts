@@ -14,6 +14,8 @@ export const armTexts = {
   wheels: "The wheels are driven: let go of them first.",
 
   // Why it does what it does
+  /** Words of the robot's that a person at the page would take for an order. */
+  reasons: { "let go": "It stands: nothing is held" } as Readonly<Record<string, string>>,
   capital: (words: string): string => words.charAt(0).toUpperCase() + words.slice(1),
   sentence: (words: string): string => `${armTexts.capital(words)}${/[.!?]$/.test(words) ? "" : "."}`,
   plan: { planning: "looks for a way", waiting: "waits for you to hold the button", moving: "goes its way" } as Readonly<Record<string, string>>,

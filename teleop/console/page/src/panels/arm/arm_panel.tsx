@@ -73,7 +73,7 @@ function Reason({ arm, known: { info }, mayDrive }: ReasonProps) {
     return null;
   }
   const pending = state.mode === "plan" ? arm.moved.pending.value : undefined;
-  const reason = texts.sentence((pending === undefined ? undefined : texts.plan[pending.state]) ?? state.reason);
+  const reason = texts.sentence((pending === undefined ? undefined : texts.plan[pending.state]) ?? texts.reasons[state.reason] ?? state.reason);
   const troubled = stopped !== "" || failed !== "" || state.wayOut !== "" || state.mode === "held";
   return (
     <div class="arm-reason" data-grade={troubled ? "amber" : "green"}>
