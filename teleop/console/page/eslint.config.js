@@ -12,7 +12,7 @@ const FLOORS = {
     "driving | link | scene | session",
     "robot | texts",
   ],
-  "arm": ["picture"],
+  "arm": ["picture", "goals | inputs"],
   "link": ["message_checks"],
   "panels": [
     "arm | steps",

@@ -107,10 +107,11 @@ async def bring(page: Page, axis: int, to: float, *, plus: str, minus: str) -> N
         if abs(away) <= 0.004:
             return
         sign = 1.0 if away > 0.0 else -1.0
-        key = plus if away > 0.0 else minus
-        await hold_key_until(
-            page, key, lambda at, s=sign: s * (to - at[axis]) <= 0.003, f"{key} to {to}"
-        )
+
+        def there(at: np.ndarray, sign: float = sign) -> bool:
+            return bool(sign * (to - at[axis]) <= 0.003)
+
+        await hold_key_until(page, plus if away > 0.0 else minus, there, f"to {to}")
         await standing(page)
     pytest.fail(f"not there: {await tip(page)}, axis {axis} to {to}")
 

@@ -10,17 +10,17 @@ import { browserKeeper, remembered } from "../scene/remembered";
 import type { Theme } from "../scene/settings";
 import type { Workshop } from "../scene/workshop";
 import { ArmFeed } from "./arm_feed";
-import { ArmHold, type HoldEnvironment } from "./arm_hold";
-import { ArmKeys } from "./arm_keys";
-import { ArmPad } from "./arm_pad";
-import { sendWish, type ArmWish } from "./arm_wish";
-import { GripperControl } from "./gripper_control";
-import { LedHand, NO_TRIGGER } from "./hand";
-import { MoveControl } from "./move_control";
+import { ArmHold, type HoldEnvironment } from "./inputs/arm_hold";
+import { ArmKeys } from "./inputs/arm_keys";
+import { ArmPad } from "./inputs/arm_pad";
+import { sendWish, type ArmWish } from "./inputs/arm_wish";
+import { GripperControl } from "./goals/gripper_control";
+import { LedHand, NO_TRIGGER } from "./inputs/hand";
+import { MoveControl } from "./goals/move_control";
 import { ArmPicture } from "./picture/arm_picture";
-import { Taught } from "./taught";
-import { jointTowards, jointWish, TIP_FRAMES, tipWish, type TipDeflection, type TipFrame } from "./tip_motion";
-import { WayOut } from "./way_out";
+import { Taught } from "./goals/taught";
+import { jointTowards, jointWish, TIP_FRAMES, tipWish, type TipDeflection, type TipFrame } from "./inputs/tip_motion";
+import { WayOut } from "./goals/way_out";
 
 export interface ArmParts {
   readonly wire: RobotWire;

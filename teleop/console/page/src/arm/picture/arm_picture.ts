@@ -8,7 +8,7 @@ import { place } from "../../scene/robot_layer";
 import type { Theme } from "../../scene/settings";
 import type { Workshop } from "../../scene/workshop";
 import type { Pose } from "../../values";
-import type { TipFrame } from "../tip_motion";
+import type { TipFrame } from "../inputs/tip_motion";
 import { ArmFigure } from "./arm_figure";
 import { GhostGripper } from "./ghost_gripper";
 import { Gizmo } from "./gizmo";

@@ -4,7 +4,7 @@ import type { Signal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import type { Arm, KnownArm } from "../../arm/arm";
 import { Guide, GUIDE_STEPS } from "../../arm/guide";
-import { TIP_FRAMES } from "../../arm/tip_motion";
+import { TIP_FRAMES } from "../../arm/inputs/tip_motion";
 import { armTexts as texts } from "../../texts/arm";
 import { press } from "../driving/press";
 import { Panel } from "../panel";

@@ -1,7 +1,7 @@
 /** Planned moves: named poses and the ghost as goals, the way that is shown, and the button that is held to go it. */
 
 import type { Arm, KnownArm } from "../../arm/arm";
-import type { EndedMove, PendingMove } from "../../arm/move_control";
+import type { EndedMove, PendingMove } from "../../arm/goals/move_control";
 import { armTexts as texts } from "../../texts/arm";
 import { press } from "../driving/press";
 import { HoldButton } from "./hold_button";

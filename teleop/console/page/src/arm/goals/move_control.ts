@@ -1,12 +1,12 @@
 /** Planned moves: the robot finds a way, the picture shows it, and the arm goes on as long as a person holds it to that. */
 
 import { signal, type ReadonlySignal } from "@preact/signals";
-import { readMoveEnd, readMoveProgress } from "../link/message_checks/arm_messages";
-import { check } from "../link/message_checks/field";
-import type { RobotWire } from "../link/robot_wire";
-import type { ArmPath, MoveEnd, MoveProgress } from "../robot/arm";
-import { linkTexts } from "../texts/link";
-import type { Pose } from "../values";
+import { readMoveEnd, readMoveProgress } from "../../link/message_checks/arm_messages";
+import { check } from "../../link/message_checks/field";
+import type { RobotWire } from "../../link/robot_wire";
+import type { ArmPath, MoveEnd, MoveProgress } from "../../robot/arm";
+import { linkTexts } from "../../texts/link";
+import type { Pose } from "../../values";
 
 /** Where the arm shall go: a named pose, angles of its joints [rad], or a pose of its tip in its base. */
 export type MoveGoal =

@@ -1,8 +1,8 @@
 /** Gamepads: they move the wheels or the arm, never both, and buzz. */
 
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { ME, type FakePad } from "../driving/harness";
-import { ArmBench } from "./arm_bench";
+import { ME, type FakePad } from "../../driving/harness";
+import { ArmBench } from "../arm_bench";
 
 let bench: ArmBench;
 let pad: FakePad;

@@ -4,9 +4,9 @@
  * Which of wheels and arm a gamepad moves is switched for all of it, so that it never moves both.
  */
 
-import { withoutDeadZone } from "../driving/drive_source";
-import { GamepadFreshness } from "../driving/gamepad_freshness";
-import type { GamepadSource } from "../driving/gamepad_source";
+import { withoutDeadZone } from "../../driving/drive_source";
+import { GamepadFreshness } from "../../driving/gamepad_freshness";
+import type { GamepadSource } from "../../driving/gamepad_source";
 import type { ArmHold } from "./arm_hold";
 import type { ArmWish } from "./arm_wish";
 import { TIP_AT_REST, type TipDeflection } from "./tip_motion";

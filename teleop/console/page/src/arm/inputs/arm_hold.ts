@@ -1,11 +1,11 @@
 /** What holds the arm: one input at a time, whose wishes are sent until it lets go or the person may be gone. */
 
 import { signal, type ReadonlySignal } from "@preact/signals";
-import type { Driving } from "../driving/driving";
-import { SleepWatch, watchPage, type Loss } from "../driving/losses";
-import type { ArmState } from "../robot/arm";
-import { armTexts as texts } from "../texts/arm";
-import { drivingTexts } from "../texts/driving";
+import type { Driving } from "../../driving/driving";
+import { SleepWatch, watchPage, type Loss } from "../../driving/losses";
+import type { ArmState } from "../../robot/arm";
+import { armTexts as texts } from "../../texts/arm";
+import { drivingTexts } from "../../texts/driving";
 import { ArmStream } from "./arm_stream";
 import type { ArmWish } from "./arm_wish";
 import { FollowingWatch } from "./following_watch";

@@ -1,7 +1,7 @@
 /** The arm by keys: a held key is the deadman. */
 
 import { signal } from "@preact/signals";
-import { dialogOpen, ownsKeys } from "../driving/key_bindings";
+import { dialogOpen, ownsKeys } from "../../driving/key_bindings";
 import type { ArmHold } from "./arm_hold";
 import type { ArmWish } from "./arm_wish";
 import { TIP_AT_REST, type TipDeflection } from "./tip_motion";

@@ -1,7 +1,7 @@
 /** What a person wants of the arm at a moment, and its message; each kind has one that stands still. */
 
-import type { RobotWire } from "../link/robot_wire";
-import type { Vector3 } from "../values";
+import type { RobotWire } from "../../link/robot_wire";
+import type { Vector3 } from "../../values";
 import type { Hand } from "./hand";
 
 export type ArmWish =

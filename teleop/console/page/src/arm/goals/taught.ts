@@ -1,9 +1,9 @@
 /** Positions that a person has taught, kept by the browser for each arm, and how they are gone through again. */
 
 import { signal, type ReadonlySignal, type Signal } from "@preact/signals";
-import type { ArmInfo, ArmState } from "../robot/arm";
-import { remembered, type Keeper } from "../scene/remembered";
-import { armTexts as texts } from "../texts/arm";
+import type { ArmInfo, ArmState } from "../../robot/arm";
+import { remembered, type Keeper } from "../../scene/remembered";
+import { armTexts as texts } from "../../texts/arm";
 import type { GripperControl } from "./gripper_control";
 import type { MoveControl } from "./move_control";
 

@@ -1,8 +1,8 @@
 /** The arm goes on as long as a person holds it, and no longer. */
 
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { ME, OTHER } from "../driving/harness";
-import { ArmBench } from "./arm_bench";
+import { ME, OTHER } from "../../driving/harness";
+import { ArmBench } from "../arm_bench";
 
 let bench: ArmBench;
 
@@ -146,7 +146,7 @@ it("is stopped by the space bar and the emergency stop, with all that the robot 
   expect(bench.arm.moves).toBe(true);
   bench.page.driving.emergencyStop();
   await bench.page.settle();
-  expect(bench.calls.map(({ service }) => service)).toEqual(["/arm/way_out", "/servo_node/pause_servo", "/servo_node/pause_servo"]);
+  expect(bench.calls.map(({ service }) => service)).toEqual(["/arm/goals/way_out", "/servo_node/pause_servo", "/servo_node/pause_servo"]);
 });
 
 it("shows the robot a wish at rest again, if the first one was lost, and gives up after a while", () => {

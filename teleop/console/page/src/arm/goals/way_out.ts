@@ -1,11 +1,11 @@
 /** The button that gets the arm out of where it is stuck: the robot says what it would do, and does it. */
 
 import { signal, type ReadonlySignal } from "@preact/signals";
-import { readAnswer } from "../link/message_checks/answers";
-import { check } from "../link/message_checks/field";
-import type { RobotWire } from "../link/robot_wire";
-import { armTexts as texts } from "../texts/arm";
-import { linkTexts } from "../texts/link";
+import { readAnswer } from "../../link/message_checks/answers";
+import { check } from "../../link/message_checks/field";
+import type { RobotWire } from "../../link/robot_wire";
+import { armTexts as texts } from "../../texts/arm";
+import { linkTexts } from "../../texts/link";
 
 /** A planned motion takes some seconds; the robot answers when it is done [s]. */
 const PATIENCE = 60;

@@ -1,11 +1,11 @@
 /** The gripper by goals: open, closed with a force, or to an opening. */
 
 import { signal, type ReadonlySignal, type Signal } from "@preact/signals";
-import { readGripEnd } from "../link/message_checks/arm_messages";
-import { check } from "../link/message_checks/field";
-import type { RobotWire } from "../link/robot_wire";
-import type { ArmInfo, ArmState, GripEnd } from "../robot/arm";
-import { linkTexts } from "../texts/link";
+import { readGripEnd } from "../../link/message_checks/arm_messages";
+import { check } from "../../link/message_checks/field";
+import type { RobotWire } from "../../link/robot_wire";
+import type { ArmInfo, ArmState, GripEnd } from "../../robot/arm";
+import { linkTexts } from "../../texts/link";
 
 /** What the gripper does: moves to an opening [m], or how that ended. */
 export type Gripping =

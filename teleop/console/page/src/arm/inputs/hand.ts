@@ -1,7 +1,7 @@
 /** A hand that leads the arm's tip: a value that any input fills, be it a mouse, a gamepad or, some day, a headset. */
 
 import { Quaternion, Vector3 } from "three";
-import type { Pose } from "../values";
+import type { Pose } from "../../values";
 
 export interface Hand {
   /** Of the hand in `frame`, x pointing ahead; only its changes count. */

@@ -2,12 +2,12 @@
 
 import fc from "fast-check";
 import { expect, it } from "vitest";
-import { LedHand } from "../../src/arm/hand";
-import { jointTowards, tipWish, TIP_AT_REST } from "../../src/arm/tip_motion";
-import { readArmInfo } from "../../src/link/message_checks/arm_messages";
-import { Field } from "../../src/link/message_checks/field";
-import type { Pose } from "../../src/values";
-import { INFO } from "./arm_bench";
+import { LedHand } from "../../../src/arm/inputs/hand";
+import { jointTowards, tipWish, TIP_AT_REST } from "../../../src/arm/inputs/tip_motion";
+import { readArmInfo } from "../../../src/link/message_checks/arm_messages";
+import { Field } from "../../../src/link/message_checks/field";
+import type { Pose } from "../../../src/values";
+import { INFO } from "../arm_bench";
 
 const at = (x: number, angle = 0): Pose => ({
   position: { x, y: 0, z: 0 }, orientation: { x: 0, y: 0, z: Math.sin(angle / 2), w: Math.cos(angle / 2) },

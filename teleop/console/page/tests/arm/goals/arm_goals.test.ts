@@ -1,11 +1,11 @@
 /** What the robot does by itself: planned moves, the gripper, positions one after the other, ways out. */
 
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { Guide } from "../../src/arm/guide";
-import { positionsFrom } from "../../src/arm/taught";
-import { readArmInfo, readArmState } from "../../src/link/message_checks/arm_messages";
-import { Field } from "../../src/link/message_checks/field";
-import { ArmBench, INFO, STATE, type SentGoal } from "./arm_bench";
+import { Guide } from "../../../src/arm/guide";
+import { positionsFrom } from "../../../src/arm/goals/taught";
+import { readArmInfo, readArmState } from "../../../src/link/message_checks/arm_messages";
+import { Field } from "../../../src/link/message_checks/field";
+import { ArmBench, INFO, STATE, type SentGoal } from "../arm_bench";
 
 let bench: ArmBench;
 

@@ -1,6 +1,6 @@
 /** Compares what the robot says with what is sent to it: does the arm follow, and did the robot stop following? */
 
-import type { ArmState } from "../robot/arm";
+import type { ArmState } from "../../robot/arm";
 import { asksForMotion, type ArmWish } from "./arm_wish";
 
 /** Time in which the robot's answer must come [ms]; states come ten times a second at least. */
