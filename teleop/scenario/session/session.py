@@ -26,6 +26,7 @@ from teleop.scenario.files.operator_settings import Client, Station
 from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.referee.outcome import EventKind
 from teleop.scenario.referee.referee import Referee
+from teleop.scenario.referee.rules.arm_facts import ArmFacts
 from teleop.scenario.referee.rules.rule_book import RuleBook
 from teleop.scenario.session.fault_schedule import FaultSchedule
 from teleop.scenario.session.notes_file import Note
@@ -111,11 +112,12 @@ class Session:
         self.adapter, self.server = self.stepped.adapter, self.stepped.gateway.server
         protocol, simulation = self.server.protocol, self.simulation
         x, y = simulation.truth().map_from_base.position[:2].tolist()
+        fit = ArmFit.of(world)
         self.referee = Referee(
             goal_points(world, scenario),
             scenario.limits,
             (x, y),
-            ArmFit.of(world),
+            fit,
             scenario.mission,
         )
         self.faults = FaultSchedule(
@@ -127,7 +129,12 @@ class Session:
         if scenario.limits.rules and recorded is None:
             drive = simulation.config.drive
             self.rules = RuleBook(
-                scenario, scene.cloud, drive, protocol.observers, lambda: simulation.stamp
+                scenario,
+                scene.cloud,
+                drive,
+                protocol.observers,
+                lambda: simulation.stamp,
+                None if fit is None else ArmFacts(simulation, fit),
             )
         self.folder = folder
         """Where the run is recorded; None for a run of which only the outcome is kept."""

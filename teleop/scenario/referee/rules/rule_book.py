@@ -10,6 +10,15 @@ from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.protocol.observers import Observers
 from teleop.scenario.files.scenario import NO_SCANNERS, Scenario
 from teleop.scenario.referee.rules.answers import HintsAreAnswered
+from teleop.scenario.referee.rules.arm import (
+    ArmFollowsTheHand,
+    ArmHasASource,
+    ArmHeedsTheEStop,
+    ArmKeepsClear,
+    ArmKeepsItsBounds,
+    ArmSlowsTheVehicle,
+)
+from teleop.scenario.referee.rules.arm_facts import ArmFacts
 from teleop.scenario.referee.rules.authority import EStopStays, NeutralFirst, OneDriver
 from teleop.scenario.referee.rules.command_in_force import (
     CommandHasASource,
@@ -51,6 +60,12 @@ RULES: tuple[type[Rule], ...] = (
     CloudIsBelieved,
     ViewersWatch,
     FreeRobotIsHad,
+    ArmHasASource,
+    ArmHeedsTheEStop,
+    ArmKeepsItsBounds,
+    ArmFollowsTheHand,
+    ArmKeepsClear,
+    ArmSlowsTheVehicle,
 )
 """All rules."""
 
@@ -65,6 +80,7 @@ class RuleBook:
         drive: DriveConfig,
         observers: Observers,
         clock: Callable[[], int],
+        arm: ArmFacts | None = None,
     ) -> None:
         """Begin a run.
 
@@ -74,6 +90,7 @@ class RuleBook:
             drive: Limits of the simulated drive.
             observers: Observers of the clients' connections, to which it is added.
             clock: Returns the robot's time [ns].
+            arm: The arm, if the robot carries one.
         """
         self.broken: list[Broken] = []
         """Rules that have been broken, in order of time."""
@@ -89,6 +106,7 @@ class RuleBook:
             drive.max_turn,
             min(drive.braking, drive.acceleration),
             self.published,
+            arm,
         )
         # Without a scanner no hint is judged.
         blind = scenario.world.scanner == NO_SCANNERS

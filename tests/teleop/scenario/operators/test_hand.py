@@ -28,7 +28,9 @@ QUIET: dict[str, Any] = {"noise": 0.0, "unrest": 0.0}
 
 def done(*tasks: dict[str, Any], folder: Path | None = None, **more: Any) -> Run:
     """Return a run in which a hand does some tasks, from the arm's stow pose on."""
-    traits = {key: more.pop(key) for key in ("noise", "unrest", "planned") if key in more}
+    traits: dict[str, Any] = {
+        key: more.pop(key) for key in ("noise", "unrest", "planned") if key in more
+    }
     world = {"arm": "s2", "scanner": "none", **more.pop("world", {})}
     operator = {"kind": "hand", "tasks": list(tasks), **traits}
     chosen = scenario(*more.pop("faults", ()), world=world, operator=operator, time=30.0, **more)
