@@ -78,6 +78,8 @@ class Limits:
     """Largest distance of the arm's tip from ``mission.tip`` at the end [m]."""
     pointing_off: Annotated[float, Field(ge=0.0, le=180.0)] | None = None
     """Largest angle of the gripper from where ``mission.tip`` points at the end [degrees]."""
+    mirror_error: Annotated[float, Field(ge=0.0, le=180.0)] | None = None
+    """Largest error of a joint of the second arm, while both rest [degrees]."""
     wheels_off: Seconds | None = None
     """Longest time on end for which two wheels or more are off the ground, as before tipping over [s]."""
     violations: Count = 0

@@ -76,6 +76,9 @@ class WorldSettings:
     """Where the arm is mounted: bracket, ahead of the front bumper, or plate, on the top plate."""
     arm_speed: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 0.2
     """Largest speed of the vehicle while the arm is off its stow pose [m/s]; 0 for no such limit."""
+    board: Literal["degree", "microsecond"] | None = None
+    """What the pulses of a second arm are rounded to, whose servos have play and follow the arm; unless given, none
+    does."""
     parcels: tuple[Parcel, ...] = ()
     """Small boxes that lie loose, for the arm to pick up."""
     stale_limits: bool = True

@@ -53,7 +53,7 @@ _OPEN: Final = 0.2
 _NOTICED: Final = SECOND
 """Time after closing the clutch in which the robot may still say that it had stopped the arm [ns]."""
 _REST: Final = 1.2
-"""Time after a drive [s]: the robot comes to rest, and takes a stream of velocities again after a second."""
+"""Time after a drive [s]: the robot rests by then, and takes a stream of velocities again after a second."""
 _WIDE: Final = 0.06
 """Opening with which the gripper comes [m]."""
 

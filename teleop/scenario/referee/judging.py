@@ -109,6 +109,7 @@ _SUBJECTS = {
         "deg",
         180.0 / math.pi,
     ),
+    "mirror_error": ("largest error of the second arm at rest", "deg", 180.0 / math.pi),
     "wheels_off": ("longest time with two wheels off the ground", "s", 1.0),
     "violations": ("things tried that the client may not do", "", 1.0),
 }

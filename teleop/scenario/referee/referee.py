@@ -77,6 +77,9 @@ class Referee:
         self.command_ages: list[float] = []
         """Age of each drive command at the robot, as far as it can be known [s]."""
 
+        self.mirror_error = math.nan
+        """Largest error of a second arm at rest, which who has it sets [rad]."""
+
         self._arm = (
             None
             if arm is None
@@ -185,6 +188,7 @@ class Referee:
             "violations": float(self._violations),
             "rules": float(self._rules),
             **({} if self._arm is None else self._arm.figures()),
+            **({} if self._arm is None else {"mirror_error": self.mirror_error}),
         }
 
     def judged(self) -> tuple[TimeLines, dict[str, float], tuple[LimitCheck, ...]]:

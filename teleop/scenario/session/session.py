@@ -35,6 +35,7 @@ from teleop.scenario.session.places import given_pose, goal_points, start_pose
 from teleop.scenario.session.run_folder import RunFolder
 from teleop.scenario.session.scenario_state import StatePublisher
 from teleop.scenario.session.scene import Scene, simulation_config
+from teleop.scenario.session.second_arm import SecondArm
 
 SECOND: Final = 1_000_000_000
 
@@ -113,6 +114,10 @@ class Session:
         protocol, simulation = self.server.protocol, self.simulation
         x, y = simulation.truth().map_from_base.position[:2].tolist()
         fit = ArmFit.of(world)
+        board = fit is not None and scenario.world.board is not None
+        self.second_arm = SecondArm(scenario, fit.table) if fit is not None and board else None
+        """A second arm that follows the robot's, if the scenario has one."""
+
         self.referee = Referee(
             goal_points(world, scenario),
             scenario.limits,
@@ -134,7 +139,7 @@ class Session:
                 drive,
                 protocol.observers,
                 lambda: simulation.stamp,
-                None if fit is None else ArmFacts(simulation, fit),
+                None if fit is None else ArmFacts(simulation, fit, self.second_arm),
             )
         self.folder = folder
         """Where the run is recorded; None for a run of which only the outcome is kept."""
@@ -233,6 +238,9 @@ class Session:
         return [] if hint is None else [PoseHint("", hint)]
 
     def _observe(self, tick: TickRecord) -> None:
+        if self.second_arm is not None:
+            self.second_arm.take(tick)
+            self.referee.mirror_error = self.second_arm.error
         with self._stage("referee"):
             self.referee.take(tick)
         if self.rules is not None:

@@ -33,6 +33,7 @@ from robot_sim.survey.drivable_routes import GoalError, checked_pose, drivable_r
 from robot_sim.worlds.from_floorplan import plan_blocks
 from teleop.scenario.files.errors import FieldPath, ScenarioError
 from teleop.scenario.files.faults import (
+    BoardUnplugged,
     Box,
     DoorClosed,
     Fault,
@@ -104,7 +105,7 @@ def check(scenario: Scenario, world: World) -> None:
 
 _OF_ARMS = (
     *("picked", "placed", "dropped", "arm_contacts", "load", "load_max", "slip", "tip_moved"),
-    *("tip_off", "pointing_off", "wheels_off"),
+    *("tip_off", "pointing_off", "wheels_off", "mirror_error"),
 )
 """Limits of a robot with an arm."""
 
@@ -118,12 +119,17 @@ def _check_arm(scenario: Scenario) -> None:
                 ("mission", "deliver", number, "parcel"),
                 f"no parcel {delivery.parcel!r}; {_nearest(delivery.parcel, names)}",
             )
+    boards = [n for n, f in enumerate(scenario.fault) if isinstance(f, BoardUnplugged)]
+    if world.board is None and (boards or limits.mirror_error is not None):
+        path: FieldPath = ("fault", boards[0]) if boards else ("limits", "mirror_error")
+        raise ScenarioError(path, "there is no second arm; give world.board, such as degree")
     if world.arm is not None:
         return
     given = [name for name in _OF_ARMS if getattr(limits, name) is not None]
     for path, wanted in (
         (("limits", *given[:1]), given),
         (("world", "parcels"), world.parcels),
+        (("world", "board"), world.board),
         (("operator", "kind"), isinstance(scenario.operator, Hand)),
         (("second", "kind"), isinstance(scenario.second, Hand)),
     ):

@@ -49,6 +49,8 @@ _JUMP: Final = 0.3
 """Way of a hand between two samples that no hand moves [m]."""
 _OFF_STOW: Final = np.radians(5.0)
 """Distance of a joint from its stow pose from which the arm is off it [rad]."""
+_TOLD: Final = 7 * SECOND // 10
+"""Time after which operators know of a second arm that it is lost [ns]: half a second, and two messages."""
 _SETTLED: Final = 5
 """Ticks after which the vehicle's limits must be in force."""
 
@@ -189,7 +191,7 @@ class ArmFollowsTheHand(ArmRule):
         assert self.facts.arm is not None
         tip = self.facts.arm.kinematics.tip(arm.wanted)[:3, 3]
         for wish in self.streams(tick):
-            self._hear(wish, tip)
+            self._observe(wish, tip)
         if arm.mode is not ArmMode.HAND:
             if arm.wanted_rates.any():  # something else moves it
                 self._from = tip
@@ -201,7 +203,7 @@ class ArmFollowsTheHand(ArmRule):
             return f"the tip is led {100 * way:.0f} cm, and the hand has moved {100 * self._allowed:.0f} cm"
         return None
 
-    def _hear(self, wish: Stream, tip: FloatArray) -> None:
+    def _observe(self, wish: Stream, tip: FloatArray) -> None:
         last, self._last = self._last, wish if isinstance(wish, Hand) else None
         if not isinstance(wish, Hand) or not wish.engaged:
             self._anchor, self._jumped = None, False
@@ -282,3 +284,25 @@ class ArmSlowsTheVehicle(ArmRule):
         if self._holds > _SETTLED and turn > 0.6 + _EXACT:
             return f"{turn:.2f} rad/s are in force with {arm.held} in the gripper"
         return None
+
+
+class ArmIsMirrored(ArmRule):
+    """Operators see whether the second arm follows."""
+
+    name = "arm-mirror"
+    sentence = (
+        "0.7 s after the board of a second arm is unplugged `/arm/mirror` says that it is lost, and 0.7 s after it is "
+        "plugged in again no longer"
+    )
+
+    def look(self, tick: TickRecord, arm: ArmState) -> str | None:
+        """See ``ArmRule.look``."""
+        assert self.facts.arm is not None
+        mirror = self.facts.arm.mirror
+        if mirror is None:
+            return None
+        cut, lost = mirror.cut_since is not None, mirror.said == "lost"
+        since = mirror.plugged_since if mirror.cut_since is None else mirror.cut_since
+        if cut is lost or tick.stamp - since <= _TOLD:
+            return None
+        return f"the second arm is {'unplugged' if cut else 'connected'}, and said to be {mirror.said!r}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Protocol
 
 from localization.geometry import FloatArray
 from robot_sim import Simulation
@@ -11,11 +12,23 @@ from robot_sim.arm.kinematics import Kinematics
 from teleop.robot.arm.arm_fit import ArmFit
 
 
+class Mirror(Protocol):
+    """A second arm that follows."""
+
+    cut_since: int | None
+    """When its line was unplugged last [ns]; None if it is plugged in."""
+    plugged_since: int
+    """When it was plugged in last [ns]."""
+    said: str
+    """State that the robot published last, such as ``lost``."""
+
+
 class ArmFacts:
     """Looks at the simulated arm with an eye of its own, which nothing of the robot's control can shut."""
 
-    def __init__(self, simulation: Simulation, fit: ArmFit) -> None:
-        """Take the simulation of a robot with an arm."""
+    def __init__(self, simulation: Simulation, fit: ArmFit, mirror: Mirror | None = None) -> None:
+        """Take the simulation of a robot with an arm, and the second arm if there is one."""
+        self.mirror = mirror
         self.table, self.kinematics = fit.table, Kinematics(fit.table)
         self._simulation, self._clearance = simulation, Clearance(fit.table, fit.mount)
 

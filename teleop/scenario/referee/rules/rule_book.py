@@ -14,6 +14,7 @@ from teleop.scenario.referee.rules.arm import (
     ArmFollowsTheHand,
     ArmHasASource,
     ArmHeedsTheEStop,
+    ArmIsMirrored,
     ArmKeepsClear,
     ArmKeepsItsBounds,
     ArmSlowsTheVehicle,
@@ -66,6 +67,7 @@ RULES: tuple[type[Rule], ...] = (
     ArmFollowsTheHand,
     ArmKeepsClear,
     ArmSlowsTheVehicle,
+    ArmIsMirrored,
 )
 """All rules."""
 

@@ -55,7 +55,7 @@ def test_a_file_of_two_lines_is_a_scenario(tmp_path: Path) -> None:
         ),
         (
             "[[fault]]\nkind = 'estop'\nat = 1\n[[fault]]\nat = 1\nkind = 'boxx'",
-            "6: fault[1]: unknown kind 'boxx'; did you mean box?; there are box, clock_step, door_closed, estop,"
+            "6: fault[1]: unknown kind 'boxx'; did you mean box?; there are board_unplugged, box, clock_step, door_closed, estop,"
             " kidnap, link, operator_killed, person, scanner_dead, scanner_dirty, wheel_slip, wrong_hint",
         ),
         (

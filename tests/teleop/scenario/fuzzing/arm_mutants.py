@@ -117,7 +117,7 @@ def arm_two_masters() -> None:
 
 
 def arm_held_by_a_step() -> None:
-    """Whoever stops the arm stops it at once, without braking."""
+    """What stops the arm stops it at once, without braking."""
 
     def stop(self: JerkLimiter, motion: Motion) -> Motion:
         return Motion.at_rest(np.asarray(motion.angles))

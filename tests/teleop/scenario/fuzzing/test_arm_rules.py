@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from teleop.robot.arm import mirror
 from teleop.scenario.files.scenario import SCHEMA, Scenario
 from teleop.scenario.fuzzing.judged_session import judge_session
 from tests.teleop.scenario.fuzzing import robot_mutants
@@ -60,6 +61,15 @@ CASES = [
     ("arm_let_go_ignored", "arm-source", session(READY, JOG, {"kind": "wait", "lasting": 2})),
 ]
 """Mutant, the rule that it breaks, and the session in which it does."""
+
+
+def test_second_arm_that_nobody_says_is_lost_breaks_a_rule(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = {"scene": "corridor", "arm": "s2", "scanner": "none", "board": "degree"}
+    unplugged = {"kind": "board_unplugged", "at": 0.4, "lasting": 1}
+    chosen = session({"kind": "wait", "lasting": 2.4}, world=world, fault=[unplugged])
+    assert judge_session(chosen).broken == ()
+    monkeypatch.setattr(mirror, "LOST", 10**15)
+    assert [each.rule for each in judge_session(chosen).broken] == ["arm-mirror"]
 
 
 def test_every_mutant_is_asked_for() -> None:

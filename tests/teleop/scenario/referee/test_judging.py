@@ -47,6 +47,7 @@ KEPT: dict[str, float] = {
     "tip_moved": 0.002,
     "tip_off": 0.004,
     "pointing_off": math.radians(5.0),
+    "mirror_error": math.radians(1.0),
     "wheels_off": 0.3,
     "rules": 0.0,
 }
@@ -78,6 +79,7 @@ LIMITS = Limits(
     tip_moved=0.002,
     tip_off=0.004,
     pointing_off=5.0 + 1e-9,
+    mirror_error=1.0 + 1e-9,
     wheels_off=0.3,
     duration=20.0,
     violations=0,
@@ -90,6 +92,7 @@ MISSES = {name: math.nextafter(value, 1e9) for name, value in KEPT.items()} | {
     "heading_rmse": math.radians(1.001),
     "heading_max": math.radians(4.001),
     "pointing_off": math.radians(5.001),
+    "mirror_error": math.radians(1.001),
     "goals": 3.0,
     "distance": math.nextafter(12.0, 0.0),
     "picked": 2.0,
