@@ -23,7 +23,7 @@ from tests.teleop.console.arm_hands import (
     tip,
 )
 from tests.teleop.console.conftest import PATIENCE, Pages
-from tests.teleop.console.hands import press, says, seen
+from tests.teleop.console.hands import GAMEPAD, pad, plug, press, says, seen
 from tests.teleop.console.paced_robot import PacedRobot, paced_robot
 from tests.teleop.console.test_accessible import CONTROLS, LOOK, MISSED, axe, findings
 from tests.teleop.support import in_a_loop
@@ -140,6 +140,36 @@ async def test_arm_is_moved_by_who_drives_and_others_see_why_not(
         await first.page.keyboard.up("u")
         await until(lambda: rates(robot) < 0.01, "that it stands")
         assert first.errors == second.errors == []
+
+
+@pytest.mark.long
+@in_a_loop
+async def test_gamepad_moves_the_arm_and_no_wheel_until_it_is_switched(
+    page_of: Pages, armed: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(armed, office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[GAMEPAD], viewport=SIZE) as visit,
+    ):
+        page = visit.page
+        await says(page, "Ready", within=WHEELS)
+        await choose_arm(page)
+        await plug(page)
+        async with asyncio.timeout(PATIENCE):
+            while rates(robot) < 0.05:
+                await pad(page, 0.0, deadman=False)
+                await asyncio.sleep(0.3)
+                await pad(page, 0.0)
+                await asyncio.sleep(0.3)
+                await pad(page, 0.5)
+                await asyncio.sleep(0.7)
+        assert not any(tick.moves for tick in robot.ticks)
+        await page.get_by_role("button", name="the wheels", exact=True).click()
+        await until(lambda: rates(robot) < 0.01, "that the arm stands")
+        await asyncio.sleep(0.6)
+        assert not any(tick.moves for tick in robot.ticks), "the deadman was not pressed anew"
+        await pad(page, 0.0, deadman=False)
+        assert visit.errors == []
 
 
 @pytest.mark.long

@@ -60,7 +60,7 @@ async def test_newcomer_picks_a_box_up_by_mouse_and_keys_within_two_minutes(
         await standing(page)
         at = await tip(page)
         await drag_handle(page, at, np.array([0.0, 1.0, 0.0]), 20.0)
-        await says(page, "Follows the hand", within=PANEL)
+        await says(page, "It follows the ghost", within=PANEL)
         await standing(page)
         await page.mouse.up()
         await press(page, "Precision")

@@ -28,6 +28,8 @@ export interface ArmParts {
   readonly robot: RobotState;
   readonly driving: Driving;
   readonly theme: ReadonlySignal<Theme>;
+  /** Whether bandwidth is saved. */
+  readonly lean: ReadonlySignal<boolean>;
   readonly environment: HoldEnvironment;
 }
 
@@ -63,7 +65,7 @@ export class Arm implements StepMotion {
     this.follows = remembered("farsteer.arm.follows", true, (kept) => (typeof kept === "boolean" ? kept : undefined), keeper);
     this.known = this.#known;
     this.mayMove = computed(() => driving.status.value.blocked === undefined);
-    this.feed = new ArmFeed(wire, robot);
+    this.feed = new ArmFeed(wire, robot, parts.lean);
     this.gripper = new GripperControl(wire, this.feed.info);
     this.moved = new MoveControl(wire);
     this.wayOut = new WayOut(wire);

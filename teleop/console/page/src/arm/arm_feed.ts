@@ -8,8 +8,9 @@ import type { ArmInfo, ArmState } from "../robot/arm";
 import type { RobotState } from "../robot/robot_state";
 import { depend } from "../scene/reactions";
 
-/** Shortest time between two states [ms]. */
+/** Shortest time between two states [ms], and where bandwidth is saved. */
 const STATE_PERIOD = 50;
+const STATE_PERIOD_LEAN = 200;
 
 export class ArmFeed {
   readonly info: ReadonlySignal<ArmInfo | undefined>;
@@ -18,27 +19,29 @@ export class ArmFeed {
   onRumble: (strength: number) => void = () => undefined;
   readonly #stop: () => void;
 
-  constructor(wire: Pick<RobotWire, "stream" | "listen">, robot: RobotState) {
+  constructor(wire: Pick<RobotWire, "stream" | "listen">, robot: RobotState, lean: ReadonlySignal<boolean>) {
     const info = signal<ArmInfo | undefined>(undefined);
     const state = signal<ArmState | undefined>(undefined);
     [this.info, this.state] = [info, state];
-    const streams = [
+    const streams = (throttle: number) => [
       wire.stream({ topic: "/arm/info", type: "farsteer_msgs/ArmInfo", latched: true, cbor: true }, {
         read: readArmInfo, use: (value) => { setIfChanged(info, value); },
       }),
-      wire.stream({ topic: "/arm/state", type: "farsteer_msgs/ArmState", throttle: STATE_PERIOD, cbor: true }, {
+      wire.stream({ topic: "/arm/state", type: "farsteer_msgs/ArmState", throttle, cbor: true }, {
         read: readArmState, stampOf: ({ stamp }) => stamp, use: (value) => { state.value = value; },
       }),
       wire.stream({ topic: "/arm/feedback", type: "sensor_msgs/JoyFeedbackArray", cbor: true }, {
         read: readRumble, use: (strength) => { this.onRumble(strength); },
       }),
     ];
-    this.#stop = effect(() => {
-      // Another run may have another arm.
-      depend(robot.run);
-      state.value = undefined;
-      return robot.arm.value ? wire.listen(streams) : undefined;
-    });
+    const stops = [
+      effect(() => (robot.arm.value ? wire.listen(streams(lean.value ? STATE_PERIOD_LEAN : STATE_PERIOD)) : undefined)),
+      effect(() => {
+        depend(robot.run);
+        state.value = undefined; // another run stands elsewhere
+      }),
+    ];
+    this.#stop = () => { stops.forEach((stop) => { stop(); }); };
   }
 
   dispose(): void {

@@ -24,6 +24,7 @@ interface LoaderParts {
   readonly scene: Scene;
   readonly settings: SceneSettings;
   readonly driving: Driving;
+  readonly lean: ReadonlySignal<boolean>;
   readonly events: (severity: Severity, words: string) => void;
 }
 
@@ -35,9 +36,9 @@ export function loadArm(parts: LoaderParts, load: () => Promise<ArmModule> = () 
     if (parts.state.arm.value && !asked) {
       asked = true;
       load().then(({ Arm, ArmPanel }) => {
-        const { wire, state, scene, settings, driving } = parts;
+        const { wire, state, scene, settings, driving, lean } = parts;
         const arm = new Arm({
-          wire, driving, robot: state, workshop: scene.workshop, theme: settings.theme,
+          wire, driving, lean, robot: state, workshop: scene.workshop, theme: settings.theme,
           environment: { window, document, now: () => performance.now(), wallNow: () => Date.now() },
         });
         viewAtArm(arm.chosen, settings);

@@ -67,7 +67,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const hint = new HintTool(canvas, scene, commands, state);
   const steps = new StepControl(commands);
   steps.stopWhenHidden(document);
-  const arm = loadArm({ wire: link.wire, state, scene, settings, driving, events: events.add });
+  const arm = loadArm({ wire: link.wire, state, scene, settings, driving, lean, events: events.add });
   driving.steps = bothMotions(steps, () => arm.peek()?.arm);
   const robot = httpAddress(address);
   const camera = new CameraFeed(state, {

@@ -15,9 +15,14 @@ export const armTexts = {
 
   // Why it does what it does
   /** Words of the robot's that a person at the page would take for an order. */
-  reasons: { "let go": "It stands: nothing is held" } as Readonly<Record<string, string>>,
+  reasons: { "let go": "It stands: nothing is held", "follows the hand": "It follows the ghost", "is led to a pose": "It is led to a pose" } as Readonly<Record<string, string>>,
+  /** Reasons that the robot gives in its modes of moving while nothing hinders it. */
+  smooth: {
+    hand: "follows the hand", twist: "its tip moves as wanted", jog: "its joints move as wanted", pose: "is led to a pose",
+  } as Readonly<Record<string, string>>,
   capital: (words: string): string => words.charAt(0).toUpperCase() + words.slice(1),
-  sentence: (words: string): string => `${armTexts.capital(words)}${/[.!?]$/.test(words) ? "" : "."}`,
+  /** Words of the robot as a sentence; names of its parts have underscores. */
+  sentence: (words: string): string => `${armTexts.capital(words).replaceAll("_", " ")}${/[.!?]$/.test(words) ? "" : "."}`,
   plan: { planning: "looks for a way", waiting: "waits for you to hold the button", moving: "goes its way" } as Readonly<Record<string, string>>,
   gettingOut: "The robot is at it …",
   notOut: (why: string): string => `That did not work: ${why}.`,

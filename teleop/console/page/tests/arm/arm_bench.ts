@@ -62,6 +62,8 @@ export class ArmBench {
   reachable = true;
   /** Whether the arm does what it is sent. */
   follows = true;
+  readonly lean = signal(false);
+  readonly throttles: number[] = [];
   readonly arm: Arm;
   readonly canvas = document.createElement("canvas");
   readonly base = new Group();
@@ -73,7 +75,7 @@ export class ArmBench {
     document.body.append(this.canvas);
     this.canvas.setPointerCapture = () => undefined;
     this.arm = new Arm({
-      wire: this.wire(), robot: this.page.state, driving: this.page.driving, theme: signal<Theme>("day"),
+      wire: this.wire(), robot: this.page.state, driving: this.page.driving, theme: signal<Theme>("day"), lean: this.lean,
       workshop: {
         canvas: this.canvas, camera: new PerspectiveCamera(), world: new Group(), base: this.base, model: signal(robotModel(URDF).object),
         draw: () => undefined, holdView: (held) => { this.viewHeld.push(held); },
@@ -116,7 +118,8 @@ export class ArmBench {
       return this.reachable;
     };
     return {
-      stream: ({ topic, type }, kind) => {
+      stream: ({ topic, type, throttle = 0 }, kind) => {
+        this.throttles.push(throttle);
         const take = (message: unknown): void => { kind.use(kind.read(new Field(message, ""), 0), 0, topic); };
         this.#takers.set(topic, take);
         return { topic, type, throttle: 0, latched: false, cbor: true, take };

@@ -74,7 +74,8 @@ function Reason({ arm, known: { info }, mayDrive }: ReasonProps) {
   }
   const pending = state.mode === "plan" ? arm.moved.pending.value : undefined;
   const reason = texts.sentence((pending === undefined ? undefined : texts.plan[pending.state]) ?? texts.reasons[state.reason] ?? state.reason);
-  const troubled = stopped !== "" || failed !== "" || state.wayOut !== "" || state.mode === "held";
+  const hindered = texts.smooth[state.mode] !== undefined && texts.smooth[state.mode] !== state.reason;
+  const troubled = hindered || stopped !== "" || failed !== "" || state.wayOut !== "" || state.mode === "held";
   return (
     <div class="arm-reason" data-grade={troubled ? "amber" : "green"}>
       <p role="status"><strong>{reason}</strong> {stopped} {failed}</p>

@@ -10,6 +10,8 @@ export function MovesPart({ arm, known }: { readonly arm: Arm; readonly known: K
   const { moved, hold } = arm;
   const { picture, taught, info } = known;
   const [pending, placed, may] = [moved.pending.value, picture.placed.value, arm.mayMove.value];
+  // Positions that are gone through go on as the button stays held; any other way is shown first.
+  const goesOn = taught.running.value !== undefined && (taught.running.value > 0 || pending === undefined);
   const ask = (title: string, goal: Parameters<typeof moved.ask>[1]): void => {
     taught.stop();
     moved.ask(title, goal, (well) => {
@@ -40,7 +42,7 @@ export function MovesPart({ arm, known }: { readonly arm: Arm; readonly known: K
       <p role="status" class="arm-move" data-grade={gradeOf(pending, moved.last.value)}>{wordsOf(pending, moved.last.value)}</p>
       <div class="panel-buttons arm-go">
         <HoldButton
-          kind="panel-primary" disabled={pending === undefined || pending.state === "planning"}
+          kind="panel-primary" disabled={!goesOn && (pending === undefined || pending.state === "planning")}
           begin={() => { hold.begin("button", () => ({ kind: "plan", confirmed: true })); }} end={() => { hold.end("button"); }}
         >
           {texts.hold}

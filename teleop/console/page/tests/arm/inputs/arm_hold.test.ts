@@ -146,7 +146,7 @@ it("is stopped by the space bar and the emergency stop, with all that the robot 
   expect(bench.arm.moves).toBe(true);
   bench.page.driving.emergencyStop();
   await bench.page.settle();
-  expect(bench.calls.map(({ service }) => service)).toEqual(["/arm/goals/way_out", "/servo_node/pause_servo", "/servo_node/pause_servo"]);
+  expect(bench.calls.map(({ service }) => service)).toEqual(["/arm/way_out", "/servo_node/pause_servo", "/servo_node/pause_servo"]);
 });
 
 it("shows the robot a wish at rest again, if the first one was lost, and gives up after a while", () => {
@@ -170,4 +170,11 @@ it("listens to nothing of an arm while the robot has none", () => {
   expect(bench.listened).toEqual(["/arm/info", "/arm/state", "/arm/feedback"]);
   bench.page.state.arm.value = false;
   expect(bench.listened).toEqual([]);
+});
+
+it("hears of the arm less often where bandwidth is saved", () => {
+  expect(Math.max(...bench.throttles)).toBe(50);
+  bench.lean.value = true;
+  expect(Math.max(...bench.throttles)).toBe(200);
+  expect(bench.listened).toHaveLength(3);
 });

@@ -31,6 +31,10 @@ function pointer(target: Element, type: string): void {
 it("says why the arm does not move, where its tip is, and offers the way out", async () => {
   expect(reason()).toContain("Nobody moves the arm.");
   expect(reason()).toContain("Tip: 20.0 cm ahead, 0.0 cm left, 10.0 cm above the floor");
+  await panel.act(() => { bench.state({ mode: "idle", reason: "let go" }); });
+  expect(reason()).toContain("It stands: nothing is held.");
+  await panel.act(() => { bench.state({ mode: "hand", reason: "arm_jaw_right is 5 mm from floor" }); });
+  expect(reason()).toContain("Arm jaw right is 5 mm from floor.");
   await panel.act(() => { bench.state({ mode: "hand", reason: "wrist roll is at its limit of 90 degrees", way_out: "turn_over", way_out_text: "turn the wrist over" }); });
   expect(reason()).toContain("Wrist roll is at its limit of 90 degrees.");
   await panel.act(() => { panel.button("Turn the wrist over").click(); });
@@ -77,6 +81,16 @@ it("keeps positions and goes through them", async () => {
   expect(panel.text()).toContain("Position 1, jaws at 0 mm");
   await panel.act(() => { panel.button("Go through them").click(); });
   expect(bench.goals.at(-1)?.goal["angles"]).toEqual([0, 0.5]);
+  const hold = panel.button("Hold to move");
+  expect(hold.disabled, "before the first way is shown").toBe(true);
+  const way = { points: [{ positions: [0, 0] }, { positions: [0, 0.5] }] };
+  await panel.act(() => { bench.goals.at(-1)?.listener.feedback({ state: "waiting", share: 0, path: way }); });
+  await panel.act(() => { pointer(hold, "pointerdown"); });
+  await panel.act(() => { bench.goals.at(-1)?.listener.ended({ ok: true, values: { outcome: "done", message: "", path: { points: [] } } }); });
+  expect(bench.goals.at(-1)?.goal["command"]).toMatchObject({ position: 0 });
+  expect(hold.disabled, "while the jaws move").toBe(false);
+  expect(bench.arm.hold.input.value).toBe("button");
+  await panel.act(() => { pointer(hold, "pointerup"); });
   await panel.act(() => { panel.button("Forget position 1").click(); });
   expect(panel.text()).toContain("None kept.");
 });
