@@ -245,7 +245,7 @@ def hands() -> SearchStrategy[Operator]:
             drift=st.sampled_from((0.0, 0.3)),
             said=st.booleans(),
         ),
-        st.builds(tasks.Jog, kind=st.just("jog"), rates=rates, lasting=lasting),
+        *(st.builds(tasks.Jog, kind=st.just("jog"), rates=rates, lasting=lasting),) * 2,
         st.builds(
             tasks.Drive,
             kind=st.just("drive"),
