@@ -19,7 +19,7 @@ import { LedHand, NO_TRIGGER } from "./inputs/hand";
 import { MoveControl } from "./goals/move_control";
 import { ArmPicture } from "./picture/arm_picture";
 import { Taught } from "./goals/taught";
-import { jointTowards, jointWish, TIP_FRAMES, tipWish, type TipDeflection, type TipFrame } from "./inputs/tip_motion";
+import { jointTowards, jointWish, TIP_AT_REST, TIP_FRAMES, tipWish, type TipDeflection, type TipFrame } from "./inputs/tip_motion";
 import { WayOut } from "./goals/way_out";
 
 export interface ArmParts {
@@ -83,6 +83,8 @@ export class Arm implements StepMotion {
       open: () => { this.gripper.open(); },
       close: () => { this.gripper.close(); },
       tip: (at) => this.#tip(at),
+      choose: (on) => { this.keys.choose(this.keys.joint.peek() + on); },
+      joint: (share) => this.jog(this.keys.joint.peek(), share) ?? this.#tip(TIP_AT_REST),
     });
     this.feed.onRumble = (strength) => {
       if (driving.turns.turns.peek().driver === "me") {

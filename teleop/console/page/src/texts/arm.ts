@@ -37,7 +37,7 @@ export const armTexts = {
     "Drag the arrows and rings at the gripper in the picture; or hold keys:",
     "I K ahead and back, J L left and right, U O up and down; with Shift they turn the gripper",
     "1 to 5 choose a joint, comma and period move it; G opens and closes the gripper",
-    "Gamepad: hold LB; left stick ahead and aside, right stick up and down; with RB they turn; RT closes, LT opens; Back switches to the wheels",
+    "Gamepad: hold LB; left stick ahead and aside, right stick up and down; with RB they turn; the cross chooses a joint and moves it; RT closes, LT opens; Back switches to the wheels",
   ],
   keys: "Keys and gamepad",
   frames: "Directions of",

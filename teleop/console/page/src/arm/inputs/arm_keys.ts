@@ -46,6 +46,11 @@ export class ArmKeys {
     hold.onLoss.add(() => { this.release(); });
   }
 
+  /** Choose a joint, from 0; beyond the last one it is that. */
+  choose(joint: number): void {
+    this.joint.value = Math.max(0, Math.min(joint, this.hooks.joints() - 1));
+  }
+
   /** Count all keys as released until they are pressed again. */
   release(): void {
     for (const code of this.#pressed) {
@@ -78,7 +83,7 @@ export class ArmKeys {
     event.preventDefault(); // so that it drives nothing, and shifts no gear
     event.stopPropagation();
     if (digit !== undefined) {
-      this.joint.value = Math.min(Number(digit), this.hooks.joints()) - 1;
+      this.choose(Number(digit) - 1);
     } else if (moves && !event.repeat && this.#trusted(code)) {
       this.#pressed.add(code);
       if (this.hold.input.peek() !== "keys" && !this.hold.begin("keys", () => this.#wish())) {

@@ -1,5 +1,6 @@
 /**
- * The arm by gamepads: LB is the deadman, the sticks move the tip, with RB they turn it, the triggers move the jaws.
+ * The arm by gamepads: LB is the deadman, the sticks move the tip, with RB they turn it, the triggers move the jaws; on
+ * the cross, up and down choose a joint, left and right move it.
  *
  * Which of wheels and arm a gamepad moves is switched for all of it, so that it never moves both.
  */
@@ -13,6 +14,7 @@ import { TIP_AT_REST, type TipDeflection } from "./tip_motion";
 
 /** Buttons of the standard mapping, beside those of driving. */
 const [LEFT_TRIGGER, RIGHT_TRIGGER, SELECT, TURN] = [6, 7, 8, 5];
+const [UP, DOWN, LEFT, RIGHT] = [12, 13, 14, 15];
 /** How far a trigger must be pulled. */
 const PULLED = 0.6;
 /** How long a vibration lasts that is not renewed [ms]; the robot tells of it at each tick. */
@@ -26,15 +28,21 @@ export interface ArmPadHooks {
   open(): void;
   close(): void;
   tip(at: TipDeflection): ArmWish;
+  /** Choose another joint, so many on. */
+  choose(on: number): void;
+  /** What moves the chosen joint at a share of its rate. */
+  joint(share: number): ArmWish;
 }
 
 interface Pulled {
   readonly open: boolean;
   readonly close: boolean;
   readonly select: boolean;
+  readonly up: boolean;
+  readonly down: boolean;
 }
 
-const NOTHING: Pulled = { open: false, close: false, select: false };
+const NOTHING: Pulled = { open: false, close: false, select: false, up: false, down: false };
 
 export class ArmPad {
   #before = NOTHING;
@@ -65,6 +73,10 @@ export class ArmPad {
       this.hold.end("gamepad");
       return;
     }
+    const chosen = Number(at.down && !before.down) - Number(at.up && !before.up);
+    if (chosen !== 0) {
+      this.hooks.choose(chosen);
+    }
     const deadman = pad.buttons[this.pads.store.of(pad)?.deadman ?? 4]?.pressed === true;
     if (!deadman) {
       this.#ready = true;
@@ -73,8 +85,7 @@ export class ArmPad {
       this.hold.end("gamepad");
       return;
     }
-    const wanted = deflection(pad);
-    this.#centred ||= Object.values(wanted).every((share) => share === 0);
+    this.#centred ||= Object.values(deflection(pad)).every((share) => share === 0) && jogged(pad) === 0;
     if (this.#ready && this.#freshness.frozen(pad, now)) {
       this.#ready = false;
     }
@@ -88,7 +99,7 @@ export class ArmPad {
       this.hooks.close();
     }
     if (this.hold.input.peek() !== "gamepad") {
-      this.#ready = this.hold.begin("gamepad", () => this.hooks.tip(this.#now()));
+      this.#ready = this.hold.begin("gamepad", () => this.#wish());
     }
   }
 
@@ -103,15 +114,24 @@ export class ArmPad {
     }
   }
 
-  #now(): TipDeflection {
+  #wish(): ArmWish {
     const pad = this.pads.connected().find(({ mapping }) => mapping === "standard");
-    return pad === undefined ? TIP_AT_REST : deflection(pad);
+    if (pad === undefined) {
+      return this.hooks.tip(TIP_AT_REST);
+    }
+    const jog = jogged(pad);
+    return jog === 0 ? this.hooks.tip(deflection(pad)) : this.hooks.joint(jog);
   }
 }
 
 function pulled(pad: Gamepad): Pulled {
   const value = (button: number): number => pad.buttons[button]?.value ?? 0;
-  return { open: value(LEFT_TRIGGER) > PULLED, close: value(RIGHT_TRIGGER) > PULLED, select: value(SELECT) > PULLED };
+  const is = (button: number): boolean => value(button) > PULLED;
+  return { open: is(LEFT_TRIGGER), close: is(RIGHT_TRIGGER), select: is(SELECT), up: is(UP), down: is(DOWN) };
+}
+
+function jogged(pad: Gamepad): number {
+  return Number(pad.buttons[RIGHT]?.pressed === true) - Number(pad.buttons[LEFT]?.pressed === true);
 }
 
 function deflection(pad: Gamepad): TipDeflection {

@@ -46,6 +46,27 @@ it("moves the tip while LB is held, and no wheel", () => {
   expect(bench.page.joys).toEqual([]);
 });
 
+it("chooses a joint by the cross, and moves it while LB is held", () => {
+  bench.arm.chosen.value = true;
+  bench.page.wait(50);
+  for (const button of [13, 13, 12, 13]) {
+    press(button);
+    press(button, false);
+  }
+  expect(bench.arm.keys.joint.value).toBe(1);
+  press(15);
+  bench.page.wait(200);
+  expect(bench.sent, "without LB").toEqual([]);
+  press(15, false);
+  press(4);
+  press(14);
+  bench.page.wait(200);
+  expect(bench.on("/servo_node/delta_joint_cmds").at(-1)?.message["velocities"]).toEqual([0, -0.5]);
+  press(14, false);
+  bench.page.wait(200);
+  expect(bench.on("/servo_node/delta_joint_cmds").at(-1)?.message["velocities"]).toEqual([0, 0]);
+});
+
 it("wants the stick at rest and LB pressed anew, after the switch and after a loss", () => {
   press(4);
   pad.axes[1] = -1;
