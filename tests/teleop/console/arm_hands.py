@@ -145,6 +145,24 @@ async def drag_handle(page: Page, at: np.ndarray, along: np.ndarray, pixels: flo
         await asyncio.sleep(0.05)
 
 
+async def drag_until_it_follows(page: Page, along: np.ndarray, pixels: float) -> None:
+    """Drag an arrow until the arm has followed it and stands; again where a loaded machine made the page let go."""
+    async with asyncio.timeout(PATIENCE):
+        while True:
+            before = await tip(page)
+            await drag_handle(page, before, along, pixels)
+            for _ in range(50):
+                await asyncio.sleep(0.1)
+                if np.linalg.norm(await tip(page) - before) > 0.005:
+                    await standing(page)
+                    await page.mouse.up()
+                    return
+                if "Stopped:" in await page.locator(REASON).inner_text():
+                    break
+            await page.mouse.up()
+            await standing(page)
+
+
 async def _on_screen(page: Page, place: np.ndarray) -> np.ndarray:
     x, y, z = (float(value) for value in place + (0.29, 0.0, 0.0))
     found = await page.evaluate(

@@ -12,12 +12,11 @@ from tests.teleop.console.arm_hands import (
     PANEL,
     bring,
     choose_arm,
-    drag_handle,
+    drag_until_it_follows,
     go,
     hold_key_until,
     office_with_parcel,
     standing,
-    tip,
 )
 from tests.teleop.console.conftest import Pages
 from tests.teleop.console.hands import press, says, seen
@@ -58,11 +57,7 @@ async def test_newcomer_picks_a_box_up_by_mouse_and_keys_within_two_minutes(
         await says(page, "Its jaws are 60 mm apart", within=PANEL)
         await go(page, "Pose “floor”")
         await standing(page)
-        at = await tip(page)
-        await drag_handle(page, at, np.array([0.0, 1.0, 0.0]), 20.0)
-        await says(page, "It follows the ghost", within=PANEL)
-        await standing(page)
-        await page.mouse.up()
+        await drag_until_it_follows(page, np.array([0.0, 1.0, 0.0]), 20.0)
         await press(page, "Precision")
         await bring(page, 1, LEFT, plus="j", minus="l")
         await bring(page, 0, AHEAD, plus="i", minus="k")
