@@ -1,14 +1,12 @@
-"""Curves and bands as paths of SVG in a box of 1000 by 100 that is stretched to the panel's size."""
+"""Curves and areas as paths of SVG in a box of 1000 by 100 that is stretched to the panel's size."""
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
+from markupsafe import Markup
 
 from localization.geometry import FloatArray
 from localization.types import IntArray
-from teleop.scenario.reports.markup import Markup, element
 from teleop.scenario.reports.scales import Scale
 
 WIDTH, HEIGHT = 1000.0, 100.0
@@ -17,44 +15,60 @@ _COLUMNS = 1000
 """Number of parts of the time axis of which the extremes are drawn: about one for each pixel."""
 
 
-def curve(time: FloatArray, values: FloatArray, scale: Scale, name: str) -> Markup:
+def curve(time: FloatArray, values: FloatArray, scale: Scale, style: str) -> Markup:
     """Return a curve; where values are NaN it is interrupted.
 
     Args:
         time: (N,) places on the time axis, 0 to 1.
         values: (N,) figures.
         scale: Axis of the figures.
-        name: Class for its style.
+        style: Class for its style.
     """
     chosen = extremes(values)
-    return element(
-        "path", d=_path(time[chosen], scale.share(values[chosen])), class_=f"curve {name}"
-    )
+    return drawn(_path(time[chosen], scale.share(values[chosen])), f"curve {style}")
 
 
-def band(time: FloatArray, upper: FloatArray, scale: Scale, name: str) -> Markup:
-    """Return the area below a curve."""
-    chosen = extremes(upper)
-    x, y = time[chosen], np.nan_to_num(scale.share(upper[chosen]), nan=0.0)
-    if not len(x):
-        return Markup()
-    top = _path(x, y)
-    edge = f"{x[-1] * WIDTH:.1f} {HEIGHT:.0f}L{x[0] * WIDTH:.1f} {HEIGHT:.0f}Z"
-    return element("path", d=f"{top}L{edge}", class_=f"band {name}")
-
-
-def level(value: float, scale: Scale, name: str) -> Markup:
+def level(value: float, scale: Scale, style: str) -> Markup:
     """Return a horizontal line."""
-    y = HEIGHT * (1.0 - float(scale.share(np.array([value]))[0]))
-    return element("path", d=f"M0 {y:.1f}H{WIDTH:.0f}", class_=f"level {name}")
+    return drawn(_path(np.array([0.0, 1.0]), scale.share(np.full(2, value))), f"level {style}")
 
 
-def between(low: float, high: float, scale: Scale, name: str) -> Markup:
-    """Return the area between two values."""
-    bottom, top = HEIGHT * (1.0 - scale.share(np.array([low, high])))
-    return element(
-        "rect", x=0, y=float(top), width=WIDTH, height=float(bottom - top), class_=f"band {name}"
+def area(time: FloatArray, low: FloatArray, high: FloatArray, scale: Scale, style: str) -> Markup:
+    """Return the area between two curves; where values are NaN they are at the bottom."""
+    chosen = np.union1d(extremes(low), extremes(high))
+    x, below, above = time[chosen], *(np.nan_to_num(scale.share(v[chosen])) for v in (low, high))
+    around = _path(np.concatenate([x, x[::-1]]), np.concatenate([above, below[::-1]]))
+    return drawn(f"{around}Z", f"band {style}")
+
+
+def upright(x: FloatArray, low: FloatArray, high: FloatArray, scale: Scale, style: str) -> Markup:
+    """Return an upright line from one figure to another at each of these places (N,), 0 to 1."""
+    ends = HEIGHT * (1.0 - scale.share(np.stack([low, high])))
+    words = (f"M{a:.1f} {b:.1f}V{t:.1f}" for a, b, t in zip(x * WIDTH, *ends, strict=True))
+    return drawn("".join(words), f"curve {style}")
+
+
+def dots(x: FloatArray, values: FloatArray, scale: Scale, style: str) -> Markup:
+    """Return a dot at each figure, (N,) at places (N,), 0 to 1."""
+    heights = HEIGHT * (1.0 - scale.share(values))
+    words = (f"M{a:.1f} {up:.1f}h0" for a, up in zip(x * WIDTH, heights, strict=True))
+    return drawn("".join(words), f"curve dots {style}")
+
+
+def bars(shares: FloatArray) -> Markup:
+    """Return bars of these heights (N,), 0 to 1, side by side."""
+    width = WIDTH / len(shares)
+    heights = HEIGHT * (1.0 - shares)
+    words = (
+        f"M{i * width + 1:.1f} {HEIGHT:.0f}V{top:.1f}h{width - 2:.1f}V{HEIGHT:.0f}Z"
+        for i, top in enumerate(heights)
     )
+    return drawn("".join(words), "bar")
+
+
+def drawn(path: str, style: str) -> Markup:
+    """Return a path of SVG with classes for its style."""
+    return Markup('<path d="{}" class="{}"/>').format(path, style)
 
 
 def extremes(values: FloatArray) -> IntArray:
@@ -65,16 +79,14 @@ def extremes(values: FloatArray) -> IntArray:
     count = len(values)
     if count <= 2 * _COLUMNS:
         return np.arange(count)
-    edges = np.linspace(0, count, _COLUMNS + 1).astype(np.int64)
-    chosen = [0, count - 1]
-    for begin, end in pairwise(edges):
-        part = values[begin:end]
-        missing = np.isnan(part)
-        if missing.any():
-            chosen.append(int(begin + np.argmax(missing)))
-        if not missing.all():
-            chosen += [int(begin + np.nanargmin(part)), int(begin + np.nanargmax(part))]
-    return np.unique(np.array(chosen, dtype=np.int64))
+    width = -(-count // _COLUMNS)
+    parts = np.full((_COLUMNS, width), np.nan)
+    parts.flat[:count] = values
+    missing = np.isnan(parts)
+    least = np.where(missing, np.inf, parts).argmin(axis=1)
+    most = np.where(missing, -np.inf, parts).argmax(axis=1)
+    chosen = np.arange(_COLUMNS) * width + [least, most, missing.argmax(axis=1)]
+    return np.union1d(np.minimum(chosen, count - 1), [0, count - 1])
 
 
 def _path(x: FloatArray, y: FloatArray) -> str:

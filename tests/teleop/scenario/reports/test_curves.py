@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from localization.report.plain_text import plain_text
 from teleop.scenario.reports.curves import curve, extremes
 from teleop.scenario.reports.map_view import wall_points
-from teleop.scenario.reports.plain_text import plain_text
 from teleop.scenario.reports.scales import (
     Linear,
     Logarithmic,
