@@ -186,10 +186,10 @@ class Localize:
 
     def _settings(self) -> dict[str, object]:
         """Return the settings of the file, and over them those of the command line."""
-        from localization.settings import assignments, present_name, read_settings
+        from localization.settings import assignments, read_settings
 
         kept = {} if self.settings is None else read_settings(self.settings)
-        return {present_name(n): v for n, v in kept.items()} | assignments(self.assignments)
+        return kept | assignments(self.assignments)
 
     def _write_config(self, path: Path, run: LogRun | DeadReckoningRun) -> None:
         from localization.config import to_json
