@@ -2,41 +2,38 @@
 
 from __future__ import annotations
 
-import base64
 from collections import Counter
-from collections.abc import Mapping
 
 import numpy as np
 
 from localization.evaluation.localization_history import History
 from localization.report.page_template import rendered
+from localization.report.path_map import path_map
 from localization.report.reference_comparison import ReferenceComparison
 from localization.report.report_summary import STATISTICS, Report, error_rows, nees_text, summary
+from localization.report.timeline_panels import timeline_panels
 from localization.types import SECOND
 
 
-def page(report: Report, pictures: Mapping[str, bytes], missing: str = "") -> str:
-    """Return the page.
-
-    Args:
-        report: Content of the page.
-        pictures: PNG files by name: ``plan`` and ``timeline``.
-        missing: Reason for missing pictures.
-    """
-    comparison = report.comparison
+def page(report: Report) -> str:
+    """Return the page."""
+    history, comparison = report.history, report.comparison
+    view, keys = path_map(report) or (None, ())
     return rendered(
         "localization/report/localized_log.html",
         title=report.title,
         facts={**summary(report), **report.facts},
         notes=[*(f"hint {v.verdict.value}: {v.reason}" for v in report.verdicts), *report.notes],
-        missing=missing,
-        pictures={name: base64.b64encode(png).decode() for name, png in pictures.items()},
+        view=view,
+        keys=keys,
+        frame="odom" if report.cloud is None else "map",
+        panels=timeline_panels(history, comparison) if len(history.stamps) else (),
         comparison=comparison,
         statistics=STATISTICS,
         errors=comparison and error_rows(comparison),
         nees=comparison and nees_text(comparison),
         offset=comparison and _offset(comparison),
-        reasons=_reasons(report.history),
+        reasons=_reasons(history),
     )
 
 

@@ -9,15 +9,15 @@ from typing import Final
 import numpy as np
 
 from localization.geometry import FloatArray
+from localization.report.curves import bars
+from localization.report.map_view import MapView, Spot, map_view
 from localization.report.page_template import rendered
+from localization.report.panels import Panel, ticks_of
+from localization.report.scales import linear_around
 from teleop.scenario.files.writing import scenario_text
 from teleop.scenario.referee.outcome import EventKind, ExitStatus, Outcome
-from teleop.scenario.reports.curves import bars
 from teleop.scenario.reports.junit import robot_seconds
 from teleop.scenario.reports.limit_text import figure_text
-from teleop.scenario.reports.map_view import MapView, Spot, map_view
-from teleop.scenario.reports.panels import Panel, ticks_of
-from teleop.scenario.reports.scales import linear_around
 from teleop.scenario.reports.timelines import timelines
 
 _VERDICTS: Final = {

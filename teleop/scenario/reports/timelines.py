@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from localization.geometry import FloatArray
+from localization.report.curves import area, curve, level
+from localization.report.panels import Panel, panel, states_panel, time_axis
+from localization.report.scales import linear_around, logarithmic_around
 from teleop.scenario.referee.outcome import Outcome
-from teleop.scenario.reports.curves import area, curve, level
-from teleop.scenario.reports.panels import Panel, panel, states_panel, time_axis
-from teleop.scenario.reports.scales import linear_around, logarithmic_around
 
 _NEES_BOUNDS = (1.24, 14.45)
 """Chi-square with 6 degrees of freedom: 2.5 % of consistent errors are below the first, 2.5 % above the second."""

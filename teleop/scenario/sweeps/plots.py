@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 
 from localization.geometry import FloatArray
-from teleop.scenario.reports.curves import area, curve, dots, upright
-from teleop.scenario.reports.panels import Panel, Ticks, panel, ticks_of
-from teleop.scenario.reports.scales import Linear, linear_around
+from localization.report.curves import area, curve, dots, upright
+from localization.report.panels import Panel, Ticks, panel, ticks_of
+from localization.report.scales import Linear, linear_around
 from teleop.scenario.sweeps.axes import Value, value_text
 from teleop.scenario.sweeps.statistics import Rows, by_value, quantiles, share_passed
 

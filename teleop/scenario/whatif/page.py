@@ -8,14 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from localization.geometry import FloatArray
+from localization.report.curves import curve, level
+from localization.report.map_view import MapView, Spot, map_view
 from localization.report.page_template import rendered
+from localization.report.panels import Panel, panel, states_panel, time_axis
+from localization.report.scales import Scale, linear_around, logarithmic_around
 from localization.types import SECOND
 from teleop.scenario.referee.outcome import Event, Outcome
-from teleop.scenario.reports.curves import curve, level
 from teleop.scenario.reports.limit_text import figure_text
-from teleop.scenario.reports.map_view import MapView, Spot, map_view
-from teleop.scenario.reports.panels import Panel, panel, states_panel, time_axis
-from teleop.scenario.reports.scales import Scale, linear_around, logarithmic_around
 from teleop.scenario.session.fault_schedule import begun
 from teleop.scenario.whatif.fork import TICK, Futures
 

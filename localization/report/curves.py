@@ -6,8 +6,8 @@ import numpy as np
 from markupsafe import Markup
 
 from localization.geometry import FloatArray
+from localization.report.scales import Scale
 from localization.types import IntArray
-from teleop.scenario.reports.scales import Scale
 
 WIDTH, HEIGHT = 1000.0, 100.0
 """Size of the box."""
@@ -38,7 +38,7 @@ def area(time: FloatArray, low: FloatArray, high: FloatArray, scale: Scale, styl
     chosen = np.union1d(extremes(low), extremes(high))
     x, below, above = time[chosen], *(np.nan_to_num(scale.share(v[chosen])) for v in (low, high))
     around = _path(np.concatenate([x, x[::-1]]), np.concatenate([above, below[::-1]]))
-    return drawn(f"{around}Z", f"band {style}")
+    return drawn(f"{around}Z" if around else "", f"band {style}")
 
 
 def upright(x: FloatArray, low: FloatArray, high: FloatArray, scale: Scale, style: str) -> Markup:
@@ -85,8 +85,10 @@ def extremes(values: FloatArray) -> IntArray:
     missing = np.isnan(parts)
     least = np.where(missing, np.inf, parts).argmin(axis=1)
     most = np.where(missing, -np.inf, parts).argmax(axis=1)
-    chosen = np.arange(_COLUMNS) * width + [least, most, missing.argmax(axis=1)]
-    return np.union1d(np.minimum(chosen, count - 1), [0, count - 1])
+    begin, gap = np.arange(_COLUMNS) * width, missing.any(axis=1)
+    gaps = (begin + missing.argmax(axis=1))[gap]
+    chosen = np.concatenate([begin + least, begin + most, gaps, [0, count - 1]])
+    return np.unique(np.minimum(chosen, count - 1))
 
 
 def _path(x: FloatArray, y: FloatArray) -> str:

@@ -12,7 +12,9 @@ from markupsafe import Markup
 from PIL import Image
 
 from localization.geometry import FloatArray
-from teleop.scenario.reports.curves import drawn
+from localization.report.curves import drawn
+from localization.report.panels import Ticks, ticks_of
+from localization.report.scales import Linear
 
 _LARGEST = 900
 """Number of pixels of the longer side of the picture of the walls."""
@@ -60,6 +62,19 @@ class MapView:
     """Paths in metres, from the bottom to the top."""
     spots: Sequence[Spot]
     """Points of interest."""
+
+    def outline(self, points: FloatArray, style: str) -> Markup:
+        """Return a closed line through points (N, 2) [m], with a class for its style."""
+        across, down = (points - self.low)[:, 0], (self.low + self.size - points)[:, 1]
+        words = (f"{x:.3f} {y:.3f}" for x, y in zip(across, down, strict=True))
+        return drawn(f"M{'L'.join(words)}Z", f"path {style}")
+
+    @property
+    def ticks(self) -> tuple[Ticks, Ticks]:
+        """Ticks of x and of y, in ``map`` [m]."""
+        axes = zip(self.low.tolist(), (self.low + self.size).tolist(), strict=True)
+        x, y = (ticks_of(Linear(low, high), parts=8) for low, high in axes)
+        return x, y
 
     def place(self, x: float, y: float) -> str:
         """Return the style that puts something at a point [m]."""

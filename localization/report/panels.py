@@ -10,10 +10,13 @@ import numpy as np
 from markupsafe import Markup
 
 from localization.geometry import FloatArray
-from teleop.scenario.reports.scales import Linear, Scale
+from localization.report.scales import Linear, Scale
 
 Ticks = Sequence[tuple[float, str]]
 """Places on an axis in per cent of its length, with their texts."""
+
+Keys = Sequence[tuple[str, str]]
+"""Legend: classes of a style, and what is drawn so."""
 
 _WIDE_ENOUGH = 9.0
 """Share of the time axis from which a state is named within its band [%]; the legend names all."""
@@ -35,7 +38,7 @@ class Band:
     @property
     def style(self) -> str:
         """Class of its colour."""
-        return _style(self.state)
+        return state_style(self.state)
 
     @property
     def name(self) -> str:
@@ -55,8 +58,8 @@ class Panel:
     """What is drawn, from the bottom to the top."""
     ticks: Ticks = ()
     """Ticks from the bottom to the top."""
-    keys: Sequence[tuple[str, str]] = ()
-    """Legend: classes of a style, and what is drawn so."""
+    keys: Keys = ()
+    """Legend."""
     bands: Sequence[Band] = ()
     """States."""
     across: Ticks = ()
@@ -83,7 +86,7 @@ def states_panel(name: str, states: Sequence[str], time: FloatArray) -> Panel:
         begin = float(time[index - 1]) if index else 0.0
         index += sum(1 for _ in run)
         bands.append(Band(state, 100 * begin, 100 * (float(time[index - 1]) - begin)))
-    keys = [(_style(state), state) for state in dict.fromkeys(states)]
+    keys = [(state_style(state), state) for state in dict.fromkeys(states)]
     return Panel(name, "strip", keys=keys, bands=bands)
 
 
@@ -100,5 +103,6 @@ def ticks_of(scale: Scale, *, parts: int = 5, unit: float = 1.0) -> Ticks:
     return [(float(s), f"{v / unit + 0.0:.6g}") for s, v in zip(shares, values, strict=True)]
 
 
-def _style(state: str) -> str:
+def state_style(state: str) -> str:
+    """Return the class of a state's colour."""
     return f"is-{state}" if state in _STATES else "is-other"
