@@ -147,80 +147,6 @@ def _usual() -> tuple[EkfConfig, ...]:
     return tuple(map(EkfConfig.of, kinds))
 
 
-OLD_NAMES: dict[str, dict[str, str]] = {
-    "LocalizerConfig": {
-        "suite": "sensors",
-        "mounts": "extrinsics_monitor",
-        "continuity": "jump_detection",
-        "fixed": "fixed_covariance",
-        "least_fit": "min_inlier_ratio",
-        "blame_fit": "slip_min_inlier_ratio",
-        "blame": "slip_sigma",
-        "traction": "max_acceleration",
-        "traction_floor": "wheel_speed_noise",
-        "shove": "overspeed_margin",
-        "placed": "placement_sigma",
-        "judged_over": "slip_window",
-        "rewind": "late_readings",
-    },
-    "ExtrinsicsMonitorConfig": {"least": "min_offset"},
-    "RegistrationConfig": {
-        "inlier": "inlier_distance",
-        "weakest": "max_sigma",
-        "facing": "backface_culling",
-    },
-    "KissConfig": {
-        "grain": "piece_length",
-        "drift": "sigma_floor",
-        "drift_angle": "sigma_floor_angle",
-        "reach": "max_correspondence_distance",
-    },
-    "CalibrationConfig": {
-        "prior": "prior_sigma",
-        "side": "lateral_slip",
-        "forward": "forward_error",
-        "pivot": "pivot_sigma",
-        "ground": "ground_sigma",
-        "uneven": "uneven_ground_sigma",
-        "floor": "min_sigma",
-        "group": "segment_samples",
-        "most": "max_samples",
-        "told": "observable_share",  # words: ok
-        "grazing": "min_incidence",
-    },
-    "HealthConfig": {
-        "poor_fit": "low_inlier_ratio",
-        "strange": "notable_unexplained",
-        "through": "max_free_space_violation",
-        "odd": "jump_inconsistency",
-        "settling": "settling_sweeps",
-        "check_again": "recheck_period",
-        "blind_after": "occluded_lost_after",
-    },
-    "JumpDetectionConfig": {
-        "near": "match_distance",
-        "least": "min_overlap",
-        "blind": "max_gap",
-        "way": "gap_distance",
-    },
-    "SearchConfig": {
-        "least_fit": "min_inlier_ratio",
-        "least_margin": "min_margin",
-        "decisive": "decisive_ratio",
-        "most_tilt": "max_tilt",
-        "most_tilt_uneven": "max_tilt_uneven",
-    },
-    "HypothesesConfig": {
-        "sweeps": "min_sweeps",
-        "least_way": "min_distance",
-        "hopeless": "drop_margin",
-        "longest_way": "max_distance",
-        "most": "max_places",
-    },
-    "LateReadingsConfig": {"moved": "reuse_distance", "turned": "reuse_angle"},
-}
-"""Names that settings had in files of version 0.0, by the class that holds them: old name, then present name."""
-
 _T = TypeVar("_T")
 
 
@@ -230,14 +156,13 @@ def to_json(config: Any) -> dict[str, Any]:
 
 
 def from_json(kind: type[_T], values: dict[str, Any]) -> _T:
-    """Build a configuration dataclass from plain values, under present or old names of its settings.
+    """Build a configuration dataclass from plain values.
 
     Raises:
         LocalizationError: if there is no setting of a name, or the values are not a mapping.
     """
     if not isinstance(values, dict):
         raise LocalizationError(f"settings of {kind.__name__} must be a mapping, got {values!r}")
-    values = _renamed(kind, values)
     hints = get_type_hints(kind)
     unknown = sorted(set(values) - set(hints))
     if unknown:
@@ -263,7 +188,7 @@ def known_settings(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:
         name: known_settings(hints[name], value)
         if dataclasses.is_dataclass(hints[name]) and isinstance(value, dict)
         else value
-        for name, value in _renamed(kind, values).items()
+        for name, value in values.items()
         if name in hints
     }
 
@@ -271,15 +196,9 @@ def known_settings(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:
 def unknown_settings(kind: type[Any], values: dict[str, Any]) -> Iterator[str]:
     """Yield the names of settings that a configuration dataclass lacks, at any depth, such as ``ekf.track``."""
     hints = get_type_hints(kind)
-    for name, value in _renamed(kind, values).items():
+    for name, value in values.items():
         if name not in hints:
             yield name
         elif dataclasses.is_dataclass(hints[name]) and isinstance(value, dict):
             inside = unknown_settings(cast("type", hints[name]), value)
             yield from (f"{name}.{inner}" for inner in inside)
-
-
-def _renamed(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:
-    """Return the values under the present names of their settings."""
-    present = OLD_NAMES.get(kind.__name__, {})
-    return {present.get(name, name): value for name, value in values.items()}

@@ -16,7 +16,7 @@ from enum import EnumMeta
 from pathlib import Path
 from typing import Any, Final, cast, get_args, get_origin, get_type_hints
 
-from localization.config import OLD_NAMES, LocalizerConfig, from_json, to_json
+from localization.config import LocalizerConfig, from_json, to_json
 from localization.errors import LocalizationError
 
 _CONFIG_KEY: Final = "localizer"
@@ -44,10 +44,9 @@ def with_settings(config: LocalizerConfig, values: Mapping[str, object]) -> Loca
     """
     kinds = setting_types()
     plain = to_json(config)
-    for given, value in flattened(values):
-        name = present_name(given)
+    for name, value in flattened(values):
         if name not in kinds:
-            raise SettingError(_unknown(given, kinds))
+            raise SettingError(_unknown(name, kinds))
         *groups, last = name.split(".")
         group = plain
         for part in groups:
@@ -94,7 +93,7 @@ def assignments(words: Iterable[str]) -> dict[str, object]:
             raise SettingError(
                 f"settings are given as NAME=VALUE, such as registration.normal_noise=0.15, got {word!r}"
             )
-        found[present_name(name.strip())] = value.strip()
+        found[name.strip()] = value.strip()
     return found
 
 
@@ -116,20 +115,6 @@ def setting_types(kind: type = LocalizerConfig, prefix: str = "") -> dict[str, A
         else:
             found[f"{prefix}{name}"] = hint
     return found
-
-
-def present_name(name: str) -> str:
-    """Return a dotted name with the parts that settings of version 0.0 had replaced by their present names."""
-    kind: Any = LocalizerConfig
-    parts = []
-    for part in name.split("."):
-        present = part
-        if kind is not None:
-            present = OLD_NAMES.get(kind.__name__, {}).get(part, part)
-            hint = get_type_hints(kind).get(present)
-            kind = hint if is_dataclass(hint) else None
-        parts.append(present)
-    return ".".join(parts)
 
 
 def _unknown(name: str, kinds: Mapping[str, Any]) -> str:

@@ -186,10 +186,10 @@ class Localize:
 
     def _settings(self) -> dict[str, object]:
         """Return the settings of the file, and over them those of the command line."""
-        from localization.settings import assignments, present_name, read_settings
+        from localization.settings import assignments, read_settings
 
         kept = {} if self.settings is None else read_settings(self.settings)
-        return {present_name(n): v for n, v in kept.items()} | assignments(self.assignments)
+        return kept | assignments(self.assignments)
 
     def _write_config(self, path: Path, run: LogRun | DeadReckoningRun) -> None:
         from localization.config import to_json
@@ -272,8 +272,6 @@ class Localize:
             say(*fitted(f"in {folder}/:  {' '.join(files)}"))
         if self.recording and not has("rerun"):
             self._note(f"no recording.rrd: {missing('rerun')}")
-        if self.report and not has("matplotlib"):
-            self._note(f"no figures in report.html: {missing('matplotlib')}")
 
 
 FILES = (
@@ -336,18 +334,7 @@ def _compare(
 def _write_report(path: Path, report: Report) -> None:
     from localization.report.html_page import page
 
-    if has("matplotlib"):
-        from localization.report.path_figure import path_figure
-        from localization.report.timeline_figure import timeline_figure
-
-        pictures = {
-            "plan": path_figure(report.history, report.cloud, report.verdicts, report.comparison),
-            "timeline": timeline_figure(report.history, report.comparison),
-        }
-        path.write_text(page(report, pictures), encoding="utf-8")
-    else:
-        why = f"There are no figures: {missing('matplotlib')}"
-        path.write_text(page(report, {}, why), encoding="utf-8")
+    path.write_text(page(report), encoding="utf-8")
 
 
 def _where(mount: Pose) -> str:

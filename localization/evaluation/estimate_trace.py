@@ -35,8 +35,6 @@ _HEADER: Final = (
     "unexplained",
     "reasons",
 )
-_OLD_NAMES: Final = {"directions": "observable_directions", "fit": "inlier_ratio"}
-"""Names of columns in files of version 0.0, with their present names."""
 
 
 class TraceError(LocalizationError):
@@ -123,7 +121,7 @@ def read_trace(path: Path | str) -> tuple[TraceRow, ...]:
     try:
         with Path(path).open(encoding="utf-8", newline="") as file:
             table = csv.reader(file)
-            if tuple(_OLD_NAMES.get(name, name) for name in next(table, ())) != _HEADER:
+            if tuple(next(table, ())) != _HEADER:
                 raise TraceError(
                     f"{path}: is not a trace; its first line is not {','.join(_HEADER)}"
                 )

@@ -134,14 +134,6 @@ class CarmenLog:
         arranged = (r for _, reading in self._stamped() for r in order.arranged(reading))
         yield from in_order((r.stamp, r) for r in arranged)
 
-    def scan_lines(self) -> Iterator[ScanLine]:
-        """Yield each scan with the pose in its own line, in file order and with stamps as printed.
-
-        In a log that a mapping program corrected, the pose of a scan's line is the corrected one, and that of
-        an ``ODOM`` line of the same instant is not.
-        """
-        return (entry for entry in self._entries() if isinstance(entry, ScanLine))
-
     def _stamped(self) -> Iterator[tuple[int, Reading]]:
         self.skipped = {}
         repair = TimestampRepair()

@@ -12,11 +12,6 @@ from typing import Any
 from localization.types import SECOND
 
 
-def split_stamp(stamp: int) -> tuple[int, int]:
-    """Return the whole seconds and the remaining nanoseconds of a stamp [ns]."""
-    return divmod(stamp, SECOND)
-
-
 def stamp_to_dict(stamp: int) -> dict[str, int]:
     """Return a stamp [ns] as the ROS 2 message ``builtin_interfaces/Time`` in a dictionary."""
     sec, nanosec = divmod(stamp, SECOND)

@@ -28,7 +28,7 @@ from localization.maps.prepared_map import prepare
 from localization.motion.sensor_configuration import SensorConfiguration
 from localization.pipeline.dead_reckoning_run import DeadReckoningRun
 from localization.pipeline.localizer import Localizer
-from localization.settings import flattened, present_name, with_settings
+from localization.settings import flattened, with_settings
 from localization.types import (
     SECOND,
     Estimate,
@@ -309,11 +309,7 @@ def configured(
 
 def _of_sensors(settings: Mapping[str, object] | None) -> dict[str, object]:
     """Return those of the settings that say which sensors are used."""
-    return {
-        name: value
-        for name, value in flattened(settings or {})
-        if present_name(name).startswith("sensors.")
-    }
+    return {name: value for name, value in flattened(settings or {}) if name.startswith("sensors.")}
 
 
 def config_of(log: ReadingsLog) -> LocalizerConfig:

@@ -1,156 +1,111 @@
-"""Panels of the timeline figure; each function draws one."""
+"""Panels of a localised log: health, match quality, uncertainty and errors over time."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Final
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap
-from matplotlib.ticker import PercentFormatter
 from scipy.stats import chi2
 
 from localization.evaluation.localization_history import History
 from localization.geometry import FloatArray
-from localization.report.figure_style import (
-    BLUE,
-    GREEN,
-    GREY,
-    LINE_POINTS,
-    VERMILION,
-    health_colour,
-)
+from localization.report.curves import area, curve, dots, level
+from localization.report.panels import Panel, panel, states_panel, time_axis
 from localization.report.reference_comparison import ReferenceComparison
-from localization.types import SECOND, Health, IntArray
+from localization.report.scales import Linear, logarithmic_around
+from localization.types import SECOND, IntArray
 
-_OBSERVABILITY: Final = LinearSegmentedColormap.from_list("observability", [VERMILION, "#e8e8e8"])
-"""Colours from an unobservable axis to an observable one."""
-_AXES: Final = ("x", "y", "z", "roll", "pitch", "yaw")
-
-
-def draw_health(axes: Axes, history: History, begin: int) -> None:
-    """Draw the health states as a coloured band; ``begin`` [ns] is time zero."""
-    shown: set[Health] = set()
-    for state, start, stop in _stretches(history):
-        label = None if state in shown else state.value
-        shown.add(state)
-        axes.axvspan(
-            (start - begin) / SECOND,
-            (stop - begin) / SECOND,
-            color=health_colour(state),
-            lw=0,
-            label=label,
-        )
-    axes.set_yticks([])
-    axes.set_ylabel("health")
-    if shown:
-        axes.legend(
-            loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=7, fontsize=8, frameon=False
-        )
+_AXES = ("yaw", "pitch", "roll", "z", "y", "x")
+"""Axes whose observability is drawn, from the bottom to the top."""
 
 
-def _stretches(history: History) -> Iterator[tuple[Health, int, int]]:
-    stamps, healths = history.stamps, history.healths
-    first = 0
-    for i in range(1, len(healths) + 1):
-        if i == len(healths) or healths[i] is not healths[first]:
-            yield healths[first], int(stamps[first]), int(stamps[min(i, len(healths) - 1)])
-            first = i
+def timeline_panels(history: History, comparison: ReferenceComparison | None) -> Iterator[Panel]:
+    """Yield all panels of a log of at least one estimate; those of errors only with a reference."""
+    begin = int(history.stamps[0])
+    end = max(int(history.stamps[-1]) - begin, SECOND // 1000)
 
+    def time(stamps: IntArray | Sequence[int]) -> FloatArray:
+        return np.clip((np.asarray(stamps, dtype=np.int64) - begin) / end, 0.0, 1.0)
 
-def draw_inlier_ratio(axes: Axes, history: History, begin: int) -> None:
-    """Draw the inlier ratio and the unexplained share of each sweep."""
+    yield states_panel("health", [h.value for h in history.healths], time(history.stamps))
     rows = [r for r in history.sweeps if r.inlier_ratio is not None]
-    time = _seconds([r.stamp for r in rows], begin)
     fit = np.array([r.inlier_ratio for r in rows], dtype=float)
-    axes.plot(time, fit, color=GREEN, lw=0.8, label="inlier ratio")
     missing = np.array([r.consistency.unexplained if r.consistency else np.nan for r in rows])
-    if np.isfinite(missing).any():
-        axes.plot(time, missing, color=VERMILION, lw=0.8, label="unexplained")
-    axes.set_ylim(0.0, 1.05)
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0))
-    axes.set_ylabel("share of\nthe sweep")
-    axes.legend(loc="center right", fontsize=8, ncols=2)
-
-
-def draw_nis(axes: Axes, history: History, begin: int) -> None:
-    """Draw the NIS of each sweep over its 95 % bound."""
+    yield _shares(time([r.stamp for r in rows]), fit, missing)
     rows = [r for r in history.sweeps if r.nis is not None and r.observable_directions]
     ratio = np.array([(r.nis or 0.0) / chi2.ppf(0.95, r.observable_directions) for r in rows])
-    axes.semilogy(
-        _seconds([r.stamp for r in rows], begin), np.maximum(ratio, 1e-4), ".", ms=2, color=BLUE
-    )
-    axes.axhline(1.0, color=GREY, lw=0.9, ls="--", label="95 % bound")
-    axes.set_ylabel("NIS over\nits bound")
-    axes.legend(loc="lower right", fontsize=8)
+    yield _nis(time([r.stamp for r in rows]), ratio)
+    yield from _sigmas(history, comparison, time(history.trajectory().stamps), time)
+    if comparison is not None:
+        yield _nees(time(comparison.errors.stamps), comparison)
+    rows = [r for r in history.sweeps if r.observable_directions is not None]
+    shares = np.array([r.observability for r in rows]).reshape(-1, 6)
+    yield _observability(time([r.stamp for r in rows]), shares)
+    yield time_axis(end / SECOND)
 
 
-def draw_sigma(
-    position: Axes,
-    heading: Axes,
+def _shares(time: FloatArray, fit: FloatArray, missing: FloatArray) -> Panel:
+    scale = Linear(0.0, 1.05)
+    drawn = (curve(time, fit, scale, "main"), curve(time, missing, scale, "other"))
+    keys = (("main", "inlier ratio"), ("other", "unexplained"))
+    return panel("share of the sweep", scale, drawn, *keys)
+
+
+def _nis(time: FloatArray, ratio: FloatArray) -> Panel:
+    scale = logarithmic_around(ratio, low=1e-3, high=10.0, highest=1e3)
+    drawn = (level(1.0, scale, "limit"), dots(time, ratio, scale, "fine main"))
+    return panel("NIS over its bound", scale, drawn, ("limit", "95 % bound"))
+
+
+def _sigmas(
     history: History,
     comparison: ReferenceComparison | None,
-    begin: int,
-) -> None:
-    """Draw the standard deviation of position and heading; with a reference three of them, and the errors."""
-    known = history.trajectory()
-    every = slice(None, None, max(1, -(-len(known) // LINE_POINTS)))
-    time = _seconds(known.stamps[every], begin)
-    covariances = history.covariances()[every]
+    known: FloatArray,
+    time: Callable[[IntArray], FloatArray],
+) -> Iterator[Panel]:
+    """Yield the standard deviation of position and heading; with a reference three of them, and the errors."""
+    covariances = history.covariances()
     spread = np.sqrt(np.trace(covariances[:, :2, :2], axis1=1, axis2=2)) * 1e3
     turn = np.rad2deg(np.sqrt(covariances[:, 5, 5]))
     sigmas, label = (1.0, "sigma") if comparison is None else (3.0, "3 sigma")
-    for axes, values in ((position, spread), (heading, turn)):
-        axes.plot(time, sigmas * values, color=GREY, lw=0.9, label=label)
+    off = None if comparison is None else comparison.errors
+    position = None if off is None else off.horizontal * 1e3
+    heading = None if off is None else np.rad2deg(np.abs(off.headings))
+    for name, values, error in (
+        ("horizontal position [mm]", spread, position),
+        ("heading [deg]", turn, heading),
+    ):
         # The initial uncertainty would flatten the rest of the curve.
         top = 1.6 * sigmas * float(np.percentile(values, 99.0)) if len(values) else 1.0
-        axes.set_ylim(0.0, max(top, 1e-6))
-    if comparison is not None:
-        off = comparison.errors
-        when = _seconds(off.stamps, begin)
-        for axes, error in (
-            (position, off.horizontal * 1e3),
-            (heading, np.rad2deg(np.abs(off.headings))),
-        ):
-            axes.plot(when, error, color=BLUE, lw=0.8, label="error")
-            top = max(axes.get_ylim()[1], 1.2 * float(np.percentile(error, 99.5)))
-            axes.set_ylim(0.0, top)
-    position.set_ylabel("horizontal\nposition [mm]")
-    heading.set_ylabel("heading\n[deg]")
-    position.legend(loc="upper right", fontsize=8, ncols=2)
+        if error is not None:
+            top = max(top, 1.2 * float(np.percentile(error, 99.5)))
+        scale = Linear(0.0, max(top, 1e-6))
+        drawn = [curve(known, sigmas * values, scale, "other")]
+        keys = [("other", label)]
+        if off is not None and error is not None:
+            drawn.append(curve(time(off.stamps), error, scale, "main"))
+            keys.append(("main", "error"))
+        yield panel(name, scale, drawn, *keys)
 
 
-def draw_nees(axes: Axes, comparison: ReferenceComparison, begin: int) -> None:
-    """Draw the NEES of each pose with its 95 % bound and its expected mean."""
+def _nees(time: FloatArray, comparison: ReferenceComparison) -> Panel:
     freedom = len(comparison.axes)
-    values = np.maximum(comparison.nees, 1e-3)
-    axes.semilogy(_seconds(comparison.errors.stamps, begin), values, color=BLUE, lw=0.7)
-    axes.axhline(chi2.ppf(0.95, freedom), color=GREY, lw=0.9, ls="--", label="95 % bound")
-    axes.axhline(freedom, color=GREY, lw=0.9, ls=":", label=f"expected mean, {freedom}")
-    axes.set_ylabel(f"NEES({freedom})")
-    axes.legend(loc="lower right", fontsize=8, ncols=2)
-
-
-def draw_observability(axes: Axes, history: History, begin: int, end: float) -> None:
-    """Draw for each sweep the observable share of each axis, until ``end`` [s] after ``begin`` [ns]."""
-    rows = [r for r in history.sweeps if r.observable_directions is not None]
-    axes.set_yticks(range(6), _AXES, fontsize=8)
-    axes.set_ylim(5.5, -0.5)
-    axes.set_ylabel("observable")
-    if not rows:
-        return
-    time = _seconds([r.stamp for r in rows], begin)
-    middles = 0.5 * (time[1:] + time[:-1])
-    edges = np.concatenate(
-        [[time[0]], middles, [max(float(time[-1]), middles[-1]) if len(middles) else end]]
+    scale = logarithmic_around(comparison.nees, low=1e-2, high=100.0, highest=1e4)
+    drawn = (
+        level(float(chi2.ppf(0.95, freedom)), scale, "limit"),
+        level(freedom, scale, "other"),
+        curve(time, comparison.nees, scale, "main"),
     )
-    shares = np.stack([r.observability for r in rows], axis=1)
-    axes.pcolormesh(
-        edges, np.arange(7) - 0.5, shares, cmap=_OBSERVABILITY, vmin=0.0, vmax=1.0, rasterized=True
-    )
+    keys = (("main", f"NEES({freedom})"), ("limit", "95 % bound"))
+    return panel("NEES", scale, drawn, *keys, ("other", f"expected mean, {freedom}"))
 
 
-def _seconds(stamps: IntArray | Sequence[int], begin: int) -> FloatArray:
-    seconds: FloatArray = (np.asarray(stamps, dtype=np.int64) - begin) / SECOND
-    return seconds
+def _observability(time: FloatArray, shares: FloatArray) -> Panel:
+    """Return for each axis, in a line of its own, the share (N, 6) that the map left unobservable."""
+    scale = Linear(0.0, float(len(_AXES)))
+    drawn = []
+    for line, share in enumerate(shares.T[::-1]):
+        bottom = np.full(len(time), float(line))
+        drawn.append(area(time, bottom, bottom + 0.9 * (1.0 - share), scale, "missing"))
+    ticks = [(100.0 * (i + 0.45) / len(_AXES), name) for i, name in enumerate(_AXES)]
+    return Panel("unobservable", "tall", drawn, ticks, [("missing", "share of an axis")])

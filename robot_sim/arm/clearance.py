@@ -110,10 +110,6 @@ class Clearance:
         """Let the gripper hold a box, whose pose is in ``tool0``, or nothing."""
         self._hold(_NOTHING if box is None else of_boxes((box,)))
 
-    def open_to(self, opening: float) -> None:
-        """Set the distance between the pads [m]."""
-        self._small.jaws[:] = 0.5 * opening
-
     def free(
         self,
         angles: JointAngles,

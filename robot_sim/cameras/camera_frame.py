@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from robot_sim.array_types import FloatArray
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CameraFrame:
@@ -49,8 +47,3 @@ def measured_depth(
         steps = np.rint(1.0 / (np.maximum(depth, np.float32(0.01)) * scale))
         depth = (1.0 / (np.maximum(steps, np.float32(1.0)) * scale)).astype(np.float32)
     return np.where(unseen, np.float32(np.nan), depth)
-
-
-def millimetres_to_metres(depth: npt.NDArray[np.uint16]) -> FloatArray:
-    """Return ``16UC1`` depths in metres, NaN where nothing was measured."""
-    return np.where(depth == 0, np.nan, depth * 1e-3)

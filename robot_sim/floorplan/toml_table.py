@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, Final, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.actors_in_plan import PathPoint
-from robot_sim.scene_objects.plan_elements import Bounds, Placement, Waypoint
+from robot_sim.scene_objects.plan_elements import Placement
 
 T = TypeVar("T")
 
-_REQUIRED: Final = object()
+Reader: TypeAlias = Callable[[Any], T]
+"""Converts a value of TOML; it raises a TypeError or ValueError that says what must be there."""
+
+REQUIRED: Final = object()
+"""Default of an entry that must be there."""
 
 
 class Table:
@@ -22,17 +26,17 @@ class Table:
         """Wrap a parsed table; its messages begin with ``what``, such as ``wall 'north'``."""
         self.what = what
         self._entries = entries
-        self._known: list[str] = []
+        self._known: dict[str, None] = {}
 
-    def take(self, key: str, read: Callable[[Any], T], default: Any = _REQUIRED) -> T:
+    def take(self, key: str, read: Reader[T], default: Any = REQUIRED) -> T:
         """Return the entry ``key`` as converted by ``read``, or the default.
 
         Raises:
             WorldError: it is missing without a default, or ``read`` rejects its value.
         """
-        self._known.append(key)
+        self._known[key] = None
         if key not in self._entries:
-            if default is _REQUIRED:
+            if default is REQUIRED:
                 raise WorldError(self._say(f"lacks the entry {key!r}"))
             value: T = default
             return value
@@ -43,11 +47,11 @@ class Table:
 
     def table(self, key: str) -> Table:
         """Return the entry ``key``, a table; an empty one if it is missing."""
-        return Table(self.take(key, row, {}), key)
+        return Table(self.take(key, _row, {}), key)
 
     def tables(self, key: str) -> list[Table]:
         """Return the entry ``key``, an array of tables; an empty list if it is missing."""
-        entries = self.take(key, rows, [])
+        entries = self.take(key, _rows, [])
         return [Table(each, f"{key} {each.get('name', i)!r}") for i, each in enumerate(entries)]
 
     def close(self) -> None:
@@ -61,11 +65,26 @@ class Table:
         return f"{self.what}: {text}" if self.what else text
 
 
+def _is(kind: type[T], words: str) -> Reader[T]:
+    """Return the reader of a type of TOML, which is not a type derived from it: true is no number."""
+
+    def read(value: Any) -> T:
+        if type(value) is not kind:
+            raise TypeError(f"must be {words}, got {value!r}")
+        return value
+
+    return read
+
+
+count: Final = _is(int, "a whole number")
+text: Final = _is(str, "a text")
+flag: Final = _is(bool, "true or false")
+_row: Final = _is(dict, "a table")
+
+
 def number(value: Any) -> float:
     """Read a number."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise TypeError(f"must be a number, got {value!r}")
-    return float(value)
+    return float(value if type(value) is int else _is(float, "a number")(value))
 
 
 def degrees(value: Any) -> float:
@@ -73,94 +92,55 @@ def degrees(value: Any) -> float:
     return math.radians(number(value))
 
 
-def point(value: Any) -> Waypoint:
-    """Read x and y."""
-    x, y = numbers(value, 2, "[x, y]")
-    return x, y
+def numbers(form: str) -> Reader[Any]:
+    """Return the reader of a list of numbers of a form such as ``[x, y]``."""
+
+    def read(value: Any) -> tuple[float, ...]:
+        if not isinstance(value, list) or len(value) != 1 + form.count(","):
+            raise ValueError(f"must be {form}, got {value!r}")
+        return tuple(map(number, value))
+
+    return read
+
+
+point: Final = numbers("[x, y]")
+bounds: Final = numbers("[x0, y0, x1, y1]")
+size: Final = numbers("[width, depth, height]")
+area: Final = numbers("[length, width]")
+_pose: Final = numbers("[x, y, yaw]")
 
 
 def placement(value: Any) -> Placement:
     """Read x, y and a yaw in degrees."""
-    x, y, yaw = numbers(value, 3, "[x, y, yaw]")
+    x, y, yaw = _pose(value)
     return Placement(x, y, math.radians(yaw))
-
-
-def bounds(value: Any) -> Bounds:
-    """Read the smallest and the largest x and y."""
-    x0, y0, x1, y1 = numbers(value, 4, "[x0, y0, x1, y1]")
-    return x0, y0, x1, y1
-
-
-def size(value: Any) -> tuple[float, float, float]:
-    """Read width, depth and height."""
-    width, depth, height = numbers(value, 3, "[width, depth, height]")
-    return width, depth, height
-
-
-def area(value: Any) -> tuple[float, float]:
-    """Read two lengths, along x and along y."""
-    length, width = numbers(value, 2, "[length, width]")
-    return length, width
 
 
 def rise(value: Any) -> tuple[float, float]:
     """Read one height, or two: at the -x and at the +x end."""
     if isinstance(value, list):
-        low, high = numbers(value, 2, "a height or [low, high]")
+        low, high = numbers("a height or [low, high]")(value)
         return low, high
     return number(value), number(value)
 
 
-def numbers(value: Any, length: int, form: str) -> list[float]:
-    """Read a list of ``length`` numbers; ``form`` describes it in messages."""
-    if not isinstance(value, list) or len(value) != length:
-        raise ValueError(f"must be {form}, got {value!r}")
-    return [number(v) for v in value]
-
-
-def count(value: Any) -> int:
-    """Read a whole number."""
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise TypeError(f"must be a whole number, got {value!r}")
-    return value
-
-
-def text(value: Any) -> str:
-    """Read a text."""
-    if not isinstance(value, str):
-        raise TypeError(f"must be a text, got {value!r}")
-    return value
-
-
-def flag(value: Any) -> bool:
-    """Read true or false."""
-    if not isinstance(value, bool):
-        raise TypeError(f"must be true or false, got {value!r}")
-    return value
-
-
-def waypoints(value: Any) -> tuple[Waypoint, ...]:
+def waypoints(value: Any) -> tuple[Any, ...]:
     """Read a list of points."""
-    if not isinstance(value, list):
-        raise TypeError(f"must be a list of [x, y], got {value!r}")
-    return tuple(point(v) for v in value)
+    return tuple(map(point, _is(list, "a list of [x, y]")(value)))
 
 
 def path(value: Any) -> tuple[PathPoint, ...]:
     """Read a list of points, each with an optional third number, the duration of a stop."""
-    if not isinstance(value, list):
-        raise TypeError(f"must be a list of [x, y] or [x, y, stop], got {value!r}")
-    if not all(isinstance(v, list) and len(v) in (2, 3) for v in value):
-        raise ValueError(f"must be a list of [x, y] or [x, y, stop], got {value!r}")
-    return tuple(tuple(number(n) for n in v) for v in value)
+    lists = _is(list, form := "a list of [x, y] or [x, y, stop]")(value)
+    if not all(isinstance(v, list) and len(v) in (2, 3) for v in lists):
+        raise ValueError(f"must be {form}, got {value!r}")
+    return tuple(tuple(map(number, v)) for v in lists)
 
 
 def placements(value: Any) -> dict[str, Placement]:
     """Read a table of named placements."""
-    if not isinstance(value, dict):
-        raise TypeError(f"must be a table of name = [x, y, yaw], got {value!r}")
     read = {}
-    for key, entry in value.items():
+    for key, entry in _is(dict, "a table of name = [x, y, yaw]")(value).items():
         try:
             read[key] = placement(entry)
         except (TypeError, ValueError) as error:
@@ -168,14 +148,7 @@ def placements(value: Any) -> dict[str, Placement]:
     return read
 
 
-def row(value: Any) -> dict[str, Any]:
-    """Read a table."""
-    if not isinstance(value, dict):
-        raise TypeError(f"must be a table, got {value!r}")
-    return value
-
-
-def rows(value: Any) -> list[dict[str, Any]]:
+def _rows(value: Any) -> list[dict[str, Any]]:
     """Read an array of tables."""
     if not isinstance(value, list) or not all(isinstance(row, dict) for row in value):
         raise TypeError(f"must be an array of tables, got {value!r}")

@@ -6,16 +6,16 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
-from typing import Final
+from typing import Any, Final
 
 from robot_sim.errors import WorldError
-from robot_sim.floorplan.plan import CloudSpec, Door, Piece, Placement, Plan, Wall, Waypoint, Window
+from robot_sim.floorplan.plan import CloudSpec, Piece, Placement, Plan, Waypoint
+from robot_sim.floorplan.toml_elements import entry
 
 _WRITTEN: Final = {
     "name", "bounds", "spawns", "height", "ceiling", "floor", "walls", "furniture", "places",
     "tour", "survey", "cloud",
 }  # fmt: skip
-_THICKNESS: Final = 0.14
 _POINTS_A_LINE: Final = 6
 
 
@@ -62,13 +62,11 @@ def _lines(
     if not tables:
         yield ""
         yield "furniture = ["
-        for i, piece in enumerate(plan.furniture):
-            yield f"  {{ {', '.join(_piece(piece, i))} }},"
+        yield from (f"  {{ {', '.join(_piece(p, i))} }}," for i, p in enumerate(plan.furniture))
         yield "]"
         yield ""
         yield "wall = ["
-        for i, wall in enumerate(plan.walls):
-            yield f"  {{ {', '.join(_wall(wall, i, plan.height))} }},"
+        yield from (f"  {{ {', '.join(_wall(plan, i))} }}," for i in range(len(plan.walls)))
         yield "]"
     others = list(plan.spawns.items())[1:]
     for title, placements in (("spawns", others), ("places", list(plan.places.items()))):
@@ -79,11 +77,15 @@ def _lines(
     if plan.cloud != CloudSpec():
         yield ""
         yield "[cloud]"
-        yield f"spacing = {_number(plan.cloud.spacing)}"
-        if plan.cloud.highest is not None:
-            yield f"highest = {_number(plan.cloud.highest)}"
+        yield from _entries(plan.cloud)
+    if tables and plan.walls:
+        yield ""
+        yield "# ---- walls"
+        for i in range(len(plan.walls)):
+            yield ""
+            yield "[[wall]]"
+            yield from _wall(plan, i)
     if tables:
-        yield from _wall_tables(plan)
         for i, piece in enumerate(plan.furniture):
             if piece.name in notes:
                 yield ""
@@ -91,16 +93,6 @@ def _lines(
             yield ""
             yield "[[furniture]]"
             yield from _piece(piece, i)
-
-
-def _wall_tables(plan: Plan) -> Iterator[str]:
-    if plan.walls:
-        yield ""
-        yield "# ---- walls"
-    for i, wall in enumerate(plan.walls):
-        yield ""
-        yield "[[wall]]"
-        yield from _wall(wall, i, plan.height)
 
 
 def _route(name: str, line: Sequence[Waypoint]) -> Iterator[str]:
@@ -113,55 +105,34 @@ def _route(name: str, line: Sequence[Waypoint]) -> Iterator[str]:
     yield "]"
 
 
-def _wall(wall: Wall, index: int, height: float) -> Iterator[str]:
-    if wall.name != f"wall_{index}":
-        yield f"name = {_text(wall.name)}"
-    yield f"from = {_numbers(wall.start)}"
-    yield f"to = {_numbers(wall.end)}"
-    if wall.height != height:
-        yield f"height = {_number(wall.height)}"
-    if wall.thickness != _THICKNESS:
-        yield f"thickness = {_number(wall.thickness)}"
-    if wall.material != "wall":
-        yield f"material = {_text(wall.material)}"
-    if wall.doors:
-        yield _rows("doors", [", ".join(_door(d)) for d in wall.doors])
-    if wall.windows:
-        yield _rows("windows", [", ".join(_window(w)) for w in wall.windows])
-
-
-def _rows(name: str, rows: Sequence[str]) -> str:
-    return "\n".join([f"{name} = [", *(f"  {{ {row} }}," for row in rows), "]"])
-
-
-def _door(door: Door) -> Iterator[str]:
-    yield f"at = {_number(door.at)}"
-    yield f"width = {_number(door.width)}"
-    if door.height != Door(0.0, 1.0).height:
-        yield f"height = {_number(door.height)}"
-
-
-def _window(window: Window) -> Iterator[str]:
-    usual = Window(0.0, 1.0)
-    yield f"at = {_number(window.at)}"
-    yield f"width = {_number(window.width)}"
-    if window.sill != usual.sill:
-        yield f"sill = {_number(window.sill)}"
-    if window.height != usual.height:
-        yield f"height = {_number(window.height)}"
+def _wall(plan: Plan, index: int) -> Iterator[str]:
+    return _entries(plan.walls[index], name=f"wall_{index}", height=plan.height)
 
 
 def _piece(piece: Piece, index: int) -> Iterator[str]:
-    yield f"type = {_text(piece.kind)}"
-    if piece.name != f"{piece.kind}_{index}":
-        yield f"name = {_text(piece.name)}"
-    yield f"at = {_numbers((piece.x, piece.y))}"
-    if piece.yaw:
-        yield f"yaw = {_degrees(piece.yaw)}"
-    if piece.size is not None:
-        yield f"size = {_numbers(piece.size)}"
-    if piece.seed:
-        yield f"seed = {piece.seed}"
+    return _entries(piece, name=f"{piece.kind}_{index}")
+
+
+def _entries(element: Any, **usual: Any) -> Iterator[str]:
+    """Yield the entries of an element that differ from its defaults; the kind of a piece is the first."""
+    for part in sorted(fields(element), key=lambda part: part.name != "kind"):
+        value = getattr(element, part.name)
+        key, read = entry(element.__class__, part.name)
+        if value == usual.get(part.name, part.default) or part.name == "y":
+            continue
+        if isinstance(read, type):
+            rows = [f"  {{ {', '.join(_entries(inner))} }}," for inner in value]
+            yield "\n".join([f"{key} = [", *rows, "]"])
+        elif part.name == "x":
+            yield f"{key} = {_numbers((element.x, element.y))}"
+        elif isinstance(value, str):
+            yield f"{key} = {_text(value)}"
+        elif isinstance(value, tuple):
+            yield f"{key} = {_numbers(value)}"
+        elif isinstance(value, int):
+            yield f"{key} = {value}"
+        else:
+            yield f"{key} = {_degrees(value) if part.name == 'yaw' else _number(value)}"
 
 
 def _placement(placement: Placement) -> str:

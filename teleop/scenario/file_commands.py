@@ -24,10 +24,10 @@ class List:
         """List them; the exit status is 2 if a file of the folder cannot be read."""
         require("pydantic", "reading scenarios")
 
+        from localization.report.plain_text import plain_text
         from teleop.scenario.files.errors import ScenarioFileError
         from teleop.scenario.files.reading import read_scenario
         from teleop.scenario.files.shipped import scenario_files, shipped_folder
-        from teleop.scenario.reports.plain_text import plain_text
 
         folder = self.folder or shipped_folder()
         if not folder.is_dir():

@@ -38,13 +38,8 @@ def test_texts_become_the_type_of_their_setting() -> None:
     assert isinstance(config.undo_memory, int)
 
 
-def test_names_of_version_0_0_are_taken() -> None:
-    config = with_settings(LocalizerConfig(), assignments(["registration.inlier=0.2"]))
-    assert config.registration.inlier_distance == 0.2
-
-
 def test_the_last_of_two_assignments_counts() -> None:
-    words = ["registration.inlier=0.2", "registration.inlier_distance=0.3"]
+    words = ["registration.inlier_distance=0.2", "registration.inlier_distance=0.3"]
     assert assignments(words) == {"registration.inlier_distance": "0.3"}
 
 

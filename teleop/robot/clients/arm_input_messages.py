@@ -36,7 +36,6 @@ MOST_POINTS: Final = 1000
 """Points of a trajectory."""
 _NOT_IN_A_ROOM: Final = ("map", "odom", TOOL_FRAME)
 """Frames of the robot in which no hand is measured."""
-NO_TOLERANCE: Final[Five] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 Message = Mapping[str, Any]
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.etree import ElementTree as Xml
 
+from localization.report.plain_text import plain_text
 from teleop.scenario.referee.outcome import ExitStatus, LimitCheck, Outcome
 from teleop.scenario.reports.limit_text import figure_text, limit_sentence
-from teleop.scenario.reports.plain_text import plain_text
 
 
 def junit(outcomes: Sequence[Outcome], failures: Sequence[tuple[str, str]] = ()) -> bytes:

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from localization.cli.terminal import WIDTH
+from localization.report.plain_text import plain_text
 from teleop.scenario.referee.outcome import ExitStatus, Outcome
 from teleop.scenario.reports.junit import robot_seconds
 from teleop.scenario.reports.limit_text import limit_sentence
-from teleop.scenario.reports.plain_text import plain_text
 
 _WORDS = {
     ExitStatus.PASSED: "passed",

@@ -81,3 +81,12 @@ def _is_value(member: object) -> bool:
     if isinstance(member, list):
         return all(isinstance(each, (int, float)) for each in member)
     return isinstance(member, (bool, int, float, str))
+
+
+def value_text(value: Value) -> str:
+    """Return a value for people."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:.10g}"
+    return str(value)

@@ -142,7 +142,7 @@ class Sweep:
         return replace(scenario, world=world)
 
     def _report(self, scenario: Scenario, swept: Swept, path: Path, names: Sequence[str]) -> int:
-        from teleop.scenario.reports.plain_text import plain_text
+        from localization.report.plain_text import plain_text
         from teleop.scenario.sweeps.failed_files import write_failed
         from teleop.scenario.sweeps.page import groups, page
         from teleop.scenario.sweeps.sweep_folder import PAGE

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from pathlib import Path
 
-from localization.extras import has, missing
+from localization.report.page_template import rendered
 from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.files.writing import scenario_text
-from teleop.scenario.reports.document import document, number_cell, section, table
 from teleop.scenario.reports.limit_text import figure_text
-from teleop.scenario.reports.markup import Child, Markup, element, preformatted
-from teleop.scenario.sweeps.axes import Value
-from teleop.scenario.sweeps.cells import Run
-from teleop.scenario.sweeps.running import RunResult
+from teleop.scenario.sweeps.axes import value_text
+from teleop.scenario.sweeps.plots import plots_over
 from teleop.scenario.sweeps.statistics import Rows, Share, by_value, quantiles, share_passed
 from teleop.scenario.sweeps.sweep import Swept
 
-_STYLE = ".plots { width: 100%; background: #fff; border: 1px solid var(--line); }"
 _LISTED = 100
 """Number of runs that are listed at most."""
+
+_Grid = tuple[str, str, list[str], list[tuple[str, list[Share]]]]
+"""Two fields, the values of the first, and for each value of the second the shares that passed."""
 
 
 def page(scenario: Scenario, swept: Swept, command: str) -> str:
@@ -31,131 +30,83 @@ def page(scenario: Scenario, swept: Swept, command: str) -> str:
         swept: What came of it.
         command: The command that makes the sweep again, or goes on with it.
     """
-    return document(f"sweep of {scenario.name}", *_sections(scenario, swept, command), style=_STYLE)
-
-
-def _sections(scenario: Scenario, swept: Swept, command: str) -> Iterable[Markup]:
     rows = swept.rows
-    fields = [name for name, _ in rows[0][0].cell.values] if rows else []
-    yield _header(scenario, swept, fields)
-    if not rows:
-        return
-    if has("matplotlib"):
-        yield from _plots(rows, fields)
-    else:
-        yield section("Plots", element("p", missing("matplotlib", "a plot")))
-    yield section("Cells", _cells(rows, fields))
-    yield section("Runs that did not pass", *_failed(rows, fields))
-    costs = [element("p", line) for line in swept.costs.lines()]
-    if costs:
-        yield section("Costs of what was run last", *costs)
-    file = element("summary", "The scenario file")
-    text = element("details", file, preformatted(scenario_text(scenario)))
-    yield section("Run it again", preformatted(command), text)
+    fields = tuple(name for name, _ in rows[0][0].cell.values) if rows else ()
+    share = share_passed(rows)
+    unrunnable = f"; {len(swept.unrunnable)} could not be run" if swept.unrunnable else ""
+    return rendered(
+        "teleop/scenario/sweeps/sweep.html",
+        title=f"sweep of {scenario.name}",
+        verdict=f"{share.passed} of {share.count} passed{unrunnable}",
+        good=share.passed == share.count == swept.total,
+        scenario=scenario,
+        facts=_facts(scenario, swept, fields),
+        swept=swept,
+        fields=fields,
+        plots=((name, plots_over(rows, name)) for name in fields),
+        grids=(_grid(rows, *pair) for pair in combinations(fields, 2)),
+        cells=_cells(rows),
+        failed=_failed(rows),
+        listed=_LISTED,
+        command=command,
+        file=scenario_text(scenario),
+    )
 
 
-def _header(scenario: Scenario, swept: Swept, fields: Sequence[str]) -> Markup:
-    share = share_passed(swept.rows)
+def _facts(scenario: Scenario, swept: Swept, fields: Sequence[str]) -> Sequence[tuple[str, str]]:
     limits = "slows down for, and refuses, old commands" if scenario.world.stale_limits else None
-    facts = [
+    return (
         ("world", Path(scenario.world.scene).name),
         ("operator", scenario.operator.kind),
         ("over", ", ".join(fields)),
         ("runs", f"{len(swept.rows)} of {swept.total}"),
         ("the robot", limits or "obeys commands of any age (its limits on stale sticks are off)"),
-    ]
-    verdict = f"{share.passed} of {share.count} passed"
-    if unrunnable := len(swept.unrunnable):
-        verdict += f"; {unrunnable} could not be run"
-    words = [element("span", f"{name} ", element("b", text)) for name, text in facts]
-    good = share.passed == share.count == swept.total
-    return element(
-        "header",
-        element("h1", f"sweep of {scenario.name}"),
-        element("p", element("strong", verdict), class_=f"verdict {'good' if good else 'bad'}"),
-        element("p", scenario.description) if scenario.description else None,
-        element("p", *words, class_="facts"),
     )
 
 
-def _plots(rows: Rows, fields: Sequence[str]) -> Iterable[Markup]:
-    from teleop.scenario.sweeps.plots import plots_over, shares_over_two
-
-    for name in fields:
-        over = [other for other in fields if other != name]
-        note = element("p", f"Over all values of {', '.join(over)}.", class_="small")
-        yield section(f"Over {name}", _picture(plots_over(rows, name)), note if over else None)
-    for first, second in combinations(fields, 2):
-        yield section(f"Over {first} and {second}", _picture(shares_over_two(rows, first, second)))
+def _grid(rows: Rows, first: str, second: str) -> _Grid:
+    columns = [value for value, _ in by_value(rows, first)]
+    lines = []
+    for value, part in by_value(rows, second):
+        shares = {str(other): share_passed(few) for other, few in by_value(part, first)}
+        lines.append((value_text(value), [shares.get(str(c), Share(0, 0)) for c in columns]))
+    return first, second, [value_text(c) for c in columns], lines
 
 
-def _picture(png: str) -> Markup:
-    return element("img", src=f"data:image/png;base64,{png}", alt="plots", class_="plots")
-
-
-def _cells(rows: Rows, fields: Sequence[str]) -> Markup:
-    head = [*fields, "passed", "share", "95 % interval", "error [m]", "stopping way [m]"]
-    lines: list[list[Child]] = []
-    for values, part in _by_cell(rows):
+def _cells(rows: Rows) -> Iterator[list[str]]:
+    """Yield the figures of each cell, the values of its fields first."""
+    for number in sorted({run.cell.number for run, _ in rows}):
+        part = [row for row in rows if row[0].cell.number == number]
         share = share_passed(part)
-        shown = [number_cell(value_text(value)) for value in values]
-        figures = [_median(part, "position_max"), _median(part, "runaway")]
-        lines.append([*shown, *_shares(share), *figures])
-    note = (
-        "Error and stopping way: median, and the 5 and 95 % quantiles, of the largest of each run."
-    )
-    return element("div", table(head, lines), element("p", note, class_="small"))
+        low, high = share.interval
+        yield [
+            *(value_text(value) for _, value in part[0][0].cell.values),
+            f"{share.passed} of {share.count}",
+            f"{share.value:.0%}",
+            f"{low:.0%} to {high:.0%}",
+            *(_median(part, figure) for figure in ("position_max", "runaway")),
+        ]
 
 
-def _by_cell(rows: Rows) -> Iterable[tuple[tuple[Value, ...], Rows]]:
-    cells: dict[int, list[tuple[Run, RunResult]]] = {}
-    for row in rows:
-        cells.setdefault(row[0].cell.number, []).append(row)
-    for _, part in sorted(cells.items()):
-        yield tuple(value for _, value in part[0][0].cell.values), part
-
-
-def _shares(share: Share) -> list[Markup]:
-    low, high = share.interval
-    return [
-        number_cell(f"{share.passed} of {share.count}"),
-        number_cell(f"{share.value:.0%}"),
-        number_cell(f"{low:.0%} to {high:.0%}"),
-    ]
-
-
-def _median(rows: Rows, figure: str) -> Markup:
+def _median(rows: Rows, figure: str) -> str:
     low, _, middle, _, high = quantiles(rows, figure).tolist()
     if middle != middle:
-        return number_cell("-")
-    return number_cell(f"{figure_text(middle)} ({figure_text(low)} to {figure_text(high)})")
+        return "-"
+    return f"{figure_text(middle)} ({figure_text(low)} to {figure_text(high)})"
 
 
-def _failed(rows: Rows, fields: Sequence[str]) -> Iterable[Markup]:
+def _failed(rows: Rows) -> list[tuple[list[str], str, str]]:
+    """Return for each run that did not pass its values and seed, what it missed, and its ending."""
     failed = [row for row in rows if row[1].verdict != "passed"]
-    if not failed:
-        yield element("p", "None.")
-        return
     failed.sort(key=lambda row: (row[0].cell.number, row[0].number))
-    lines: list[list[Child]] = []
-    for run, result in failed[:_LISTED]:
-        values = [number_cell(value_text(value)) for _, value in run.cell.values]
-        why = result.missed.replace(",", ", ") or result.verdict
-        lines.append([*values, number_cell(str(run.scenario.seed)), why, result.ending])
-    yield table([*fields, "seed", "missed", "ending"], lines)
-    if len(failed) > _LISTED:
-        yield element("p", f"The first {_LISTED} of {len(failed)}.", class_="small")
-    text = "The folder failed/ has a scenario file of the first of each cell, to be run alone."
-    yield element("p", text, class_="small")
-
-
-def value_text(value: Value) -> str:
-    """Return a value for people."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        return f"{value:.10g}"
-    return str(value)
+    return [
+        (
+            [*(value_text(value) for _, value in run.cell.values), str(run.scenario.seed)],
+            result.missed.replace(",", ", ") or result.verdict,
+            result.ending,
+        )
+        for run, result in failed
+    ]
 
 
 def groups(rows: Rows, fields: Sequence[str]) -> list[str]:

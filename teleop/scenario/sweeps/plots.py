@@ -2,117 +2,78 @@
 
 from __future__ import annotations
 
-import base64
-import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from localization.geometry import FloatArray
-from teleop.scenario.sweeps.axes import Value
+from localization.report.curves import area, curve, dots, upright
+from localization.report.panels import Panel, Ticks, panel, ticks_of
+from localization.report.scales import Linear, linear_around
+from teleop.scenario.sweeps.axes import Value, value_text
 from teleop.scenario.sweeps.statistics import Rows, by_value, quantiles, share_passed
 
 FIGURES: Final = (
-    ("position_max", "largest error of the position [m]"),
-    ("runaway", "way from a last command to rest [m]"),
+    ("position_max", "largest error of the position [m]", "main"),
+    ("runaway", "way from a last command to rest [m]", "other"),
 )
-"""Figures whose quantiles are drawn, with their names."""
-
-_BLUE, _ORANGE, _GREY = "#0b62a8", "#c2571a", "#5d6770"
+"""Figures whose quantiles are drawn, with their names and colours."""
 
 
-def plots_over(rows: Rows, name: str) -> str:
-    """Return the plots over one field as a PNG in base64; over all values of the others.
-
-    Args:
-        rows: The runs.
-        name: The field.
-    """
+def plots_over(rows: Rows, name: str) -> Iterator[Panel]:
+    """Yield the plots over one field; over all values of the others."""
     groups = by_value(rows, name)
-    places, labels = places_of([value for value, _ in groups])
-    with matplotlib.rc_context({"font.size": 9, "axes.grid": True, "grid.alpha": 0.3}):
-        figure = Figure(figsize=(11.0, 3.2), layout="constrained", dpi=110)
-        share, *others = figure.subplots(1, 1 + len(FIGURES))
-        _share(share, places, [part for _, part in groups])
-        for axes, (key, title), colour in zip(others, FIGURES, (_BLUE, _ORANGE), strict=True):
-            every = np.array([quantiles(part, key) for _, part in groups])
-            _quantiles(axes, places, every, colour)
-            axes.set_title(title)
-        for axes in (share, *others):
-            axes.set_xlabel(name)
-            if labels:
-                axes.set_xticks(places, labels, rotation=30 if max(map(len, labels)) > 8 else 0)
-            if len(places) == 1:
-                axes.set_xlim(places[0] - 1.0, places[0] + 1.0)
-        return _png(figure)
-
-
-def places_of(values: Sequence[Value]) -> tuple[list[float], list[str]]:
-    """Return where values stand on an axis, and their names if they are no numbers."""
-    if all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values):
-        return [float(v) for v in values if isinstance(v, (int, float))], []
-    words = [str(v).lower() if isinstance(v, bool) else str(v) for v in values]
-    return [float(i) for i in range(len(values))], words
-
-
-def _share(axes: Axes, places: Sequence[float], groups: Sequence[Rows]) -> None:
-    shares = [share_passed(part) for part in groups]
+    x, across = _axis([value for value, _ in groups])
+    order = np.argsort(x)
+    x, parts = x[order], [groups[i][1] for i in order]
+    style = "tall names" if max(len(text) for _, text in across) > 6 else "tall"
+    shares = [share_passed(part) for part in parts]
     middle = np.array([share.value for share in shares])
-    bounds = np.array([share.interval for share in shares])
-    reach = np.abs(np.stack([middle - bounds[:, 0], bounds[:, 1] - middle]))
-    axes.errorbar(places, middle, reach, fmt="o-", color=_BLUE, capsize=3, markersize=4)
-    axes.set_ylim(-0.03, 1.03)
-    axes.set_title("share passed, with its 95 % interval")
+    low, high = np.array([share.interval for share in shares]).T
+    scale = Linear(0.0, 1.0)
+    drawn = (
+        upright(x, low, high, scale, "main"),
+        curve(x, middle, scale, "main"),
+        dots(x, middle, scale, "main"),
+    )
+    yield panel(
+        "share passed", scale, drawn, ("main", "with its 95 % interval"), style=style, across=across
+    )
+    for key, title, colour in FIGURES:
+        every = np.array([quantiles(part, key) for part in parts])
+        yield _quantiles(title, x, every, colour, style, across)
 
 
-def _quantiles(axes: Axes, places: Sequence[float], every: FloatArray, colour: str) -> None:
+def _quantiles(
+    title: str, x: FloatArray, every: FloatArray, colour: str, style: str, across: Ticks
+) -> Panel:
+    """Return the plot of quantiles (N, 5), some of them NaN."""
     known = np.isfinite(every[:, 2])
     if not known.any():
-        axes.text(0.5, 0.5, "not measured", ha="center", va="center", transform=axes.transAxes)
-        return
-    x, y = np.array(places)[known], every[known]
-    order = np.argsort(x)
-    x, y = x[order], y[order]
-    if len(x) == 1:
-        axes.errorbar(x, y[:, 2], [y[:, 2] - y[:, 0], y[:, 4] - y[:, 2]], fmt="none", color=colour)
-    axes.fill_between(x, y[:, 0], y[:, 4], color=colour, alpha=0.15, lw=0, label="5 to 95 %")
-    axes.fill_between(x, y[:, 1], y[:, 3], color=colour, alpha=0.3, lw=0, label="25 to 75 %")
-    axes.plot(x, y[:, 2], "o-", color=colour, markersize=4, label="median")
-    axes.set_ylim(bottom=0.0)
-    axes.legend(fontsize=7, framealpha=0.6)
+        return Panel(title, style, keys=[("none", "not measured")], across=across)
+    x, (least, low, middle, high, most) = x[known], every[known].T
+    scale = linear_around(most, least, least=1e-9)
+    drawn = [
+        area(x, least, most, scale, f"{colour} wide"),
+        area(x, low, high, scale, colour),
+        curve(x, middle, scale, colour),
+        dots(x, middle, scale, colour),
+    ]
+    if len(x) == 1:  # where areas have no width
+        drawn.append(upright(x, least, most, scale, colour))
+    keys = ((f"{colour} wide", "5 to 95 %"), (f"{colour} half", "25 to 75 %"), (colour, "median"))
+    return panel(title, scale, drawn, *keys, style=style, across=across)
 
 
-def shares_over_two(rows: Rows, first: str, second: str) -> str:
-    """Return the share that passed over two fields as a PNG in base64."""
-    columns, lines = by_value(rows, first), by_value(rows, second)
-    shares = np.array(
-        [[share_passed(part).value for _, part in by_value(line, first)] for _, line in lines]
-        if all(len(by_value(line, first)) == len(columns) for _, line in lines)
-        else [[np.nan] * len(columns)] * len(lines)
-    )
-    with matplotlib.rc_context({"font.size": 9}):
-        height = 1.2 + 0.35 * len(lines)
-        figure = Figure(figsize=(11.0, min(max(height, 2.5), 8.0)), layout="constrained", dpi=110)
-        axes = figure.subplots()
-        image = axes.imshow(shares, vmin=0, vmax=1, cmap="viridis", aspect="auto", origin="lower")
-        axes.set_xticks(range(len(columns)), [str(value) for value, _ in columns])
-        axes.set_yticks(range(len(lines)), [str(value) for value, _ in lines])
-        axes.set_xlabel(first)
-        axes.set_ylabel(second)
-        if shares.size <= 200:
-            for (i, j), share in np.ndenumerate(shares):
-                colour = "black" if share > 0.6 else "white"
-                axes.text(j, i, f"{share:.0%}", ha="center", va="center", color=colour, fontsize=8)
-        figure.colorbar(image, ax=axes, label="share passed")
-        return _png(figure)
-
-
-def _png(figure: Figure) -> str:
-    file = io.BytesIO()
-    # Without the version of matplotlib: the same sweep gives the same bytes on the same machine.
-    figure.savefig(file, format="png", metadata={"Software": None})
-    return base64.b64encode(file.getvalue()).decode("ascii")
+def _axis(values: Sequence[Value]) -> tuple[FloatArray, Ticks]:
+    """Return where values stand on an axis, 0 to 1, and its ticks: names, if they are no numbers."""
+    numbers = [float(v) for v in values if isinstance(v, (int, float)) and not isinstance(v, bool)]
+    named = len(numbers) < len(values)
+    places = np.arange(float(len(values))) if named else np.array(numbers)
+    margin = 0.05 * float(np.ptp(places)) or 1.0
+    axis = Linear(float(places.min()) - margin, float(places.max()) + margin)
+    shares = axis.share(places)
+    if not named:
+        return shares, ticks_of(axis)
+    return shares, [(100.0 * float(s), value_text(v)) for s, v in zip(shares, values, strict=True)]

@@ -176,7 +176,7 @@ def read_summary(folder: Path) -> RunSummary:
         facts = {name: value for name, value in values["facts"].items() if name in known}
         facts["stages"] = tuple(StageTime(**s) for s in facts["stages"])
         facts["traffic"] = tuple(TopicTraffic(**t) for t in facts["traffic"])
-        checks = [_check(each) for each in values["checks"]]
+        checks = [LimitCheck(**{"value": math.nan, **_known(each)}) for each in values["checks"]]
         passed = bool(values["passed"])
         return summarise(folder, from_json(RunFacts, facts), checks, passed=passed)
     except OSError as error:
@@ -185,14 +185,6 @@ def read_summary(folder: Path) -> RunSummary:
         raise ReportError(f"{path} is damaged: {error}") from None
 
 
-def _check(values: dict[str, Any]) -> LimitCheck:
-    """Return a figure and its limit; version 0.0 wrote limits as numbers, and no sentence."""
-    limit, value = values["limit"], values["value"]
-    return LimitCheck(
-        name=values["name"],
-        text=values.get("text", values["name"]),
-        value=math.nan if value is None else float(value),
-        limit=limit if isinstance(limit, str) else f"{limit:.4g}",
-        unit=values["unit"],
-        met=values["met"],
-    )
+def _known(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values that are not null, as which a figure is written that is no number."""
+    return {name: value for name, value in values.items() if value is not None}

@@ -142,7 +142,7 @@ class WhatIf:
         pose_of(scene_of(scenario, self.run).world, _place(self.kidnap))
 
     def _report(self, futures: Futures, out: Path) -> int:
-        from teleop.scenario.reports.plain_text import plain_text
+        from localization.report.plain_text import plain_text
         from teleop.scenario.reports.table import verdict
         from teleop.scenario.whatif.page import NAMES, loop_sentences, what_if
 

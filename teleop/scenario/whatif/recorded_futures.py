@@ -8,8 +8,8 @@ import numpy as np
 
 from localization.display.futures_recording import Future
 from localization.evaluation.tum_file import read_tum
+from localization.report.plain_text import plain_text
 from teleop.scenario.referee.outcome import Outcome
-from teleop.scenario.reports.plain_text import plain_text
 from teleop.scenario.whatif.fork import Futures
 from teleop.scenario.whatif.page import NAMES
 

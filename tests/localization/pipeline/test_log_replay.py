@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.cli.settings_table import tables
-from localization.config import OLD_NAMES, from_json, to_json
+from localization.config import from_json, to_json
 from localization.filter.ekf import EkfConfig
 from localization.logs.log_interface import LogError
 from localization.logs.mcap_log import read_log
@@ -17,14 +16,12 @@ from localization.maps.cloud import CloudError
 from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.prepared_map import prepare
 from localization.matching.registration import RegistrationConfig
-from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.pipeline.log_replay import (
     CONFIG_KEY,
     config_of,
     localize,
     replay,
-    settings_left_out,
 )
 from localization.types import Estimate, Hint, Inertial, Pose, Reading, Verdict, WheelSpeeds
 from tests.support import bits
@@ -191,34 +188,3 @@ def test_start_stands_in_for_the_hints_of_the_log(
     done = localize(log, map_path, start=START @ Pose.planar(0.2, -0.1, 0.05), cache=None)
     assert [v.verdict for v in done.verdicts] == [Verdict.ACCEPTED]
     assert done.estimates[-1].map_from_base is not None
-
-
-def test_settings_of_an_old_log_are_read_under_their_old_names(
-    tmp_path: Path, drive: list[Reading]
-) -> None:
-    text = json.dumps(
-        {
-            "suite": {"motion": "wheels", "flat": True},
-            "least_fit": 0.2,
-            "mounts": {"stretches": 5},
-            "rewind": {"horizon": 5, "moved": 0.0},
-            "registration": {"facing": False, "inlier": 0.2, "weakest": 0.4},
-        }
-    )
-    log = read_log(record(tmp_path / "log.mcap", drive[:3], **{CONFIG_KEY: text}))
-    config = config_of(log)
-    assert config.sensors == SensorConfiguration(Motion.WHEELS, flat=True)
-    assert (config.min_inlier_ratio, config.extrinsics_monitor.stretches) == (0.2, 5)
-    assert (config.late_readings.horizon, config.late_readings.reuse_distance) == (5, 0.0)
-    wanted = RegistrationConfig(backface_culling=False, inlier_distance=0.2, max_sigma=0.4)
-    assert config.registration == wanted
-    assert settings_left_out(log) == ()
-
-
-def test_old_names_are_of_settings_that_exist_under_their_present_names() -> None:
-    present: dict[str, set[str]] = {}
-    for _, kind in tables():
-        present[kind.__name__] = {f.name for f in dataclasses.fields(kind)}
-    for kind_name, names in OLD_NAMES.items():
-        assert set(names.values()) <= present[kind_name], kind_name
-        assert not set(names) & present[kind_name], kind_name

@@ -2,8 +2,6 @@ from __future__ import annotations
 
 import re
 
-import pytest
-
 from teleop.scenario.sweeps.cells import runs_of
 from teleop.scenario.sweeps.costs import costs_of
 from teleop.scenario.sweeps.page import groups, page
@@ -18,13 +16,15 @@ def swept(rows: Rows) -> Swept:
     return Swept(rows, 8, 0, costs_of(r for _, r in rows), False)
 
 
-@pytest.mark.slow
 def test_the_page_shows_plots_over_each_field_and_what_did_not_pass() -> None:
     runs = runs_of(cells(*OVER), 2)
     rows = [(r, result(r, verdict="missed", missed="stops")) for r in runs[:1]]
     rows += [(r, result(r)) for r in runs[1:]]
     text = page(scenario(), swept(rows), "farsteer sweep x")
-    assert text.count("data:image/png;base64,") == 3
+    assert text.count("<svg") == 6
+    assert "link.delay and operator.speed" in text
+    # Each cell is in the grid of the two fields, and in the list of cells.
+    assert [text.count(f">{share}%</td>") for share in (50, 100)] == [2, 6]
     assert "7 of 8 passed" in text
     assert str(runs[0].scenario.seed) in text
     assert "farsteer sweep x" in text

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from teleop.scenario.reports.curves import curve, extremes
-from teleop.scenario.reports.map_view import wall_points
-from teleop.scenario.reports.plain_text import plain_text
-from teleop.scenario.reports.scales import (
+from localization.report.curves import curve, extremes
+from localization.report.map_view import wall_points
+from localization.report.plain_text import plain_text
+from localization.report.scales import (
     Linear,
     Logarithmic,
     linear_around,

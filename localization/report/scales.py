@@ -45,13 +45,11 @@ class Logarithmic:
         held = np.clip(values, self.low, self.high)
         return np.log(held / self.low) / math.log(self.high / self.low)
 
-    def ticks(self) -> list[float]:
+    def ticks(self, parts: int = 5) -> list[float]:
         """Return the powers of ten, only some if there are many."""
-        first, last = (
-            math.ceil(math.log10(self.low) - 1e-9),
-            math.floor(math.log10(self.high) + 1e-9),
-        )
-        return [10.0**i for i in range(first, last + 1, 1 + (last - first) // 5)]
+        first = math.ceil(math.log10(self.low) - 1e-9)
+        last = math.floor(math.log10(self.high) + 1e-9)
+        return [10.0**i for i in range(first, last + 1, 1 + (last - first) // parts)]
 
 
 Scale = Linear | Logarithmic
