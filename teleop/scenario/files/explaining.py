@@ -59,7 +59,8 @@ def _chosen(every: Sequence[FieldFacts], name: str) -> list[FieldFacts]:
 def _until_next_head(rest: Sequence[FieldFacts], table: str) -> list[FieldFacts]:
     found = []
     for field in rest:
-        if _kind(field.name) or not _within(_plain(field.name), table):
+        here = _plain(field.name)
+        if not _within(here, table) or (_kind(field.name) and here == table):
             break
         found.append(field)
     return found

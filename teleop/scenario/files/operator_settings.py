@@ -87,7 +87,7 @@ class Hand:
 
     kind: Literal["hand"]
     """``hand``."""
-    tasks: Annotated[tuple[Task, ...], Field(min_length=1)]
+    tasks: tuple[Task, ...]
     """What is done, one after the other."""
     planned: bool = False
     """Whether the robot plans the ways of ``pick`` and ``put``, and grips by goals, instead of following the hand."""

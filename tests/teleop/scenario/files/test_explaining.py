@@ -51,6 +51,14 @@ def test_a_kind_is_explained_with_its_fields_alone(name: str) -> None:
     assert [line.split()[0] for line in lines if "fault[]." in line] == ["fault[].at", "fault[].to"]
 
 
+def test_a_kind_with_tables_of_its_own_is_explained_to_its_end() -> None:
+    lines = explanation("hand")
+    assert lines[0].startswith('operator, kind = "hand"')
+    names = [line.split()[0] for line in lines if line.startswith("  operator.")]
+    assert {"operator.tasks[].above", "operator.planned", "operator.reaction"} <= set(names)
+    assert not [line for line in lines if 'kind = "client"' in line]
+
+
 def test_the_last_part_of_a_name_is_enough() -> None:
     assert explanation("stopping_time")[0].split()[0] == "limits.stopping_time"
 

@@ -109,7 +109,7 @@ export const drivingTexts = {
     silent: (who: string, time: string) => `${who} sent nothing for ${time} s, so the robot is free`,
     late: (time: string) => `commands arrived ${time} s late`,
     takenOver: (who: string, from: string) => `${who} took it over from ${from}`,
-    took: (who: string) => `${who} drives`,
+    took: (who: string) => (who === "you" ? "you have the robot" : `${who} drives`),
     left: (who: string) => `${who} left`,
     othersDrive: (who: string) => `${who} drives`,
   },
