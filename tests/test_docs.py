@@ -145,7 +145,7 @@ LOCALIZE = block_with("README.md", "localize")
 DRIVE = block_with("README.md", "roslibpy")
 STEP = block_with("docs/teleoperation.md", "/sim/step")
 PICTURE = block_with("docs/quickstart.md", "ViewerClient")
-CAMERA = block_with("docs/teleoperation.md", "image_rect_color/compressed")
+CAMERA = block_with("docs/cameras.md", "image_rect_color/compressed")
 TUTORIAL = "docs/tutorial.md"
 ALONE = [
     b

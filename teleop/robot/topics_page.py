@@ -54,7 +54,7 @@ def markdown() -> str:
         "",
         "## From its camera",
         "",
-        "With `farsteer serve --camera NAME` ([A camera](teleoperation.md#a-camera)); nothing is drawn or encoded unless somebody",
+        "With `farsteer serve --camera NAME` ([Cameras](cameras.md#on-a-served-robot)); nothing is drawn or encoded unless somebody",
         "subscribes. Rates are those of the camera.",
         "",
         "| topic | type | content |",
