@@ -125,3 +125,26 @@ console` measures the page in Debian's Chromium, without a graphics card; *scrip
 
 {console-facts}
 """
+
+CATALOGUES: Final = """\
+# Sheet: scanners, inertial units, materials, furniture
+
+Printed by `python -m benchmarks._tables` from the catalogues in the code, which name the source of each figure; a test compares the
+two. [Sensors](../sensors.md) and [Worlds](../worlds.md) explain them.
+
+## Scanners
+
+{scanners}
+
+## Inertial units
+
+{inertial-units}
+
+## Materials
+
+{materials}
+
+## Furniture
+
+{furniture}
+"""

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks import _real_table, _sheet_texts, localization
+from benchmarks import _catalogue_sheet, _real_table, _sheet_texts, localization
 from benchmarks._ablation_table import ablation, unmeasured
 from benchmarks._alarms import by_the_hour, by_world
 from benchmarks._console_table import console
@@ -21,6 +21,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SHEETS = {
     ROOT / "docs" / "sheets" / "accuracy.md": _sheet_texts.ACCURACY,
     ROOT / "docs" / "sheets" / "console.md": _sheet_texts.CONSOLE,
+    ROOT / "docs" / "sheets" / "catalogues.md": _sheet_texts.CATALOGUES,
 }
 """The sheets, each with the text that its tables stand in, by their names in braces."""
 
@@ -150,6 +151,13 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "console-facts": facts,
 }
 """By the name that stands in braces; what is before the hyphen is the sheet of results."""
+CATALOGUES: dict[str, Callable[[], str]] = {
+    "scanners": _catalogue_sheet.scanners,
+    "inertial-units": _catalogue_sheet.inertial_units,
+    "materials": _catalogue_sheet.materials,
+    "furniture": _catalogue_sheet.furniture,
+}
+"""The same of what is made from the code."""
 
 
 def _cases(figures: Sequence[Figure]) -> dict[str, list[Figure]]:
@@ -171,6 +179,8 @@ def page(text: str) -> str:
     """Return a sheet's text with its tables."""
 
     def table(name: re.Match[str]) -> str:
+        if name[1] in CATALOGUES:
+            return CATALOGUES[name[1]]()
         results = f"{name[1].partition('-')[0]}.json"
         return TABLES[name[1]](Sheet(ROOT / "benchmarks" / "results" / results))
 
