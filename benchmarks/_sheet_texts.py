@@ -148,3 +148,29 @@ two. [Sensors](../sensors.md) and [Worlds](../worlds.md) explain them.
 
 {furniture}
 """
+
+LIMITS: Final = """\
+# Sheet: joystick, queues and limits
+
+Printed by `python -m benchmarks._tables` from the dataclasses that hold the values; a test compares the two.
+[Teleoperation](../teleoperation.md) says what they are for.
+
+## Joystick
+
+The shipped layout, `assets/joysticks/default.json`, has the defaults of `JoystickLayout`; up and left are +1.
+
+{joystick}
+
+## Queues and keep-alive
+
+For each client (`QueueLimits`, `Keepalive`). Beyond `control` or `lossless` a client is disconnected with code 1013, beyond
+`auth_timeout` with 1008.
+
+{queues}
+
+## Limits of clients
+
+The defaults of `ClientLimits`.
+
+{clients}
+"""

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks import _catalogue_sheet, _real_table, _sheet_texts, localization
+from benchmarks import _catalogue_sheet, _limit_sheet, _real_table, _sheet_texts, localization
 from benchmarks._ablation_table import ablation, unmeasured
 from benchmarks._alarms import by_the_hour, by_world
 from benchmarks._console_table import console
@@ -22,6 +22,7 @@ SHEETS = {
     ROOT / "docs" / "sheets" / "accuracy.md": _sheet_texts.ACCURACY,
     ROOT / "docs" / "sheets" / "console.md": _sheet_texts.CONSOLE,
     ROOT / "docs" / "sheets" / "catalogues.md": _sheet_texts.CATALOGUES,
+    ROOT / "docs" / "sheets" / "limits.md": _sheet_texts.LIMITS,
 }
 """The sheets, each with the text that its tables stand in, by their names in braces."""
 
@@ -156,6 +157,9 @@ CATALOGUES: dict[str, Callable[[], str]] = {
     "inertial-units": _catalogue_sheet.inertial_units,
     "materials": _catalogue_sheet.materials,
     "furniture": _catalogue_sheet.furniture,
+    "joystick": _limit_sheet.joystick,
+    "queues": _limit_sheet.queues,
+    "clients": _limit_sheet.clients,
 }
 """The same of what is made from the code."""
 

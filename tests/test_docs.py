@@ -466,9 +466,16 @@ def value_in(cell: str, *, seconds: float = 1.0) -> float:
     return float(number) * factors.get(unit, 1.0)
 
 
+WIRE = {
+    **dict.fromkeys(("| safety |", "| old commands |"), "docs/teleoperation.md"),
+    **dict.fromkeys(("| joystick |", "| bound |", "| limit |"), "docs/sheets/limits.md"),
+}
+"""The pages of tables of the wire."""
+
+
 def fields_and_rows(heading: str, *configs: object) -> list[tuple[object, str]]:
-    """The fields of configurations beside what the teleoperation page gives for them."""
-    table = rows("docs/teleoperation.md", heading)
+    """The fields of configurations beside what the documentation gives for them."""
+    table = rows(WIRE[heading], heading)
     found = []
     for name, cell, *_ in table:
         (config,) = (c for c in configs if hasattr(c, name.strip("`")))
@@ -511,7 +518,7 @@ def test_wire_has_the_value_that_the_documentation_gives(value: float, cell: str
     ],
 )
 def test_no_setting_of_the_wire_is_left_out(heading: str, config: type) -> None:
-    names = {row[0].strip("`") for row in rows("docs/teleoperation.md", heading)}
+    names = {row[0].strip("`") for row in rows(WIRE[heading], heading)}
     assert names == {field.name for field in fields(config)} - {"name", "stale"}
 
 
