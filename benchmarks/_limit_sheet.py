@@ -1,10 +1,11 @@
-"""Tables of the wire's limits, from the dataclasses that hold them and their docstrings."""
+"""Tables of the wire's limits, from the dataclasses that hold them, and of the fuzzer's rules."""
 
 from __future__ import annotations
 
 from localization.cli.settings_table import settings_of
 from teleop.joystick import JoystickLayout
 from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
+from teleop.scenario.referee.rules.rule_book import RULES
 
 
 def joystick() -> str:
@@ -20,6 +21,12 @@ def queues() -> str:
 def clients() -> str:
     """Return the table of what a client may request."""
     return _table("limit", ClientLimits)
+
+
+def rules() -> str:
+    """Return the table of what must hold in every run."""
+    rows = (f"| `{rule.name}` | {rule.sentence} |" for rule in RULES)
+    return "\n".join(("| rule | what holds |", "|---|---|", *rows))
 
 
 def _table(head: str, *configs: type) -> str:

@@ -174,3 +174,12 @@ The defaults of `ClientLimits`.
 
 {clients}
 """
+
+RULES: Final = """\
+# Sheet: rules of the fuzzer
+
+Printed by `python -m benchmarks._tables` from the code, as by `farsteer fuzz --rules`; a test compares the two.
+[Fuzzing](../fuzzing.md) says what they read, and which exceptions there are.
+
+{rules}
+"""

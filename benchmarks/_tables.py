@@ -23,6 +23,7 @@ SHEETS = {
     ROOT / "docs" / "sheets" / "console.md": _sheet_texts.CONSOLE,
     ROOT / "docs" / "sheets" / "catalogues.md": _sheet_texts.CATALOGUES,
     ROOT / "docs" / "sheets" / "limits.md": _sheet_texts.LIMITS,
+    ROOT / "docs" / "sheets" / "rules.md": _sheet_texts.RULES,
 }
 """The sheets, each with the text that its tables stand in, by their names in braces."""
 
@@ -160,6 +161,7 @@ CATALOGUES: dict[str, Callable[[], str]] = {
     "joystick": _limit_sheet.joystick,
     "queues": _limit_sheet.queues,
     "clients": _limit_sheet.clients,
+    "rules": _limit_sheet.rules,
 }
 """The same of what is made from the code."""
 
