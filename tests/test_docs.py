@@ -583,3 +583,9 @@ def test_pages_are_as_short_as_they_should_be() -> None:
     words = sum(len(text_of(page).split()) for page in (*pages, "README.md", "CONTRIBUTING.md"))
     assert words <= 45_000
     assert len(text_of("README.md").splitlines()) <= 200
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if re.fullmatch(r"docs/\w[\w-]*\.md", p)])
+def test_page_says_its_purpose_first(page: str) -> None:
+    first = text_of(page).split("\n\n")[1]
+    assert re.match(r"\*(Tutorial|How-to|Reference|Explanation)\.\* ", first), page

@@ -40,7 +40,7 @@ def markdown() -> str:
     lines = [
         "# Topics",
         "",
-        "This page is made from the tables `topics/topic_table.py`, `topics/arm_topics.py` and `cameras/camera_topics.py` of `teleop/robot`:",
+        "*Reference.* Made from the tables `topics/topic_table.py`, `topics/arm_topics.py` and `cameras/camera_topics.py` of `teleop/robot`:",
         "`python -m teleop.robot.topics_page`. Rates are of robot time. Clients cannot publish on the",
         "robot's topics.",
         "",
