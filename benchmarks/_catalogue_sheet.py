@@ -11,11 +11,20 @@ from robot_sim.sensors.imu_models import INERTIAL_UNITS, STANDARD_GRAVITY
 from robot_sim.sensors.lidar_models import LIDARS
 
 _DEGREE = math.radians(1.0)
+TIMES = " \N{MULTIPLICATION SIGN} "
+"""Between the sizes of a piece of furniture."""
 
 
 def scanners() -> str:
     """Return the table of scanner models."""
-    heads = "model", "field of view", "resolution and rate", "range [m]", "at 10 % [m]", "sigma [mm]"
+    heads = (
+        "model",
+        "field of view",
+        "resolution and rate",
+        "range [m]",
+        "at 10 % [m]",
+        "sigma [mm]",
+    )
     rows = []
     for m in LIDARS.values():
         modes = "; ".join(
@@ -60,9 +69,9 @@ def materials() -> str:
 def furniture() -> str:
     """Return the table of furniture with its default sizes."""
     rows = (
-        (f"`{name}`", " × ".join(f"{x:g}" for x in kind.size)) for name, kind in FURNITURE.items()
+        (f"`{name}`", TIMES.join(f"{x:g}" for x in kind.size)) for name, kind in FURNITURE.items()
     )
-    return _table(("type", "width × depth × height [m]"), rows)
+    return _table(("type", TIMES.join(("width", "depth", "height [m]"))), rows)
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -579,7 +579,9 @@ def test_pictures_of_the_documentation_are_shown() -> None:
 
 def test_pages_are_as_short_as_they_should_be() -> None:
     generated = ("docs/settings.md", "docs/topics.md")
-    pages = [p for p in PAGES if p.startswith("docs/") and "/sheets/" not in p and p not in generated]
+    pages = [
+        p for p in PAGES if p.startswith("docs/") and "/sheets/" not in p and p not in generated
+    ]
     words = sum(len(text_of(page).split()) for page in (*pages, "README.md", "CONTRIBUTING.md"))
     assert words <= 45_000
     assert len(text_of("README.md").splitlines()) <= 200
