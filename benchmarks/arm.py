@@ -1,6 +1,6 @@
-"""The arm: how it follows hands, beside mink, and what that costs; boxes in its jaws; plans beside OMPL's; its mirror of hobby servos.
+"""The arm: how it follows hands, beside mink, and what that costs; boxes in its jaws, picked and carried over the wire; plans beside OMPL's; its mirror of hobby servos.
 
-Parts by name: clearance, engagements, grasps, hands, idle, mirror, parked, plans, ticks; and, long, ``campaign-1`` to
+Parts by name: carry, clearance, engagements, grasps, hands, idle, mirror, parked, picks, plans, ticks; and, long, ``campaign-1`` to
 ``campaign-10``, each a hundred thousand steps of hands among boxes: with ``--out`` a campaign is resumed by naming the
 parts that the sheet does not have.
 """
@@ -15,8 +15,8 @@ from pathlib import Path
 from benchmarks._figures import Figure, measure
 
 _SHORT = (
-    *("clearance", "engagements", "grasps", "hands", "idle"),
-    *("mirror", "parked", "plans", "ticks"),
+    *("carry", "clearance", "engagements", "grasps", "hands", "idle"),
+    *("mirror", "parked", "picks", "plans", "ticks"),
 )
 """Each is a function in a module of its name; what one needs, another does not load."""
 _CAMPAIGN = 10

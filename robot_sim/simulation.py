@@ -14,7 +14,8 @@ from localization.types import Pose, Reading, Twist, WheelSpeeds
 from robot_sim.actors.mocap_driver import MocapDriver
 from robot_sim.actors.movers import Mover
 from robot_sim.actors.schedules import Arrival, Scheduled
-from robot_sim.arm.arm_plant import ArmPlant
+from robot_sim.arm.arm_plant import ArmPlant, ArmReading
+from robot_sim.arm.arm_touch import pickable_bodies
 from robot_sim.cameras.visual_state import VisualState
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.drivetrain import DriveConfig, Drivetrain
@@ -83,6 +84,10 @@ class Truth:
     """True velocity of ``base_link`` in its own axes [m/s, rad/s]."""
     slip: Slip
     """Slip of the wheels on the ground, and the robot's centres of rotation."""
+    arm: ArmReading | None = None
+    """The arm, with the names of what it touches; None without one."""
+    parcels: tuple[tuple[str, Pose], ...] = ()
+    """Name, and pose in ``map``, of each loose body that an arm can pick up; none without an arm."""
 
 
 class Simulation:
@@ -134,6 +139,7 @@ class Simulation:
         arm = self.world.arm
         self.arm = None if arm is None else ArmPlant(self._model, self._data, arm, tick=TICK_NS)
         """The arm, if the robot carries one."""
+        self._parcels = () if arm is None else self._loose_bodies()
         self._monitor = ConditionMonitor(
             self._model, self._data, self._robot, tick=TICK_NS, stall=self.config.drive.stall
         )
@@ -157,6 +163,13 @@ class Simulation:
             for s in self.config.scanners
         ]
         self._pose_recorder = PoseRecorder(0, self._data.qpos[self._base])
+
+    def _loose_bodies(self) -> tuple[tuple[str, slice], ...]:
+        """Return names of what an arm can pick up, and where their poses are among the positions."""
+        model = self._model
+        bodies = [model.body(int(b)) for b in np.flatnonzero(pickable_bodies(model))]
+        starts = [(body.name, int(model.jnt_qposadr[body.jntadr[0]])) for body in bodies]
+        return tuple((name, slice(start, start + 7)) for name, start in starts)
 
     def _refuse_extras_at_start(self, movers: Sequence[Mover]) -> None:
         """Raise a WorldError if the robot starts inside a body that is there from the beginning."""
@@ -298,7 +311,12 @@ class Simulation:
         map_from_base = Pose(pose[:3], pose[3:])
         linear = map_from_base.rotation.T @ rates[:3]
         slip = slip_of(self._robot, linear[0], linear[1], rates[5], self._wheel_rates)
-        return Truth(self.stamp, map_from_base, Twist(linear, rates[3:]), slip)
+        parcels = tuple(
+            (name, Pose(self._data.qpos[at][:3], self._data.qpos[at][3:]))
+            for name, at in self._parcels
+        )
+        arm = None if self.arm is None else self.arm.reading
+        return Truth(self.stamp, map_from_base, Twist(linear, rates[3:]), slip, arm, parcels)
 
     def visual_state(self) -> VisualState:
         """Return what a picture of this instant depends on; see ``robot_sim.cameras``."""

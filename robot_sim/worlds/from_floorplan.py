@@ -78,7 +78,7 @@ def build_world(
         headroom = max(HEADROOM, top)
         for block in blocks:
             block.add_to(spec, headroom=headroom)
-        for parcel in plan.parcels:
+        for parcel in (*plan.parcels, *options.parcels):
             parcel.add_to(spec, height_at(ground.heights, parcel.x, parcel.y))
         parked = tuple(spares(options.spare_boxes, options.spare_people))
         moving = (

@@ -41,7 +41,7 @@ def load_world(
             plan (``.toml``) or of an MJCF file (``.xml``).
         robot: Robot that is compiled into the world; a P3-AT by default.
         options: Differences from the mapped world; of an MJCF file neither ``alive`` nor ``rearranged``, nor
-            closed doors.
+            closed doors and parcels.
 
     Raises:
         UnknownSceneError: no scene has this name; the message lists the available ones.
@@ -49,6 +49,10 @@ def load_world(
     """
     path = Path(name)
     if path.suffix == ".xml":
+        if options.parcels:
+            raise WorldError(
+                f"{path.name}: an MJCF file has its own loose bodies, and takes no parcels"
+            )
         if options.alive or options.rearranged is not None:
             raise WorldError(
                 f"{path.name}: an MJCF file cannot be alive or rearranged; what moves in it is set by its"

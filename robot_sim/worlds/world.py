@@ -22,6 +22,7 @@ from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.robot_placement import place_robot
 from robot_sim.scene_objects.floor_surfaces import Patch
+from robot_sim.scene_objects.parcels import Parcel
 
 TIMESTEP_NS: Final = 4_000_000
 """One physics step [ns]. The contact recipe holds up to 5 ms; chi, creep and kerbs are as at 1 ms."""
@@ -43,6 +44,8 @@ class WorldOptions:
     """Sizes of boxes [m] that a running simulation can put somewhere."""
     spare_people: int = 0
     """Number of people that it can put somewhere."""
+    parcels: tuple[Parcel, ...] = ()
+    """Small boxes that lie loose, beside those of the plan."""
     arm: str | None = None
     """Name of the arm that the robot carries, or path of its table; None for none."""
     arm_mount: str = "bracket"

@@ -60,6 +60,14 @@ def test_each_but_the_tour_lasts_a_minute_at_most_and_each_has_limits_besides_it
 
 
 SHOWN: Final[dict[str, dict[str, tuple[float, float]]]] = {
+    "arm-bad-trajectories": {"arm_refused": (3, 8)},
+    "arm-drive-unstowed": {"distance": (3.0, 4.2)},
+    "arm-drops-box": {"dropped": (1, 1)},
+    "arm-mirror": {"mirror_error": (0.001, 0.03)},
+    "arm-on-ramp": {"tilt": (0.3, 0.38)},
+    "arm-out-of-reach": {"tip_moved": (0.35, 0.6)},
+    "arm-stuck": {"load_max": (0.95, 1.0), "arm_contacts": (1, 3)},
+    "arm-wrist-turns-over": {"arm_refused": (0, 0)},
     "courtyard-ramp": {"tilt": (0.05, 0.35)},
     "door-closed": {"goal_time": (13.0, 60.0)},
     "earth-rovers-29": {"stops": (1, 1), "runaway": (0.35, 0.7)},

@@ -8,13 +8,14 @@ const FLOORS = {
   "": [
     "page",
     "panels",
-    "alarms | camera | hint | steps",
+    "alarms | arm | camera | hint | steps",
     "driving | link | scene | session",
     "robot | texts",
   ],
+  "arm": ["picture", "goals | inputs"],
   "link": ["message_checks"],
   "panels": [
-    "steps",
+    "arm | steps",
     "alarms | attitude | camera | driving | events | hint | layers | link | session",
   ],
 };

@@ -10,6 +10,7 @@ import numpy as np
 from localization.geometry import FloatArray
 from localization.types import Pose
 from robot_sim.arm.arm_plant import ArmReading
+from robot_sim.arm.arm_table import ArmTable
 from robot_sim.arm.clearance import Clearance, Near
 from robot_sim.arm.kinematics import Kinematics
 from robot_sim.arm.load import Load, LoadWatch
@@ -70,6 +71,7 @@ class ArmControl:
         self._gripper, self._watch = GripperControl(table.gripper, tick), LoadWatch(table)
         self._joints = (*(joint.name for joint in table.joints), table.gripper.joint)
         self._stow = np.array(table.poses["stow"])
+        self._unfelt = unfelt(table)
         self._motion = Motion.at_rest(reading.angles)
         self._runner = GoalRunner(fit, clearance, self._hand.limiter, tick=tick)
         self._desk, self._rumble = GoalDesk(), Rumble()
@@ -286,13 +288,15 @@ class ArmControl:
             self._hand.let_go()
 
     def _give_way(self) -> None:
-        """Bring joints that bear too much to where they are, and end what moved the arm."""
+        """Bring joints that bear too much past where they are, and end what moved the arm."""
         moved = self._stream is not None or self._desk.arm is not None
         self._end(self._load.words, Outcome.BLOCKED)
         if moved:
             self.stopped = self._load.words
         giving = np.array(self._load.giving_way)
-        goal = np.where(giving, self._reading.angles, self._motion.angles)
+        # Within its dead band and its play a servo that is led to where it is would push on with all its torque.
+        relieved = self._reading.angles - np.sign(self._reading.torques) * self._unfelt
+        goal = np.where(giving, relieved, self._motion.angles)
         later = self._hand.limiter.follow(self._motion, goal, np.zeros(len(goal)))
         self._step = HandStep(later)
         self._offer = Finding(way_out="stow")
@@ -334,6 +338,15 @@ class ArmControl:
         self._gripper.let_go()
         self._hand.reset()
         self._mode, self._reason = ArmMode.HELD, reason
+
+
+def unfelt(table: ArmTable) -> FloatArray:
+    """Return the angle (5,) by which a servo may be off without knowing: its dead band and half of its play [rad]."""
+    pulses = table.pulses
+    share = np.array([j.servo.dead_band for j in table.joints]) / (pulses.longest - pulses.shortest)
+    ranges = np.subtract(table.upper, table.lower)
+    half_play: FloatArray = 0.5 * np.array([joint.servo.play for joint in table.joints])
+    return share * ranges + half_play
 
 
 def _pose(matrix: FloatArray) -> Pose:

@@ -54,6 +54,9 @@ class ClearWays:
             return True
         open_parts = deque([(0.0, 1.0)])
         while open_parts:
+            # Before each check: ways that are blocked at their first one cost budget as well.
+            if self.spent:
+                yield
             low, high = open_parts.popleft()
             middle, half = 0.5 * (low + high), 0.5 * (high - low)
             wanted = min(max(half * length + MARGIN, ASKED), _FURTHEST)
@@ -64,8 +67,6 @@ class ClearWays:
             if reach < half:
                 open_parts.append((low, middle - reach))
                 open_parts.append((middle + reach, high))
-            if self.spent:
-                yield
         return True
 
     def all_straight(self, poses: Sequence[FloatArray]) -> Work:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from robot_sim import SimulationConfig, World
     from robot_sim.actors.extras import Extra
     from robot_sim.drive.drivetrain import SlipFault
+    from robot_sim.scene_objects.parcels import Parcel
 
 
 DEFAULT_ARM: Final = "s2"
@@ -72,6 +73,7 @@ class RobotOptions:
         *,
         spare_boxes: tuple[tuple[float, float, float], ...] = (),
         spare_people: int = 0,
+        parcels: tuple[Parcel, ...] = (),
     ) -> World:
         """Build a scene with this robot.
 
@@ -81,6 +83,7 @@ class RobotOptions:
             extras: What comes into the world at its time.
             spare_boxes: Sizes of boxes that can be put into it while it runs [m].
             spare_people: Number of people that can.
+            parcels: Small boxes that lie loose in it.
 
         Raises:
             SimulationError: If the scene is unknown or cannot be built.
@@ -98,6 +101,7 @@ class RobotOptions:
             extras=extras,
             spare_boxes=spare_boxes,
             spare_people=spare_people,
+            parcels=parcels,
             arm=self.arm,
             arm_mount=self.arm_mount,
         )

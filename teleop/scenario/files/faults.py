@@ -191,6 +191,18 @@ class EStopPressed:
     """After which time it is released [s]; never, unless given."""
 
 
+@dataclass(frozen=True, slots=True, config=STRICT)
+class BoardUnplugged:
+    """The line to the board of a second arm is unplugged; the board holds its arm where it is."""
+
+    kind: Literal["board_unplugged"]
+    """``board_unplugged``."""
+    at: Seconds
+    """When [s]."""
+    lasting: Seconds | None = None
+    """After which time it is plugged in again [s]; never, unless given."""
+
+
 Fault: TypeAlias = Annotated[
     Kidnap
     | WheelSlip
@@ -203,7 +215,8 @@ Fault: TypeAlias = Annotated[
     | OperatorKilled
     | WrongHint
     | ClockStep
-    | EStopPressed,
+    | EStopPressed
+    | BoardUnplugged,
     Field(discriminator="kind"),
 ]
 """Any fault."""

@@ -58,6 +58,30 @@ class Limits:
     """Least distance to drive [m]."""
     duration: Seconds | None = None
     """Longest time until the last goal is reached [s]."""
+    picked: Count | None = None
+    """Least number of parcels that the arm holds 2 cm above where they lay."""
+    placed: Count | None = None
+    """Least number of parcels that lie where ``mission.deliver`` wants them at the end."""
+    dropped: Count | None = None
+    """Largest number of times that the gripper loses what it holds without having been opened."""
+    arm_contacts: Count | None = None
+    """Largest number of times that the arm touches anything but, with its gripper, a parcel; counted as ``contacts``."""
+    load: Annotated[float, Field(ge=0.0)] | None = None
+    """Largest share of its stall torque that a servo of the arm bears for a second on end."""
+    load_max: Annotated[float, Field(ge=0.0)] | None = None
+    """Largest share of its stall torque that a servo of the arm bears at all."""
+    slip: Metres | None = None
+    """Largest way that a parcel slips in the closed gripper [m]."""
+    tip_moved: Metres | None = None
+    """Largest distance of the arm's tip from where it began, as seen from the arm's foot [m]."""
+    tip_off: Metres | None = None
+    """Largest distance of the arm's tip from ``mission.tip`` at the end [m]."""
+    pointing_off: Annotated[float, Field(ge=0.0, le=180.0)] | None = None
+    """Largest angle of the gripper from where ``mission.tip`` points at the end [degrees]."""
+    mirror_error: Annotated[float, Field(ge=0.0, le=180.0)] | None = None
+    """Largest error of a joint of the second arm, while both rest [degrees]."""
+    wheels_off: Seconds | None = None
+    """Longest time on end for which two wheels or more are off the ground, as before tipping over [s]."""
     violations: Count = 0
     """Largest number of things that the client may not do and tried."""
     rules: bool = False

@@ -7,6 +7,7 @@ from typing import Annotated, Final, Literal, TypeAlias
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from teleop.scenario.files.arm_tasks import Task
 from teleop.scenario.files.schema import STRICT, Metres, Seconds
 
 Speed: TypeAlias = Annotated[float, Field(ge=0.05, le=3.0)]
@@ -81,6 +82,26 @@ class Steps:
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
+class Hand:
+    """A person at the arm: leads its tip by hand from task to task; the run is over after the last one."""
+
+    kind: Literal["hand"]
+    """``hand``."""
+    tasks: Annotated[tuple[Task, ...], Field(min_length=1)]
+    """What is done, one after the other."""
+    planned: bool = False
+    """Whether the robot plans the ways of ``pick`` and ``put``, and grips by goals, instead of following the hand."""
+    noise: Metres = 0.0015
+    """Standard deviation of each coordinate that is measured of the hand [m]."""
+    unrest: Annotated[float, Field(ge=0.0, le=45.0)] = 0.5
+    """The same of its turn about each axis [degrees]."""
+    reaction: Seconds = 0.25
+    """Time between seeing and moving [s]."""
+    speed: Annotated[float, Field(gt=0.0, le=3.0)] = 0.3
+    """Mean speed of a reach [m/s]."""
+
+
+@dataclass(frozen=True, slots=True, config=STRICT)
 class Client:
     """A program of your own, started by ``--client``; or one that you start yourself."""
 
@@ -114,7 +135,8 @@ class Station:
 
 
 Operator: TypeAlias = Annotated[
-    Follower | Steering | Careless | Replay | Steps | Client | Station, Field(discriminator="kind")
+    Follower | Steering | Careless | Replay | Steps | Hand | Client | Station,
+    Field(discriminator="kind"),
 ]
 """Any operator."""
 

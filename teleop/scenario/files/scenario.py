@@ -6,18 +6,43 @@ It is a frozen value with a schema: unknown fields and impossible values are ref
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import Field, TypeAdapter
 from pydantic.dataclasses import dataclass
 
+from teleop.scenario.files.arm_tasks import Spot, Steep
 from teleop.scenario.files.faults import Fault
 from teleop.scenario.files.limits import Limits
 from teleop.scenario.files.operator_settings import Follower, Operator
-from teleop.scenario.files.schema import STRICT, Degrees, Metres, Place, Seconds, Share
+from teleop.scenario.files.schema import STRICT, Degrees, Metres, Place, Point, Seconds, Share
 
 NO_SCANNERS: Final = "none"
 """Name of the scanner of a robot without any."""
+
+
+Name: TypeAlias = Annotated[
+    str, Field(min_length=1, max_length=80, pattern=r"^[a-z0-9][a-z0-9_.-]*$")
+]
+"""Small letters, digits, and ``-``, ``_`` or ``.``."""
+Side: TypeAlias = Annotated[float, Field(ge=0.005, le=0.2)]
+"""Length of an edge of a parcel [m]."""
+
+
+@dataclass(frozen=True, slots=True, config=STRICT)
+class Parcel:
+    """A small box that lies loose, for an arm to pick up."""
+
+    name: Name
+    """Its name."""
+    at: Point
+    """Where its middle is."""
+    z: Metres = 0.0
+    """Height of its underside above the ground [m]."""
+    size: tuple[Side, Side, Side] = (0.03, 0.03, 0.03)
+    """Its length, width and height [m], each 0.005 to 0.2."""
+    mass: Annotated[float, Field(ge=0.001, le=0.2)] = 0.02
+    """Its mass [kg]."""
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -51,6 +76,11 @@ class WorldSettings:
     """Where the arm is mounted: bracket, ahead of the front bumper, or plate, on the top plate."""
     arm_speed: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 0.2
     """Largest speed of the vehicle while the arm is off its stow pose [m/s]; 0 for no such limit."""
+    board: Literal["degree", "microsecond"] | None = None
+    """What the pulses of a second arm are rounded to, whose servos have play and follow the arm; unless given, none
+    does."""
+    parcels: tuple[Parcel, ...] = ()
+    """Small boxes that lie loose, for the arm to pick up."""
     stale_limits: bool = True
     """Whether the robot slows down for commands that are more than 0.5 s old when they arrive, and refuses those
     that are more than 1 s old."""
@@ -84,11 +114,39 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
+class Delivery:
+    """A parcel that is to lie somewhere at the end."""
+
+    parcel: str
+    """Its name."""
+    to: tuple[float, float, float]
+    """Where its middle is to be: x, y and height above that of the map's origin [m]."""
+    within: Annotated[float, Field(gt=0.0, le=10.0)] = 0.05
+    """Distance at which it counts as placed [m]."""
+
+
+@dataclass(frozen=True, slots=True, config=STRICT)
+class TipGoal:
+    """Where the arm's tip is to be at the end, as seen from the arm's foot."""
+
+    at: Spot
+    """Where [m]."""
+    down: Steep = 30.0
+    """Angle by which the gripper points down, straight away from the arm's foot [degrees]."""
+    aside: Steep = 0.0
+    """Angle by which it points to the left of that [degrees]."""
+
+
+@dataclass(frozen=True, slots=True, config=STRICT)
 class Mission:
     """What the operator has to do."""
 
     goals: tuple[Goal, ...] = ()
     """Places to drive to, in this order; without any the run lasts until ``time_limit``."""
+    deliver: tuple[Delivery, ...] = ()
+    """Parcels that the arm has to place somewhere, in any order."""
+    tip: TipGoal | None = None
+    """Where the arm's tip is to be at the end."""
     tour: bool = False
     """Whether the goals are the way-points of the world's own tour, or of one that is planned through its free floor;
     the robot must pass each within 1 m, and stand for a second at the last."""
@@ -102,7 +160,7 @@ class Scenario:
 
     format: Literal[1]
     """Version of this format: 1."""
-    name: Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[a-z0-9][a-z0-9_.-]*$")]
+    name: Name
     """Its name, for reports: small letters, digits, and ``-``, ``_`` or ``.``."""
     description: Annotated[str, Field(max_length=2000)] = ""
     """What happens and what must not, in a sentence or two."""

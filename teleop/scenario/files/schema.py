@@ -23,5 +23,8 @@ Degrees: TypeAlias = Annotated[float, Field(ge=-360.0, le=360.0)]
 Share: TypeAlias = Annotated[float, Field(ge=0.0, le=1.0)]
 """A part of a whole, 0 to 1."""
 
+Point: TypeAlias = tuple[float, float] | tuple[float, float, float]
+"""[x, y] or [x, y, heading] in ``map`` [m, degrees]."""
+
 Place: TypeAlias = str | tuple[float, float] | tuple[float, float, float]
 """The name of a place of the world, or [x, y] or [x, y, heading] in ``map`` [m, degrees]."""

@@ -5,6 +5,7 @@ Times are drawn in half seconds and figures from short lists, so that what is fo
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from itertools import chain
 from random import Random
@@ -15,11 +16,18 @@ from hypothesis.strategies import DrawFn, SearchStrategy
 
 from robot_sim.floorplan.doorways import doorways
 from robot_sim.worlds.loading import load_plan
-from teleop.scenario.files import faults, operator_settings as operators
+from teleop.scenario.files import arm_tasks as tasks, faults, operator_settings as operators
 from teleop.scenario.files.faults import Fault
 from teleop.scenario.files.limits import Limits
 from teleop.scenario.files.operator_settings import Operator
-from teleop.scenario.files.scenario import Goal, Mission, Scenario, Start, WorldSettings
+from teleop.scenario.files.scenario import (
+    NO_SCANNERS,
+    Goal,
+    Mission,
+    Scenario,
+    Start,
+    WorldSettings,
+)
 
 DURATION: Final = 20.0
 """Duration of a drawn session [s]."""
@@ -204,9 +212,74 @@ def starts(place: str) -> SearchStrategy[Start]:
     return st.one_of(known, known, about, about, st.just(Start(at=place, known="nothing")))
 
 
+def hands() -> SearchStrategy[Operator]:
+    """Return a strategy of people at an arm, who also drive with it."""
+    spots = st.sampled_from(
+        ((0.25, 0.0, 0.10), (0.20, 0.15, 0.0), (0.22, 0.0, -0.15), (0.6, 0.2, 0.3))
+    )
+    rates = st.sampled_from(((0.6, 0.0, 0.0, 0.0, 0.0), (0.0, -0.5, 0.5, 0.0, 0.0), (1.0,) * 5))
+    jumps = st.sampled_from(((-0.4, 0.4, 0.4), (0.73, 0.0, 0.0), (0.0, 0.05, 0.0)))
+    lasting = st.sampled_from((2.0, 1.0, 4.0))
+    task: list[SearchStrategy[tasks.Task]] = [
+        st.builds(tasks.Move, kind=st.just("move"), to=st.sampled_from(("ready", "stow", "floor"))),
+        st.builds(tasks.Reach, kind=st.just("reach"), to=spots, lasting=st.just(4.0)),
+        st.builds(
+            tasks.Sweep,
+            kind=st.just("sweep"),
+            radius=st.sampled_from((0.05, 0.0, 0.15)),
+            cone=st.sampled_from((0.0, 20.0)),
+            lasting=lasting,
+        ),
+        st.builds(
+            tasks.Roam,
+            kind=st.just("roam"),
+            far=st.sampled_from((0.3, 0.6)),
+            speed=st.sampled_from((0.3, 1.0)),
+            lasting=lasting,
+        ),
+        st.builds(tasks.Clutch, kind=st.just("clutch"), times=st.just(5)),
+        st.builds(
+            tasks.Lose,
+            kind=st.just("lose"),
+            by=jumps,
+            drift=st.sampled_from((0.0, 0.3)),
+            said=st.booleans(),
+        ),
+        *(st.builds(tasks.Jog, kind=st.just("jog"), rates=rates, lasting=lasting),) * 2,
+        st.builds(
+            tasks.Drive,
+            kind=st.just("drive"),
+            speed=st.sampled_from((0.5, -0.5, 0.0)),
+            turn=st.sampled_from((0.0, 1.0)),
+            lasting=lasting,
+        ),
+        st.builds(tasks.Wait, kind=st.just("wait")),
+    ]
+    return st.builds(
+        operators.Hand,
+        kind=st.just("hand"),
+        tasks=st.lists(st.one_of(task), min_size=4, max_size=8).map(tuple),
+    )
+
+
 @st.composite
 def sessions(draw: DrawFn) -> Scenario:
-    """Draw a session; where it starts, its goal must be another place."""
+    """Draw a session; where it starts, its goal must be another place.
+
+    Whether it has an arm is drawn last, so that all others are what they were without arms.
+    """
+    session = draw(without_arm())
+    if not draw(st.sampled_from((*(False,) * 5, True))):
+        return session
+    first, second = draw(hands()), draw(st.one_of(st.just(session.second), hands()))
+    world = replace(session.world, arm="s2", scanner=NO_SCANNERS, effects=False)
+    start = Start(at=session.start.at)
+    return replace(session, world=world, start=start, operator=first, second=second)
+
+
+@st.composite
+def without_arm(draw: DrawFn) -> Scenario:
+    """Draw a session of a robot without an arm."""
     scene = draw(st.sampled_from(SCENES))
     places = places_of(scene)
     start = draw(st.sampled_from(places))

@@ -122,7 +122,8 @@ def _in_quiet(scenario: Scenario, lines: TimeLines) -> tuple[float, float]:
         if fault.kind in _DISTURBING:
             quiet &= times < fault.at
     # Errors of the beams that the filter does not know make it surer than it is: such worlds have no reference.
-    unknown = scenario.world.effects or scenario.start.known == "nothing"
+    world = scenario.world
+    unknown = world.effects or world.arm is not None or scenario.start.known == "nothing"
     if unknown or scenario.world.alive or quiet.sum() < _FEWEST_TICKS:
         return math.nan, math.nan
     tracking = np.array([health == "tracking" for health in lines.health])

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from teleop.scenario.files.operator_settings import Follower
+from teleop.scenario.files.operator_settings import Follower, Hand
 from teleop.scenario.files.scenario import SCHEMA, Mission, Scenario, Start, WorldSettings
 
 Breaks = Callable[[Scenario], float | None]
@@ -70,6 +70,10 @@ def _smaller(scenario: Scenario) -> Iterator[Scenario]:
         yield replace(scenario, fault=faults[:number] + faults[number + 1 :])
     if scenario.operator != Follower():
         yield replace(scenario, operator=Follower())
+    if isinstance(hand := scenario.operator, Hand) and len(hand.tasks) > 1:
+        for number in range(len(hand.tasks)):
+            tasks = hand.tasks[:number] + hand.tasks[number + 1 :]
+            yield replace(scenario, operator=replace(hand, tasks=tasks))
     if scenario.second is not None and scenario.second != Follower():
         yield replace(scenario, second=Follower())
     if scenario.world != WorldSettings(scene=scenario.world.scene):

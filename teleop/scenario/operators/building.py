@@ -9,6 +9,7 @@ from teleop.scenario.files import operator_settings as settings
 from teleop.scenario.operators.careless import Careless
 from teleop.scenario.operators.command_file import read_commands
 from teleop.scenario.operators.follower import Follower
+from teleop.scenario.operators.hand import HandOperator
 from teleop.scenario.operators.operator import Operator
 from teleop.scenario.operators.replay import Replay
 from teleop.scenario.operators.steering import SteeringModel
@@ -41,6 +42,8 @@ def operator_of(chosen: settings.Operator, *, beside: Path | None) -> Operator:
             return Replay(read_commands(_inside(beside or Path(), chosen.file)))
         case settings.Steps():
             return StepOperator(chosen.count, chosen.by)
+        case settings.Hand():
+            return HandOperator(chosen)
         case settings.Client():
             raise SettingError("operator.kind: a client of your own drives, which --client starts")
         case settings.Station():

@@ -82,6 +82,8 @@ class SimulatedHand:
         self.traits = traits or HandTraits()
         self.trigger = 0.0
         """How far the trigger is pulled."""
+        self.keeps = False
+        """Whether the clutch stays closed though the tip is where it should be, so that the trigger counts."""
         self.clutches = 0
         """How often the clutch was closed."""
         self._chance = chance
@@ -90,7 +92,7 @@ class SimulatedHand:
         self._from: tuple[FloatArray, FloatArray] = self._place, self._turn
         self._way, self._twist = np.zeros(3), np.zeros(3)
         self._begun, self._lasts = 0, 0.0
-        self._used_up = False
+        self._used_up, self._care = False, 1.0
         self._ready = 0
         self._goal: Pose | None = None
         self._seen: Pose | None = None
@@ -100,9 +102,21 @@ class SimulatedHand:
         """Whether the tip was seen at the goal, and the hand rests."""
         return self._does is _Does.REST and self._missing() is None
 
-    def aim(self, goal: Pose, stamp: int) -> None:
-        """Want the tip, whose turn about its own axis does not count, at another place from now on."""
+    def aim(self, goal: Pose, stamp: int, care: float = 1.0) -> None:
+        """Want the tip, whose turn about its own axis does not count, at another place from now on.
+
+        Args:
+            goal: Where.
+            stamp: The time [ns].
+            care: By so much more than what a person sees it may be off.
+        """
+        self._care = care
         self._goal, self._ready = goal, max(self._ready, stamp + self.traits.reaction)
+
+    def let_go(self, stamp: int) -> None:
+        """Open the clutch, bring the hand back and take the tip anew, as somebody does whom the robot has stopped."""
+        self._used_up = True
+        self._arrive(stamp)
 
     def see(self, tip: Pose) -> None:
         """See where the tip is, or was."""
@@ -134,11 +148,13 @@ class SimulatedHand:
             self._move(_Does.RETURN, stamp, -self._place, -so3_log(self._turn))
             return
         missing = self._missing()
-        if missing is None:
+        if missing is None and not self.keeps:
             return
         if not self._engaged:
             self._engaged, self._ready = True, stamp + self.traits.reaction
             self.clutches += 1
+            return
+        if missing is None:
             return
         way, twist = missing
         for beyond, limit in (
@@ -159,7 +175,8 @@ class SimulatedHand:
         axis = np.cross(here, there)
         sine = float(np.linalg.norm(axis))
         angle = math.atan2(sine, float(here @ there))
-        if float(np.linalg.norm(way)) < _NEAR_ENOUGH and angle < _STRAIGHT_ENOUGH:
+        near = float(np.linalg.norm(way)) < self._care * _NEAR_ENOUGH
+        if near and angle < self._care * _STRAIGHT_ENOUGH:
             return None
         return way, axis * (angle / sine if sine > 1e-9 else 0.0)
 

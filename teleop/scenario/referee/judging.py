@@ -97,9 +97,31 @@ _SUBJECTS = {
     "stopping_time": ("time from a last command to rest", "s", 1.0),
     "runaway": ("way from a last command to rest", "m", 1.0),
     "duration": ("time to the last goal", "s", 1.0),
+    "dropped": ("parcels that the gripper lost", "", 1.0),
+    "arm_contacts": ("contacts of the arm", "", 1.0),
+    "load": ("share of its stall torque that a servo bore for a second", "", 1.0),
+    "load_max": ("largest share of its stall torque that a servo bore", "", 1.0),
+    "slip": ("largest slip of a parcel in the gripper", "m", 1.0),
+    "tip_moved": ("largest distance of the tip from where it began", "m", 1.0),
+    "tip_off": ("distance of the tip from where it is to be at the end", "m", 1.0),
+    "pointing_off": (
+        "angle of the gripper from where it is to point at the end",
+        "deg",
+        180.0 / math.pi,
+    ),
+    "mirror_error": ("largest error of the second arm at rest", "deg", 180.0 / math.pi),
+    "wheels_off": ("longest time with two wheels off the ground", "s", 1.0),
     "violations": ("things tried that the client may not do", "", 1.0),
 }
 """Text, unit in files, and factor to that unit of each largest value."""
+
+
+_LEAST = {
+    "distance": ("distance driven", "m"),
+    "picked": ("parcels picked up", ""),
+    "placed": ("parcels placed", ""),
+}
+"""Text and unit of each least value."""
 
 
 def _checks(limits: Limits, figures: Mapping[str, float]) -> Iterator[LimitCheck]:
@@ -123,11 +145,11 @@ def _checks(limits: Limits, figures: Mapping[str, float]) -> Iterator[LimitCheck
         value = figures["nees"]
         met = low <= value <= high
         yield LimitCheck("nees", "mean NEES of the pose", value, f"{low:g} to {high:g}", "", met)
-    if limits.distance is not None:
-        value = figures["distance"]
-        text = "distance driven"
-        met = value >= limits.distance
-        yield LimitCheck("distance", text, value, f">= {limits.distance:g}", "m", met)
+    for name, (text, unit) in _LEAST.items():
+        limit = getattr(limits, name)
+        if limit is not None:
+            value = figures[name]
+            yield LimitCheck(name, text, value, f">= {limit:g}", unit, value >= limit)
 
 
 def _or_nan(compute: Callable[[], float], values: FloatArray) -> float:

@@ -29,6 +29,7 @@ class EventKind(StrEnum):
     FAULT = "fault"
     GOAL = "goal"
     CONTACT = "contact"
+    ARM = "arm"
     HEALTH = "health"
     HINT = "hint"
     STOP = "stop"

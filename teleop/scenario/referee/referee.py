@@ -11,14 +11,18 @@ from dataclasses import dataclass
 from typing import Final
 
 from localization.types import SECOND, Health
+from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.inbox import DriveCommand, PoseHint
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.files.limits import Limits
+from teleop.scenario.files.scenario import Mission
+from teleop.scenario.referee.arm_log import ArmLog
 from teleop.scenario.referee.judging import figures_of, judge
 from teleop.scenario.referee.outcome import Event, EventKind, LimitCheck, TimeLines
 from teleop.scenario.referee.run_log import RunLog
 from teleop.scenario.referee.silences import Silences
 
+_NOTHING: Final = Mission()
 _CLEAR: Final = SECOND
 """Time without contact after which an obstacle is touched anew [ns]: a hull that scrapes along a wall, or is pressed
 against one, loses contact for ticks on end."""
@@ -44,7 +48,12 @@ class Referee:
     """Owns what is known of a run so far."""
 
     def __init__(
-        self, goals: Sequence[GoalPoint], limits: Limits, start: tuple[float, float] = (0.0, 0.0)
+        self,
+        goals: Sequence[GoalPoint],
+        limits: Limits,
+        start: tuple[float, float] = (0.0, 0.0),
+        arm: ArmFit | None = None,
+        mission: Mission = _NOTHING,
     ) -> None:
         """Watch for the goals in their order; the limits are judged at the end.
 
@@ -52,6 +61,8 @@ class Referee:
             goals: The goals.
             limits: The limits.
             start: Where the robot stands before the first tick, in ``map`` [m].
+            arm: The arm that it carries, if it does.
+            mission: What the arm has to do.
         """
         self.goals, self.limits = tuple(goals), limits
         self.log = RunLog()
@@ -66,6 +77,14 @@ class Referee:
         self.command_ages: list[float] = []
         """Age of each drive command at the robot, as far as it can be known [s]."""
 
+        self.mirror_error = math.nan
+        """Largest error of a second arm at rest, which who has it sets [rad]."""
+
+        self._arm = (
+            None
+            if arm is None
+            else ArmLog(arm, mission, lambda text: self.note(EventKind.ARM, text))
+        )
         self._silences = Silences()
         self._contacts = self._hints = self._violations = self._rules = 0
         self._touched: dict[str, int] = {}
@@ -104,6 +123,8 @@ class Referee:
         self._follow_inbox(tick)
         self._follow_contacts(tick.condition.touching)
         self._follow_health(tick)
+        if self._arm is not None:
+            self._arm.take(tick)
         if reason := self._silences.take(tick):
             self.note(EventKind.STOP, reason)
         self._follow_goal(x, y)
@@ -166,6 +187,8 @@ class Referee:
             "oldest_command": self._silences.oldest_command,
             "violations": float(self._violations),
             "rules": float(self._rules),
+            **({} if self._arm is None else self._arm.figures()),
+            **({} if self._arm is None else {"mirror_error": self.mirror_error}),
         }
 
     def judged(self) -> tuple[TimeLines, dict[str, float], tuple[LimitCheck, ...]]:

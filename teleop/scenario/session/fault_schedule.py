@@ -13,6 +13,7 @@ from robot_sim import Simulation, WorldError
 from robot_sim.survey.drivable_routes import free_pose
 from teleop.robot.inbox import EStop, EStopReset, InboxMessage, PoseHint
 from teleop.scenario.files.faults import (
+    BoardUnplugged,
     Box,
     ClockStep,
     DoorClosed,
@@ -149,6 +150,8 @@ def begun(fault: Fault) -> str:
             return f"{fault.scanner} is dead"
         case ScannerDirty():
             return f"dirt covers {fault.share:.0%} of {fault.scanner}"
+        case BoardUnplugged():
+            return "the second arm's board is unplugged"
         case Box():
             return f"a box stands at {fault.to}"
         case Walker():

@@ -82,6 +82,8 @@ def run_in_memory(
             hands.append(LibraryOperator(operator, wire))
         if session.rules is not None:
             session.rules.published.witness = _witness(transport)
+        if session.second_arm is not None:
+            session.second_arm.join(transport.connect())
         session.faults.operator = hands[0] if hands else None
         for number, each in enumerate(hands):
             # Two that draw from one seed would do the same.

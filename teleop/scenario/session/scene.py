@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -13,6 +14,7 @@ from localization.maps.prepared_map import PreparedMap, prepare
 from robot_sim import SimulationConfig, World
 from robot_sim.actors.extras import Extra
 from robot_sim.scene_objects.floor_surfaces import Patch, surface_named
+from robot_sim.scene_objects.parcels import Parcel
 from robot_sim.survey.route_proposal import with_routes
 from teleop.robot.serving.robot_options import RobotOptions
 from teleop.scenario.files.scenario import NO_SCANNERS, Scenario, WorldSettings
@@ -118,7 +120,11 @@ def options_of(settings: WorldSettings) -> RobotOptions:
 
 @lru_cache(maxsize=_WORLDS)
 def _world(settings: WorldSettings, name: str, timing: int, extras: tuple[Extra, ...]) -> World:
-    world = options_of(settings).world(name, timing, extras)
+    parcels = tuple(
+        Parcel(p.name, *p.at[:2], p.z, math.radians(sum(p.at[2:])), p.size, p.mass)
+        for p in settings.parcels
+    )
+    world = options_of(settings).world(name, timing, extras, parcels=parcels)
     return world if settings.surface is None else on_surface(world, settings.surface)
 
 

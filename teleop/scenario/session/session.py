@@ -9,6 +9,7 @@ from typing import Final
 
 from robot_sim import PhysicsError, Simulation
 from teleop.link.timeline import LinkTimeline
+from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.assembly import RobotParts, build_stepped_robot
 from teleop.robot.drive import Stages
 from teleop.robot.gateway import Camera
@@ -25,6 +26,7 @@ from teleop.scenario.files.operator_settings import Client, Station
 from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.referee.outcome import EventKind
 from teleop.scenario.referee.referee import Referee
+from teleop.scenario.referee.rules.arm_facts import ArmFacts
 from teleop.scenario.referee.rules.rule_book import RuleBook
 from teleop.scenario.session.fault_schedule import FaultSchedule
 from teleop.scenario.session.notes_file import Note
@@ -33,6 +35,7 @@ from teleop.scenario.session.places import given_pose, goal_points, start_pose
 from teleop.scenario.session.run_folder import RunFolder
 from teleop.scenario.session.scenario_state import StatePublisher
 from teleop.scenario.session.scene import Scene, simulation_config
+from teleop.scenario.session.second_arm import SecondArm
 
 SECOND: Final = 1_000_000_000
 
@@ -110,7 +113,18 @@ class Session:
         self.adapter, self.server = self.stepped.adapter, self.stepped.gateway.server
         protocol, simulation = self.server.protocol, self.simulation
         x, y = simulation.truth().map_from_base.position[:2].tolist()
-        self.referee = Referee(goal_points(world, scenario), scenario.limits, (x, y))
+        fit = ArmFit.of(world)
+        board = fit is not None and scenario.world.board is not None
+        self.second_arm = SecondArm(scenario, fit.table) if fit is not None and board else None
+        """A second arm that follows the robot's, if the scenario has one."""
+
+        self.referee = Referee(
+            goal_points(world, scenario),
+            scenario.limits,
+            (x, y),
+            fit,
+            scenario.mission,
+        )
         self.faults = FaultSchedule(
             scenario, simulation, lambda text: self.referee.note(EventKind.FAULT, text)
         )
@@ -120,7 +134,12 @@ class Session:
         if scenario.limits.rules and recorded is None:
             drive = simulation.config.drive
             self.rules = RuleBook(
-                scenario, scene.cloud, drive, protocol.observers, lambda: simulation.stamp
+                scenario,
+                scene.cloud,
+                drive,
+                protocol.observers,
+                lambda: simulation.stamp,
+                None if fit is None else ArmFacts(simulation, fit, self.second_arm),
             )
         self.folder = folder
         """Where the run is recorded; None for a run of which only the outcome is kept."""
@@ -219,6 +238,9 @@ class Session:
         return [] if hint is None else [PoseHint("", hint)]
 
     def _observe(self, tick: TickRecord) -> None:
+        if self.second_arm is not None:
+            self.second_arm.take(tick)
+            self.referee.mirror_error = self.second_arm.error
         with self._stage("referee"):
             self.referee.take(tick)
         if self.rules is not None:

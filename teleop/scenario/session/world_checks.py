@@ -33,6 +33,7 @@ from robot_sim.survey.drivable_routes import GoalError, checked_pose, drivable_r
 from robot_sim.worlds.from_floorplan import plan_blocks
 from teleop.scenario.files.errors import FieldPath, ScenarioError
 from teleop.scenario.files.faults import (
+    BoardUnplugged,
     Box,
     DoorClosed,
     Fault,
@@ -42,7 +43,7 @@ from teleop.scenario.files.faults import (
     ScannerDirty,
     Walker,
 )
-from teleop.scenario.files.operator_settings import Station
+from teleop.scenario.files.operator_settings import Hand, Station
 from teleop.scenario.files.scenario import NO_SCANNERS, Scenario, WorldSettings
 from teleop.scenario.files.schema import Place
 from teleop.scenario.session.places import heading_of, position_of, start_pose
@@ -92,6 +93,7 @@ def check(scenario: Scenario, world: World) -> None:
             ("operator", "kind"),
             "a station drives tours, in straight lines; add mission.tour = true, or take a follower",
         )
+    _check_arm(scenario)
     start = _check_start(scenario, world)
     least = _check_goals(scenario, world, start)
     _check_limits(scenario, least)
@@ -99,6 +101,40 @@ def check(scenario: Scenario, world: World) -> None:
         path: FieldPath = ("fault", number)
         _check_times(fault, path, scenario.mission.time_limit)
         _check_fault(fault, path, world, start)
+
+
+_OF_ARMS = (
+    *("picked", "placed", "dropped", "arm_contacts", "load", "load_max", "slip", "tip_moved"),
+    *("tip_off", "pointing_off", "wheels_off", "mirror_error"),
+)
+"""Limits of a robot with an arm."""
+
+
+def _check_arm(scenario: Scenario) -> None:
+    world, mission, limits = scenario.world, scenario.mission, scenario.limits
+    names = [parcel.name for parcel in world.parcels]
+    for number, delivery in enumerate(mission.deliver):
+        if delivery.parcel not in names:
+            raise ScenarioError(
+                ("mission", "deliver", number, "parcel"),
+                f"no parcel {delivery.parcel!r}; {_nearest(delivery.parcel, names)}",
+            )
+    boards = [n for n, f in enumerate(scenario.fault) if isinstance(f, BoardUnplugged)]
+    if world.board is None and (boards or limits.mirror_error is not None):
+        path: FieldPath = ("fault", boards[0]) if boards else ("limits", "mirror_error")
+        raise ScenarioError(path, "there is no second arm; give world.board, such as degree")
+    if world.arm is not None:
+        return
+    given = [name for name in _OF_ARMS if getattr(limits, name) is not None]
+    for path, wanted in (
+        (("limits", *given[:1]), given),
+        (("world", "parcels"), world.parcels),
+        (("world", "board"), world.board),
+        (("operator", "kind"), isinstance(scenario.operator, Hand)),
+        (("second", "kind"), isinstance(scenario.second, Hand)),
+    ):
+        if wanted:
+            raise ScenarioError(path, "the robot carries no arm; give world.arm, such as s2")
 
 
 def _check_scene(scene: str, folder: Path | None) -> None:

@@ -103,7 +103,8 @@ class FreeRobotIsHad(Rule):
         now = tick.stamp - TICK
         self._estop.take(tick)
         said = list(self.facts.wire.since(now - _SILENT, now + 1))
-        if tick.drive.steps != NO_STEPS:
+        arm = tick.drive.arm
+        if tick.drive.steps != NO_STEPS or (arm is not None and arm.goals.moving):
             self._stepped = tick.stamp
         elif now - self._stepped > _SILENT and not any(_hands(each.what) for each in said):
             for client in self.facts.wire.clients.values():
@@ -130,6 +131,8 @@ def _sends(client: ClientFacts, now: int) -> bool:
     """Return whether a client may still have the robot, or have asked for it."""
     if client.left is not None and now - client.left > _FREED:
         return False
+    if client.arm_at is not None and now - client.arm_at < _SILENT:
+        return True
     return any(now - message.arrived < _SILENT for message in client.drives)
 
 

@@ -9,6 +9,7 @@ from typing import ClassVar
 from localization.maps.cloud import Cloud
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.files.scenario import Scenario
+from teleop.scenario.referee.rules.arm_facts import ArmFacts
 from teleop.scenario.referee.rules.published_messages import PublishedMessages
 from teleop.scenario.referee.rules.wire_facts import WireFacts
 
@@ -31,6 +32,8 @@ class RunFacts:
     """Least deceleration towards rest [m/s^2]."""
     published: PublishedMessages = field(default_factory=PublishedMessages)
     """What clients are sent of the robot's pose."""
+    arm: ArmFacts | None = None
+    """The arm; None without one."""
 
 
 @dataclass(frozen=True, slots=True)

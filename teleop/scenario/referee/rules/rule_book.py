@@ -8,8 +8,18 @@ from localization.maps.cloud import Cloud
 from robot_sim import DriveConfig
 from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.protocol.observers import Observers
-from teleop.scenario.files.scenario import Scenario
+from teleop.scenario.files.scenario import NO_SCANNERS, Scenario
 from teleop.scenario.referee.rules.answers import HintsAreAnswered
+from teleop.scenario.referee.rules.arm import (
+    ArmFollowsTheHand,
+    ArmHasASource,
+    ArmHeedsTheEStop,
+    ArmIsMirrored,
+    ArmKeepsClear,
+    ArmKeepsItsBounds,
+    ArmSlowsTheVehicle,
+)
+from teleop.scenario.referee.rules.arm_facts import ArmFacts
 from teleop.scenario.referee.rules.authority import EStopStays, NeutralFirst, OneDriver
 from teleop.scenario.referee.rules.command_in_force import (
     CommandHasASource,
@@ -51,6 +61,13 @@ RULES: tuple[type[Rule], ...] = (
     CloudIsBelieved,
     ViewersWatch,
     FreeRobotIsHad,
+    ArmHasASource,
+    ArmHeedsTheEStop,
+    ArmKeepsItsBounds,
+    ArmFollowsTheHand,
+    ArmKeepsClear,
+    ArmSlowsTheVehicle,
+    ArmIsMirrored,
 )
 """All rules."""
 
@@ -65,6 +82,7 @@ class RuleBook:
         drive: DriveConfig,
         observers: Observers,
         clock: Callable[[], int],
+        arm: ArmFacts | None = None,
     ) -> None:
         """Begin a run.
 
@@ -74,6 +92,7 @@ class RuleBook:
             drive: Limits of the simulated drive.
             observers: Observers of the clients' connections, to which it is added.
             clock: Returns the robot's time [ns].
+            arm: The arm, if the robot carries one.
         """
         self.broken: list[Broken] = []
         """Rules that have been broken, in order of time."""
@@ -89,8 +108,12 @@ class RuleBook:
             drive.max_turn,
             min(drive.braking, drive.acceleration),
             self.published,
+            arm,
         )
-        self._rules: list[Rule] = [rule(facts) for rule in RULES]
+        # Without a scanner no hint is judged.
+        blind = scenario.world.scanner == NO_SCANNERS
+        judged = [rule for rule in RULES if not (blind and rule is HintsAreAnswered)]
+        self._rules: list[Rule] = [rule(facts) for rule in judged]
 
     def take(self, tick: TickRecord) -> list[Broken]:
         """Apply the rules to one tick; return those that are broken by it, which are not applied again."""

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from localization.types import SECOND
 from teleop.joystick import JoystickLayout
+from teleop.robot.topics.arm_topics import ARM_ACTIONS, ARM_INPUTS, MIRROR_DEGREES
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
@@ -20,6 +21,9 @@ _LARGEST: Final = 4096
 """Largest frame that is read [bytes]: commands, hints and calls are smaller."""
 DRIVE_TOPICS: Final = frozenset({"/joy", "/unity/joy", "/cmd_vel"})
 """Topics of drive messages."""
+ARM_TOPICS: Final = frozenset(each.name for each in ARM_INPUTS if each is not MIRROR_DEGREES)
+"""Topics by which clients move an arm."""
+_ARM_GOALS: Final = frozenset(each.name for each in ARM_ACTIONS)
 _KEPT: Final = 64
 """Number of drive messages that are kept of each client."""
 
@@ -61,6 +65,8 @@ class ClientFacts:
     """Number of its connection."""
     drives: list[DriveMessage] = field(default_factory=list)
     """Its last drive messages, oldest first."""
+    arm_at: int | None = None
+    """When it last asked something of the arm [ns]; None if it never did."""
     sent: SentCommands | None = None
     """When its messages set out, if it is of this process."""
     access: Access | None = None
@@ -170,6 +176,10 @@ class WireFacts(Observer):
                     self._add(client, replace(drive, seen=seen))
             case "publish", "/initialpose", dict():
                 self.said.append(Said(now, client.number, "/initialpose"))
+            case "publish", str(topic), dict() if topic in ARM_TOPICS:
+                client.arm_at = now
+            case "send_action_goal", _, _ if operation.get("action") in _ARM_GOALS:
+                client.arm_at = now
             case "call_service", _, _:
                 self.said.append(Said(now, client.number, service))
 

@@ -11,7 +11,7 @@ import pytest
 from localization.types import Pose
 from robot_sim.arm.arm_plant import ArmReading
 from robot_sim.arm.clearance import Clearance
-from teleop.robot.arm.arm_control import ArmControl
+from teleop.robot.arm.arm_control import ArmControl, unfelt
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.arm.arm_settings import ArmSettings, Permit
 from teleop.robot.arm.arm_state import ArmState
@@ -61,7 +61,9 @@ def test_joint_that_bears_too_much_gives_way_and_says_so() -> None:
     assert state.mode == "held"
     assert "shoulder" in state.reason
     assert state.load[1] == pytest.approx(0.95)
-    assert state.wanted[1] == pytest.approx(sagged[1], abs=0.01), "it backs off to where it is"
+    # Led only to where it is, a servo within its dead band and its play would push on with all its torque.
+    relieved = sagged[1] - unfelt(TABLE)[1]
+    assert state.wanted[1] == pytest.approx(relieved, abs=0.002), "it backs off past where it is"
     assert state.way_out == "stow"
 
 

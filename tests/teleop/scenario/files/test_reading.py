@@ -55,12 +55,12 @@ def test_a_file_of_two_lines_is_a_scenario(tmp_path: Path) -> None:
         ),
         (
             "[[fault]]\nkind = 'estop'\nat = 1\n[[fault]]\nat = 1\nkind = 'boxx'",
-            "6: fault[1]: unknown kind 'boxx'; did you mean box?; there are box, clock_step, door_closed, estop,"
+            "6: fault[1]: unknown kind 'boxx'; did you mean box?; there are board_unplugged, box, clock_step, door_closed, estop,"
             " kidnap, link, operator_killed, person, scanner_dead, scanner_dirty, wheel_slip, wrong_hint",
         ),
         (
             "[operator]\nspeed = 1",
-            "3: operator: needs a kind: careless, client, follower, replay, station, steering or steps",
+            "3: operator: needs a kind: careless, client, follower, hand, replay, station, steering or steps",
         ),
         ("[[fault]]\nkind = 'kidnap'", "3: fault[0].at: is missing: When [s]."),
         (

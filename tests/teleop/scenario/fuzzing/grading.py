@@ -36,9 +36,10 @@ class Grade:
 
 def grade(name: str, first: int, most: int, seconds: float) -> Grade:
     """Apply a mutant to this process, and look for it."""
+    from tests.teleop.scenario.fuzzing.arm_mutants import ARM_MUTANTS
     from tests.teleop.scenario.fuzzing.robot_mutants import MUTANTS
 
-    MUTANTS[name]()
+    (MUTANTS | ARM_MUTANTS)[name]()
     begun = wall_seconds()
     judged: list[JudgedSession] = []
     for number in range(first, first + most):
@@ -61,10 +62,13 @@ def grade(name: str, first: int, most: int, seconds: float) -> Grade:
 
 def main() -> None:
     """Grade."""
+    from tests.teleop.scenario.fuzzing.arm_mutants import ARM_MUTANTS
     from tests.teleop.scenario.fuzzing.robot_mutants import MUTANTS
 
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", default=list(MUTANTS), help="mutants; all by default")
+    parser.add_argument(
+        "names", nargs="*", default=[*MUTANTS, *ARM_MUTANTS], help="mutants; all by default"
+    )
     parser.add_argument("--first", type=int, default=0, help="number of the first session")
     parser.add_argument("--most", type=int, default=200, help="largest number of sessions")
     parser.add_argument("--seconds", type=float, default=240.0, help="budget of each [s]")

@@ -32,7 +32,10 @@ def test_most_numbers_stand_for_a_session_and_no_two_for_the_same() -> None:
 def test_sessions_use_all_scenes_operators_and_faults() -> None:
     sessions = drawn(range(150))
     assert {session.world.scene for session in sessions} == set(SCENES)
-    assert {session.operator.kind for session in sessions} == {"follower", "steering", "careless"}
+    assert {s.operator.kind for s in sessions} == {"follower", "steering", "careless", "hand"}
+    arms = [s for s in sessions if s.world.arm]
+    assert 10 < len(arms) < 40
+    assert {s.operator.kind for s in arms} == {"hand"}
     assert {fault.kind for session in sessions for fault in session.fault} == {
         *("link", "operator_killed", "kidnap", "wheel_slip", "scanner_dead", "scanner_dirty"),
         *("wrong_hint", "estop", "clock_step", "door_closed"),

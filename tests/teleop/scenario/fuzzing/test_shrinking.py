@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from teleop.scenario.files.operator_settings import Careless, Follower, Steering
+from teleop.scenario.files.operator_settings import Careless, Follower, Hand, Steering
 from teleop.scenario.files.scenario import SCHEMA, Scenario
 from teleop.scenario.fuzzing.shrinking import shrink
 
@@ -75,3 +75,23 @@ def test_no_more_sessions_are_run_than_allowed() -> None:
 
     shrink(large(), 20.0, breaks, attempts=5)
     assert count == 5
+
+
+def test_a_hand_keeps_only_the_tasks_that_a_failure_needs() -> None:
+    tasks = [{"kind": "wait"}, {"kind": "jog", "rates": [1, 0, 0, 0, 0]}, {"kind": "clutch"}]
+    session: Scenario = SCHEMA.validate_python(
+        {
+            "format": 1,
+            "name": "hand",
+            "world": {"arm": "s2"},
+            "operator": {"kind": "hand", "tasks": tasks},
+        }
+    )
+
+    def breaks(session: Scenario) -> float | None:
+        hand = session.operator
+        return 3.0 if isinstance(hand, Hand) and "jog" in {t.kind for t in hand.tasks} else None
+
+    operator = shrink(session, 3.0, breaks).operator
+    assert isinstance(operator, Hand)
+    assert [task.kind for task in operator.tasks] == ["jog"]

@@ -104,8 +104,7 @@ export class Driving {
     });
     this.loop = new DriveLoop([this.keyboard, this.stick, this.pads]);
     this.shown = signal(drivingStatus(this.view(), this.own(new Map())));
-    [this.sending, this.stoppedBecause, this.plainConfirmed] = [this.sent, this.stopped, this.confirmed];
-    this.status = this.shown;
+    [this.sending, this.stoppedBecause, this.plainConfirmed, this.status] = [this.sent, this.stopped, this.confirmed, this.shown];
     this.watch();
   }
 
@@ -294,6 +293,7 @@ export class Driving {
       noDeadman: all.some(({ noDeadman }) => noDeadman),
       unmapped: pads.length > 0 && !pads.some(({ mapped }) => mapped),
       focused: this.focused,
+      elsewhere: this.keysElsewhere.peek(),
       stopped: this.stopped.peek()?.words,
     };
   }

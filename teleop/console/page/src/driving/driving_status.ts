@@ -16,6 +16,8 @@ export interface OwnInput {
   /** Whether the only gamepads there are need a mapping. */
   readonly unmapped: boolean;
   readonly focused: boolean;
+  /** Whether something else on the page uses the keys. */
+  readonly elsewhere: boolean;
   /** Why everything counts as released; undefined if it was not so since the last drive. */
   readonly stopped: string | undefined;
 }
@@ -27,6 +29,8 @@ export interface DrivingStatus {
   /** What to do about it; empty if there is nothing to be done. */
   readonly remedy: string;
   readonly tone: "good" | "warn" | "bad";
+  /** What keeps the page from moving anything of the robot, whatever the person holds. */
+  readonly blocked?: Blockage;
 }
 
 type Words = readonly [words: string, remedy: string];
@@ -34,10 +38,11 @@ type Words = readonly [words: string, remedy: string];
 export function drivingStatus(view: RobotView, own: OwnInput): DrivingStatus {
   const blocked = blockage(view);
   if (blocked === "unguarded" && own.stopped !== undefined) {
-    return status(false, [own.stopped, texts.status.unguarded[1]], "bad");
+    return { ...status(false, [own.stopped, texts.status.unguarded[1]], "bad"), blocked };
   }
   if (blocked !== undefined) {
-    return status(false, blockageWords(blocked, view), blocked === "connecting" || blocked === "noState" ? "warn" : "bad");
+    const tone = blocked === "connecting" || blocked === "noState" ? "warn" : "bad";
+    return { ...status(false, blockageWords(blocked, view), tone), blocked };
   }
   if (!own.focused) {
     return status(false, own.stopped === undefined ? texts.status.unfocused : [own.stopped, texts.status.unfocused[1]], "warn");
@@ -74,8 +79,9 @@ function guarded(view: RobotView, own: OwnInput): DrivingStatus {
   if (own.driving) {
     return status(true, control.armed ? texts.status.driving : texts.status.starting, "good");
   }
-  // The watchdog ends each drive: that is no news to whoever let go.
-  if (own.stopped === undefined && mine && control.state === "disarmed" && !control.reason.startsWith("no command for")) {
+  // The watchdog ends each drive, and a step or the arm takes the robot: that is no news to whoever did it.
+  const known = control.reason.startsWith("no command for") || control.reason.endsWith("took the free lease");
+  if (own.stopped === undefined && mine && control.state === "disarmed" && !known) {
     const [, remedy] = texts.status.readyMine;
     return status(true, [texts.because(inOurWords(control.reason, session?.name)), remedy], "good");
   }
@@ -85,6 +91,9 @@ function guarded(view: RobotView, own: OwnInput): DrivingStatus {
 function resting(own: OwnInput, ready: Words, tone: DrivingStatus["tone"]): DrivingStatus {
   if (own.stopped !== undefined) {
     return status(true, texts.stopped(own.stopped), "warn");
+  }
+  if (own.elsewhere) {
+    return status(true, texts.status.elsewhere, tone);
   }
   return own.unmapped ? status(true, texts.status.unmapped, "warn") : status(true, ready, tone);
 }

@@ -38,6 +38,8 @@ export class GamepadSource implements DriveSource {
   readonly pads = signal<readonly PadInfo[]>([]);
   /** Whether the pads only show what they do, while a person maps them. */
   readonly mapping = signal(false);
+  /** Whether the pads move something else than the wheels; their other buttons go on working. */
+  readonly elsewhere = signal(false);
   private readonly states = new Map<string, PadState>();
   private owner: string | undefined;
   private reading = RESTING;
@@ -109,6 +111,10 @@ export class GamepadSource implements DriveSource {
     }
     if (at.takeOver && !before.takeOver) {
       this.hooks.takeOver();
+    }
+    if (this.elsewhere.value) {
+      state.released = state.centring = false;
+      return RESTING;
     }
     if (!at.deadman) {
       state.released = mapping !== undefined && !this.mapping.value;

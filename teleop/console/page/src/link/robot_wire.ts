@@ -16,7 +16,8 @@ export interface RobotWire {
   publish(topic: string, type: string, frame: string, message: object): boolean;
   /** Publish a message that has no header. */
   publishPlain(topic: string, type: string, message: object): boolean;
-  call(service: string, type: string, request: object): Promise<Reply>;
+  /** Call a service that answers within some seconds, or within these. */
+  call(service: string, type: string, request: object, seconds?: number): Promise<Reply>;
   trigger(service: string): Promise<Answer>;
   /** Send a goal; returns what cancels it, or undefined if it cannot be sent now. */
   goal(action: string, type: string, goal: object, listener: GoalListener): (() => void) | undefined;
@@ -30,7 +31,7 @@ export function robotWire(
     listen: (streams) => subscriptions.also(streams),
     publish: (topic, type, frame, message) => commander.publish(topic, type, { ...commander.header(frame), ...message }),
     publishPlain: (topic, type, message) => commander.publish(topic, type, message),
-    call: (service, type, request) => calls.call(service, type, request),
+    call: (service, type, request, seconds) => calls.call(service, type, request, seconds),
     trigger: (service) => calls.trigger(service),
     goal: (action, type, goal, listener) => commander.goal(action, type, goal, listener),
   };

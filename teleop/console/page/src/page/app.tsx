@@ -117,6 +117,7 @@ function Panels({ parts, layout }: LaidOut) {
     <div class="page-drawer">
       <aside class="page-panels page-left" aria-label={texts.driving}>
         {layout !== "phone" && <DrivingCard parts={parts} />}
+        {state.arm.value && <ArmSlot parts={parts} />}
         {state.dialect.value === "farsteer" && state.session.value?.mayDrive !== false && (
           <Fold title={texts.steps}><StepsPanel steps={parts.steps} driving={driving} state={state} /></Fold>
         )}
@@ -147,6 +148,13 @@ function Panels({ parts, layout }: LaidOut) {
       </aside>
     </div>
   );
+}
+
+/** The arm's panel, as soon as it has been loaded. */
+function ArmSlot({ parts: { arm, state } }: { readonly parts: PageParts }) {
+  const loaded = arm.value;
+  const mayDrive = state.session.value?.mayDrive !== false;
+  return <Guarded name={texts.arm}>{loaded !== undefined && <loaded.Panel arm={loaded.arm} mayDrive={mayDrive} />}</Guarded>;
 }
 
 function absentLayers({ state }: PageParts): readonly Layer[] {

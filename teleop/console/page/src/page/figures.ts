@@ -1,6 +1,8 @@
 /** Figures of the page for whoever measures it, in the browser's own terms: performance marks and a function. */
 
 import { effect } from "@preact/signals";
+import { Vector3 } from "three";
+import type { Workshop } from "../scene/workshop";
 import type { PageParts } from "./page_parts";
 
 /** Name of the mark that is set when the first picture of a located robot in its map has been drawn. */
@@ -14,6 +16,8 @@ export interface PageFigures {
   readonly bytesPerSecond: number;
   /** Place in the map [m] that is drawn at a place of the window [CSS pixels]. */
   floorPoint(clientX: number, clientY: number): { readonly x: number; readonly y: number } | undefined;
+  /** Place of the window [CSS pixels] at which a place in the robot's frame [m] is drawn. */
+  screenPoint(x: number, y: number, z: number): { readonly x: number; readonly y: number };
 }
 
 declare global {
@@ -42,5 +46,12 @@ export function publishFigures({ state, scene, statistics }: PageParts): void {
     roundTrip: statistics.peek().roundTrip,
     bytesPerSecond: statistics.peek().bytesPerSecond,
     floorPoint: (x, y) => scene.floorPoint(x, y),
+    screenPoint: (x, y, z) => screenPoint(scene.workshop, new Vector3(x, y, z)),
   });
+}
+
+function screenPoint({ base, camera, canvas }: Workshop, place: Vector3): { readonly x: number; readonly y: number } {
+  const { left, top, width, height } = canvas.getBoundingClientRect();
+  const { x, y } = base.localToWorld(place).project(camera);
+  return { x: left + ((x + 1) / 2) * width, y: top + ((1 - y) / 2) * height };
 }

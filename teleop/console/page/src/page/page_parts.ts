@@ -19,6 +19,7 @@ import { sceneSettings, type SceneSettings } from "../scene/settings";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";
 import { StepControl } from "../steps/step_control";
 import { alarmTexts } from "../texts/alarms";
+import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
 import { viewHintsFromAbove } from "./hint_view";
 import { watchStaleness } from "./stale_picture";
 
@@ -34,6 +35,8 @@ export interface PageParts {
   readonly driving: Driving;
   readonly hint: HintTool;
   readonly steps: StepControl;
+  /** What moves the arm, once it has been loaded for a robot that has one. */
+  readonly arm: ReadonlySignal<LoadedArm | undefined>;
   readonly camera: CameraFeed;
   readonly photo: PhotoControl;
   readonly alarms: Alarms;
@@ -64,7 +67,8 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const hint = new HintTool(canvas, scene, commands, state);
   const steps = new StepControl(commands);
   steps.stopWhenHidden(document);
-  driving.steps = steps;
+  const arm = loadArm({ wire: link.wire, state, scene, settings, driving, lean, events: events.add });
+  driving.steps = bothMotions(steps, () => arm.peek()?.arm);
   const robot = httpAddress(address);
   const camera = new CameraFeed(state, {
     fetch: (url, init) => fetch(url, init), now: () => performance.now(), document, keeper: browserKeeper(),
@@ -80,7 +84,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     }
   });
   viewHintsFromAbove(hint.view, settings.view);
-  effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing"; });
+  effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing" || arm.value?.arm.chosen.value === true; });
   effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
   const alarms = new Alarms(
     state, link.statistics,
@@ -90,7 +94,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   watchStaleness(state, scene.stale);
   link.start();
   return {
-    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, camera, photo, alarms,
+    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms,
     events, lean,
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },

@@ -72,6 +72,7 @@ export const drivingTexts = {
     driving: ["You drive.", ""],
     starting: ["The robot gets ready to drive.", "Hold on."],
     ready: ["Ready.", "Hold an arrow key, W A S D, the stick, or the gamepad's LB with its stick."],
+    elsewhere: ["Ready.", "The keys are used elsewhere now: hold the stick to drive."],
     readyMine: ["Ready: the robot is yours.", "Hold a key or the stick to drive."],
     plainDriving: ["You drive. Nothing there guards the robot: keep it in sight.", ""],
     plainReady: ["Ready. Nothing there guards the robot: keep it in sight.", "Hold a key or the stick to drive."],

@@ -23,6 +23,8 @@ export const pageTexts = {
   truth: "true place, known in simulation",
   cameraPicture: "Camera",
   steps: "Steps",
+  arm: "Arm",
+  armNotLoaded: "The part of the page that moves the arm could not be loaded: reload the page.",
   camera: (topic: string): string => `Camera: ${topic}`,
   insecure: "This page was not loaded by https or from localhost, so the browser withholds gamepads, the clipboard and the check of the map's hash. Start the robot with `farsteer serve --lan` and open the https address that it prints.",
   dismiss: "Understood",

@@ -6,7 +6,7 @@ import type { ControlState, Session } from "../../src/values";
 import { CONTROL, ME, OTHER, SESSION } from "./harness";
 
 const OWN: OwnInput = {
-  driving: false, held: false, centring: false, noDeadman: false, unmapped: false, focused: true, stopped: undefined,
+  driving: false, held: false, centring: false, noDeadman: false, unmapped: false, focused: true, elsewhere: false, stopped: undefined,
 };
 
 interface Case {
@@ -51,6 +51,7 @@ describe("the driving status", () => {
     ["another driver, already asked by somebody else",
       { control: { ...MINE, controller: OTHER, asking: 9 }, session: { mayTakeOver: false } }, false, /drives/, /Wait/],
     ["another window with the keys", { own: { focused: false } }, false, /Another window/, /Click/],
+    ["keys that place a hint or move the arm", { own: { elsewhere: true } }, true, /Ready/, /elsewhere/],
     ["keys that are still held", { own: { held: true, stopped: "Stopped: the tab was hidden." } }, false, /tab was hidden/, /Let go/],
     ["keys that were pressed in vain", { own: { held: true } }, false, /does not count/, /Let go/],
     ["a stick that was pushed first", { own: { driving: true, centring: true } }, false, /before its deadman/, /Let go of the stick/],

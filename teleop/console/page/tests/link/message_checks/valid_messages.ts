@@ -1,5 +1,6 @@
 /** A good message of each kind, and its reader. */
 
+import { readArmInfo, readArmState, readGripEnd, readMoveEnd, readMoveProgress, readRumble } from "../../../src/link/message_checks/arm_messages";
 import { readDropped, readPreview, readSession, readTopics } from "../../../src/link/message_checks/answers";
 import type { Field } from "../../../src/link/message_checks/field";
 import { readLeanCloud } from "../../../src/link/message_checks/lean_cloud";
@@ -118,4 +119,22 @@ export const EXAMPLES: Readonly<Record<string, Example>> = {
     message: { topics: ["/tf", "/scan"], sent: [10, 20], dropped: new BigUint64Array([1n, 2n]) },
   },
   topics: { read: readTopics, message: { topics: ["/tf"], types: ["tf2_msgs/msg/TFMessage"] } },
+  armInfo: {
+    read: readArmInfo,
+    message: {
+      name: "s2", joints: ["a", "b"], turns: ["yaw", "elbow"], lower: [-1, -1], upper: [1, 1], stall: [1, 1], gripper_joint: "g",
+      opening: 0.06, force: 6, pose_names: ["stow"], pose_angles: [0, 1], mount: pose,
+    },
+  },
+  armState: {
+    read: readArmState,
+    message: {
+      header, mode: "idle", reason: "nobody moves the arm", way_out: "", way_out_text: "", angles: [0, 1], load: [0.1, 0.2], tip: pose,
+      opening: 0.03, grip_force: 4, holding: true, stowed: false,
+    },
+  },
+  rumble: { read: readRumble, message: { array: [{ type: 1, id: 0, intensity: 0.5 }] } },
+  moveProgress: { read: readMoveProgress, message: { state: "moving", share: 0.5, path: { points: [{ positions: [0, 1] }] } } },
+  moveEnd: { read: readMoveEnd, message: { outcome: "done", message: "" } },
+  gripEnd: { read: readGripEnd, message: { position: 0.03, effort: 4, stalled: true, reached_goal: false } },
 };
