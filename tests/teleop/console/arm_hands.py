@@ -51,8 +51,13 @@ async def choose_arm(page: Page) -> None:
     await page.get_by_role("button", name="the arm", exact=True).click()
 
 
-async def go(page: Page, button: str) -> None:
+async def go(page: Page, button: str, title: str = "") -> None:
     """Ask for a planned move, and hold the button that confirms it until the arm is there.
+
+    Args:
+        page: The page.
+        button: Name of the button that asks for it.
+        title: Name of the move that must end, if it is not the first one.
 
     On a loaded machine the page may have let go, or the robot given the move up: then a person presses again.
     """
@@ -61,7 +66,9 @@ async def go(page: Page, button: str) -> None:
     held = False
     try:
         async with asyncio.timeout(PATIENCE):
-            while "the arm is there" not in (said := await status.inner_text()):
+            while f"{title}: the arm is there".removeprefix(": ") not in (
+                said := await status.inner_text()
+            ):
                 if "not reached" in said:
                     await page.mouse.up()
                     await page.get_by_role("button", name=button, exact=True).click()
@@ -116,13 +123,14 @@ async def bring(page: Page, axis: int, to: float, *, plus: str, minus: str) -> N
     pytest.fail(f"not there: {await tip(page)}, axis {axis} to {to}")
 
 
-async def standing(page: Page) -> None:
-    """Wait until the tip stands, as the page says."""
+async def standing(page: Page) -> np.ndarray:
+    """Wait until the tip stands, as the page says; return where it does."""
     seen = [await tip(page)]
     async with asyncio.timeout(PATIENCE):
         while len(seen) < 4 or not all(np.allclose(one, seen[-1], atol=5e-4) for one in seen[-4:]):
             await asyncio.sleep(0.15)
             seen.append(await tip(page))
+    return seen[-1]
 
 
 async def drag_handle(page: Page, at: np.ndarray, along: np.ndarray, pixels: float) -> None:
@@ -143,6 +151,24 @@ async def drag_handle(page: Page, at: np.ndarray, along: np.ndarray, pixels: flo
     for share in np.linspace(0.1, 1.0, 10):
         await page.mouse.move(*map(float, start + share * pixels * direction))
         await asyncio.sleep(0.05)
+
+
+async def drag_until_it_follows(page: Page, along: np.ndarray, pixels: float) -> None:
+    """Drag an arrow until the arm has followed it and stands; again where a loaded machine made the page let go."""
+    async with asyncio.timeout(PATIENCE):
+        while True:
+            before = await tip(page)
+            await drag_handle(page, before, along, pixels)
+            for _ in range(50):
+                await asyncio.sleep(0.1)
+                if np.linalg.norm(await tip(page) - before) > 0.005:
+                    await standing(page)
+                    await page.mouse.up()
+                    return
+                if "Stopped:" in await page.locator(REASON).inner_text():
+                    break
+            await page.mouse.up()
+            await standing(page)
 
 
 async def _on_screen(page: Page, place: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from pathlib import Path
 
 import numpy as np
@@ -10,16 +11,18 @@ import pytest
 from localization.maps.cloud import Cloud
 from tests.teleop.console.arm_hands import (
     PANEL,
+    REASON,
     bring,
     choose_arm,
     drag_handle,
+    drag_until_it_follows,
     go,
     hold_key_until,
     office_with_parcel,
     standing,
     tip,
 )
-from tests.teleop.console.conftest import Pages
+from tests.teleop.console.conftest import PATIENCE, Pages
 from tests.teleop.console.hands import press, says, seen
 from tests.teleop.console.paced_robot import PacedRobot, paced_robot
 from tests.teleop.support import in_a_loop
@@ -58,11 +61,7 @@ async def test_newcomer_picks_a_box_up_by_mouse_and_keys_within_two_minutes(
         await says(page, "Its jaws are 60 mm apart", within=PANEL)
         await go(page, "Pose “floor”")
         await standing(page)
-        at = await tip(page)
-        await drag_handle(page, at, np.array([0.0, 1.0, 0.0]), 20.0)
-        await says(page, "It follows the ghost", within=PANEL)
-        await standing(page)
-        await page.mouse.up()
+        await drag_until_it_follows(page, np.array([0.0, 1.0, 0.0]), 20.0)
         await press(page, "Precision")
         await bring(page, 1, LEFT, plus="j", minus="l")
         await bring(page, 0, AHEAD, plus="i", minus="k")
@@ -76,4 +75,54 @@ async def test_newcomer_picks_a_box_up_by_mouse_and_keys_within_two_minutes(
         assert height(robot) - on_the_floor > 0.04
         assert took <= TWO_MINUTES
         assert visit.violations == []
+        assert visit.errors == []
+
+
+@pytest.mark.long
+@in_a_loop
+async def test_ghost_is_gone_to_positions_are_repeated_and_the_way_out_is_taken(
+    page_of: Pages, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office_with_parcel(AHEAD, LEFT), office_cloud, cache) as robot,
+        page_of(robot.page, viewport=SIZE) as visit,
+    ):
+        robot.place()
+        page = visit.page
+        await says(page, "Knows where it is")
+        await seen(page)
+        await choose_arm(page)
+        await page.locator("summary", has_text="Teach").click()
+        await press(page, "Keep this position")
+        await go(page, "Pose “floor”")
+        await standing(page)
+        await press(page, "plan first, then go")
+        before = await tip(page)
+        there = page.get_by_role("button", name="Go there")
+        async with asyncio.timeout(PATIENCE):
+            while not await there.is_visible():
+                await drag_handle(page, before, np.array([0.0, 1.0, 0.0]), 40.0)
+                await page.mouse.up()
+                await asyncio.sleep(0.5)
+        assert np.allclose(await tip(page), before, atol=0.003), "the arm waits for its plan"
+        await go(page, "Go there")
+        await standing(page)
+        moved = await tip(page) - before
+        assert moved[1] > 0.02
+        assert abs(moved[[0, 2]]).max() < 0.006
+        await press(page, "Keep this position")
+
+        await go(page, "Go through them", title="Position 2")
+        await standing(page)
+        assert np.allclose(await tip(page), before + moved, atol=0.006)
+
+        out = page.locator(f"{REASON} button")
+        await page.keyboard.down("o")
+        await out.wait_for()
+        await page.keyboard.up("o")
+        low = (await standing(page))[2]
+        await out.click()
+        await out.wait_for(state="detached")
+        await standing(page)
+        assert (await tip(page))[2] > low + 0.005
         assert visit.errors == []

@@ -10,16 +10,18 @@ from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.protocol.observers import Observers
 from teleop.scenario.files.scenario import NO_SCANNERS, Scenario
 from teleop.scenario.referee.rules.answers import HintsAreAnswered
-from teleop.scenario.referee.rules.arm import (
-    ArmFollowsTheHand,
+from teleop.scenario.referee.rules.arm_authority import (
     ArmHasASource,
     ArmHeedsTheEStop,
     ArmIsMirrored,
-    ArmKeepsClear,
-    ArmKeepsItsBounds,
     ArmSlowsTheVehicle,
 )
 from teleop.scenario.referee.rules.arm_facts import ArmFacts
+from teleop.scenario.referee.rules.arm_motion import (
+    ArmFollowsTheHand,
+    ArmKeepsClear,
+    ArmKeepsItsBounds,
+)
 from teleop.scenario.referee.rules.authority import EStopStays, NeutralFirst, OneDriver
 from teleop.scenario.referee.rules.command_in_force import (
     CommandHasASource,

@@ -69,7 +69,7 @@ export const armTexts = {
   // Planned moves
   poses: "Planned moves",
   pose: (name: string): string => `Pose “${name}”`,
-  toGhost: "Go to the ghost",
+  toGhost: "Go there",
   ghostMove: "To the ghost",
   forgetGhost: "Take it back",
   hold: "Hold to move",
