@@ -1,15 +1,16 @@
-"""Tables for the docs, made of the kept figures: ``python -m benchmarks._tables`` puts them there.
+"""The sheets of the docs, made of the kept figures: ``python -m benchmarks._tables`` writes them.
 
-They stand between markers, so that no figure is typed by hand.
+Each is written as a whole, so that no figure is typed by hand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks import _real_table, localization
+from benchmarks import _catalogue_sheet, _limit_sheet, _real_table, _sheet_texts, localization
 from benchmarks._ablation_table import ablation, unmeasured
 from benchmarks._alarms import by_the_hour, by_world
 from benchmarks._console_table import console
@@ -17,10 +18,14 @@ from benchmarks._figures import OURS, Figure, Sheet, digits, say, share
 from benchmarks._people_table import people
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "accuracy.md"
-"""The page that holds the tables of the localiser."""
-CONSOLE_PAGE = ROOT / "docs" / "console.md"
-"""The page that holds those of the console page."""
+SHEETS = {
+    ROOT / "docs" / "sheets" / "accuracy.md": _sheet_texts.ACCURACY,
+    ROOT / "docs" / "sheets" / "console.md": _sheet_texts.CONSOLE,
+    ROOT / "docs" / "sheets" / "catalogues.md": _sheet_texts.CATALOGUES,
+    ROOT / "docs" / "sheets" / "limits.md": _sheet_texts.LIMITS,
+    ROOT / "docs" / "sheets" / "rules.md": _sheet_texts.RULES,
+}
+"""The sheets, each with the text that its tables stand in, by their names in braces."""
 
 DRIVES = ("nominal", "occluded", "furniture", "courtyard", "slips", "corridor", "latency")
 """Parts whose cases are drives that every method was replayed."""
@@ -144,24 +149,21 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "ablation": ablation,
     "ablation-missing": unmeasured,
     "ablation-facts": facts,
+    "console": console,
+    "console-facts": facts,
 }
-"""By the name of the marker that they stand behind."""
-CONSOLE_TABLES: dict[str, Callable[[Sheet], str]] = {"console": console, "console-facts": facts}
-"""The same of the console page's."""
-
-
-def filled(text: str, marker: str, table: str) -> str:
-    """Return a document with a table between ``<!-- marker -->`` and ``<!-- /marker -->``.
-
-    Raises:
-        ValueError: if the document does not have both, in this order.
-    """
-    begin, end = f"<!-- {marker} -->", f"<!-- /{marker} -->"
-    before, found, rest = text.partition(begin)
-    _, closed, after = rest.partition(end)
-    if not (found and closed):
-        raise ValueError(f"the document wants a line {begin} and later one {end}")
-    return f"{before}{begin}\n{table}\n{end}{after}"
+"""By the name that stands in braces; what is before the hyphen is the sheet of results."""
+CATALOGUES: dict[str, Callable[[], str]] = {
+    "scanners": _catalogue_sheet.scanners,
+    "inertial-units": _catalogue_sheet.inertial_units,
+    "materials": _catalogue_sheet.materials,
+    "furniture": _catalogue_sheet.furniture,
+    "joystick": _limit_sheet.joystick,
+    "queues": _limit_sheet.queues,
+    "clients": _limit_sheet.clients,
+    "rules": _limit_sheet.rules,
+}
+"""The same of what is made from the code."""
 
 
 def _cases(figures: Sequence[Figure]) -> dict[str, list[Figure]]:
@@ -179,21 +181,24 @@ def _signs(goal: str) -> str:
     return goal.replace(">=", "≥").replace("<=", "≤").replace(" to ", "-")
 
 
-def page(text: str, tables: Mapping[str, Callable[[Sheet], str]] = TABLES) -> str:
-    """Return a page with all its tables renewed that there are sheets for."""
-    for marker, table in tables.items():
-        sheet = Sheet(ROOT / "benchmarks" / "results" / f"{marker.partition('-')[0]}.json")
-        if sheet.parts:
-            text = filled(text, marker, table(sheet))
-    return text
+def page(text: str) -> str:
+    """Return a sheet's text with its tables."""
+
+    def table(name: re.Match[str]) -> str:
+        if name[1] in CATALOGUES:
+            return CATALOGUES[name[1]]()
+        results = f"{name[1].partition('-')[0]}.json"
+        return TABLES[name[1]](Sheet(ROOT / "benchmarks" / "results" / results))
+
+    return re.sub(r"^\{([\w-]+)\}$", table, text, flags=re.MULTILINE)
 
 
 def main() -> None:
-    """Fill the docs with what there are figures of."""
-    for path, tables in ((PAGE, TABLES), (CONSOLE_PAGE, CONSOLE_TABLES)):
-        text = path.read_text(encoding="utf-8")
-        path.write_text(page(text, tables), encoding="utf-8")
-        say(f"{path.name}: tables renewed")
+    """Write the sheets."""
+    for path, text in SHEETS.items():
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(page(text), encoding="utf-8")
+        say(f"{path.name}: written")
 
 
 if __name__ == "__main__":

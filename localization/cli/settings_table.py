@@ -23,8 +23,8 @@ from localization.types import SECOND
 _HEAD = """\
 # Settings of the localiser
 
-This page is printed by `python -m localization.cli.settings_table` from the dataclasses that hold the settings; a
-test compares the two.
+*Reference.* Printed by `python -m localization.cli.settings_table` from the dataclasses that hold the settings; a test
+compares the two. [Localisation](localization.md#settings) says how to change one, and which matter most.
 
 A *sigma* is one standard deviation unless stated otherwise. A *chi-square* is a bound on a squared, normalised
 error, given with its degrees of freedom and the share of consistent errors below it. A *density* [unit/sqrt(Hz)]

@@ -88,7 +88,7 @@ class Validate:
     """
 
     write: Path | None = None
-    """Update the tables of this page, which is docs/robot.md."""
+    """Update the tables of this page, which is docs/sheets/robot.md."""
     json: bool = False
     """Print the rows as JSON."""
 

@@ -40,7 +40,7 @@ def markdown() -> str:
     lines = [
         "# Topics",
         "",
-        "This page is made from the tables `topics/topic_table.py`, `topics/arm_topics.py` and `cameras/camera_topics.py` of `teleop/robot`:",
+        "*Reference.* Made from the tables `topics/topic_table.py`, `topics/arm_topics.py` and `cameras/camera_topics.py` of `teleop/robot`:",
         "`python -m teleop.robot.topics_page`. Rates are of robot time. Clients cannot publish on the",
         "robot's topics.",
         "",
@@ -54,7 +54,7 @@ def markdown() -> str:
         "",
         "## From its camera",
         "",
-        "With `farsteer serve --camera NAME` ([A camera](teleoperation.md#a-camera)); nothing is drawn or encoded unless somebody",
+        "With `farsteer serve --camera NAME` ([Cameras](cameras.md#on-a-served-robot)); nothing is drawn or encoded unless somebody",
         "subscribes. Rates are those of the camera.",
         "",
         "| topic | type | content |",

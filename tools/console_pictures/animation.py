@@ -19,17 +19,17 @@ from tests.teleop.console.paced_robot import PacedRobot
 from tools.console_pictures.studio import Studio
 
 VIEWPORT: Final = {"width": 1040, "height": 600}
-WIDTH: Final = 800
+WIDTH: Final = 720
 """Width of the animation [pixels]."""
-PERIOD: Final = 0.125
+PERIOD: Final = 0.23
 """Time between its pictures [s]."""
 LONGEST: Final = 0.3
 """Longest that one picture is shown [s]: a machine that was too busy to draw is not waited for."""
 LENGTH: Final = 20.0
 """Longest animation [s]; what took longer without a graphics card is shown faster."""
-SIZE: Final = 3_000_000
+SIZE: Final = 1_200_000
 """Largest file [bytes]."""
-QUALITIES: Final = (60, 50, 40, 30, 20, 10)
+QUALITIES: Final = (60, 50, 40, 35, 30, 20, 10)
 
 HAND: Final = """
 (() => {
@@ -109,7 +109,7 @@ def write(film: Film, path: Path) -> str:
             duration=shown,
             loop=0,
             quality=quality,
-            method=4,
+            method=6,
         )
         if len(file.getvalue()) <= SIZE:
             break

@@ -48,7 +48,7 @@ class ServeConfig:
     name: str = ""
     """Name of the robot in its list of video streams; that of its platform, such as p3at, unless given."""
     camera: str | None = None
-    """Carry a camera of this model: kinect, wide, small, arm; see docs/teleoperation.md."""
+    """Carry a camera of this model: kinect, wide, small, arm; see docs/cameras.md."""
     robot: tyro.conf.OmitArgPrefixes[RobotOptions] = field(default_factory=RobotOptions)
     """Sensors and drive of the robot, and the state of its world."""
     messages: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FOLDER ...")] = ()

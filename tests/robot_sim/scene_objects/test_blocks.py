@@ -97,7 +97,7 @@ def test_bottom_of_a_tilted_block_is_its_lower_edge() -> None:
 
 
 def test_every_kind_is_on_the_page_of_worlds() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "worlds.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs/sheets/catalogues.md").read_text(encoding="utf-8")
     for kind, entry in FURNITURE.items():
         size = " \N{MULTIPLICATION SIGN} ".join(f"{v:g}" for v in entry.size)
-        assert f"`{kind}` {size}" in page, kind
+        assert f"| `{kind}` | {size} |" in page, kind

@@ -150,7 +150,7 @@ def test_sigma_follows_the_bands_of_the_sheet() -> None:
 
 
 def test_table_in_the_documentation_holds_the_models_figures() -> None:
-    page = (Path(__file__).parents[3] / "docs/sensors.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs/sheets/catalogues.md").read_text(encoding="utf-8")
     for m in LIDARS.values():
         modes = "; ".join(
             f"{mode.resolution_deg:g}° at {mode.rate_hz:g} Hz"

@@ -27,7 +27,7 @@ from robot_sim.validation.report import (
 from robot_sim.validation.row import reported, within
 from teleop.__main__ import main
 
-PAGE = Path(__file__).parents[3] / "docs/robot.md"
+PAGE = Path(__file__).parents[3] / "docs/sheets/robot.md"
 
 
 @cache
@@ -64,7 +64,7 @@ def number(cell: str) -> tuple[float, float, str]:
 def test_page_shows_the_values_of_a_fresh_run() -> None:
     fresh = grid(markdown_table([row for part in PARTS for row in measured(part)]))
     page = grid(text_between(PAGE.read_text(encoding="utf-8"), "validation"))
-    again = "run farsteer validate --write docs/robot.md"
+    again = "run farsteer validate --write docs/sheets/robot.md"
     assert len(page) == len(fresh), again
     for there, here in zip(page, fresh, strict=True):
         # All but the value: name, target, tolerance, result, source.

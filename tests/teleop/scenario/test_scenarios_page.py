@@ -7,14 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from teleop.scenario.files.reading import read_scenario, scenario_from
-from teleop.scenario.files.shipped import shipped_files
+from teleop.scenario.files.reading import scenario_from
 from teleop.scenario.referee.outcome import ExitStatus
 from teleop.scenario.robot_process import RobotEvent, RobotProcess, TrueState
 from teleop.scenario.run_files import RUN_FILES
+from teleop.scenario.scenarios_page import markdown
 from teleop.scenario.session import client_access
 
-PAGE = (Path(__file__).parents[3] / "docs/scenarios.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[3]
+PAGE = (ROOT / "docs/scenarios.md").read_text(encoding="utf-8")
 
 
 def column(head: str) -> list[str]:
@@ -60,20 +61,7 @@ def test_all_fields_of_the_true_state_and_of_an_event_are_listed_in_their_order(
     assert re.findall(r"`(\w+)`", events) == [field.name for field in fields(RobotEvent)]
 
 
-def shipped_table() -> str:
-    """Return the table of the scenarios of the project: what the page has to say of them."""
-    lines = [
-        "| scenario | world | driven by | what happens, and what must not |",
-        "|---|---|---|---|",
-    ]
-    for name, file in shipped_files().items():
-        it = read_scenario(file)
-        driven = it.operator.kind if it.second is None else f"{it.operator.kind}, {it.second.kind}"
-        lines.append(f"| `{name}` | {it.world.scene} | {driven} | {it.description} |")
-    return "\n".join(lines)
-
-
-def test_table_of_the_scenarios_of_the_project_is_made_of_their_files() -> None:
-    """The message has the right table."""
-    table = shipped_table()
-    assert table in PAGE, f"docs/scenarios.md needs this table:\n{table}"
+def test_sheet_of_the_scenarios_of_the_project_is_made_of_their_files() -> None:
+    sheet = (ROOT / "docs/sheets/scenarios.md").read_text(encoding="utf-8")
+    again = "run: python -m teleop.scenario.scenarios_page > docs/sheets/scenarios.md"
+    assert sheet == markdown(), again
