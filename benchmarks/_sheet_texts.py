@@ -114,6 +114,20 @@ KISS-ICP and small_gicp accept every alignment here: no gates, no state, no cova
 {localization-facts}
 """
 
+ARM: Final = """\
+# Sheet: the arm
+
+Printed by `python -m benchmarks._tables` from `benchmarks/results/arm.json`; a test compares the two. `python -m benchmarks arm`
+measures it: how it follows hands beside mink, plans beside OMPL's, boxes in its jaws, its mirror of hobby servos, a million steps of hands
+among boxes, and what it costs. [The arm](../arm.md) says what it does.
+
+{arm}
+
+{arm-missing}
+
+{arm-facts}
+"""
+
 CONSOLE: Final = """\
 # Sheet: the console page
 

@@ -8,18 +8,20 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
-from benchmarks import _catalogue_sheet, _limit_sheet, _real_table, _sheet_texts, localization
+from benchmarks import _catalogue_sheet, _limit_sheet, _real_table, _sheet_texts, arm, localization
 from benchmarks._ablation_table import ablation, unmeasured
 from benchmarks._alarms import by_the_hour, by_world
-from benchmarks._console_table import console
+from benchmarks._figure_table import all_figures
 from benchmarks._figures import OURS, Figure, Sheet, digits, say, share
 from benchmarks._people_table import people
 
 ROOT = Path(__file__).resolve().parent.parent
 SHEETS = {
     ROOT / "docs" / "sheets" / "accuracy.md": _sheet_texts.ACCURACY,
+    ROOT / "docs" / "sheets" / "arm.md": _sheet_texts.ARM,
     ROOT / "docs" / "sheets" / "console.md": _sheet_texts.CONSOLE,
     ROOT / "docs" / "sheets" / "catalogues.md": _sheet_texts.CATALOGUES,
     ROOT / "docs" / "sheets" / "limits.md": _sheet_texts.LIMITS,
@@ -149,7 +151,10 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "ablation": ablation,
     "ablation-missing": unmeasured,
     "ablation-facts": facts,
-    "console": console,
+    "arm": partial(all_figures, chunks="campaign-"),
+    "arm-missing": lambda sheet: missing(sheet, arm.PARTS),
+    "arm-facts": facts,
+    "console": partial(all_figures, chunks="losing-"),
     "console-facts": facts,
 }
 """By the name that stands in braces; what is before the hyphen is the sheet of results."""

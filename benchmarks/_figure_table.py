@@ -1,4 +1,4 @@
-"""The table of the console page's figures, for the docs."""
+"""A table of all figures of a sheet, for the docs."""
 
 from __future__ import annotations
 
@@ -6,15 +6,12 @@ from collections.abc import Sequence
 
 from benchmarks._figures import Figure, Sheet, share
 
-LOSING = "losing-"
-"""Beginning of the names of the parts that are chunks of one."""
 
-
-def console(sheet: Sheet) -> str:
-    """Return the table: a row for each figure; the chunks of losing it come together."""
-    rows = [f for name, part in sheet.parts.items() if not name.startswith(LOSING) for f in part]
-    chunks = [part for name, part in sheet.parts.items() if name.startswith(LOSING)]
-    rows += pooled([f for part in chunks for f in part])
+def all_figures(sheet: Sheet, *, chunks: str) -> str:
+    """Return the table: a row for each figure; parts whose names begin with ``chunks`` come together as one."""
+    rows = [f for name, part in sheet.parts.items() if not name.startswith(chunks) for f in part]
+    pieces = [part for name, part in sheet.parts.items() if name.startswith(chunks)]
+    rows += pooled([f for part in pieces for f in part])
     lines = ["| case | what | | measured (95 %) | n | goal |", "|---|---|---|---|---|---|"]
     last: tuple[str, str] = ("", "")
     for f in rows:
@@ -27,7 +24,7 @@ def console(sheet: Sheet) -> str:
 
 
 def pooled(figures: Sequence[Figure]) -> list[Figure]:
-    """Return the shares of all chunks as one, and of what is no share the largest value."""
+    """Return the shares of all chunks as one, and of what is no share the worst value."""
     together: dict[tuple[str, str], list[Figure]] = {}
     for f in figures:
         together.setdefault((f.case, f.quantity), []).append(f)
@@ -35,8 +32,12 @@ def pooled(figures: Sequence[Figure]) -> list[Figure]:
     for (case, quantity), some in together.items():
         f, n = some[0], sum(one.n for one in some)
         if f.unit != "%":
-            largest = max(one.value for one in some)
-            found.append(Figure(case, f.method, quantity, largest, f.unit, n, most=f.most))
+            # Where there is a least, as of a distance, the smallest is the worst.
+            values = [one.value for one in some]
+            worst = max(values) if f.least is None else min(values)
+            found.append(
+                Figure(case, f.method, quantity, worst, f.unit, n, least=f.least, most=f.most)
+            )
         else:
             good = sum(round(one.value * one.n / 100.0) for one in some)
             found.append(share(case, f.method, quantity, good, n, least=f.least, most=f.most))
