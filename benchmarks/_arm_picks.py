@@ -35,6 +35,12 @@ BOX = 0.03
 """Edge of what is picked [m]."""
 MOVED = 1e-4
 """Way of hand and tip that counts as moved [m]."""
+RAISE = {
+    "kind": "joints",
+    "times": [0, 2.5],
+    "angles": [[0, 30, -120, 0, 0], [0, 100, -110, 0, -20]],
+}
+"""From its stow pose the arm is raised, before it comes from above: the gripper may touch what can be picked up."""
 KINEMATICS = Kinematics(load_arm())
 
 
@@ -109,7 +115,7 @@ def one(seed: int, traits: dict[str, Any], link: float) -> Outcome:
             **traits,
             "tasks": [
                 {"kind": "grip", "opening": 0.06},
-                {"kind": "move", "to": "ready"},
+                RAISE,
                 {"kind": "pick", "at": at, "down": down},
                 {"kind": "put", "at": put, "down": down},
             ],

@@ -121,11 +121,14 @@ class HandControl:
         # Half of the newest and half of what was: the noise of a hand is greatest in its speed.
         self._rates = 0.5 * (self._rates + step.rates)
         later, admitted = self._next.after(motion, goal, self._rates, share)
+        held = not admitted and later.resting
+        if held:
+            moved = np.zeros(JOINTS)
         if target is None:
             finding = self._diagnosis.jogged(goal, moved, rates, near)
         else:
             finding = self._diagnosis.followed(goal, self._tip, moved, target, beyond, near)
-        if not admitted and later.resting:
+        if held:
             self._go_to(later.angles)  # a goal that cannot be reached from here must not run away
         return HandStep(later, target, goal, admitted, finding)
 

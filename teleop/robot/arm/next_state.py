@@ -22,10 +22,11 @@ _LOOK: Final = 0.05
 _NARROW: Final = 0.008
 """The same where little is spare [m]."""
 _STRIDE: Final = 0.002
-"""Way of the arm's outermost point between two checks [m], where less is spare."""
-_CHECKED: Final = MARGIN + 0.0003
-"""Distance that checked poses keep [m], so that those between them keep the margin: with the margin itself three of 100 000
-steps among boxes came as near as 1.98 mm."""
+"""Way of the arm's outermost point between two checks [m], where less is spare ..."""
+_LEAST: Final = 0.00025
+"""... and where that leaves it uncertain whether those between keep the margin."""
+_CHECKED: Final = MARGIN + 0.5 * _LEAST
+"""Distance that checked poses keep [m], so that those between them keep the margin."""
 _ROUNDING: Final = 1e-9
 """By so much angles may pass a limit, and distances shrink where one is too small [rad, m]."""
 SCALES: Final = (1.0, 0.5, 0.25)
@@ -63,7 +64,7 @@ class NextState:
 
         for scale in SCALES:
             way = np.array([angles, angles + scale * step])
-            if _clear(way, clearance.levers, room - floor, spare):
+            if _clear(way, clearance.levers, room - floor, spare, least=_STRIDE):
                 return scale * step
         return np.zeros_like(step)
 
@@ -113,7 +114,8 @@ class NextState:
             distance = clearance.distance(pose, look)
             return -1.0 if distance < _CHECKED else distance - MARGIN
 
-        return _clear(way, clearance.levers, room - MARGIN, spare)
+        least = _STRIDE if room < MARGIN else _LEAST
+        return _clear(way, clearance.levers, room - MARGIN, spare, least=least)
 
 
 def _clear(
@@ -121,31 +123,41 @@ def _clear(
     levers: FloatArray,
     spare: float,
     spare_at: Callable[[FloatArray, float], float],
+    *,
+    least: float,
 ) -> bool:
     """Return whether a way keeps away from everything.
 
-    It is followed in strides in which no point of the arm can come too near, but for the least strides: between two
-    checks that are so near, points come nearer than at both of them by half a stride at most.
+    What is spare at two checks must be as long as the way between them: then no point of the arm comes too near there.
+    A stride that is too long for that is halved, down to the least: between two checks that are so near, points come
+    nearer than at both of them by half of that at most.
 
     Args:
         way: (N, 5) [rad].
         levers: Greatest distance (5,) of a point of the arm from each joint's axis [m].
         spare: What a point may move at its begin [m].
         spare_at: The same at a pose (5,), looked for up to a distance [m]; negative where it is too near.
+        least: Shortest stride [m].
     """
-    pieces = np.abs(way[1:] - way[:-1]) @ levers
-    rest = float(pieces.sum())
-    if spare >= rest:
-        return True
-    piece, done = 0, 0.0
-    while spare < rest:
-        stride = min(rest, max(spare, _STRIDE))
-        rest, done = rest - stride, done + stride
-        while piece < len(pieces) - 1 and done > pieces[piece]:
-            done, piece = done - pieces[piece], piece + 1
-        share = min(1.0, done / max(pieces[piece], 1e-12))
-        look = min(_LOOK, _NARROW + 3.0 * spare)
-        spare = spare_at(way[piece] + share * (way[piece + 1] - way[piece]), look)
-        if spare < 0.0:
-            return False
+    marks = np.concatenate(([0.0], np.cumsum(np.abs(way[1:] - way[:-1]) @ levers)))
+    end, done, stride = float(marks[-1]), 0.0, _STRIDE
+
+    def pose_at(mark: float) -> FloatArray:
+        piece = min(int(np.searchsorted(marks, mark, "right")), len(way) - 1)
+        length = max(float(marks[piece] - marks[piece - 1]), 1e-12)
+        share = min(1.0, (mark - float(marks[piece - 1])) / length)
+        pose: FloatArray = way[piece - 1] + share * (way[piece] - way[piece - 1])
+        return pose
+
+    while done + spare < end:
+        stride = min(end - done, max(spare, min(2.0 * stride, _STRIDE)))
+        while True:
+            look = min(_LOOK, _NARROW + 3.0 * spare)
+            ahead = spare_at(pose_at(done + stride), look)
+            if ahead < 0.0:
+                return False
+            if spare + ahead >= stride or stride <= least:
+                break
+            stride = max(0.5 * stride, least)
+        done, spare = done + stride, ahead
     return True
