@@ -13,8 +13,8 @@ from benchmarks._console_losing import ALL, figures
 from benchmarks._console_losses import KINDS, Loss
 from benchmarks._console_publisher import cloud_message
 from benchmarks._console_robot import filled_up, read_edges
-from benchmarks._figure_table import all_figures, pooled
 from benchmarks._console_traffic import megabytes, slope
+from benchmarks._figure_table import all_figures, pooled
 from benchmarks._figures import Figure, Sheet
 from localization.maps.cloud import Cloud
 

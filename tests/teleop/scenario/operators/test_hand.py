@@ -134,9 +134,9 @@ def test_box_is_picked_and_put_and_the_run_repeats(planned: bool, tmp_path: Path
         (
             {
                 "world": {"arm": "s2", "parcels": [{"name": "first", "at": [3, 4]}]},
-                "mission": {"deliver": [{"parcel": "frist", "to": [3, 4, 0]}]},
+                "mission": {"deliver": [{"parcel": "firxt", "to": [3, 4, 0]}]},
             },
-            r"mission\.deliver\[0\]\.parcel: no parcel 'frist'; did you mean first\?",
+            r"mission\.deliver\[0\]\.parcel: no parcel 'firxt'; did you mean first\?",
         ),
     ],
 )
