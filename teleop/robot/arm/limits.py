@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -44,20 +44,18 @@ class Motion:
     """(5,) [rad/s]."""
     accelerations: FloatArray
     """(5,) [rad/s^2]."""
+    resting: bool = field(init=False)
+    """Whether nothing moves; kept, for an arm at rest is asked several times in each tick."""
 
     def __post_init__(self) -> None:
         for name in ("angles", "rates", "accelerations"):
             object.__setattr__(self, name, read_only(getattr(self, name), (JOINTS,), name))
+        object.__setattr__(self, "resting", not (self.rates.any() or self.accelerations.any()))
 
     @classmethod
     def at_rest(cls, angles: FloatArray) -> Motion:
         """Return standing still at angles (5,) [rad]."""
         return cls(angles, np.zeros(JOINTS), np.zeros(JOINTS))
-
-    @property
-    def resting(self) -> bool:
-        """Whether nothing moves."""
-        return not (self.rates.any() or self.accelerations.any())
 
 
 class JerkLimiter:
