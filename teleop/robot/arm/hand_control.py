@@ -127,7 +127,7 @@ class HandControl:
         if target is None:
             finding = self._diagnosis.jogged(goal, moved, rates, near)
         else:
-            finding = self._diagnosis.followed(goal, self._tip, moved, target, beyond, near)
+            finding = self._diagnosis.followed(goal, self._tip, target, beyond, near)
         if held:
             self._go_to(later.angles)  # a goal that cannot be reached from here must not run away
         return HandStep(later, target, goal, admitted, finding)

@@ -24,6 +24,9 @@ _CLOSE: Final = 0.008
 """Distance below which what is near may be it [m]."""
 _AT_LIMIT: Final = math.radians(0.5)
 """Distance from a limit within which a joint is at it [rad]."""
+_TREMBLING: Final = math.radians(4.0)
+"""Way of a joint that is no progress [rad]: a hand that trembles by 1.5 mm and 0.5 degrees moves joints near their limits
+by as much."""
 _SLOW: Final = 0.05
 """Rate below which a joint stands [rad/s]."""
 _STUCK: Final = 0.3
@@ -80,17 +83,17 @@ class Diagnosis:
         """Take the arm, what is around it, and the time between two ticks [s]."""
         self._kinematics, self._clearance, self._tick = kinematics, clearance, tick
         self._stuck = 0.0
+        self._anchor: FloatArray | None = None
         self._other: FloatArray | None = None
 
     def forget(self) -> None:
         """Begin anew."""
-        self._stuck, self._other = 0.0, None
+        self._stuck, self._anchor, self._other = 0.0, None, None
 
     def followed(
         self,
         angles: FloatArray,
         tip: FloatArray,
-        step: FloatArray,
         target: Target,
         beyond: float,
         near: Sequence[Near],
@@ -100,7 +103,6 @@ class Diagnosis:
         Args:
             angles: (5,) goal of the joints [rad].
             tip: ``arm_base_from_tool0`` (4, 4) there.
-            step: (5,) by which it was moved in this tick [rad].
             target: Where the tip shall be, brought into reach.
             beyond: How far it was moved for that [m].
             near: Pairs that are near.
@@ -109,8 +111,11 @@ class Diagnosis:
         if _met(tip, target):
             self.forget()
             return out_of_reach if beyond > _OFF else CLEAR
-        stands = float(np.abs(step).max()) < _SLOW * self._tick
-        self._stuck = self._stuck + self._tick if stands else 0.0
+        # A hand trembles, and the goal with it: what counts is how far it has come, not how fast it goes.
+        if self._anchor is None or float(np.abs(angles - self._anchor).max()) > _TREMBLING:
+            self._anchor, self._stuck = angles, 0.0
+        else:
+            self._stuck += self._tick
         if self._stuck < _STUCK:
             return CLEAR
         if self._other is None or self._stuck >= _STUCK + _AGAIN:

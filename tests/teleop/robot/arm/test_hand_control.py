@@ -279,6 +279,23 @@ def test_a_wrist_at_its_roll_limit_stays_says_so_and_offers_to_turn_over() -> No
     assert arm.step.finding.reason == ""
 
 
+def test_a_hand_that_trembles_is_offered_to_turn_over_as_well() -> None:
+    chance, offered = np.random.default_rng(0), 0
+
+    def looking(elevation: float) -> HandStep:
+        goal = Pose.from_euler((0.15, 0.1, 0.25), pitch=-np.radians(elevation), yaw=np.pi / 3.0)
+        turn = so3_exp(np.radians(0.5) * chance.normal(size=3)) @ goal.rotation
+        return arm.hand(*(0.0015 * chance.normal(size=3)), rotation=turn)
+
+    below = Pose.from_euler((0.15, 0.1, 0.25), pitch=np.radians(15.0), yaw=np.pi / 3.0)
+    arm = Arm(solutions(KINEMATICS, below.position, below.rotation[:, 0])[0])
+    for elevation in np.linspace(-15.0, 25.0, 100):
+        looking(elevation)
+    for _ in range(100):
+        offered += looking(25.0).finding.way_out == "turn_over"
+    assert offered > 70
+
+
 @settings(max_examples=25)
 @given(integers(0, 10_000))
 def test_an_arm_with_a_straight_wrist_gets_out_or_is_offered_the_way(seed: int) -> None:
