@@ -6,18 +6,12 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from ruckig import (
-    ControlInterface,
-    InputParameter,
-    Ruckig,
-    RuckigError,
-    Synchronization,
-    Trajectory,
-)
+from ruckig import ControlInterface, RuckigError, Synchronization
 
 from localization.geometry import FloatArray
 from localization.types.arrays import read_only
 from robot_sim.arm.arm_table import JOINTS, ArmTable
+from teleop.robot.arm.ruckig_work import RuckigWork
 
 _GAIN: Final = 15.0
 """Share of what is missing to the goal that is made up for in a second [1/s]."""
@@ -71,13 +65,13 @@ class JerkLimiter:
         self.tick = tick
         self._bounds = table.motion
         self._lower, self._upper = np.array(table.lower), np.array(table.upper)
-        self._ruckig, self._path = Ruckig(JOINTS), Trajectory(JOINTS)
-        self._input = InputParameter(JOINTS)
-        self._input.control_interface = ControlInterface.Velocity
-        self._input.synchronization = Synchronization.No  # a joint does not wait for another
-        self._input.max_velocity = [table.motion.speed] * JOINTS
-        self._input.max_acceleration = [table.motion.acceleration] * JOINTS
-        self._input.max_jerk = [table.motion.jerk] * JOINTS
+        self._ruckig = RuckigWork(JOINTS)
+        given = self._ruckig.given
+        given.control_interface = ControlInterface.Velocity
+        given.synchronization = Synchronization.No  # a joint does not wait for another
+        given.max_velocity = [table.motion.speed] * JOINTS
+        given.max_acceleration = [table.motion.acceleration] * JOINTS
+        given.max_jerk = [table.motion.jerk] * JOINTS
 
     def follow(
         self, motion: Motion, angles: FloatArray, rates: FloatArray, share: float = 1.0
@@ -111,7 +105,7 @@ class JerkLimiter:
         """Return the state a tick later, on the shortest way to rates (5,) [rad/s]; those beyond the bound are cut."""
         if self._towards(motion, rates) is None:
             return Motion.at_rest(motion.angles)  # not seen in a million states: the tick goes on
-        state = np.array(self._path.at_time(self.tick))
+        state = np.array(self._ruckig.path.at_time(self.tick))
         state[1:][np.abs(state[1:]) < _NOTHING] = 0.0
         return Motion(*state)
 
@@ -127,7 +121,7 @@ class JerkLimiter:
         if lasts is None:
             return motion.angles[None, :]
         times = [*np.arange(0.0, lasts, self.tick), lasts]
-        return np.array([self._path.at_time(time)[0] for time in times])
+        return np.array([self._ruckig.path.at_time(time)[0] for time in times])
 
     def brakable(self, distance: FloatArray) -> FloatArray:
         """Return the speeds from which distances suffice to stop [rad/s]; 0 for negative ones.
@@ -145,11 +139,10 @@ class JerkLimiter:
         """Work out the way to rates; return how long it takes [s], or None if Ruckig refuses it."""
         wanted = np.maximum(np.minimum(rates, self._bounds.speed), -self._bounds.speed)
         wanted[np.abs(wanted) < _STANDSTILL] = 0.0
-        given = self._input
+        given = self._ruckig.given
         given.current_position, given.current_velocity = motion.angles, motion.rates
         given.current_acceleration, given.target_velocity = motion.accelerations, wanted
         try:
-            self._ruckig.calculate(given, self._path)
+            return self._ruckig.calculate()
         except RuckigError:
             return None
-        return float(self._path.duration)

@@ -8,12 +8,13 @@ from itertools import accumulate
 from typing import Final
 
 import numpy as np
-from ruckig import ControlInterface, InputParameter, Ruckig, Trajectory
+from ruckig import ControlInterface
 
 from robot_sim.arm.clearance import Clearance
 from teleop.robot.arm.courses import Course
 from teleop.robot.arm.limits import Motion
 from teleop.robot.arm.pieces import Piece
+from teleop.robot.arm.ruckig_work import RuckigWork
 from teleop.robot.arm.watch import obstacle_on
 
 _AHEAD: Final = 0.2
@@ -68,7 +69,7 @@ class Run:
             tick: Time between two steps [s].
         """
         self.course, self._clearance, self._tick = course, clearance, tick
-        self._ruckig, self._input, self._path = Ruckig(1), InputParameter(1), Trajectory(1)
+        self._ruckig = RuckigWork(1)
         self._place = self._entered(0)
         self._known, self._free_to = (-1, -1), 0.0
         lasting = [self._duration(number) for number in range(len(course.pieces))]
@@ -101,7 +102,7 @@ class Run:
         duration = self._work_out(piece, place, going)
         if going and not piece.flying and duration <= self._tick:
             return self._entered(place.piece + 1)
-        along, rate, acceleration = (value[0] for value in self._path.at_time(self._tick))
+        along, rate, acceleration = (value[0] for value in self._ruckig.path.at_time(self._tick))
         if along >= piece.length:
             return self._entered(place.piece + 1)
         if duration <= self._tick and not going:
@@ -110,7 +111,7 @@ class Run:
 
     def _work_out(self, piece: Piece, place: Place, going: bool) -> float:
         """Work out the parameter's shortest motion to the end of a piece, its rate, or standstill; return its time [s]."""
-        given, pace = self._input, piece.pace
+        given, pace = self._ruckig.given, piece.pace
         to_end = going and not piece.flying
         given.control_interface = ControlInterface.Position if to_end else ControlInterface.Velocity
         given.max_velocity, given.max_acceleration = [pace.rate], [pace.acceleration]
@@ -122,8 +123,7 @@ class Run:
         given.target_position = [piece.length]
         given.target_velocity = [pace.rate if going and piece.flying else 0.0]
         given.target_acceleration = [0.0]
-        self._ruckig.calculate(given, self._path)
-        return float(self._path.duration)
+        return self._ruckig.calculate()
 
     def _duration(self, number: int) -> float:
         piece = self.course.pieces[number]
@@ -139,7 +139,7 @@ class Run:
         piece = self.course.pieces[place.piece]
         self._work_out(piece, place, going=True)
         ticks = math.ceil((piece.pace.stopping + _AHEAD) / self._tick)
-        ahead = [self._path.at_time(self._tick * k)[0][0] for k in range(1, ticks + 1)]
+        ahead = [self._ruckig.path.at_time(self._tick * k)[0][0] for k in range(1, ticks + 1)]
         # As long as nothing has moved, what was found to be free a tick ago is so.
         known = self._clearance.changes, place.piece
         begin = max(place.along, self._free_to) if known == self._known else place.along

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,6 +16,7 @@ from localization.geometry import FloatArray
 from localization.types import InvalidReadingError
 from robot_sim.arm.arm_table import load_arm
 from teleop.robot.arm.limits import JerkLimiter, Motion
+from teleop.robot.arm.ruckig_work import RuckigWork
 
 TABLE = load_arm()
 TICK = 0.02
@@ -94,11 +98,10 @@ def test_rates_too_small_for_ruckig_are_taken_for_standstill(limiter: JerkLimite
 def test_an_arm_of_which_ruckig_finds_no_way_stays_where_it_is(
     limiter: JerkLimiter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Refusing:
-        def calculate(self, *_: object) -> None:
-            raise RuckigError("no way")
+    def refuse(_: RuckigWork) -> float:
+        raise RuckigError("no way")
 
-    monkeypatch.setattr(limiter, "_ruckig", Refusing())
+    monkeypatch.setattr(RuckigWork, "calculate", refuse)
     motion = Motion(REST, np.ones(5), REST)
     later = limiter.follow(motion, np.ones(5), REST)
     assert later.resting
@@ -117,3 +120,17 @@ def test_what_can_be_braked_needs_the_distance_at_half_the_bounds(limiter: JerkL
 def test_a_motion_of_four_joints_is_refused() -> None:
     with pytest.raises(InvalidReadingError, match=r"angles must have shape \(5,\)"):
         Motion.at_rest(np.zeros(4))
+
+
+def test_a_program_ends_without_a_word_whatever_still_holds_a_limiter() -> None:
+    program = (
+        "import gc, sys\n"
+        "from robot_sim.arm.arm_table import load_arm\n"
+        "from teleop.robot.arm.limits import JerkLimiter\n"
+        "class Holder: pass\n"
+        "holder = Holder()\n"
+        "holder.self, holder.limiter = holder, JerkLimiter(load_arm(), 0.02)\n"
+        "gc.freeze()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    assert done.stderr == b""
