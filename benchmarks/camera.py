@@ -32,7 +32,7 @@ from teleop.joystick import VelocityRequest
 from teleop.pictures.picture import PictureFormat
 from teleop.robot.cameras.stepped_camera import SteppedCamera
 from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint
-from teleop.robot.real_time.drive_process import DriveProcess
+from teleop.robot.real_time.control_process import ControlProcess
 from teleop.robot.robot import Robot
 from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
@@ -67,14 +67,14 @@ async def _real() -> list[Figure]:
     stop = asyncio.Event()
     ticks: list[tuple[int, int]] = []
     """Reading of the clock at each tick, and robot time, both [ns]."""
-    tick = DriveProcess.tick
+    tick = ControlProcess.tick
 
-    def noted(self: DriveProcess, now: int, pacing: Pacing = NO_PACING) -> DriveRecord:
+    def noted(self: ControlProcess, now: int, pacing: Pacing = NO_PACING) -> DriveRecord:
         record = tick(self, now, pacing)
         ticks.append((now, record.stamp))
         return record
 
-    DriveProcess.tick = noted  # type: ignore[method-assign]
+    ControlProcess.tick = noted  # type: ignore[method-assign]
     config = ServeConfig(port=0, camera="kinect", log_level="error")
     world, cloud = load_world("office"), load_scene_cloud("office")
     with tempfile.TemporaryDirectory() as folder:
@@ -102,7 +102,7 @@ async def _real() -> list[Figure]:
                     costs.append(1e3 * seconds / max(frames, 1))
                     rates.append(frames / passed)
         finally:
-            DriveProcess.tick = tick  # type: ignore[method-assign]
+            ControlProcess.tick = tick  # type: ignore[method-assign]
             stop.set()
             await serving
     case, n = "kinect in the office", len(costs)

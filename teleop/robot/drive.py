@@ -1,4 +1,4 @@
-"""What drives: each tick applies the clients' commands, and advances the simulated robot."""
+"""The drive, the heart of control: each tick applies the clients' commands, and advances the simulated robot."""
 
 from __future__ import annotations
 

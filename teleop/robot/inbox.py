@@ -169,7 +169,7 @@ class StepAlive:
 
 @dataclass(frozen=True, slots=True)
 class StepAnswered:
-    """The result of a step has been taken by what talks to its client."""
+    """The result of a step has been taken by the gateway."""
 
     client: str
     """Name of the client."""

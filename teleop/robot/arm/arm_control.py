@@ -144,7 +144,7 @@ class ArmControl:
         self._desk.alive(client, arrival, age)
 
     def answered(self, number: int) -> None:
-        """Forget a result that what talks has taken."""
+        """Forget a result that the gateway has taken."""
         self._desk.answered(number)
 
     def disconnected(self, client: str) -> None:
@@ -152,7 +152,7 @@ class ArmControl:
         self._desk.disconnected(client)
 
     def server_lost(self) -> None:
-        """Stop; what talks has ended, and with it all its clients."""
+        """Stop; the gateway has ended, and with it all its clients."""
         self._end("the server has ended", Outcome.SILENT)
         self._desk.forget()
 

@@ -20,7 +20,7 @@ from teleop.robot.arm.goal_results import (
 )
 
 _MAX_UNANSWERED: Final = 1000
-"""Results that are kept for what talks; so many wait only if it takes none."""
+"""Results that are kept for the gateway; so many wait only if it takes none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ class GoalDesk:
                 each.alive, each.age = max(each.alive, arrival), age
 
     def answered(self, number: int) -> None:
-        """Forget a result that what talks has taken."""
+        """Forget a result that the gateway has taken."""
         self._keep(lambda result: result.number != number)
 
     def disconnected(self, client: str) -> None:
@@ -130,7 +130,7 @@ class GoalDesk:
         self._keep(lambda result: result.client != client)
 
     def forget(self) -> None:
-        """Forget everything: what talks has ended, and with it all its clients."""
+        """Forget everything: the gateway has ended, and with it all its clients."""
         self.arm = self.gripper = None
         self._unanswered.clear()
 

@@ -107,7 +107,7 @@ class GoalReport:
     moving: tuple[GoalProgress, ...] = ()
     """Goals under way: at most one of the arm and one of the gripper."""
     unanswered: tuple[GoalResult, ...] = ()
-    """Results that what talks has not confirmed yet: no lost record loses one."""
+    """Results that the gateway has not confirmed yet: no lost record loses one."""
 
 
 NO_GOALS: Final = GoalReport()

@@ -110,7 +110,7 @@ class RosbridgeAdapter(Observer):
         )
         self._services = RobotServices(protocol, self.wishes, undo_memory, audit)
         self.previews = PreviewService(protocol)
-        """Previews of hints, which what estimates answers."""
+        """Previews of hints, which the estimator answers."""
         serve_session(protocol)
         DisconnectService(protocol, audit)
         serve_link(server)
@@ -119,7 +119,7 @@ class RosbridgeAdapter(Observer):
         protocol.observers.add(self)
 
     def driven(self, tick: DriveRecord) -> None:
-        """Publish what the driving side did in a tick, and report to clients what it rejected."""
+        """Publish what control did in a tick, and report to clients what it rejected."""
         self._services.driven(tick)
         self._steps.driven(tick)
         if self._arm is not None:

@@ -129,11 +129,11 @@ async def test_viewers_may_not_preview(
             assert "no sweep yet" in (await driver.call(SERVICE, {"pose": HERE}))["message"]
 
 
-# The queue to an estimating process, which the tests are
+# The queue to an estimator, which the tests are
 
 
 class Desk:
-    """A protocol with the service, its clients, and what the estimating process was asked."""
+    """A protocol with the service, its clients, and what the estimator was asked."""
 
     def __init__(self, clients: int = 1) -> None:
         self.protocol = Protocol(registry(), limits=ClientLimits.unhurried())

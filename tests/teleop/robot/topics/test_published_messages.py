@@ -29,7 +29,7 @@ def expected_count(topic: Topic[Any], seconds: float) -> range:
     if topic.every:
         exact = round(seconds * 50) // topic.every
         if topic.name == "/diagnostics":
-            exact *= 2  # of what drives, and of what estimates
+            exact *= 2  # of control, and of the estimator
         return range(exact, exact + 1)
     if topic.name == "/localization/hint_verdict":
         return range(1, 2)
