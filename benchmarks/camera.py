@@ -27,7 +27,6 @@ from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Hint, Twist
 from robot_sim import TICK_NS, Simulation, load_world
 from robot_sim.cameras import camera_named
-from teleop.interfaces import registry
 from teleop.joystick import VelocityRequest
 from teleop.pictures.picture import PictureFormat
 from teleop.robot.cameras.stepped_camera import SteppedCamera
@@ -38,6 +37,7 @@ from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing
+from teleop.ros_types import registry
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 from teleop.scene_clouds import load_scene_cloud

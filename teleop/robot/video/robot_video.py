@@ -11,7 +11,7 @@ from teleop.console.lan.own_addresses import own_addresses
 from teleop.pictures.picture import PictureFormat
 from teleop.pictures.picture_hub import PictureHub
 from teleop.robot.audit.audit_log import AuditLog
-from teleop.robot.clients.session_service import may_drive
+from teleop.robot.clients.whoami_service import may_drive
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.tick_record import DriveRecord, EstimateRecord, TickRecord
 from teleop.robot.topics.message_parts import Message

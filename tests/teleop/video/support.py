@@ -18,7 +18,7 @@ from PIL import Image, ImageDraw
 
 from teleop.pictures.picture import Picture, PictureFormat
 from teleop.pictures.picture_hub import PictureHub
-from teleop.robot.clients.session_service import may_drive
+from teleop.robot.clients.whoami_service import may_drive
 from teleop.robot.serving.server_setup import ROLES
 from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.rosbridge.auth.credentials import Credentials, read_credentials

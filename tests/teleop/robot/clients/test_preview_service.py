@@ -13,10 +13,10 @@ from localization.maps.cloud import Cloud
 from localization.relocalization.preview import Preview
 from localization.types import SECOND
 from robot_sim import World
-from teleop.interfaces import registry
 from teleop.robot.clients.preview_service import NO_ANSWER, OVERTAKEN, PERIOD, PreviewService
 from teleop.robot.preview import PreviewAnswer, PreviewRequest
 from teleop.robot.serving.serve_config import ServeConfig
+from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ServiceCallError
 from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame

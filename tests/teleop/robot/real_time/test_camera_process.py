@@ -16,12 +16,12 @@ import pytest
 
 from robot_sim import Simulation, World
 from teleop import clock
-from teleop.interfaces import registry
 from teleop.pictures.picture import Picture, PictureFormat
 from teleop.robot.real_time.camera_feed import CameraFeed
 from teleop.robot.real_time.camera_receiver import CameraReceiver
 from teleop.robot.real_time.camera_start import CameraStart
 from teleop.robot.real_time.picture_link import PictureLink
+from teleop.ros_types import registry
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 from tests.teleop.robot.real_time.test_process_name import shown

@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from localization.maps.cloud import Cloud
-from teleop.interfaces import registry
 from teleop.robot.topics.topic_table import OUTPUTS, Topic
+from teleop.ros_types import registry
 from teleop.rosbridge.messages.message_completion import complete
 from tests.teleop.support import (
     Robots,
