@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from localization.types import Hint
 from teleop.joystick import VelocityRequest
-from teleop.robot.arm.commands import Wish
+from teleop.robot.arm.arm_commands import Wish
 
 
 @dataclass(frozen=True, slots=True, eq=False)

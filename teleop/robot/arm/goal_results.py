@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
-from teleop.robot.arm.commands import Five
+from teleop.robot.arm.arm_commands import Five
 
 
-class Outcome(StrEnum):
+class GoalOutcome(StrEnum):
     """How a goal ended."""
 
     DONE = "done"
@@ -74,7 +74,7 @@ class GoalResult:
     """Name of the client."""
     number: int
     """Number of the goal."""
-    outcome: Outcome
+    outcome: GoalOutcome
     """How it ended."""
     message: str = ""
     """Why, for people; empty if there is nothing to say."""
