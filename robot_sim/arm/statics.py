@@ -73,6 +73,7 @@ class Statics:
             for centre, link in zip(centres[joint:], self._masses[joint:], strict=True):
                 moments[..., joint, :] += link.mass * (centre - places[joint])
             moments[..., joint, :] += payload * (tip - places[joint])
+        # What holds masses m at r against gravity g is the sum of m r x (-g).
         moments = np.cross(moments, -np.asarray(gravity, dtype=float))
         return Holding((moments * np.stack(axes, axis=-2)).sum(axis=-1), moments)
 
@@ -98,6 +99,7 @@ class Statics:
         centres, places, axes = [], [], []
         for k, joint in enumerate(self.table.joints):
             places.append(origin + rotation @ self._places[k])
+            # First the end of the link before, by its a, d and alpha; then this joint's turn.
             origin, rotation = origin + rotation @ shift, rotation @ _about_x(alpha)
             rotation = rotation @ _about_z(angles[..., k] + joint.theta)
             centres.append(origin + rotation @ self._masses[k].centre)
