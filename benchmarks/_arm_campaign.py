@@ -19,7 +19,7 @@ from localization.geometry import FloatArray
 from localization.types import SECOND, Pose
 from robot_sim.arm.clearance import Clearance
 from robot_sim.arm.kinematics import Kinematics
-from teleop.robot.arm.commands import Hand
+from teleop.robot.arm.arm_commands import Hand
 from teleop.robot.arm.hand_control import HandControl
 from teleop.robot.arm.limits import Motion
 

@@ -12,7 +12,7 @@ from benchmarks._arm_paths import KINEMATICS, LOWER, TABLE, TICK_NS, UPPER, mini
 from benchmarks._figures import OURS, Figure
 from localization.geometry import FloatArray, so3_exp
 from localization.types import Pose
-from teleop.robot.arm.commands import Hand
+from teleop.robot.arm.arm_commands import Hand
 from teleop.robot.arm.hand_control import HandControl
 from teleop.robot.arm.limits import Motion
 

@@ -26,8 +26,8 @@ from robot_sim.array_types import FloatArray
 from teleop.bridges.servos.bridge import ARRAY, JOINT_DEGREES, MIRROR_DEGREES
 from teleop.bridges.servos.servo_lines import Angles, LineReader, joint_line
 from teleop.clock import monotonic
-from teleop.interfaces import registry
 from teleop.robot.arm.mirror import ArmMirror
+from teleop.ros_types import registry
 from teleop.rosbridge import Client, Protocol, Server
 
 POSES: Final = 200

@@ -14,7 +14,7 @@ from benchmarks._figures import OURS, Figure, say, share
 from benchmarks._progress import with_progress
 from localization.geometry import FloatArray
 from localization.types import Pose
-from teleop.robot.arm.commands import Hand
+from teleop.robot.arm.arm_commands import Hand
 from teleop.robot.arm.hand_control import HandControl
 from teleop.robot.arm.limits import Motion
 

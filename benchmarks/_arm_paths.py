@@ -11,7 +11,7 @@ from localization.geometry import FloatArray, quaternion_from_rotation, so3_exp
 from localization.types import SECOND, Pose
 from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.kinematics import Kinematics
-from teleop.robot.arm.commands import Hand
+from teleop.robot.arm.arm_commands import Hand
 
 TABLE = load_arm()
 KINEMATICS = Kinematics(TABLE)

@@ -13,8 +13,8 @@ from localization.types import SECOND, Pose
 from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.inverse import solutions
 from robot_sim.arm.kinematics import Kinematics
+from teleop.robot.arm.arm_commands import Hand
 from teleop.robot.arm.arm_state import ArmMode
-from teleop.robot.arm.commands import Hand
 from teleop.robot.inbox import ArmWish
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.files.reading import scenario_from

@@ -17,7 +17,7 @@ from benchmarks._figures import OURS, Figure
 from localization import prepare
 from localization.types import Pose
 from robot_sim import WorldOptions, load_world
-from teleop.robot.arm.commands import Hand
+from teleop.robot.arm.arm_commands import Hand
 from teleop.robot.arm.hand_control import HandControl
 from teleop.robot.arm.limits import Motion
 from teleop.robot.assembly import RobotParts, build_stepped_robot

@@ -115,12 +115,12 @@ def office_map(folder: Path, points: int) -> Path:
 def _run(file: Path, words: Sequence[str]) -> int:
     """Serve, and note when the wheels' command begins and ceases to move."""
     from teleop.__main__ import main
-    from teleop.robot.real_time.drive_process import DriveProcess
+    from teleop.robot.real_time.control_process import ControlProcess
     from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing
 
-    tick, moved = DriveProcess.tick, False
+    tick, moved = ControlProcess.tick, False
 
-    def noted(self: DriveProcess, now: int, pacing: Pacing = NO_PACING) -> DriveRecord:
+    def noted(self: ControlProcess, now: int, pacing: Pacing = NO_PACING) -> DriveRecord:
         nonlocal moved
         record = tick(self, now, pacing)
         twist = record.control.twist
@@ -131,7 +131,7 @@ def _run(file: Path, words: Sequence[str]) -> int:
             out.flush()
         return record
 
-    DriveProcess.tick = noted  # type: ignore[method-assign]
+    ControlProcess.tick = noted  # type: ignore[method-assign]
     with file.open("w", encoding="utf-8") as out:
         return main(list(words))
 

@@ -18,9 +18,9 @@ from PIL import Image
 from robot_sim import Simulation, load_world
 from robot_sim.cameras import CAMERAS
 from robot_sim.cameras.renderer import CameraRenderer
-from teleop.interfaces import registry
 from teleop.pictures.picture import Picture, PictureFormat
 from teleop.pictures.picture_hub import PictureHub
+from teleop.ros_types import registry
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.handled_request import text_page
 from teleop.rosbridge.server.http_handlers import HttpRequest, Route

@@ -27,17 +27,17 @@ from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Hint, Twist
 from robot_sim import TICK_NS, Simulation, load_world
 from robot_sim.cameras import camera_named
-from teleop.interfaces import registry
 from teleop.joystick import VelocityRequest
 from teleop.pictures.picture import PictureFormat
 from teleop.robot.cameras.stepped_camera import SteppedCamera
 from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint
-from teleop.robot.real_time.drive_process import DriveProcess
+from teleop.robot.real_time.control_process import ControlProcess
 from teleop.robot.robot import Robot
 from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing
+from teleop.ros_types import registry
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 from teleop.scene_clouds import load_scene_cloud
@@ -67,14 +67,14 @@ async def _real() -> list[Figure]:
     stop = asyncio.Event()
     ticks: list[tuple[int, int]] = []
     """Reading of the clock at each tick, and robot time, both [ns]."""
-    tick = DriveProcess.tick
+    tick = ControlProcess.tick
 
-    def noted(self: DriveProcess, now: int, pacing: Pacing = NO_PACING) -> DriveRecord:
+    def noted(self: ControlProcess, now: int, pacing: Pacing = NO_PACING) -> DriveRecord:
         record = tick(self, now, pacing)
         ticks.append((now, record.stamp))
         return record
 
-    DriveProcess.tick = noted  # type: ignore[method-assign]
+    ControlProcess.tick = noted  # type: ignore[method-assign]
     config = ServeConfig(port=0, camera="kinect", log_level="error")
     world, cloud = load_world("office"), load_scene_cloud("office")
     with tempfile.TemporaryDirectory() as folder:
@@ -102,7 +102,7 @@ async def _real() -> list[Figure]:
                     costs.append(1e3 * seconds / max(frames, 1))
                     rates.append(frames / passed)
         finally:
-            DriveProcess.tick = tick  # type: ignore[method-assign]
+            ControlProcess.tick = tick  # type: ignore[method-assign]
             stop.set()
             await serving
     case, n = "kinect in the office", len(costs)

@@ -22,7 +22,7 @@ from benchmarks._kafka_campaign import COMMANDS, Account, bridge_process, campai
 from benchmarks._served_robot import served_robot
 from teleop.bridges.kafka.partition_log import FETCH_WAIT
 from teleop.bridges.kafka.topics import make_topics
-from teleop.interfaces import registry
+from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from tests.teleop.bridges.support import broker
 

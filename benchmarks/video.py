@@ -140,11 +140,11 @@ def shares(pid: int) -> dict[str, float]:
         except OSError:
             continue
         if int(folder.name) == pid:
-            name = "drives"
+            name = "control"
         elif int(stat[1]) == pid:
             module = re.search(r"(\w+)_process", line)
-            name = f"{module[1]}s" if module else folder.name
+            name = module[1] if module else folder.name
         else:
             continue
-        found[name.replace("cameras", "draws")] = (int(stat[11]) + int(stat[12])) / ticks
+        found[name] = (int(stat[11]) + int(stat[12])) / ticks
     return dict(sorted(found.items()))

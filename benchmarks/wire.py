@@ -18,8 +18,8 @@ import numpy as np
 from benchmarks._served_robot import served_robot
 from localization.types import Twist, WheelSpeeds
 from robot_sim import P3AT, Simulation, load_world
-from teleop.interfaces import registry
 from teleop.joystick import JoystickLayout, write_joy
+from teleop.ros_types import registry
 from teleop.rosbridge.client.client import Client
 
 STARTS = 60

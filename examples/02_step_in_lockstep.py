@@ -9,10 +9,10 @@ from typing import Any
 
 from localization import prepare
 from robot_sim import load_world
-from teleop.interfaces import registry
 from teleop.robot.assembly import RobotParts, build_stepped_robot
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.serving.serve_config import ServeConfig
+from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from teleop.scene_clouds import load_scene_cloud
 

@@ -91,6 +91,7 @@ def so3_exp_many(rotation_vectors: FloatArray) -> FloatArray:
     k[:, 0, 1], k[:, 0, 2] = -w[:, 2], w[:, 1]
     k[:, 1, 0], k[:, 1, 2] = w[:, 2], -w[:, 0]
     k[:, 2, 0], k[:, 2, 1] = -w[:, 1], w[:, 0]
+    # R = I + a [w]x + b [w]x^2, a = sin |w| / |w|, b = (1 - cos |w|) / |w|^2.
     return np.eye(3) + a[:, None, None] * k + b[:, None, None] * (k @ k)
 
 
@@ -102,6 +103,7 @@ def so3_log(rotation: FloatArray) -> FloatArray:
     sine = float(np.sqrt(q[1:] @ q[1:]))
     if sine < _SMALL_ANGLE:
         return 2.0 * q[1:]
+    # The arc cosine of w would lose half of the digits near no turn.
     vector: FloatArray = (2.0 * np.arctan2(sine, q[0]) / sine) * q[1:]
     return vector
 

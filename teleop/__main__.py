@@ -17,15 +17,15 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 
 import sys
 
-from teleop.interruption import Interruption
+from teleop.ctrl_c import CtrlCHandler
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Parse the command line, run the command and return the exit status."""
-    interruption = Interruption()
+    ctrl_c = CtrlCHandler()
     try:
         if arguments is None:
-            interruption.handle()
+            ctrl_c.handle()
         _open_streams()
         words = sys.argv[1:] if arguments is None else arguments
         return _version() if words == ["--version"] else _run(words)
@@ -34,7 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:
         return 0
     except Exception as error:
-        if interruption.raised or _is_interruption(error):
+        if ctrl_c.raised or _is_interruption(error):
             return _interrupted(leave=arguments is None)
         message = _user_error(error)
         if message is None:

@@ -16,7 +16,7 @@ from teleop.operator.commands import Operate
 from teleop.robot.arm_command import Arm
 from teleop.robot.board_command import ServoBoardCommand
 from teleop.robot.commands import Serve, Validate
-from teleop.scenario.fuzzing.commands import Fuzz
+from teleop.scenario.fuzzing.fuzz_command import Fuzz
 from teleop.scenario.precision.command import Precision
 from teleop.scenario.scenario_command import Scenarios
 from teleop.scenario.sweeps.command import Sweep

@@ -163,7 +163,7 @@ def test_message_types_and_joystick_layouts_are_found_in_the_wheel(
     installed: Path, tmp_path: Path
 ) -> None:
     code = (
-        "from teleop.interfaces import registry\n"
+        "from teleop.ros_types import registry\n"
         "from teleop.joystick import layouts\n"
         "print(registry()['farsteer_msgs/msg/MapInfo'].name, *layouts())"
     )

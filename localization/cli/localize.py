@@ -319,7 +319,7 @@ def _compare(
     history: History, truth: Trajectory | None, note: Callable[..., None], *, flat: bool
 ) -> ReferenceComparison | None:
     """Return the comparison with the truth; None, after printing the reason, if they cannot be compared."""
-    from localization.evaluation.statistics import EvaluationError
+    from localization.evaluation.error_statistics import EvaluationError
     from localization.report.reference_comparison import ReferenceComparison
 
     if truth is None:

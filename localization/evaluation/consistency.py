@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import chi2
 
-from localization.evaluation.statistics import EvaluationError
+from localization.evaluation.error_statistics import EvaluationError
 from localization.geometry import FloatArray
 from localization.types import Health, IntArray
 

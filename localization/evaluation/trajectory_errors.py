@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from localization.evaluation.statistics import EvaluationError, Statistics
+from localization.evaluation.error_statistics import EvaluationError, Statistics
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray, euler_from_rotation, so3_log, wrap_angle
 from localization.types import SECOND, IntArray, Pose

@@ -127,6 +127,7 @@ def _by_gyro(
     standing = rest.stands(c)
     phi = np.zeros(3) if standing else gyro.turn - time * state.gyro_bias
     straight = with_turn(step, 0.0).position
+    # The wheels' own turn is taken out of their way, and half of the gyro's put in: the chord of the arc.
     chord = so3_exp(0.5 * phi) @ straight
     motion = Pose(chord, np.array(quaternion_exp(*phi.tolist())))
     rotation = state.pose.rotation
@@ -163,6 +164,7 @@ def _rest(
     if gyro.seconds <= 0.0 or seconds <= 0.0:
         return MOVING
     speed = float(np.hypot(*step.position[:2])) / seconds
+    # Speed of the outer rims, against which a turn on the spot shows as well.
     rim = abs(step.yaw) / seconds * 0.5 * config.effective_track
     if not wheels_stand(speed + rim, speed + rim, config):
         return MOVING
@@ -199,6 +201,7 @@ def _noise(rotation: FloatArray, added: StepVariance) -> FloatArray:
 
 def _smoothed(before: Twist, motion: Pose, seconds: float) -> Twist:
     """Return the speed after a displacement; bursts of stamps make no speed of their own."""
+    # A low-pass by time: two short steps weigh as much as one that covers both.
     share = -math.expm1(-max(seconds, 0.0) / _TWIST_MEMORY)
     per_second = share / seconds if seconds > 1e-6 else 1.0 / _TWIST_MEMORY
     linear = (1.0 - share) * before.linear + per_second * motion.position

@@ -131,6 +131,7 @@ def with_pose(state: FilterState, pose: Pose, covariance: FloatArray) -> FilterS
         CovarianceError: if the covariance is not finite, or has a negative variance in some direction.
     """
     p = np.array(state.full_covariance)
+    # How biases went with the errors of the old pose says nothing of the new one.
     p[:6, :] = 0.0
     p[:, :6] = 0.0
     p[:6, :6] = pose_covariance(covariance, "covariance of the new pose")
@@ -166,6 +167,7 @@ def corrected(
         CovarianceError: if the innovation's covariance is singular.
     """
     require_finite(float(innovation.sum() + r.sum()))
+    # The expected error is 0 before each update: the last one is in the nominal state already.
     expected = np.zeros(len(innovation))
     ekf = copy.copy(_FILTERPY)
     ekf.x, ekf.P = _NO_ERROR, state.full_covariance

@@ -105,6 +105,7 @@ def predict(
         state.kappa,
         Twist(np.array([vx, vy, 0.0]), np.array([gx, gy, gz])),
         propagated(state.full_covariance, jacobian, noise),
+        # It moves along as the pose does; what biases add to the pose is not counted in it.
         moved @ state.accrued @ moved.T + noise[:6, :6],
         # In a curve the centripetal acceleration is measured too; it is not part of gravity.
         state.force_sum + np.array([fx, fy - vx * gz, fz]),
@@ -197,6 +198,7 @@ def _noise(
         ahead = side = up = c.still_noise
     else:
         ahead, side, up = rolling_noise(c, rolled, turn), c.side_noise, c.heave_noise
+    # White noise of density s adds variance s^2 dt.
     q = np.zeros((STATES, STATES))
     yaw_walk = c.still_turn if standing else c.gyro_noise
     _fill(q, ROTATION, yaw_walk * yaw_walk * dt)
@@ -204,6 +206,7 @@ def _noise(
     for i, walk in enumerate(c.skid_steer_walk, KAPPA.start):
         q[i, i] = walk * walk * dt
     ahead, side, up = ahead * ahead * dt, side * side * dt, up * up * dt
+    # R diag(ahead, side, up) R', entry by entry; it is symmetric, so that the lower half is a copy.
     for i in range(3):
         a, b, d = rotation[3 * i], rotation[3 * i + 1], rotation[3 * i + 2]
         for j in range(i, 3):

@@ -76,6 +76,7 @@ def update_wheel_yaw(
     turning = float(gyro[2] - state.gyro_bias[2])
     innovation = turning - wheels
     require_finite(innovation)
+    # N readings within the correlation time say as much as one: each has N times the variance.
     shared = max(1.0, _YAW_CORRELATION / seconds)
     variance = (c.wheel_yaw_floor**2 + (c.wheel_yaw_share * turning) ** 2) * shared
     # Derivatives by bias and psi: 1, w.
@@ -148,13 +149,16 @@ def update_tilt(state: FilterState, config: EkfConfig, elapsed: float) -> Filter
     force = state.force_sum / state.force_count
     speed = float(state.twist.linear[0])
     if state.tilt_speed is not None:
+        # The part along x by which the speed changed is no gravity.
         force = force - np.array([(speed - state.tilt_speed) / elapsed, 0.0, 0.0])
     state = replace(state, force_sum=np.zeros(3), force_count=0, tilt_speed=speed)
     roll, pitch, _ = euler_from_rotation(state.pose.rotation)
     h = _tilt_jacobian(roll, pitch)
+    # Gravity alone is felt as g (-sin pitch, cos pitch sin roll, cos pitch cos roll).
     measured = np.array(
         [np.arctan2(force[1], force[2]), np.arctan2(-force[0], np.hypot(force[1], force[2]))]
     )
+    # The farther the force is from g, the more of it is motion.
     sd = config.tilt * (1.0 + abs(float(np.linalg.norm(force)) - GRAVITY))
     r = np.eye(2) * (sd**2 * max(1.0, _TILT_CORRELATION / elapsed))
     innovation = measured - np.array([roll, pitch])
@@ -191,11 +195,13 @@ def match_innovation(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return innovation (k,), Jacobian (k, 13) and covariance (k, k) of a match's observable directions."""
     w = match.observable_directions
+    # W is orthonormal where rotations are scaled: W S reads errors, W S^-1 reads information.
     rows = w * _SCALE
     h = np.zeros((len(w), STATES))
     h[:, :6] = rows
     unscaled = w / _SCALE
     r = inverse(unscaled @ match.information @ unscaled.T, "information of a match")
+    # A mount that is off shifts all points of a sweep alike, however many there are.
     mount = np.diag(np.repeat([config.mount_position**2, config.mount_angle**2], 3))
     return rows @ difference(state.pose, match.map_from_base), h, r + rows @ mount @ rows.T
 
@@ -243,6 +249,7 @@ def widen(
     extra[POSITION, POSITION] = (
         rotation @ np.diag(np.square([forward, side, vertical])) @ rotation.T
     )
+    # The last row of R is the map's vertical in the base's axes.
     extra[ROTATION, ROTATION] = yaw**2 * np.outer(rotation[2], rotation[2])
     wider = with_pose_covariance(state, state.full_covariance[:6, :6] + extra)
     return replace(wider, accrued=state.accrued + extra)
@@ -301,6 +308,7 @@ def relative_nis(state: FilterState, then: Pose, motion: Pose, covariance: Float
 
 def _departure(state: FilterState, then: Pose, motion: Pose) -> tuple[FloatArray, FloatArray]:
     h = np.zeros((3, 6))
+    # Errors of position are along the map's axes, the motion along the base's.
     h[:2, :3] = state.pose.rotation.T[:2]
     h[2, 5] = 1.0
     return h @ difference(state.pose, then @ motion), h
@@ -324,6 +332,7 @@ def update_relative(
     innovation, h, covariance = relative_innovation(state, then, motion, covariance)
     scaled = h / _SCALE
     scaled[2] *= LEVER
+    # Of x, y and yaw without the used directions; those of which half or less is left are dropped.
     left = scaled - scaled @ used.T @ used
     u, size, _ = np.linalg.svd(left, full_matrices=False)
     mix = (u[:, size > 0.5] / size[size > 0.5]).T @ np.diag([1.0, 1.0, LEVER])
@@ -333,6 +342,7 @@ def update_relative(
     spread = state.accrued @ h.T
     s = h @ spread + r
     gain = np.zeros((STATES, len(innovation)))
+    # Only what the pose has gathered since ``mark`` is known: biases and parameters stay.
     gain[:6] = spread @ np.linalg.inv(s)
     p = state.full_covariance - gain @ s @ gain.T
     return injected(state, gain @ innovation, 0.5 * (p + p.T))

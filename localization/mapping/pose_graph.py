@@ -114,6 +114,7 @@ def _squares(errors: FloatArray, trust: FloatArray) -> FloatArray:
 def _weights(
     errors: FloatArray, trust: FloatArray, loose: npt.NDArray[np.bool_], gate: float
 ) -> FloatArray:
+    # The scale is that of the error (Agarwal's s), so that information has its square.
     scale = np.minimum(1.0, 2.0 * gate / (gate + _squares(errors, trust)))
     return np.where(loose, scale**2, 1.0)
 
@@ -127,6 +128,7 @@ def _linearised(
     # Into the target's axes, and on into those of the measured source.
     c, s = np.cos(there[:, 2] + motions[:, 2]), np.sin(there[:, 2] + motions[:, 2])
     turn = np.stack([np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)], axis=1)
+    # The derivative of the turn by the target's heading.
     bent = np.stack([np.stack([-s, c], axis=-1), np.stack([-c, -s], axis=-1)], axis=1)
     cm, sm = np.cos(motions[:, 2]), np.sin(motions[:, 2])
     x, y = motions[:, 0], motions[:, 1]
@@ -158,6 +160,7 @@ def _normal_equations(
     local = np.arange(3)
     for a, by_a in ((source, by_source), (target, by_target)):
         pulled = np.einsum("eji,ejk->eik", by_a, trust)
+        # Several edges end at one node: ``+=`` would keep one of them.
         np.add.at(gradient, 3 * a[:, None] + local, np.einsum("eik,ek->ei", pulled, errors))
         for b, by_b in ((source, by_source), (target, by_target)):
             block = np.einsum("eik,ekj->eij", pulled, by_b)
@@ -165,6 +168,7 @@ def _normal_equations(
             columns.append(np.broadcast_to(3 * b[:, None, None] + local[None, :], block.shape))
             values.append(block)
     index = (np.concatenate(rows).ravel(), np.concatenate(columns).ravel())
+    # Blocks at one place are added up by the conversion.
     hessian = sparse.coo_matrix((np.concatenate(values).ravel(), index), shape=(size, size))
     held = sparse.coo_matrix((np.full(3, _HELD), (local, local)), shape=(size, size))
     return (hessian + held).tocsc(), gradient

@@ -99,6 +99,7 @@ def _arcs(points: FloatArray, view: FloatArray) -> tuple[FloatArray, IntArray]:
     """Return the length along the surfaces (N,) up to each point [m], and the number of its surface (N,)."""
     steps = np.hypot(*np.diff(points, axis=0).T)
     distance = np.hypot(*view.T)
+    # |a x b| / |b|: how far the end of one beam is from the line of the next.
     cross = view[:-1, 0] * view[1:, 1] - view[:-1, 1] * view[1:, 0]
     apart = np.abs(cross) / np.maximum(distance[1:], 1e-9)
     limit = np.clip(_BEAM_STEPS * apart, _LARGEST_STEP, _FARTHEST_STEP)
@@ -131,6 +132,7 @@ def _fitted(
     xx = mean[:, 2] - mean[:, 0] ** 2
     xy = mean[:, 3] - mean[:, 0] * mean[:, 1]
     yy = mean[:, 4] - mean[:, 1] ** 2
+    # The eigenvalues of a 2 x 2 covariance are middle +- radius, and its longer axis is at the angle (Mohr's circle).
     middle, radius = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
     angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)
     normals = np.column_stack([-np.sin(angle), np.cos(angle)])

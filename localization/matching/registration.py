@@ -211,11 +211,13 @@ def register(
         hessian, gradient = _normal_equations(seen, weight, config)
         departure = difference(prior, pose)
         pull = gradient + prior_information @ departure
+        # One Gauss-Newton step of both terms; where a sweep sees one wall only, the prior makes it solvable.
         step = -np.asarray(np.linalg.solve(prior_information + hessian, pull), dtype=float)
         pose = Pose.from_rotation(pose.position + step[:3], pose.rotation @ so3_exp(step[3:]))
         settled = kernel <= config.kernel and _size(step) < least
         if settled:
             break
+        # Wide first, so that points far off pull at all; narrow last, so that wrong ones do not.
         kernel = max(config.kernel, 0.6 * kernel)
     return _conclude(sweep, world, pose, config, rough=rough)
 
@@ -260,6 +262,7 @@ def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:
 
 def _first_kernel(covariance: FloatArray, config: RegistrationConfig, *, rough: bool) -> float:
     scaled = np.diag(covariance) * np.array([1, 1, 1, LEVER**2, LEVER**2, LEVER**2])
+    # Two sigma of the least known direction; an angle counts by what it moves at the lever.
     off = 2.0 * float(np.sqrt(scaled.max()))
     if rough and off < config.gate * config.kernel:
         return config.kernel
@@ -273,6 +276,7 @@ def _weights(seen: Residuals, kernel: float, config: RegistrationConfig) -> Floa
     square = np.where(inside, distance, 0.0) ** 2
     if seen.along is not None:
         square += config.tangential * seen.along**2
+    # Geman-McClure: (k^2 / (k^2 + r^2))^2.
     weight: FloatArray = np.where(inside, (kernel**2 / (kernel**2 + square)) ** 2, 0.0)
     return weight / config.sigma**2
 
@@ -383,6 +387,7 @@ def _information_of_normal_noise(
     total[:3, :3] = weight.sum() * np.eye(3)
     total[3:, :3] = hat(first) @ pose.rotation.T
     total[:3, 3:] = total[3:, :3].T
+    # The sum of [p]x [p]x' = (p'p) I - p p'.
     total[3:, 3:] = np.trace(second) * np.eye(3) - second
     fake: FloatArray = noise**2 * (total - hessian)
     return fake
@@ -398,6 +403,7 @@ def observable_directions(
         fake: (6, 6) spurious information in it.
         config: thresholds.
     """
+    # Eigenvectors mean directions only where metres and radians are made comparable.
     inverse_scale = np.array([1, 1, 1, 1 / LEVER, 1 / LEVER, 1 / LEVER])
     both = np.outer(inverse_scale, inverse_scale)
     values, vectors = np.linalg.eigh(hessian * both)

@@ -271,6 +271,7 @@ class SlipDetector(NamedTuple):
         noise = rolling_noise(ekf, self.rolled / self.elapsed, turn)
         if self._outruns(off):
             return False
+        # Variances of both: KISS-ICP's, and the random walk of rolling wheels over the window.
         if off**2 > _SLIP_GATE * (float(covariance[0, 0]) + noise**2 * self.elapsed):
             return True
         sideways, loose = float(self.motion.position[1]), ekf.side_noise**2 * self.elapsed

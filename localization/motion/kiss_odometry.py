@@ -8,8 +8,8 @@ import numpy as np
 
 from localization.errors import LocalizationError
 from localization.geometry import FloatArray
+from localization.motion.alignment_covariance import alignment_covariance
 from localization.motion.kiss_icp import KissAligner, KissConfig, VoxelHashMap, thinned
-from localization.motion.motion_covariance import motion_covariance
 from localization.types import Pose, Sweep
 
 ObservedMotion = tuple[Pose, FloatArray]
@@ -102,7 +102,7 @@ class KissOdometry:
             pose = Pose.planar(aligned.position[0], aligned.position[1], aligned.yaw)
             if _strayed(guess, pose, c):
                 return KissState(pose=guess), None, None
-            covariance = motion_covariance(flat, c)
+            covariance = alignment_covariance(flat, c)
             observed = (state.pose.inverse() @ pose, covariance)
         added = pose.apply(thinned(flat, 0.5 * c.voxel))
         view = KissView(state.map_id, pose, added, covariance)

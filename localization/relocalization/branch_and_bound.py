@@ -68,12 +68,14 @@ class Pyramid:
 
     def __init__(self, plan: FloorPlan, config: MapSearchConfig = MapSearchConfig()) -> None:
         self.config, self.cell, self.origin = config, plan.cell, plan.origin
+        # Wide enough for every beam from every block, so that no index is ever checked.
         self._pad = int(np.ceil(config.reach / plan.cell)) + (1 << config.levels)
         exact = np.pad(np.rint(plan.likelihood * _FULL).astype(np.uint8), self._pad)
         self._shape = exact.shape
         levels, free = [exact], [plan.free]
         for level in range(config.levels):
             # A block begins at its cell and reaches towards larger indices.
+            # The maximum over 4^n cells from four maxima of the level below, whatever n.
             levels.append(_pooled(levels[-1], 1 << level))
             free.append(_pooled(free[-1], 1 << level))
         self._levels: list[ByteArray] = [level.ravel() for level in levels]

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Self
 
 from localization.evaluation.consistency import Consistency, consistency, nees
+from localization.evaluation.error_statistics import EvaluationError
 from localization.evaluation.localization_history import History
-from localization.evaluation.statistics import EvaluationError
 from localization.evaluation.trajectory import Trajectory
 from localization.evaluation.trajectory_errors import (
     Ate,

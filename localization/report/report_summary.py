@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from localization.evaluation.consistency import health_shares
+from localization.evaluation.error_statistics import Statistics
 from localization.evaluation.localization_history import History
-from localization.evaluation.statistics import Statistics
 from localization.maps.cloud import Cloud
 from localization.report.reference_comparison import STRETCH, ReferenceComparison
 from localization.types import SECOND, HintVerdict

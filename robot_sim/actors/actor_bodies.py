@@ -11,7 +11,7 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from robot_sim.actors.movers import Mover, SwingingDoor, Walker, quaternions_of
+from robot_sim.actors.movers import Mover, SwingingDoor, WalkingBody, quaternions_of
 from robot_sim.actors.schedules import CELLAR, Scheduled
 from robot_sim.actors.walking import Walk
 from robot_sim.errors import WorldError
@@ -117,7 +117,7 @@ def _walkers(one: Person | Cart, rng: np.random.Generator) -> Iterator[MovingBod
 
     if isinstance(one, Cart):
         ahead = ARM_REACH + 0.5 * one.size[0] if one.pushed else 0.0
-        mover = Walker(one.name, walk, offset, delayed, ahead)
+        mover = WalkingBody(one.name, walk, offset, delayed, ahead)
         yield MovingBody(mover, tuple(_cart(one.name, one.size)))
         if not one.pushed:
             return
@@ -143,14 +143,14 @@ def _person(
     name: str, walk: Walk, offset: int, step: float, *, delayed: bool, height: float = 0.0
 ) -> Iterator[MovingBody]:
     """Yield torso and legs of a person with a step length [m] on a walk."""
-    mover = Walker(f"{name}_torso", walk, offset, delayed, height=height)
+    mover = WalkingBody(f"{name}_torso", walk, offset, delayed, height=height)
     yield MovingBody(mover, tuple(torso(name)))
     # The feet are a step apart when both are down.
     reach = 0.5 * step * LEG_SHARE
     for side, sign in (("left", 1.0), ("right", -1.0)):
         leg = post(f"{name}_{side}_leg_limb", 0.0, 0.0, 0.0, 0.85, LEG_RADIUS, "dark_fabric")
         left, swing = sign * 0.5 * LEG_SPACING, sign * reach
-        mover = Walker(f"{name}_{side}_leg", walk, offset, delayed, 0.0, left, swing, height)
+        mover = WalkingBody(f"{name}_{side}_leg", walk, offset, delayed, 0.0, left, swing, height)
         yield MovingBody(mover, (leg,))
 
 

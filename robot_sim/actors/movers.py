@@ -38,7 +38,7 @@ class Mover(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Walker:
+class WalkingBody:
     """A body on a walk: a torso, a leg that swings beside it, or a cart ahead of it."""
 
     name: str

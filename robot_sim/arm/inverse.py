@@ -83,14 +83,17 @@ def _elbows(
     """Yield yaw and the elevations of upper arm and forearm for a wrist, seen from the shoulder."""
     upper, forearm = kinematics.table.joints[1].a, kinematics.table.joints[3].d
     reach = math.hypot(x, y)
+    # Law of cosines; without a bend the arm is straight.
     cos = (x * x + y * y + z * z - upper * upper - forearm * forearm) / (2.0 * upper * forearm)
     if not abs(cos) <= 1.0 + _BEYOND:
         return
     bend = math.acos(max(-1.0, min(1.0, cos)))
     yaw = yaw_if_free if reach < _NEAR else math.atan2(y, x)
     bends = (bend, -bend) if math.sin(bend) > _BENT else (0.0 if cos > 0.0 else math.pi,)
+    # Turned by 180 degrees, the arm reaches back over its shoulder to the same wrist.
     for turn, out in ((yaw, reach), (yaw + math.pi, -reach)):
         for elbow in bends:
+            # Between the upper arm and the line from shoulder to wrist.
             inner = math.atan2(forearm * math.sin(elbow), upper + forearm * math.cos(elbow))
             elevation = math.atan2(z, out) - inner
             yield turn, elevation, elevation + elbow

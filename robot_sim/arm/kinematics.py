@@ -66,6 +66,7 @@ class Kinematics:
         numbers = angles.tolist() if isinstance(angles, np.ndarray) else angles
         for angle, (theta, d, a, cos_alpha, sin_alpha) in zip(numbers, self._rows, strict=True):
             cos, sin = math.cos(angle + theta), math.sin(angle + theta)
+            # u is the axis y after the turn by theta; below, alpha turns it and z about the new x.
             ux, uy, uz = cos * yx - sin * xx, cos * yy - sin * xy, cos * yz - sin * xz
             xx, xy, xz = cos * xx + sin * yx, cos * xy + sin * yy, cos * xz + sin * yz
             px, py, pz = px + d * zx + a * xx, py + d * zy + a * xy, pz + d * zz + a * xz

@@ -70,7 +70,7 @@ class ArmBody:
 
 
 @dataclass(frozen=True, slots=True)
-class Inertial:
+class BodyInertia:
     """Mass of a body."""
 
     mass: float
@@ -117,7 +117,7 @@ def arm_bodies(table: ArmTable) -> tuple[ArmBody, ...]:
     return (*links, ArmBody(TOOL, last, tip, None, None, ()), *jaws)
 
 
-def inertial(body: ArmBody) -> Inertial:
+def inertial(body: ArmBody) -> BodyInertia:
     """Return mass, centre of mass and inertia of a body that is made of something."""
     mass = sum(solid.mass for solid in body.solids)
     centre = sum((s.mass * s.pose.position for s in body.solids), np.zeros(3)) / mass
@@ -127,7 +127,7 @@ def inertial(body: ArmBody) -> Inertial:
         own = axes * _moments(solid) @ axes.T
         # The parallel axis theorem.
         tensor += own + solid.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
-    return Inertial(mass, centre, 0.5 * (tensor + tensor.T))
+    return BodyInertia(mass, centre, 0.5 * (tensor + tensor.T))
 
 
 def _moments(solid: Solid) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from robot_sim.arm.arm_table import JOINTS, ArmTable
 from robot_sim.arm.servo import DEGREES, Resolution, ServoBank
-from robot_sim.arm.servo_firmware import RANGE, Firmware
+from robot_sim.arm.servo_firmware import RANGE, ServoFirmware
 from robot_sim.array_types import FloatArray
 
 BAUD: Final = 115_200
@@ -42,7 +42,7 @@ class ServoBoard:
             feedback: Whether the servos have feedback wires.
             angles: Where the joints stand, shape (5,) [rad]; the stow pose by default.
         """
-        self.firmware = Firmware(table, resolution, feedback=feedback)
+        self.firmware = ServoFirmware(table, resolution, feedback=feedback)
         """What runs on the board."""
         self.servos = ServoBank(table, angles=angles)
         """The servos of the joints."""

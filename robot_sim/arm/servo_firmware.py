@@ -31,7 +31,7 @@ _FASTEST: Final = 40  # 200 degrees/s in frames of 20 ms, as the table's motion 
 _LINE: Final = re.compile(rb"J((?: -?\d{1,3}\.\d){6})")
 
 
-class Firmware:
+class ServoFirmware:
     """The program of the board, without a clock and without a port. Owns what it has read and what it writes."""
 
     def __init__(

@@ -12,7 +12,7 @@ import numpy as np
 from robot_sim.arm.arm_table import KGF_CM, ArmTable
 from robot_sim.arm.inverse import Vector, solutions
 from robot_sim.arm.kinematics import Kinematics
-from robot_sim.arm.parts import ArmBody, Inertial, arm_bodies, inertial
+from robot_sim.arm.parts import ArmBody, BodyInertia, arm_bodies, inertial
 from robot_sim.array_types import FloatArray
 
 LEVEL: Final = (0.0, 0.0, -100.0 * KGF_CM)
@@ -73,6 +73,7 @@ class Statics:
             for centre, link in zip(centres[joint:], self._masses[joint:], strict=True):
                 moments[..., joint, :] += link.mass * (centre - places[joint])
             moments[..., joint, :] += payload * (tip - places[joint])
+        # What holds masses m at r against gravity g is the sum of m r x (-g).
         moments = np.cross(moments, -np.asarray(gravity, dtype=float))
         return Holding((moments * np.stack(axes, axis=-2)).sum(axis=-1), moments)
 
@@ -98,6 +99,7 @@ class Statics:
         centres, places, axes = [], [], []
         for k, joint in enumerate(self.table.joints):
             places.append(origin + rotation @ self._places[k])
+            # First the end of the link before, by its a, d and alpha; then this joint's turn.
             origin, rotation = origin + rotation @ shift, rotation @ _about_x(alpha)
             rotation = rotation @ _about_z(angles[..., k] + joint.theta)
             centres.append(origin + rotation @ self._masses[k].centre)
@@ -166,13 +168,13 @@ def _best(table: ArmTable, own: FloatArray, more: FloatArray, limit: FloatArray)
     return Payload(float(carried[best]), table.joints[int(most[best].argmin())].name)
 
 
-def _together(hand: ArmBody, jaws: Sequence[ArmBody]) -> Inertial:
+def _together(hand: ArmBody, jaws: Sequence[ArmBody]) -> BodyInertia:
     """Return the last link with its jaws, whose opening does not shift their centre."""
     parts = [(inertial(hand), np.zeros(3), np.eye(3))]
     parts += [(inertial(jaw), jaw.pose.position, jaw.pose.rotation) for jaw in jaws]
     mass = sum(part.mass for part, _, _ in parts)
     moment = sum((p.mass * (at + turned @ p.centre) for p, at, turned in parts), np.zeros(3))
-    return Inertial(mass, moment / mass, np.zeros((3, 3)))
+    return BodyInertia(mass, moment / mass, np.zeros((3, 3)))
 
 
 def _servo_place(link: ArmBody) -> FloatArray:

@@ -17,13 +17,13 @@ from robot_sim.building_generator.doors_and_windows import (
     walls,
     windows,
 )
-from robot_sim.building_generator.furnishing import Box, Doorway, Furnisher, hub_and_ways, numbered
+from robot_sim.building_generator.furnishing import Box, Furnisher, RoomDoor, hub_and_ways, numbered
 from robot_sim.building_generator.room_layout import Rectangle, RoomLayout, draw_room_layout
 from robot_sim.building_generator.room_types import CORRIDOR, HOME, OFFICE, RoomUse, choose_room_use
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Piece, Placement, Plan, Waypoint
+from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.footprints import footprints
-from robot_sim.layout.free_space import FreeSpace
 from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner
 from robot_sim.robot.p3at import P3AT
 
@@ -115,7 +115,7 @@ def _attempt(rng: np.random.Generator, seed: int, area: float, name: str) -> Bui
         walls=built,
         furniture=furniture,
     )
-    space = FreeSpace.around(bare.bounds, footprints(bare))
+    space = ClearanceGrid.around(bare.bounds, footprints(bare))
     least = P3AT().swing_radius + MARGIN
     start = _start(drafts)
     reach = RoutePlanner(space, start.hub, least=least)
@@ -191,13 +191,13 @@ def _inner(room: Rectangle, outline: Rectangle) -> Box:
     return x0 + half[0], y0 + half[1], x1 - half[2], y1 - half[3]
 
 
-def _doorway(opening: Opening, room: Rectangle) -> Doorway:
+def _doorway(opening: Opening, room: Rectangle) -> RoomDoor:
     at, along = opening.edge.at, opening.at / 10
     if opening.edge.upright:
         inward = (1, 0) if at == room.x0 else (-1, 0)
-        return Doorway(at / 10, along, inward, opening.width / 10)
+        return RoomDoor(at / 10, along, inward, opening.width / 10)
     inward = (0, 1) if at == room.y0 else (0, -1)
-    return Doorway(along, at / 10, inward, opening.width / 10)
+    return RoomDoor(along, at / 10, inward, opening.width / 10)
 
 
 def _start(drafts: Sequence[_Draft]) -> _Draft:
@@ -206,7 +206,7 @@ def _start(drafts: Sequence[_Draft]) -> _Draft:
     return halls[0] if halls else next(d for d in drafts if d.corridor)
 
 
-def _window_of(draft: _Draft, space: FreeSpace) -> tuple[slice, slice]:
+def _window_of(draft: _Draft, space: ClearanceGrid) -> tuple[slice, slice]:
     r = draft.rectangle
     return slice(r.y0, r.y1 + 1), slice(r.x0, r.x1 + 1)
 

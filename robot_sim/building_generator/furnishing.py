@@ -28,7 +28,7 @@ Box = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Doorway:
+class RoomDoor:
     """A door of a room as seen from inside."""
 
     x: float
@@ -57,7 +57,7 @@ class Furnisher:
     """One room and the furniture placed in it so far."""
 
     def __init__(
-        self, rng: np.random.Generator, inner: Box, doors: Sequence[Doorway], ways: FloatArray
+        self, rng: np.random.Generator, inner: Box, doors: Sequence[RoomDoor], ways: FloatArray
     ) -> None:
         """Begin with an empty room.
 
@@ -142,7 +142,7 @@ def _overlap(a: Box, b: Box, gap: float) -> bool:
 
 
 def hub_and_ways(
-    rng: np.random.Generator, inner: Box, doors: Sequence[Doorway], *, along: bool
+    rng: np.random.Generator, inner: Box, doors: Sequence[RoomDoor], *, along: bool
 ) -> tuple[tuple[float, float], FloatArray]:
     """Return a room's hub [m], at which all its paths meet, and the paths as points (N, 2).
 

@@ -16,7 +16,7 @@ from robot_sim.array_types import FloatArray
 from robot_sim.cameras.camera_frame import CameraFrame, measured_depth
 from robot_sim.cameras.camera_models import CameraModel
 from robot_sim.cameras.gl_context import OffscreenContext
-from robot_sim.cameras.look.decals import Decal, decals_of
+from robot_sim.cameras.look.ground_decals import Decal, decals_of
 from robot_sim.cameras.look.render_model import build_render_model
 from robot_sim.cameras.look.world_looks import looks_of
 from robot_sim.cameras.view_culling import ViewCulling

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robot_sim.array_types import BoolArray
+from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.floor_space import FloorSpace
-from robot_sim.layout.free_space import FreeSpace
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,7 +19,7 @@ class FloorBlocks:
     """Cells along a side of a block."""
     whole: BoolArray
     """Which blocks are free all over."""
-    space: FreeSpace
+    space: ClearanceGrid
     """The largest clearance in each block."""
 
     @classmethod
@@ -34,4 +34,4 @@ class FloorBlocks:
         corner = floor.fine.corner[0] + middle, floor.fine.corner[1] + middle
         widest = clearance.reshape(shape).max(axis=(1, 3))
         whole = np.asarray(free.reshape(shape).all(axis=(1, 3)))
-        return cls(side, whole, FreeSpace(corner, side * floor.cell, widest))
+        return cls(side, whole, ClearanceGrid(corner, side * floor.cell, widest))

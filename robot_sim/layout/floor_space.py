@@ -10,7 +10,7 @@ import numpy as np
 from robot_sim.array_types import BoolArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Waypoint
-from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.grid_clearance import grid_clearance
 
 LARGEST: Final = 1000.0
@@ -34,9 +34,9 @@ class FloorSpace:
     """Side of a cell [m]."""
     free: BoolArray
     """Which cells are free (rows, columns), cropped to those that are."""
-    fine: FreeSpace
+    fine: ClearanceGrid
     """Clearance at the centres of these cells."""
-    nodes: FreeSpace
+    nodes: ClearanceGrid
     """Clearance at every so many of them."""
 
     @property
@@ -79,6 +79,6 @@ def floor_space(free: BoolArray, cell: float, *, origin: Waypoint = (0.0, 0.0)) 
     step = max(1, int(_NODES / cell + 1e-6))
     while np.count_nonzero(free) > _MOST_NODES * step**2:
         step += 1
-    fine = FreeSpace(corner, cell, clearance)
-    nodes = FreeSpace(corner, step * cell, clearance[::step, ::step])
+    fine = ClearanceGrid(corner, cell, clearance)
+    nodes = ClearanceGrid(corner, step * cell, clearance[::step, ::step])
     return FloorSpace(cell, free, fine, nodes)

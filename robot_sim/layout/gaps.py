@@ -13,9 +13,9 @@ from scipy.sparse.csgraph import dijkstra
 
 from localization.types import IntArray
 from robot_sim.array_types import BoolArray, FloatArray
+from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.floor_blocks import FloorBlocks
 from robot_sim.layout.floor_space import FloorSpace
-from robot_sim.layout.free_space import FreeSpace
 from robot_sim.layout.route_planning import grid_graph
 
 _SAME: Final = 0.5
@@ -38,7 +38,7 @@ class Gap:
 
 
 def widest_ways(
-    space: FreeSpace, driven: BoolArray, free: BoolArray
+    space: ClearanceGrid, driven: BoolArray, free: BoolArray
 ) -> tuple[FloatArray, IntArray]:
     """Return costs and predecessors of the widest ways from where the robot drives to all other floor."""
     rim = driven & binary_dilation(free & ~driven, _ALL)

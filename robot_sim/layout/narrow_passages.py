@@ -15,7 +15,7 @@ from scipy.ndimage import binary_erosion, label
 
 from localization.types import IntArray
 from robot_sim.array_types import BoolArray, FloatArray
-from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.clearance_grid import ClearanceGrid
 
 _DIRECTIONS: Final = 72
 """Number of directions in which passages are looked for."""
@@ -32,7 +32,7 @@ _ALL: Final = np.ones((3, 3), dtype=bool)
 
 
 def narrow_legs(
-    space: FreeSpace, open_: BoolArray, fine: FreeSpace, straight: float
+    space: ClearanceGrid, open_: BoolArray, fine: ClearanceGrid, straight: float
 ) -> list[tuple[int, int]]:
     """Return the legs that join areas between which there is no way of open nodes.
 
@@ -64,9 +64,9 @@ def narrow_legs(
 
 
 def _crossings(
-    space: FreeSpace,
+    space: ClearanceGrid,
     parts: IntArray,
-    fine: FreeSpace,
+    fine: ClearanceGrid,
     straight: float,
     rim: IntArray,
     ways: FloatArray,
@@ -100,9 +100,9 @@ def _crossings(
 
 
 def _with_run_up(
-    space: FreeSpace,
+    space: ClearanceGrid,
     parts: IntArray,
-    fine: FreeSpace,
+    fine: ClearanceGrid,
     straight: float,
     tails: IntArray,
     heads: IntArray,
@@ -119,7 +119,7 @@ def _with_run_up(
     return np.where(longer, before, tails), np.where(longer, behind, heads)
 
 
-def _nodes(space: FreeSpace, points: FloatArray) -> IntArray:
+def _nodes(space: ClearanceGrid, points: FloatArray) -> IntArray:
     """Return the nodes (N,) nearest to points (N, 2)."""
     rows, columns = space.clearance.shape
     place = np.round((points - np.array(space.corner)) / space.spacing).astype(np.int64)

@@ -16,8 +16,8 @@ from localization.maps.occupancy_grid import OccupancyMap
 from robot_sim.array_types import BoolArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Placement, Plan, Wall, Waypoint
+from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.floor_space import FloorSpace, floor_space
-from robot_sim.layout.free_space import FreeSpace
 from robot_sim.layout.outdoors import outdoor_cells
 from robot_sim.layout.survey_planning import (
     Routes,
@@ -232,12 +232,12 @@ def _walls(grid: OccupancyMap, height: float) -> Iterator[Wall]:
         )
 
 
-def _point(space: FreeSpace, node: int) -> Waypoint:
+def _point(space: ClearanceGrid, node: int) -> Waypoint:
     x, y = space.points(np.array([node]))[0]
     return float(x), float(y)
 
 
-def _clearance(space: FreeSpace, point: Waypoint) -> float:
+def _clearance(space: ClearanceGrid, point: Waypoint) -> float:
     """Return the clearance at the node nearest to a point; -inf beyond the grid."""
     x, y = space.points(np.array([space.node(point)]))[0]
     if max(abs(x - point[0]), abs(y - point[1])) > space.spacing:

@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.floorplan.plan import Waypoint
-from robot_sim.layout.free_space import FreeSpace
+from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.narrow_passages import narrow_legs
 
 COMFORT: Final = 0.9
@@ -42,12 +42,12 @@ class RoutePlanner:
 
     def __init__(
         self,
-        space: FreeSpace,
+        space: ClearanceGrid,
         start: Waypoint,
         *,
         least: float,
         straight: float | None = None,
-        fine: FreeSpace | None = None,
+        fine: ClearanceGrid | None = None,
     ) -> None:
         """Compute all paths from a point.
 
@@ -228,7 +228,7 @@ class RoutePlanner:
         return costs
 
 
-def grid_graph(space: FreeSpace, open_: BoolArray, penalty: FloatArray) -> csr_array:
+def grid_graph(space: ClearanceGrid, open_: BoolArray, penalty: FloatArray) -> csr_array:
     """Return the costs of the steps between neighbouring open nodes in eight directions."""
     weight = np.where(open_, penalty, 0.0)
     number = np.arange(open_.size).reshape(open_.shape)

@@ -11,8 +11,8 @@ from scipy.ndimage import label, maximum_position
 
 from robot_sim.array_types import BoolArray
 from robot_sim.floorplan.plan import Waypoint
+from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.floor_space import FloorSpace
-from robot_sim.layout.free_space import FreeSpace
 from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner, length
 from robot_sim.layout.survey_reach import near_route
 from robot_sim.robot.skid_steer_parameters import SkidSteer
@@ -94,7 +94,7 @@ def plan_routes(floor: FloorSpace, start: Waypoint, robot: SkidSteer) -> Routes:
     return Routes(tuple(spots), tour, survey)
 
 
-def _point(space: FreeSpace, node: int) -> Waypoint:
+def _point(space: ClearanceGrid, node: int) -> Waypoint:
     x, y = space.points(np.array([node]))[0]
     return float(x), float(y)
 

@@ -14,9 +14,9 @@ from scipy.ndimage import binary_dilation, label
 from localization.types import IntArray
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.floorplan.plan import Waypoint
+from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.floor_blocks import FloorBlocks
 from robot_sim.layout.floor_space import FloorSpace
-from robot_sim.layout.free_space import FreeSpace
 from robot_sim.layout.gaps import Gap, distinct, gaps_on, tight_turn, way_back, widest_ways
 
 NEAR: Final = 2.5
@@ -111,7 +111,7 @@ def survey_reach(
 
 
 def near_route(
-    space: FreeSpace, free: BoolArray, route: Sequence[Waypoint], *, straight: float
+    space: ClearanceGrid, free: BoolArray, route: Sequence[Waypoint], *, straight: float
 ) -> BoolArray:
     """Return which nodes (rows, columns) lie near a route, by ways that the robot could pass.
 
@@ -126,7 +126,7 @@ def near_route(
 
 
 def _driven_near(
-    space: FreeSpace, free: BoolArray, route: Sequence[Waypoint], straight: float
+    space: ClearanceGrid, free: BoolArray, route: Sequence[Waypoint], straight: float
 ) -> BoolArray:
     """Return the nodes near a route at which the robot could be."""
     on = np.zeros(free.shape, dtype=bool)
@@ -179,7 +179,7 @@ def _described(
     return found
 
 
-def _roomiest(space: FreeSpace, where: BoolArray) -> int:
+def _roomiest(space: ClearanceGrid, where: BoolArray) -> int:
     """Return the node with the largest clearance of those marked."""
     return int(np.argmax(np.where(where, space.clearance, -1.0)))
 

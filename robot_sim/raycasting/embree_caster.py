@@ -35,6 +35,7 @@ class EmbreeRayCaster:
         """See ``RayCaster.distances``."""
         distances = self._static.cast(origins, directions, max_range).distances
         if len(self._moving):
+            # What is behind static geometry needs no closed form.
             limits = np.minimum(distances, max_range)
             rays, at, _, _ = self._moving.cast(origins, directions, times, limits)
             distances[rays] = at

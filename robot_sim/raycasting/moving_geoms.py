@@ -99,6 +99,7 @@ class MovingGeoms:
         centres, reach = self._spheres(times)
         # First the geoms that are near any ray, then each ray with each of those.
         middle = origins.mean(axis=0)
+        # A vector is at most sqrt(3) < 1.75 times as long as its largest component.
         spread = float(np.abs(origins - middle).max()) * 1.75
         apart = np.linalg.norm(centres - middle, axis=1)
         farthest = float(limits.max())
@@ -116,6 +117,7 @@ class MovingGeoms:
         square *= -2.0
         square += np.einsum("nd,nd->n", o, o)[:, None]
         square += np.einsum("gd,gd->g", c, c)
+        # The ray's place t that is nearest to a centre has the square |o - c|^2 - t (2 along - t).
         t = np.clip(along, 0.0, limits[:, None])
         along *= 2.0
         along -= t
@@ -137,6 +139,7 @@ class MovingGeoms:
         if len(here):
             centres[here] = self._poses(here, np.full(len(here), (first + last) // 2))[0]
         reach = self._reach.copy()
+        # From where it is in the middle of the time, a body comes this far either way.
         reach[self._timed] += MAX_MOVER_SPEED * 1e-9 * (last - first) / 2
         for number in self._timetable.jumping(first, last):
             reach[self._mover_of == number] = np.inf

@@ -41,6 +41,7 @@ def _roots(a: FloatArray, b: FloatArray, c: FloatArray) -> Interval:
 
 
 def _ellipsoid(origins: FloatArray, directions: FloatArray, sizes: FloatArray) -> Interval:
+    # Scaled by its half-axes it is the unit ball; distances along the line stay what they were.
     o, d = origins / sizes, directions / sizes
     return _roots((d * d).sum(axis=0), (o * d).sum(axis=0), (o * o).sum(axis=0) - 1.0)
 
@@ -65,6 +66,7 @@ def _capsule(origins: FloatArray, directions: FloatArray, sizes: FloatArray) -> 
     enter, leave = _cylinder(origins, directions, sizes)
     missed = ~(leave >= enter)
     enter[missed], leave[missed] = np.nan, np.nan
+    # Of a convex union the intervals join to one.
     for end in (-1.0, 1.0):
         centred = origins.copy()
         centred[2] -= end * sizes[1]
@@ -75,6 +77,7 @@ def _capsule(origins: FloatArray, directions: FloatArray, sizes: FloatArray) -> 
 
 
 def _box_normals(points: FloatArray, sizes: FloatArray) -> FloatArray:
+    # The face whose plane is nearest, since the point is on it only up to rounding.
     axes = np.argmax(np.abs(points) - sizes, axis=1)
     normals = np.zeros_like(points)
     rows = np.arange(len(points))
@@ -143,7 +146,9 @@ def shape_distances(
         for kind, rows in _by_kind(types):
             lines, _ = _SHAPES[kind]
             enter, leave = lines(origins[rows].T, directions[rows].T, sizes[rows].T)
+            # A ray that begins inside has the entry behind it.
             at = np.where(enter >= 0.0, enter, leave)
+            # Asked this way round NaN is a miss, too.
             at[~((leave >= enter) & (at >= 0.0))] = np.inf
             distances[rows] = at
     return distances

@@ -55,6 +55,7 @@ class Triangles:
         a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
         normals = np.cross(b - a, c - a)
         lengths = np.sqrt(np.einsum("fd,fd->f", normals, normals))
+        # A triangle without an area keeps a normal of zero.
         normals /= np.maximum(lengths, 1e-300)[:, None]
         return np.column_stack([normals, np.einsum("fd,fd->f", normals, a)])
 
@@ -136,6 +137,7 @@ def _sides(radius: float) -> int:
 def _cylinder(radius: float, half: float) -> MeshFaces:
     n = _sides(radius)
     angles = 2.0 * math.pi * np.arange(n) / n
+    # Around the circle and not in it: a ray that hits the cylinder must not miss its polygon.
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1) * (radius / math.cos(math.pi / n))
     bottom = np.column_stack([ring, np.full(n, -half)])
     top = np.column_stack([ring, np.full(n, half)])
@@ -183,6 +185,7 @@ def _ball() -> MeshFaces:
     corners = points[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    # Blown up until its nearest triangle touches the ball, so that all are outside.
     nearest = np.abs(np.einsum("fd,fd->f", normals, corners[:, 0])).min()
     return points / nearest, faces
 

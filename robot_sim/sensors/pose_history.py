@@ -75,6 +75,7 @@ class PoseRecorder:
     def forget(self, before: int) -> None:
         """Drop poses older than the last one at or before ``before`` [ns]."""
         after = bisect_right(self._stamps, before, self._first, self._end)
+        # The last one before stays: times between it and the next need both.
         self._first = max(self._first, after - 1)
 
     def track(self) -> PoseHistory:
@@ -86,6 +87,7 @@ class PoseRecorder:
         """Move the kept poses to the front, of larger arrays where that is not enough."""
         kept = self._end - self._first
         size = len(self._stamps)
+        # Twice what is needed, so that poses are moved now and then only.
         while size < 2 * (kept + rows):
             size *= 2
         stamps, poses = np.empty(size, dtype=np.int64), np.empty((size, 7))

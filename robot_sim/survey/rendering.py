@@ -20,7 +20,7 @@ from robot_sim.worlds.world import World
 
 
 @dataclass(frozen=True, slots=True)
-class Camera:
+class Viewpoint:
     """Position and orientation of a camera."""
 
     at: tuple[float, float, float]
@@ -54,7 +54,12 @@ class Camera:
 
 
 def render_world(
-    world: World, camera: Camera, *, width: int, height: int, hidden: tuple[str, ...] = ("ceiling",)
+    world: World,
+    camera: Viewpoint,
+    *,
+    width: int,
+    height: int,
+    hidden: tuple[str, ...] = ("ceiling",),
 ) -> npt.NDArray[np.uint8]:
     """Return the world with the robot at its spawn as colours (height, width, 3), on white.
 

@@ -11,7 +11,6 @@ from urllib.parse import urlsplit, urlunsplit
 
 from localization.display.rerun_sink import Sink
 from teleop.errors import SettingError
-from teleop.interfaces import registry
 from teleop.operator.controls.pygame_pads import open_pads
 from teleop.operator.display.display import Display
 from teleop.operator.display.restarting_display import RestartingDisplay, recording_of
@@ -23,6 +22,7 @@ from teleop.operator.operator_client import CAMERA, TOPICS, WATCHED, OperatorCli
 from teleop.operator.operator_session import OperatorSession
 from teleop.operator.robot_state.event_list import EventList
 from teleop.operator.robot_state.link_words import plain_reason
+from teleop.ros_types import registry
 from teleop.rosbridge.client.client import Client
 from teleop.rosbridge.client.reconnecting_connection import ConnectionState
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 from localization.types import Pose
 from teleop.operator.controls.gamepad import Gamepad, PadChanged, PadSource
 from teleop.operator.controls.joy_stream import JoyStream
-from teleop.operator.controls.key_events import Key, KeyEvent, Report
+from teleop.operator.controls.key_events import Key, KeyEvent, TerminalReport
 from teleop.operator.controls.keyboard import Keyboard
 from teleop.operator.display.threaded_display import LiveDisplayProtocol
 from teleop.operator.hint_desk import HintDesk
@@ -305,9 +305,9 @@ class OperatorSession:
         for event in inputs:
             if isinstance(event, Key):
                 self._take_key(event)
-            elif event is Report.ALIVE:
+            elif event is TerminalReport.ALIVE:
                 self._keyboard.answered(now)
-            elif event is Report.FOCUS_LOST:
+            elif event is TerminalReport.FOCUS_LOST:
                 # The release of a key goes to the window that has the keyboard then.
                 self._keyboard.release_all()
 

@@ -7,11 +7,7 @@ import math
 from robot_sim.arm.arm_plant import ArmPlant
 from robot_sim.arm.clearance import Clearance
 from robot_sim.simulation import Simulation
-from teleop.robot.arm.arm_control import ArmControl
-from teleop.robot.arm.arm_fit import ArmFit
-from teleop.robot.arm.arm_settings import ArmSettings, Permit
-from teleop.robot.arm.arm_state import ArmState
-from teleop.robot.arm.commands import (
+from teleop.robot.arm.arm_commands import (
     Alive,
     Answered,
     ArmTwist,
@@ -22,6 +18,10 @@ from teleop.robot.arm.commands import (
     JointJog,
     TipTarget,
 )
+from teleop.robot.arm.arm_control import ArmControl
+from teleop.robot.arm.arm_fit import ArmFit
+from teleop.robot.arm.arm_settings import ArmSettings, Permit
+from teleop.robot.arm.arm_state import ArmState
 from teleop.robot.inbox import ArmWish
 from teleop.robot.safety.safety import Safety
 from teleop.robot.safety.speed_limits import SpeedLimits

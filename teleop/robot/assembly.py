@@ -1,6 +1,6 @@
 """The composition root: a robot is put together here, for real time, for lockstep and for scenarios.
 
-In real time each process builds its part: ``build_drive`` what drives, ``Gateway`` what talks. In lockstep
+In real time each process builds its part: ``build_drive`` control's, ``Gateway`` the gateway's. In lockstep
 ``build_stepped_robot`` joins the same parts in one thread.
 """
 
@@ -63,7 +63,7 @@ class RobotParts:
 
 
 def build_drive(parts: RobotParts) -> Drive:
-    """Return what drives, as it is in a process of its own."""
+    """Return the drive, as control runs it."""
     simulation = _simulation(parts)
     safety = _safety(parts, simulation)
     return Drive(simulation, safety, arm=_arm(parts, simulation, safety))

@@ -42,6 +42,7 @@ class Serve:
 
         from localization.maps.prepared_map import default_cache
         from teleop.console.browser import NO_BROWSER, open_in_browser
+        from teleop.robot.real_time.process_name import name_process
         from teleop.robot.serve import serve
         from teleop.robot.serving.address import Address
         from teleop.robot.serving.greeting import greeting
@@ -51,6 +52,8 @@ class Serve:
         from teleop.robot.serving.page_invitation import local_page_address
         from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
+        if not config.lockstep:
+            name_process("control")
         config, access = lan_access(config) if config.lan else (config, None)
         asyncio.run(check_options(config))
         world = config.robot.world(self.scene, config.seed)

@@ -1,4 +1,4 @@
-"""What drives: each tick applies the clients' commands, and advances the simulated robot."""
+"""The drive, the heart of control: each tick applies the clients' commands, and advances the simulated robot."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from localization.types import Inertial, Reading
 from robot_sim.simulation import Simulation
-from teleop.robot.arm.commands import REPLACED
+from teleop.robot.arm.arm_commands import REPLACED
 from teleop.robot.attitude_filter import AttitudeFilter
 from teleop.robot.inbox import (
     ArmWish,

@@ -1,4 +1,4 @@
-"""What estimates: the localiser, fed with what the driving side recorded."""
+"""The estimator: the localiser, fed with what control recorded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What talks with a robot's clients: its server and all that it offers, wherever the robot is driven."""
+"""The gateway to a robot's clients: its server and all that it offers, wherever the robot is driven."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ class Gateway:
         self.page = offer_page(self.server.pages, encrypted=self.server.encrypted)
 
     def driven(self, tick: DriveRecord) -> None:
-        """Publish what the driving side did in a tick."""
+        """Publish what control did in a tick."""
         self._stamp = tick.stamp
         self.adapter.driven(tick)
         if self._video is not None:

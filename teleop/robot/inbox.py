@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from localization.types import Hint
 from teleop.joystick import VelocityRequest
-from teleop.robot.arm.commands import Wish
+from teleop.robot.arm.arm_commands import Wish
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -169,7 +169,7 @@ class StepAlive:
 
 @dataclass(frozen=True, slots=True)
 class StepAnswered:
-    """The result of a step has been taken by what talks to its client."""
+    """The result of a step has been taken by the gateway."""
 
     client: str
     """Name of the client."""

@@ -1,4 +1,4 @@
-"""Previews of hints: requests to what estimates, and its answers."""
+"""Previews of hints: requests to the estimator, and its answers."""
 
 from __future__ import annotations
 

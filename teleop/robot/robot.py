@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # imported only where there is an arm
 
 
 class Robot:
-    """What drives and what estimates, one after the other; reads no clock."""
+    """The drive and the estimation, one after the other; reads no clock."""
 
     def __init__(
         self,

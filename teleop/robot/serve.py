@@ -28,12 +28,12 @@ from teleop.robot.assembly import RobotParts, build_drive, build_stepped_robot
 from teleop.robot.inbox import PoseHint
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.real_time.child_process import ChildProcess
-from teleop.robot.real_time.drive_process import DriveProcess
+from teleop.robot.real_time.control_process import ControlProcess
 from teleop.robot.real_time.process_messages import (
-    ESTIMATE_BOUND,
-    TALK_BOUND,
-    EstimateSetup,
-    TalkSetup,
+    ESTIMATOR_BOUND,
+    GATEWAY_BOUND,
+    EstimatorSetup,
+    GatewaySetup,
 )
 from teleop.robot.recording import Recording
 from teleop.robot.serving.address import Address
@@ -47,14 +47,14 @@ if TYPE_CHECKING:  # imported only where there is a camera
     from teleop.robot.real_time.camera_start import CameraStart
 
 
-def start_talk(pictures: int | None = None) -> ChildProcess:
-    """Start the process that talks with clients; ``pictures`` is where those of a camera arrive."""
-    return ChildProcess("teleop.robot.real_time.talk_process", TALK_BOUND, pictures)
+def start_gateway(pictures: int | None = None) -> ChildProcess:
+    """Start the gateway; ``pictures`` is where those of a camera arrive."""
+    return ChildProcess("teleop.robot.real_time.gateway_process", GATEWAY_BOUND, pictures)
 
 
-def start_estimate() -> ChildProcess:
-    """Start the process that localises the robot."""
-    return ChildProcess("teleop.robot.real_time.estimate_process", ESTIMATE_BOUND)
+def start_estimator() -> ChildProcess:
+    """Start the estimator, which localises the robot."""
+    return ChildProcess("teleop.robot.real_time.estimator_process", ESTIMATOR_BOUND)
 
 
 async def serve(
@@ -131,15 +131,15 @@ async def _serve_in_real_time(
     ready: Callable[[Address], None],
     stop: asyncio.Event,
 ) -> float:
-    """Drive in this process; talk and estimate in processes of their own."""
+    """Be the control process; the gateway and the estimator are processes of their own."""
     # They load their libraries while the robot is built here.
     camera = _start_camera(world, config)
     pictures = None if camera is None else camera.link
-    talking, estimating = start_talk(pictures), start_estimate()
+    gateway, estimator = start_gateway(pictures), start_estimator()
     try:
         drive = build_drive(RobotParts.of(world, config))
         simulation = drive.simulation
-        estimate = EstimateSetup(
+        for_estimator = EstimatorSetup(
             cloud,
             simulation.mounts,
             cache,
@@ -148,9 +148,9 @@ async def _serve_in_real_time(
             simulation.world.robot.rolling_radius,
         )
         # Preparing a map may take long; clients connect when all is there.
-        await asyncio.to_thread(estimating.begin(estimate).ready)
+        await asyncio.to_thread(estimator.begin(for_estimator).ready)
         feed = None if camera is None else await asyncio.to_thread(camera.feed, simulation)
-        talk = TalkSetup(
+        for_gateway = GatewaySetup(
             config,
             simulation.world.name,
             _latched(cloud, simulation, None if camera is None else camera.model),
@@ -158,24 +158,24 @@ async def _serve_in_real_time(
             LocalizerConfig().undo_memory,
             None if camera is None else camera.model,
         )
-        process = DriveProcess(
+        process = ControlProcess(
             drive,
-            talking.begin(talk),
-            estimating,
-            restart_talk=lambda: start_talk(pictures).begin(talk),
-            restart_estimate=lambda: start_estimate().begin(replace(estimate, record=None)),
+            gateway.begin(for_gateway),
+            estimator,
+            restart_gateway=lambda: start_gateway(pictures).begin(for_gateway),
+            restart_estimator=lambda: start_estimator().begin(replace(for_estimator, record=None)),
             camera=feed,
         )
     except BaseException:
         if camera is not None:
             camera.kill()
-        talking.kill()
-        estimating.kill()
+        gateway.kill()
+        estimator.kill()
         raise
     try:
         address = await asyncio.to_thread(process.ready)
         # A server that is started again listens where clients know it.
-        talk = replace(talk, config=replace(config, port=address.port))
+        for_gateway = replace(for_gateway, config=replace(config, port=address.port))
         if not config.lost:
             process.post(_start_pose(simulation))
         _on_hangup(process.read_tokens)

@@ -91,7 +91,7 @@ class StepReport:
     ended: tuple[StepResult, ...] = ()
     """Results of this tick, in the order of the steps."""
     unanswered: tuple[StepResult, ...] = ()
-    """Results that what talks has not confirmed yet, with those of this tick: no lost record loses one."""
+    """Results that the gateway has not confirmed yet, with those of this tick: no lost record loses one."""
 
 
 NO_STEPS: Final = StepReport()

@@ -26,7 +26,7 @@ class SteppedRobot:
 
         Args:
             robot: The robot.
-            gateway: What talks with its clients.
+            gateway: The gateway to its clients.
             observers: Called with the record of each tick.
         """
         self.robot, self.gateway, self.adapter = robot, gateway, gateway.adapter

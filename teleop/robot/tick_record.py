@@ -58,7 +58,7 @@ NO_PACING: Final = Pacing()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveRecord:
-    """What the driving side knows about one tick; the only value that carries ground truth."""
+    """What control knows about one tick; the only value that carries ground truth."""
 
     stamp: int
     """Simulated time at the end of the tick [ns]."""
@@ -125,7 +125,7 @@ class TickRecord:
     """Everything that is known about one tick, where one process drives and estimates."""
 
     drive: DriveRecord
-    """What the driving side knows."""
+    """What control knows."""
     estimation: EstimateRecord
     """What the localiser made of it."""
 

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from localization.evaluation.statistics import Statistics
+from localization.evaluation.error_statistics import Statistics
 from localization.evaluation.trajectory import Trajectory
 from localization.evaluation.trajectory_errors import align, ate
 from localization.geometry import FloatArray

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from localization.maps.cloud import Cloud
 from robot_sim import load_world, scene_names
-from robot_sim.survey.rendering import Camera, render_world
+from robot_sim.survey.rendering import Viewpoint, render_world
 from robot_sim.worlds.world import World
 from teleop.scene_clouds import load_scene_cloud
 
@@ -33,23 +33,23 @@ _HIDDEN: Final[dict[str, tuple[str, ...]]] = {
 }
 """Geoms that would hide the scene from the camera."""
 _CAMERAS: Final = {
-    "corridor": Camera((13.0, 4.0, 0.0), 19.0, math.radians(8.0), math.radians(24.0)),
-    "warehouse": Camera((27.5, 16.0, 1.0), 50.0, math.radians(72.0), math.radians(40.0)),
-    "courtyard": Camera((20.0, 13.5, 0.5), 40.0, math.radians(80.0), math.radians(42.0)),
-    "glasshouse": Camera((20.0, 10.8, 1.0), 31.0, math.radians(76.0), math.radians(42.0)),
+    "corridor": Viewpoint((13.0, 4.0, 0.0), 19.0, math.radians(8.0), math.radians(24.0)),
+    "warehouse": Viewpoint((27.5, 16.0, 1.0), 50.0, math.radians(72.0), math.radians(40.0)),
+    "courtyard": Viewpoint((20.0, 13.5, 0.5), 40.0, math.radians(80.0), math.radians(42.0)),
+    "glasshouse": Viewpoint((20.0, 10.8, 1.0), 31.0, math.radians(76.0), math.radians(42.0)),
 }
 _OVERHEAD: Final = math.radians(62.0)
 
 
-def camera_for(world: World) -> Camera:
+def camera_for(world: World) -> Viewpoint:
     """Return the camera of a world: chosen by hand, or one above all of it."""
     x0, y0, x1, y1 = world.bounds
     middle = (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0)
     far = 1.05 * max(x1 - x0, 1.5 * (y1 - y0))
-    return _CAMERAS.get(world.name, Camera(middle, far, 0.5 * math.pi, _OVERHEAD))
+    return _CAMERAS.get(world.name, Viewpoint(middle, far, 0.5 * math.pi, _OVERHEAD))
 
 
-def draw_cloud(cloud: Cloud, camera: Camera, *, highest: float) -> npt.NDArray[np.uint8]:
+def draw_cloud(cloud: Cloud, camera: Viewpoint, *, highest: float) -> npt.NDArray[np.uint8]:
     """Return a cloud as seen by a camera, coloured by height, (height, width, 3).
 
     Args:

@@ -14,13 +14,13 @@ import pytest
 from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.servo import Resolution
 from robot_sim.arm.servo_board import COUNTS, counts_of, tenths_of
-from robot_sim.arm.servo_firmware import Firmware, checked, decimal
+from robot_sim.arm.servo_firmware import ServoFirmware, checked, decimal
 
 ROOT = Path(__file__).resolve().parents[2]
 SKETCH = ROOT / "examples/servo_board/servo_board.ino"
 SHIM = Path(__file__).with_name("servo_board")
 TABLE = load_arm()
-LOWER = Firmware(TABLE).lower
+LOWER = ServoFirmware(TABLE).lower
 
 pytestmark = [
     pytest.mark.process,
@@ -103,7 +103,7 @@ def test_the_sketch_answers_and_moves_as_the_simulated_board(
     compiled: tuple[Path, bool, Resolution],
 ) -> None:
     program, feedback, resolution = compiled
-    rng, board = random.Random(7), Firmware(TABLE, resolution, feedback=feedback)
+    rng, board = random.Random(7), ServoFirmware(TABLE, resolution, feedback=feedback)
     shares = [rng.random() for _ in range(6)]
     lines = moved = 0
     with running(program) as sketch:

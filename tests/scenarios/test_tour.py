@@ -11,14 +11,14 @@ import pytest
 from localization.evaluation.trajectory import EmptyTrajectoryError
 from localization.evaluation.tum_file import read_tum
 from teleop.scenario.files.faults import WheelSlip
-from teleop.scenario.tour.drive import Driven, drive_tour
+from teleop.scenario.tour.drive import DrivenTour, drive_tour
 from teleop.scenario.tour.options import TourOptions, tour_scenario
 from tests.teleop.scenario.tour.support import in_memory
 
 pytestmark = [pytest.mark.slow, pytest.mark.untraced, pytest.mark.timeout(600)]
 
 
-def drive(options: TourOptions, folder: Path) -> Driven:
+def drive(options: TourOptions, folder: Path) -> DrivenTour:
     return drive_tour(in_memory(options), folder, picture=False)
 
 

@@ -19,7 +19,7 @@ from localization.evaluation.tum_file import read_tum
 from localization.logs.mcap_log import read_log
 from teleop.operator.operator_client import TOPICS
 from teleop.robot.topics.topic_table import OUTPUTS
-from teleop.scenario.tour.drive import Driven, drive_tour
+from teleop.scenario.tour.drive import DrivenTour, drive_tour
 from teleop.scenario.tour.options import TourOptions, tour_scenario
 from teleop.scenario.tour.report import summary_table
 from teleop.scenario.tour.summary import read_summary
@@ -36,7 +36,7 @@ def drive(
     *,
     camera: str | None = None,
     progress: Callable[[float, str], None] = lambda share, text: None,
-) -> Driven:
+) -> DrivenTour:
     scenario, _ = tour_scenario(options)
     return drive_tour(scenario, folder, camera=camera, picture=False, progress=progress)
 

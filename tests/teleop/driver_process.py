@@ -6,8 +6,8 @@ import asyncio
 import sys
 
 from localization.types import Twist
-from teleop.interfaces import registry
 from teleop.joystick import JoystickLayout, write_joy
+from teleop.ros_types import registry
 from teleop.rosbridge.client.client import Client
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from localization.types import IntArray
 from robot_sim.array_types import BoolArray, FloatArray
-from robot_sim.cameras.look.decals import SHADOW, Decal
+from robot_sim.cameras.look.ground_decals import SHADOW, Decal
 from robot_sim.cameras.look.mesh_groups import MeshGroups
 from robot_sim.cameras.look.own_materials import OwnMaterials
 from robot_sim.cameras.look.sky_and_lights import add_lights, add_sky

@@ -26,7 +26,7 @@ from teleop.bridges.kafka.telemetry import (
 from teleop.bridges.kafka.topics import make_topics, partition_of
 from teleop.bridges.secret_files import read_secret, trust
 from teleop.console.lan.state_files import state_folder
-from teleop.interfaces import registry
+from teleop.ros_types import registry
 from teleop.rosbridge import Client
 
 Say = Callable[[str], object]

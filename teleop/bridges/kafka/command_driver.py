@@ -12,7 +12,7 @@ from teleop.bridges.kafka.commands_in_log import Command, Loss
 from teleop.bridges.kafka.journal import Journal
 from teleop.bridges.kafka.log_reader import LogReader
 from teleop.bridges.kafka.results import Result
-from teleop.bridges.kafka.robot_link import NotSentError, Outcome, RobotLink
+from teleop.bridges.kafka.robot_link import CommandOutcome, NotSentError, RobotLink
 from teleop.clock import unix_seconds
 from teleop.step_commands.commands import Step, StepCommand
 from teleop.step_commands.errors import StepCommandError
@@ -86,33 +86,35 @@ class CommandDriver:
             self._interrupted = None
             sizes, _ = self._read(command)
             why = "the bridge was ended while the command was carried out"
-            await self._end(command, Outcome(results.INTERRUPTED, why), sizes)
+            await self._end(command, CommandOutcome(results.INTERRUPTED, why), sizes)
             return
         sizes, steps = self._read(command)
-        if isinstance(steps, Outcome):
+        if isinstance(steps, CommandOutcome):
             await self._end(command, steps, self._sizes)
         elif not steps:
-            await self._end(command, Outcome(results.SET), sizes)
+            await self._end(command, CommandOutcome(results.SET), sizes)
         else:
             await self._end(command, await self._carry_out(command, steps), sizes)
 
-    def _read(self, command: Command) -> tuple[StepSizes, tuple[StepCommand, ...] | Outcome]:
+    def _read(self, command: Command) -> tuple[StepSizes, tuple[StepCommand, ...] | CommandOutcome]:
         """Return the sizes from now on and what is to be done, or why nothing is."""
         try:
             return read_turtle_control(command.value or b"", self._sizes)
         except StepCommandError as error:
-            return self._sizes, Outcome(results.INVALID, str(error))
+            return self._sizes, CommandOutcome(results.INVALID, str(error))
 
-    async def _carry_out(self, command: Command, steps: tuple[StepCommand, ...]) -> Outcome:
+    async def _carry_out(self, command: Command, steps: tuple[StepCommand, ...]) -> CommandOutcome:
         begun = False
         while True:
             await self._reachable()
             if (why := self._too_old(command)) is not None:
-                return Outcome(results.TOO_OLD, why)
+                return CommandOutcome(results.TOO_OLD, why)
             if not begun and command.mark.digest in self._journal.state.driven_before:
-                return Outcome(results.REPEATED, "it was driven before the log began again")
+                return CommandOutcome(results.REPEATED, "it was driven before the log began again")
             if command.offset < self._skip_before:
-                return Outcome(results.SKIPPED, "it was waiting when a step before it ended badly")
+                return CommandOutcome(
+                    results.SKIPPED, "it was waiting when a step before it ended badly"
+                )
             if not begun:
                 await self._journal.begin(command.offset, command.mark)
                 begun = True
@@ -121,9 +123,9 @@ class CommandDriver:
             except NotSentError:
                 await asyncio.sleep(0.05)
 
-    async def _send(self, steps: tuple[StepCommand, ...]) -> Outcome:
+    async def _send(self, steps: tuple[StepCommand, ...]) -> CommandOutcome:
         """Have the robot do all of a command; what follows a part that is not done is left."""
-        total = Outcome(results.DONE)
+        total = CommandOutcome(results.DONE)
         for number, step in enumerate(steps):
             try:
                 done = await (
@@ -132,9 +134,11 @@ class CommandDriver:
             except NotSentError:
                 if number == 0:
                     raise
-                done = Outcome(results.INTERRUPTED, "the robot was lost before all of it was done")
+                done = CommandOutcome(
+                    results.INTERRUPTED, "the robot was lost before all of it was done"
+                )
             message = "; ".join(filter(None, (total.message, done.message)))
-            total = Outcome(
+            total = CommandOutcome(
                 done.outcome, message, total.distance + done.distance, total.angle + done.angle
             )
             if done.outcome != results.DONE:
@@ -160,7 +164,7 @@ class CommandDriver:
             return f"its time is {-age:.1f} s ahead of this machine's clock"
         return None
 
-    async def _end(self, command: Command, outcome: Outcome, sizes: StepSizes) -> None:
+    async def _end(self, command: Command, outcome: CommandOutcome, sizes: StepSizes) -> None:
         if outcome.outcome not in (*_NO_HINDRANCE, *_NOT_DRIVEN):
             # Whoever sent what is there by now could not know of it.  # words: ok
             self._skip_before = self._reader.end

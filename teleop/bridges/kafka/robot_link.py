@@ -35,7 +35,7 @@ class NotSentError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class CommandOutcome:
     """What became of a step or a photograph."""
 
     outcome: str
@@ -85,7 +85,7 @@ class RobotLink:
                 continue
             self._check(session)
 
-    async def move(self, step: Step) -> Outcome:
+    async def move(self, step: Step) -> CommandOutcome:
         """Drive a step and return what became of it.
 
         Raises:
@@ -103,17 +103,17 @@ class RobotLink:
         except ClientError:
             raise NotSentError from None
         except GoalLostError as error:
-            return Outcome(results.INTERRUPTED, str(error))
+            return CommandOutcome(results.INTERRUPTED, str(error))
         except GoalRejectedError as error:
-            return Outcome(results.REFUSED, str(error))
+            return CommandOutcome(results.REFUSED, str(error))
         values = result.values
-        return Outcome(
+        return CommandOutcome(
             str(values.get("outcome") or results.REFUSED),
             str(values.get("message", "")),
             *(_number(values.get("distance")), _number(values.get("angle"))),
         )
 
-    async def photograph(self) -> Outcome:
+    async def photograph(self) -> CommandOutcome:
         """Have a photograph taken; return its name as the message.
 
         Raises:
@@ -125,9 +125,11 @@ class RobotLink:
             values = await self.client.call(PHOTO, timeout=PHOTO_TIMEOUT)
         except ServiceCallError as error:
             lost = "connection lost" in str(error) or "no response" in str(error)
-            return Outcome(results.INTERRUPTED if lost else results.REFUSED, str(error))
+            return CommandOutcome(results.INTERRUPTED if lost else results.REFUSED, str(error))
         good = values.get("success") is not False
-        return Outcome(results.DONE if good else results.REFUSED, str(values.get("message", "")))
+        return CommandOutcome(
+            results.DONE if good else results.REFUSED, str(values.get("message", ""))
+        )
 
     def _check(self, session: dict[str, Any]) -> None:
         if session.get("tokens") and session.get("role") == "admin":

@@ -13,7 +13,7 @@ from teleop.bridges.seldom import Seldom
 from teleop.bridges.servos.bridge_config import ServoBridgeConfig
 from teleop.bridges.servos.serial_board import SerialBoard
 from teleop.bridges.servos.servo_lines import Angles, Answer, Refusal, joint_line
-from teleop.interfaces import registry
+from teleop.ros_types import registry
 from teleop.rosbridge import Client, ConnectionState
 
 JOINT_DEGREES: Final = "/arm/joint_degrees"

@@ -34,7 +34,7 @@ class Key:
     """What happened to it."""
 
 
-class Report(Enum):
+class TerminalReport(Enum):
     """What a terminal says of itself."""
 
     KITTY = "kitty keyboard protocol"
@@ -49,7 +49,7 @@ class Report(Enum):
     """Its window has the keyboard again."""
 
 
-Input: TypeAlias = Key | Report
+Input: TypeAlias = Key | TerminalReport
 
 _SEQUENCE: Final = re.compile(r"\x1b\[([?<>=]?)([0-9;:]*)([ -/]*)([@-~])|\x1bO([A-DM])")
 _PREFIX: Final = re.compile(r"\x1b(\[[?<>=]?[0-9;:]*[ -/]*|O)?\Z")
@@ -105,13 +105,13 @@ def _decoded(match: re.Match[str]) -> list[Input]:
     if keypad is not None:
         return [Key(_ARROWS.get(keypad, "enter"))]
     if private == "?" and final in "uc":
-        return [Report.KITTY if final == "u" else Report.ATTRIBUTES]
+        return [TerminalReport.KITTY if final == "u" else TerminalReport.ATTRIBUTES]
     if private:
         return []
     if final in "IO":
-        return [Report.FOCUS_GAINED if final == "I" else Report.FOCUS_LOST]
+        return [TerminalReport.FOCUS_GAINED if final == "I" else TerminalReport.FOCUS_LOST]
     if final == "n" and numbers in ("0", "3"):
-        return [Report.ALIVE]
+        return [TerminalReport.ALIVE]
     fields = [[int(n or 0) for n in field.split(":")] for field in numbers.split(";")]
     modifiers, event = 0, KeyEvent.PRESS
     if len(fields) > 1:

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Final
 
-from teleop.operator.controls.key_events import Input, KeyDecoder, Report
+from teleop.operator.controls.key_events import Input, KeyDecoder, TerminalReport
 
 ASK_KITTY: Final = b"\x1b[?u\x1b[c"
 """Asks for the kitty keyboard protocol, and for the attributes, which every terminal answers."""
@@ -77,7 +77,7 @@ class Terminal:
             self.write(_LEAVE_SCREEN)
 
     def ask_alive(self) -> None:
-        """Ask for a sign of life; ``Report.ALIVE`` answers."""
+        """Ask for a sign of life; ``TerminalReport.ALIVE`` answers."""
         self.write(ASK_ALIVE)
 
 
@@ -132,7 +132,7 @@ def _has_kitty(terminal: Terminal) -> bool:
             reports = terminal.read()
         except EOFError:
             break
-        found = found or Report.KITTY in reports
-        if Report.ATTRIBUTES in reports:
+        found = found or TerminalReport.KITTY in reports
+        if TerminalReport.ATTRIBUTES in reports:
             break
     return found

@@ -14,11 +14,7 @@ from robot_sim.arm.arm_table import ArmTable
 from robot_sim.arm.clearance import Clearance, Near
 from robot_sim.arm.kinematics import Kinematics
 from robot_sim.arm.load import Load, LoadWatch
-from teleop.robot.arm.arm_fit import ArmFit
-from teleop.robot.arm.arm_settings import ArmCommand, ArmSettings, Permit
-from teleop.robot.arm.arm_state import ArmMode, ArmState
-from teleop.robot.arm.arm_words import MODES, WAYS_OUT, servo_code
-from teleop.robot.arm.commands import (
+from teleop.robot.arm.arm_commands import (
     Goal,
     GripperGoal,
     Hand,
@@ -26,8 +22,12 @@ from teleop.robot.arm.commands import (
     Trajectory,
     slowed,
 )
+from teleop.robot.arm.arm_fit import ArmFit
+from teleop.robot.arm.arm_settings import ArmCommand, ArmSettings, Permit
+from teleop.robot.arm.arm_state import ArmMode, ArmState
+from teleop.robot.arm.arm_words import MODES, WAYS_OUT, servo_code
 from teleop.robot.arm.goal_desk import GoalDesk, OpenGoal
-from teleop.robot.arm.goal_results import Outcome
+from teleop.robot.arm.goal_results import GoalOutcome
 from teleop.robot.arm.goal_runner import GoalRunner
 from teleop.robot.arm.gripper import GripperControl
 from teleop.robot.arm.hand_control import HandControl, HandStep
@@ -100,7 +100,7 @@ class ArmControl:
             share: Of the speed that is allowed, for commands that come late.
         """
         if stream.engaged:
-            self._desk.end_arm(Outcome.CANCELLED, "its client moves the arm by hand")
+            self._desk.end_arm(GoalOutcome.CANCELLED, "its client moves the arm by hand")
             self._stream, self._share, self._client = slowed(stream, share), share, client
         if isinstance(stream, Hand) and stream.engaged and self._desk.gripper is None:
             self._gripper.pull(stream.trigger)
@@ -129,7 +129,7 @@ class ArmControl:
 
     def halt(self, reason: str) -> None:
         """Stop and hold, whatever moves the arm."""
-        self._end(reason, Outcome.CANCELLED)
+        self._end(reason, GoalOutcome.CANCELLED)
 
     def confirm(self, client: str, held: bool, arrival: int) -> None:
         """Note that the driver confirms a motion that runs only while it does, or does not any more."""
@@ -144,7 +144,7 @@ class ArmControl:
         self._desk.alive(client, arrival, age)
 
     def answered(self, number: int) -> None:
-        """Forget a result that what talks has taken."""
+        """Forget a result that the gateway has taken."""
         self._desk.answered(number)
 
     def disconnected(self, client: str) -> None:
@@ -152,8 +152,8 @@ class ArmControl:
         self._desk.disconnected(client)
 
     def server_lost(self) -> None:
-        """Stop; what talks has ended, and with it all its clients."""
-        self._end("the server has ended", Outcome.SILENT)
+        """Stop; the gateway has ended, and with it all its clients."""
+        self._end("the server has ended", GoalOutcome.SILENT)
         self._desk.forget()
 
     # What the arm does
@@ -198,7 +198,7 @@ class ArmControl:
         grip = self._gripper.measure(reading.opening, reading.grip_force)
         if self._desk.gripper is not None and (grip.reached or grip.stalled):
             words = "" if grip.reached else f"stalled at {1e3 * grip.opening:.1f} mm"
-            self._desk.end_gripper(Outcome.DONE, words, grip)
+            self._desk.end_gripper(GoalOutcome.DONE, words, grip)
         finding = self._step.finding
         hindered = self._stream is not None and finding.hindrance is not Hindrance.NONE
         self._rumble.tick(frozenset(reading.touching), reading.held, hindered=hindered)
@@ -272,7 +272,7 @@ class ArmControl:
             outcome, words = end
             self._desk.end_arm(outcome, words)
             self._client, self._offer = "", CLEAR
-            good = outcome in (Outcome.DONE, Outcome.PREVIEWED)
+            good = outcome in (GoalOutcome.DONE, GoalOutcome.PREVIEWED)
             self._mode = ArmMode.IDLE if good else ArmMode.HELD
             self._reason = words or "arrived"
 
@@ -290,7 +290,7 @@ class ArmControl:
     def _give_way(self) -> None:
         """Bring joints that bear too much past where they are, and end what moved the arm."""
         moved = self._stream is not None or self._desk.arm is not None
-        self._end(self._load.words, Outcome.BLOCKED)
+        self._end(self._load.words, GoalOutcome.BLOCKED)
         if moved:
             self.stopped = self._load.words
         giving = np.array(self._load.giving_way)
@@ -311,27 +311,29 @@ class ArmControl:
             if each is None:
                 continue
             if permit.estop:
-                end(Outcome.E_STOP, f"e-stop by {permit.estop}")
+                end(GoalOutcome.E_STOP, f"e-stop by {permit.estop}")
             elif permit.controller != each.client:
                 silent = not permit.controller
                 who = permit.controller or "nobody"
-                end(Outcome.SILENT if silent else Outcome.TAKEN_OVER, f"{who} has the robot")
+                end(
+                    GoalOutcome.SILENT if silent else GoalOutcome.TAKEN_OVER, f"{who} has the robot"
+                )
             elif silence := each.silence(now, patience):
-                end(Outcome.SILENT, silence)
+                end(GoalOutcome.SILENT, silence)
             elif each.cancelled:
-                end(Outcome.CANCELLED, "cancelled by its client")
+                end(GoalOutcome.CANCELLED, "cancelled by its client")
 
-    def _end_arm_goal(self, outcome: Outcome, message: str) -> None:
+    def _end_arm_goal(self, outcome: GoalOutcome, message: str) -> None:
         self._desk.end_arm(outcome, message)
-        cancelled = outcome is Outcome.CANCELLED
+        cancelled = outcome is GoalOutcome.CANCELLED
         self._mode = ArmMode.IDLE if cancelled else ArmMode.HELD
         self._reason = message
 
-    def _end_grip(self, outcome: Outcome, message: str) -> None:
+    def _end_grip(self, outcome: GoalOutcome, message: str) -> None:
         self._gripper.stop()
         self._desk.end_gripper(outcome, message, self._gripper.grip)
 
-    def _end(self, reason: str, outcome: Outcome) -> None:
+    def _end(self, reason: str, outcome: GoalOutcome) -> None:
         """End whatever moves the arm."""
         self._desk.end_arm(outcome, reason)
         self._stream, self._client = None, ""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from localization.types import Pose
 from robot_sim.arm.arm_table import ArmTable, load_arm
 
-if TYPE_CHECKING:  # what talks to clients loads no simulation
+if TYPE_CHECKING:  # the gateway loads no simulation
     from robot_sim import World
 
 

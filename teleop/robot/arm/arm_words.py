@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from teleop.robot.arm.arm_commands import ArmTwist, Hand, JointJog, Stream, TipTarget
 from teleop.robot.arm.arm_state import ArmMode, ServoCode
-from teleop.robot.arm.commands import ArmTwist, Hand, JointJog, Stream, TipTarget
 from teleop.robot.arm.hand_control import HandStep
 from teleop.robot.arm.hindrance import Hindrance
 

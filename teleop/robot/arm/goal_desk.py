@@ -8,19 +8,19 @@ from dataclasses import dataclass
 from typing import Final
 
 from localization.types import SECOND
-from teleop.robot.arm.commands import Goal, GripperGoal
+from teleop.robot.arm.arm_commands import Goal, GripperGoal
 from teleop.robot.arm.goal_results import (
     NO_PATH,
+    GoalOutcome,
     GoalProgress,
     GoalReport,
     GoalResult,
     Grip,
-    Outcome,
     TimedPath,
 )
 
 _MAX_UNANSWERED: Final = 1000
-"""Results that are kept for what talks; so many wait only if it takes none."""
+"""Results that are kept for the gateway; so many wait only if it takes none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,17 +83,17 @@ class GoalDesk:
         """Begin a goal; one that is under way is cancelled for it."""
         new = OpenGoal(client, goal, now, age)
         if isinstance(goal, GripperGoal):
-            self.end_gripper(Outcome.CANCELLED, "a newer goal took its place")
+            self.end_gripper(GoalOutcome.CANCELLED, "a newer goal took its place")
             self.gripper = new
         else:
-            self.end_arm(Outcome.CANCELLED, "a newer goal took its place")
+            self.end_arm(GoalOutcome.CANCELLED, "a newer goal took its place")
             self.arm = new
 
     def refuse(self, client: str, goal: Goal, why: str) -> None:
         """Answer a goal that is not begun."""
-        self._unanswered.append(GoalResult(client, goal.number, Outcome.REFUSED, why))
+        self._unanswered.append(GoalResult(client, goal.number, GoalOutcome.REFUSED, why))
 
-    def end_arm(self, outcome: Outcome, message: str = "") -> None:
+    def end_arm(self, outcome: GoalOutcome, message: str = "") -> None:
         """Answer the goal that moves the arm, if there is one."""
         if (ended := self.arm) is not None:
             self.arm = None
@@ -101,7 +101,9 @@ class GoalDesk:
                 GoalResult(ended.client, ended.goal.number, outcome, message, ended.path)
             )
 
-    def end_gripper(self, outcome: Outcome, message: str = "", grip: Grip | None = None) -> None:
+    def end_gripper(
+        self, outcome: GoalOutcome, message: str = "", grip: Grip | None = None
+    ) -> None:
         """Answer the goal of the gripper, if there is one."""
         if (ended := self.gripper) is not None:
             self.gripper = None
@@ -122,7 +124,7 @@ class GoalDesk:
                 each.alive, each.age = max(each.alive, arrival), age
 
     def answered(self, number: int) -> None:
-        """Forget a result that what talks has taken."""
+        """Forget a result that the gateway has taken."""
         self._keep(lambda result: result.number != number)
 
     def disconnected(self, client: str) -> None:
@@ -130,7 +132,7 @@ class GoalDesk:
         self._keep(lambda result: result.client != client)
 
     def forget(self) -> None:
-        """Forget everything: what talks has ended, and with it all its clients."""
+        """Forget everything: the gateway has ended, and with it all its clients."""
         self.arm = self.gripper = None
         self._unanswered.clear()
 

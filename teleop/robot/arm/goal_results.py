@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
-from teleop.robot.arm.commands import Five
+from teleop.robot.arm.arm_commands import Five
 
 
-class Outcome(StrEnum):
+class GoalOutcome(StrEnum):
     """How a goal ended."""
 
     DONE = "done"
@@ -74,7 +74,7 @@ class GoalResult:
     """Name of the client."""
     number: int
     """Number of the goal."""
-    outcome: Outcome
+    outcome: GoalOutcome
     """How it ended."""
     message: str = ""
     """Why, for people; empty if there is nothing to say."""
@@ -107,7 +107,7 @@ class GoalReport:
     moving: tuple[GoalProgress, ...] = ()
     """Goals under way: at most one of the arm and one of the gripper."""
     unanswered: tuple[GoalResult, ...] = ()
-    """Results that what talks has not confirmed yet: no lost record loses one."""
+    """Results that the gateway has not confirmed yet: no lost record loses one."""
 
 
 NO_GOALS: Final = GoalReport()

@@ -13,11 +13,11 @@ from localization.types import Pose
 from robot_sim.arm.arm_table import MotionLimits
 from robot_sim.arm.clearance import Clearance
 from robot_sim.arm.kinematics import Kinematics
+from teleop.robot.arm.arm_commands import TOOL_FRAME, Five, Goal, Move, Trajectory, WayOut
 from teleop.robot.arm.arm_fit import ArmFit
-from teleop.robot.arm.commands import TOOL_FRAME, Five, Goal, Move, Trajectory, WayOut
 from teleop.robot.arm.courses import Course, CourseError, planned, timed
 from teleop.robot.arm.goal_desk import OpenGoal
-from teleop.robot.arm.goal_results import Outcome, TimedPath
+from teleop.robot.arm.goal_results import GoalOutcome, TimedPath
 from teleop.robot.arm.hindrance import Finding
 from teleop.robot.arm.limits import JerkLimiter, Motion
 from teleop.robot.arm.planner import NoPlan, Planning
@@ -42,7 +42,7 @@ _STRIDE: Final = math.radians(1.0)
 _STRIDES: Final = 30
 """Largest number of them."""
 
-End = tuple[Outcome, str]
+End = tuple[GoalOutcome, str]
 """How a goal ended, and why."""
 
 
@@ -124,24 +124,27 @@ class GoalRunner:
                 points = np.array(goal.positions)
                 course = timed(goal.times, points, standing, self._table)
             except CourseError as error:
-                return Outcome.REFUSED, str(error)
+                return GoalOutcome.REFUSED, str(error)
             active.run = Run(course, self._clearance, tick=self._tick)
             return None
         opened.state, self.reason = "planning", "looks for a way"
         if active.planning is None:
             goals = self._goals(goal, standing, offer)
             if isinstance(goals, str):
-                return Outcome.UNREACHABLE, goals
+                return GoalOutcome.UNREACHABLE, goals
             active.planning = Planning(self._clearance, standing, goals)
         found = active.planning.advance()
         if isinstance(found, NoPlan):
-            return Outcome.UNREACHABLE if found.unreachable else Outcome.NO_PATH, found.reason
+            return (
+                GoalOutcome.UNREACHABLE if found.unreachable else GoalOutcome.NO_PATH,
+                found.reason,
+            )
         if found is not None:
             course = planned(found.way, self._slow)
             active.run = Run(course, self._clearance, tick=self._tick)
             opened.path = _shown(active.run)
             if isinstance(goal, Move) and goal.preview:
-                return Outcome.PREVIEWED, ""
+                return GoalOutcome.PREVIEWED, ""
         return None
 
     def _follow(
@@ -161,9 +164,9 @@ class GoalRunner:
         if step.blocked:
             self.reason = step.blocked
         if active.blocked >= _BLOCKED:
-            return step.motion, (Outcome.BLOCKED, step.blocked)
+            return step.motion, (GoalOutcome.BLOCKED, step.blocked)
         if off := self._off_path(active.goal, step.motion.angles, measured):
-            return step.motion, (Outcome.OFF_PATH, off)
+            return step.motion, (GoalOutcome.OFF_PATH, off)
         if not step.done:
             return step.motion, None
         return step.motion, self._arrive(active, measured, run.course)
@@ -182,11 +185,11 @@ class GoalRunner:
             if active.settling < patience:
                 return None
             k = int(off.argmax())
-            return Outcome.OFF_GOAL, self._words(k, measured[k] - end[k], tolerance[k])
+            return GoalOutcome.OFF_GOAL, self._words(k, measured[k] - end[k], tolerance[k])
         moved = math.inf if before is None else float(np.abs(measured - before).max())
         if active.settling < _SETTLING and moved > _SETTLED * self._tick:
             return None
-        return Outcome.DONE, course.note
+        return GoalOutcome.DONE, course.note
 
     def _off_path(self, goal: Goal, wanted: FloatArray, measured: FloatArray) -> str:
         if not isinstance(goal, Trajectory):

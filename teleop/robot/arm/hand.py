@@ -14,7 +14,7 @@ import numpy as np
 
 from localization.geometry import FloatArray, rotation_from_euler
 from localization.types import SECOND, Pose
-from teleop.robot.arm.commands import BASE_FRAMES, Hand
+from teleop.robot.arm.arm_commands import BASE_FRAMES, Hand
 from teleop.robot.arm.reach import Target
 from teleop.robot.arm.steady import SteadyPose
 

@@ -11,7 +11,7 @@ from localization.types import Pose
 from robot_sim.arm.arm_table import JOINTS, ArmTable
 from robot_sim.arm.clearance import Clearance
 from robot_sim.arm.kinematics import Kinematics
-from teleop.robot.arm.commands import JointJog, Stream
+from teleop.robot.arm.arm_commands import JointJog, Stream
 from teleop.robot.arm.follow import Follower
 from teleop.robot.arm.hand import Grip
 from teleop.robot.arm.hindrance import CLEAR, Diagnosis, Finding, Hindrance

@@ -52,7 +52,7 @@ class NoPlan:
     """For people."""
 
 
-Outcome = Plan | NoPlan
+PlanOutcome = Plan | NoPlan
 
 
 class Planning:
@@ -80,9 +80,9 @@ class Planning:
         self._limit = limit
         self._search = self._sought(start, goals, np.random.default_rng(seed))
         self._used = 0
-        self._outcome: Outcome | None = None
+        self._outcome: PlanOutcome | None = None
 
-    def advance(self, checks: int = CHECKS) -> Outcome | None:
+    def advance(self, checks: int = CHECKS) -> PlanOutcome | None:
         """Search on with so many checks; return what was found, or None if it is not over."""
         if self._outcome is None:
             before = self._clearance.checks
@@ -100,7 +100,7 @@ class Planning:
 
     def _sought(
         self, start: FloatArray, goals: FloatArray, chance: np.random.Generator
-    ) -> Generator[None, None, Outcome]:
+    ) -> Generator[None, None, PlanOutcome]:
         for _ in range(_AGAIN):
             changes = self._clearance.changes
             found = yield from self._once(start, goals, chance)

@@ -9,7 +9,7 @@ import numpy as np
 
 from localization.geometry import FloatArray, so3_exp
 from localization.types import Pose
-from teleop.robot.arm.commands import TOOL_FRAME, ArmTwist, Hand, TipTarget
+from teleop.robot.arm.arm_commands import TOOL_FRAME, ArmTwist, Hand, TipTarget
 from teleop.robot.arm.hand import Clutch
 from teleop.robot.arm.reach import Target
 

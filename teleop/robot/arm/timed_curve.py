@@ -45,10 +45,12 @@ class TimedCurve:
         lasting = np.maximum(
             np.diff(times), np.abs(np.diff(points, axis=0)).max(axis=1) / limits.speed
         )
+        # Each stretch takes at least as long as its fastest joint needs.
         slower = np.concatenate(([0.0], np.cumsum(lasting)))
         for width in _WIDTHS:
             self._smooth(slower, points, width)
             speed, acceleration, jerk = self._peaks()
+            # Played at a rate r, accelerations are r^2 and jerks r^3 times as large.
             rate = min(
                 1.0,
                 (_ACCELERATION_SHARE * limits.acceleration / acceleration) ** 0.5,

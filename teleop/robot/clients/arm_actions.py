@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 from robot_sim.arm.arm_table import ArmTable
-from teleop.robot.arm.commands import Goal as ArmGoal
-from teleop.robot.arm.goal_results import GoalResult, Grip, Outcome
+from teleop.robot.arm.arm_commands import Goal as ArmGoal
+from teleop.robot.arm.goal_results import GoalOutcome, GoalResult, Grip
 from teleop.robot.clients.arm_input_messages import read_gripper, read_move, read_trajectory
 from teleop.robot.clients.arm_requests import ArmRequests, Report
 from teleop.robot.topics.arm_messages import BASE, point, trajectory
@@ -20,7 +20,7 @@ from teleop.rosbridge.graph.goals import Goal
 from teleop.rosbridge.protocol.protocol import Protocol
 
 _INVALID_GOAL: Final = -1
-_CODES: Final = {Outcome.DONE: 0, Outcome.OFF_PATH: -4, Outcome.OFF_GOAL: -5}
+_CODES: Final = {GoalOutcome.DONE: 0, GoalOutcome.OFF_PATH: -4, GoalOutcome.OFF_GOAL: -5}
 """``error_code`` of ``control_msgs/FollowJointTrajectory``; all other ends have no code of their own there."""
 
 
@@ -143,9 +143,9 @@ def _grip_values(grip: Grip | None) -> dict[str, Any]:
 
 def _end(goal: Goal, result: GoalResult, values: Mapping[str, Any]) -> None:
     """End a goal with its result; one that was refused says so instead, as a server that rejects it does."""
-    if result.outcome in (Outcome.DONE, Outcome.PREVIEWED):
+    if result.outcome in (GoalOutcome.DONE, GoalOutcome.PREVIEWED):
         goal.succeed(dict(values))
-    elif result.outcome is Outcome.CANCELLED:
+    elif result.outcome is GoalOutcome.CANCELLED:
         goal.canceled(dict(values))
     else:
         goal.abort("", dict(values))

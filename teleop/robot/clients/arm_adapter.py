@@ -60,7 +60,7 @@ class ArmAdapter:
         self._services = ArmServices(protocol, self._requests, self._inputs, table, mount, urdf)
 
     def drive_outputs(self, rows: Sequence[Topic[DriveRecord]]) -> tuple[Topic[DriveRecord], ...]:
-        """Return the topics of what drives, with the arm's."""
+        """Return the topics of control, with the arm's."""
         mirror = self._mirror.messages
         own = (replace(r, build=mirror) if r.name == "/arm/mirror" else r for r in ARM_OUTPUTS)
         return (*rows, *own)
@@ -68,7 +68,7 @@ class ArmAdapter:
     def estimate_outputs(
         self, rows: Sequence[Topic[EstimateRecord]]
     ) -> tuple[Topic[EstimateRecord], ...]:
-        """Return the topics of what estimates; the arm's links are on ``/tf`` as well."""
+        """Return the topics of the estimator; the arm's links are on ``/tf`` as well."""
         return tuple(replace(r, build=self._links.tf) if r.name == "/tf" else r for r in rows)
 
     def driven(self, tick: DriveRecord) -> None:

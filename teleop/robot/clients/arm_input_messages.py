@@ -11,7 +11,7 @@ import numpy as np
 from localization.logs.ros_stamps import stamp_from_message
 from localization.types import Pose
 from robot_sim.arm.arm_table import ArmTable
-from teleop.robot.arm.commands import (
+from teleop.robot.arm.arm_commands import (
     BASE_FRAMES,
     TOOL_FRAME,
     ArmTwist,

@@ -9,8 +9,8 @@ from typing import Any, Final
 from localization.types import InvalidReadingError
 from robot_sim.arm.arm_table import ArmTable
 from teleop.link.command_age import CommandAge, RoundTrips
-from teleop.robot.arm.commands import Confirm, Halt, Stream, Wish
-from teleop.robot.arm.goal_results import GoalResult, Outcome
+from teleop.robot.arm.arm_commands import Confirm, Halt, Stream, Wish
+from teleop.robot.arm.goal_results import GoalOutcome, GoalResult
 from teleop.robot.clients.arm_input_messages import (
     off_unit,
     read_hand,
@@ -160,7 +160,7 @@ class ArmInputs:
 
     def _trajectory(self, client: int, message: Mapping[str, Any], now: int) -> None:
         def ended(result: GoalResult) -> None:
-            if result.outcome not in (Outcome.DONE, Outcome.CANCELLED):
+            if result.outcome not in (GoalOutcome.DONE, GoalOutcome.CANCELLED):
                 text = f"{TRAJECTORY.name}: {result.outcome.value}: {result.message}"
                 self._connections.send_status(client, "error", text)
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from teleop.link.command_age import RoundTrips
+from teleop.robot.arm.arm_commands import Alive, Answered, Cancel, Goal
 from teleop.robot.arm.arm_state import ArmState
-from teleop.robot.arm.commands import Alive, Answered, Cancel, Goal
 from teleop.robot.arm.goal_results import NO_PATH, GoalProgress, GoalResult
 from teleop.robot.clients.open_requests import Forms, OpenRequests
 from teleop.robot.clients.wishes import Wishes

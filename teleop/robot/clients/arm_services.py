@@ -14,8 +14,8 @@ from robot_sim.arm.arm_table import ArmTable
 from robot_sim.arm.inverse import solutions
 from robot_sim.arm.kinematics import Kinematics
 from robot_sim.errors import ArmError
-from teleop.robot.arm.commands import BASE_FRAMES, TOOL_FRAME, Goal, Move, WayOut
-from teleop.robot.arm.goal_results import GoalResult, Outcome
+from teleop.robot.arm.arm_commands import BASE_FRAMES, TOOL_FRAME, Goal, Move, WayOut
+from teleop.robot.arm.goal_results import GoalOutcome, GoalResult
 from teleop.robot.clients.arm_input_messages import frame_of, read_pose
 from teleop.robot.clients.arm_inputs import ArmInputs
 from teleop.robot.clients.arm_requests import ArmRequests
@@ -112,7 +112,7 @@ class ArmServices:
         response = DeferredResponse()
 
         def ended(result: GoalResult) -> None:
-            done = result.outcome is Outcome.DONE
+            done = result.outcome is GoalOutcome.DONE
             why = f"{result.outcome.value}: {result.message}"
             response.complete({"success": done, "message": answer if done else why})
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from localization.logs.ros_stamps import stamp_from_message
 from localization.types import SECOND
-from teleop.robot.arm.commands import Hand
+from teleop.robot.arm.arm_commands import Hand
 from teleop.robot.clients.arm_input_messages import hand_frame, read_pose
 from teleop.rosbridge.errors import MessageError
 

@@ -1,6 +1,6 @@
-"""The service ``/localization/preview_hint``: what the last sweep says of a pose, answered by what estimates.
+"""The service ``/localization/preview_hint``: what the last sweep says of a pose, answered by the estimator.
 
-Of each client one request at a time is with the estimating side, ten a second; of those that wait meanwhile only
+Of each client one request at a time is with the estimator, ten a second; of those that wait meanwhile only
 the newest is kept, so that a client may ask with each movement of a hand. None remains without an answer.
 """
 
@@ -25,7 +25,7 @@ PERIOD: Final = SECOND // 10
 """Each client's requests are passed on this far apart [ns]."""
 
 PATIENCE: Final = 3 * SECOND // 2
-"""Time after which a request is answered without the estimating side [ns]."""
+"""Time after which a request is answered without the estimator [ns]."""
 
 OVERTAKEN: Final = "overtaken by a newer one"
 
@@ -48,7 +48,7 @@ class _Queue:
     """The requests of one client."""
 
     asked: _Call | None = None
-    """The one that is with the estimating side."""
+    """The one that is with the estimator."""
     waiting: _Call | None = None
     """The newest one, until it may be passed on."""
     next_time: int = 0
@@ -63,7 +63,7 @@ class PreviewService:
 
     protocol: Protocol
     ask: Callable[[PreviewRequest], object] = lambda request: None
-    """Passes a request on to what estimates."""
+    """Passes a request on to the estimator."""
     answer_at_once: Callable[[PreviewRequest], PreviewAnswer] | None = None
     """Answers a request, where estimating is done in the same process."""
     _queues: dict[int, _Queue] = field(default_factory=dict)
@@ -76,7 +76,7 @@ class PreviewService:
         )
 
     def answered(self, answer: PreviewAnswer) -> None:
-        """Give the answer of the estimating side to the client that waits for it, if it still does."""
+        """Give the answer of the estimator to the client that waits for it, if it still does."""
         for queue in list(self._queues.values()):
             if queue.asked is not None and queue.asked.request.number == answer.number:
                 queue.asked.response.complete(_response(answer))

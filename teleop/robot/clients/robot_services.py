@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from localization.types import SECOND
 from teleop.robot.audit.audit_log import AuditLog
-from teleop.robot.clients.session_service import may_drive
+from teleop.robot.clients.whoami_service import may_drive
 from teleop.robot.clients.wishes import Wishes
 from teleop.robot.inbox import (
     Ask,

@@ -15,9 +15,9 @@ from teleop.robot.clients.link_service import serve_link
 from teleop.robot.clients.move_action import MoveAction
 from teleop.robot.clients.preview_service import PreviewService
 from teleop.robot.clients.robot_services import RobotServices
-from teleop.robot.clients.session_service import serve_session
 from teleop.robot.clients.step_requests import StepRequests
 from teleop.robot.clients.turtle_control import TurtleControl
+from teleop.robot.clients.whoami_service import serve_whoami
 from teleop.robot.clients.wishes import Wishes
 from teleop.robot.inbox import Disconnected
 from teleop.robot.tick_record import DriveRecord, EstimateRecord, Rejection
@@ -110,8 +110,8 @@ class RosbridgeAdapter(Observer):
         )
         self._services = RobotServices(protocol, self.wishes, undo_memory, audit)
         self.previews = PreviewService(protocol)
-        """Previews of hints, which what estimates answers."""
-        serve_session(protocol)
+        """Previews of hints, which the estimator answers."""
+        serve_whoami(protocol)
         DisconnectService(protocol, audit)
         serve_link(server)
         serve_standard(protocol)
@@ -119,7 +119,7 @@ class RosbridgeAdapter(Observer):
         protocol.observers.add(self)
 
     def driven(self, tick: DriveRecord) -> None:
-        """Publish what the driving side did in a tick, and report to clients what it rejected."""
+        """Publish what control did in a tick, and report to clients what it rejected."""
         self._services.driven(tick)
         self._steps.driven(tick)
         if self._arm is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from teleop.robot.arm.commands import REPLACED
+from teleop.robot.arm.arm_commands import REPLACED
 from teleop.robot.inbox import ArmWish, DriveCommand, InboxMessage
 
 _MAX_WAITING = 1000

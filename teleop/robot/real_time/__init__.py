@@ -1,1 +1,1 @@
-"""A robot in real time: three processes, so that nothing a client does can hold up what drives."""
+"""A robot in real time: control, gateway, estimator and camera are processes, so that no client can hold up control."""

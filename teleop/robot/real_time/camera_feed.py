@@ -1,4 +1,4 @@
-"""What the driving process does for the camera: hands over the state of each frame that is asked for."""
+"""What control does for the camera: hands over the state of each frame that is asked for."""
 
 from __future__ import annotations
 

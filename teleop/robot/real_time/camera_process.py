@@ -1,7 +1,7 @@
-"""The camera's process: draws what the driving process shows it, in the formats that the talking process wants.
+"""The camera's process: draws what control shows it, in the formats that the gateway wants.
 
 It asks for the state of the next frame when it takes one up, so that it never has a backlog, and asks for none while
-nothing is wanted. Pictures go to what talks by a link of their own.
+nothing is wanted. Pictures go to the gateway by a link of their own.
 """
 
 from __future__ import annotations
@@ -19,21 +19,22 @@ from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherite
 from teleop.robot.real_time.child_process import stand_back
 from teleop.robot.real_time.picture_link import PictureLink
 from teleop.robot.real_time.process_messages import (
+    CAMERA_BOUND,
     NEXT_STATE,
     OTHER,
     STATE,
-    STATE_BOUND,
     CameraSetup,
     Ready,
     pack,
     unpack,
 )
+from teleop.robot.real_time.process_name import name_process
 
 _NICENESS: Final = 10
-"""How far this process stands back behind those that drive, talk and estimate where processors are few."""
+"""How far this process stands back behind control, gateway and estimator where processors are few."""
 
 _PATIENCE: Final = 0.02
-"""Time for which what talks may leave a picture before the next is drawn [s]."""
+"""Time for which the gateway may leave a picture before the next is drawn [s]."""
 
 
 class CameraProcess:
@@ -51,9 +52,9 @@ class CameraProcess:
         self._asked = False
 
     def run(self) -> None:
-        """Draw until the driving process ends."""
+        """Draw until control ends."""
         self._channel.send(pack(OTHER, Ready()))
-        # What talks may have been there before, and answers with what it wants.
+        # The gateway may have been there before, and answers with what it wants.
         self._link.send("begun", None)
         while True:
             receivers = [self._channel.fileno(), self._link.fileno()]
@@ -82,8 +83,9 @@ class CameraProcess:
 
 
 def main() -> None:
-    """Run in the process that the driving one has started."""
-    channel = inherited_channel(int(sys.argv[1]), STATE_BOUND)
+    """Run in the process that control has started."""
+    name_process("camera")
+    channel = inherited_channel(int(sys.argv[1]), CAMERA_BOUND)
     link = PictureLink(int(sys.argv[2]))
     stand_back(_NICENESS)
     # Mesa's software renderer would otherwise take all processors.
@@ -92,8 +94,8 @@ def main() -> None:
         setup: CameraSetup = unpack(channel.wait()[0])
         CameraProcess(channel, link, setup).run()
     except ChannelClosedError:
-        return  # the driving process has gone
-    except CameraUnavailableError as error:  # what drives says it in one line
+        return  # control has gone
+    except CameraUnavailableError as error:  # control says it in one line
         channel.send(pack(OTHER, error))
     except Exception as error:
         channel.send(pack(OTHER, error))

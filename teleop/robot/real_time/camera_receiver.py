@@ -1,4 +1,4 @@
-"""The camera as what talks sees it: pictures come by a link, and the formats that are wanted go back."""
+"""The camera as the gateway sees it: pictures come by a link, and the formats that are wanted go back."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from teleop.rosbridge.server.server import Server
 
 
 class CameraReceiver:
-    """Joins the link and the hub, in the event loop of what talks."""
+    """Joins the link and the hub, in the event loop of the gateway."""
 
     def __init__(self, link: PictureLink, camera: CameraModel, server: Server) -> None:
         """Advertise the camera's topics, and receive from now on.
 
         Args:
-            link: The link to what draws.
+            link: The link to the camera.
             camera: The camera.
             server: The robot's server, not yet started.
         """
@@ -47,12 +47,12 @@ class CameraReceiver:
         self._link.close()
 
     def _want(self) -> None:
-        with contextlib.suppress(ChannelClosedError):  # seen by the channel to what drives, too
+        with contextlib.suppress(ChannelClosedError):  # seen by the channel to control, too
             self._link.send("wanted", self.hub.wanted)
             self._flush_later()
 
     def _flush_later(self) -> None:
-        """Have what waits sent as soon as what draws takes it."""
+        """Have what waits sent as soon as the camera takes it."""
         if self._link.waiting and not self._writing:
             self._writing = True
             self._loop.add_writer(self._link.fileno(), self._flush)
@@ -72,5 +72,5 @@ class CameraReceiver:
         for value in values:
             if isinstance(value, Picture):
                 self.hub.publish(value)
-            else:  # what draws has begun
+            else:  # the camera has begun
                 self._want()

@@ -10,7 +10,7 @@ from teleop.robot.real_time.camera_feed import CameraFeed
 from teleop.robot.real_time.channel import ChannelClosedError
 from teleop.robot.real_time.child_process import ChildProcess
 from teleop.robot.real_time.picture_link import socket_pair
-from teleop.robot.real_time.process_messages import OTHER, STATE_BOUND, CameraSetup, pack
+from teleop.robot.real_time.process_messages import CAMERA_BOUND, OTHER, CameraSetup, pack
 from teleop.robot.serving.camera_choice import without_camera
 
 
@@ -41,7 +41,7 @@ class CameraStart:
 
     def _start(self) -> ChildProcess:
         module = "teleop.robot.real_time.camera_process"
-        process = ChildProcess(module, STATE_BOUND, self._ours.fileno())
+        process = ChildProcess(module, CAMERA_BOUND, self._ours.fileno())
         process.channel.send(self._setup)
         return process
 

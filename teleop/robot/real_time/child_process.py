@@ -1,4 +1,4 @@
-"""A process of the robot, started and watched by the one that drives."""
+"""A process of the robot, started and watched by control."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from teleop.robot.real_time.process_messages import OTHER, Ready, pack, unpack
 
 
 def stand_back(niceness: int) -> None:
-    """Run behind the process that drives where processors are few, and never wait for a terminal.
+    """Run behind the control process where processors are few, and never wait for a terminal.
 
     Args:
         niceness: How far, see ``nice``.

@@ -1,6 +1,6 @@
-"""A link between what draws and what talks, so that pictures do not pass through what drives.
+"""A link between the camera and the gateway, so that pictures do not pass through control.
 
-The driving process makes the pair of sockets, hands one end to each, and keeps both: whichever process is started
+Control makes the pair of sockets, hands one end to each, and keeps both: whichever process is started
 again goes on with the same pair. Values are cut into packets that say what they belong to, so that one of which the
 rest is missing, because its sender died, spoils no other.
 """
@@ -31,7 +31,7 @@ _AT_ONCE: Final = 20
 
 
 def socket_pair() -> tuple[socket.socket, socket.socket]:
-    """Return both ends of a link, for the driving process to keep and hand on."""
+    """Return both ends of a link, for control to keep and hand on."""
     return socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
 
 
@@ -39,7 +39,7 @@ class PictureLink:
     """One end. Sending never waits; of values with one key that wait, only the newest is sent."""
 
     def __init__(self, descriptor: int) -> None:
-        """Take over the end with this descriptor, which the driving process has opened."""
+        """Take over the end with this descriptor, which control has opened."""
         os.set_inheritable(descriptor, False)
         self._socket = socket.socket(fileno=descriptor)
         self._socket.setblocking(False)
@@ -67,7 +67,7 @@ class PictureLink:
         """Send a value instead of any with the same key that has not begun to be sent.
 
         Raises:
-            ChannelClosedError: If the driving process has gone.
+            ChannelClosedError: If control has gone.
         """
         self._waiting.pop(key, None)
         self._waiting[key] = pickle.dumps(value, protocol=pickle.HIGHEST_PROTOCOL)
@@ -80,7 +80,7 @@ class PictureLink:
             patience: Time to wait for the other side, each time that it does not take a packet at once [s].
 
         Raises:
-            ChannelClosedError: If the driving process has gone.
+            ChannelClosedError: If control has gone.
         """
         while self.waiting:
             if self._begun is None:
@@ -106,7 +106,7 @@ class PictureLink:
         """Return the values that have come completely, without waiting; both processes are the robot's own.
 
         Raises:
-            ChannelClosedError: If the driving process has gone.
+            ChannelClosedError: If control has gone.
         """
         values = []
         for _ in range(_AT_ONCE):

@@ -1,6 +1,6 @@
 """What crosses between the processes of a robot in real time.
 
-The driving process is the parent of all others, and everything but pictures goes through it. Records cross as they are;
+Control is the parent of all others, and everything but pictures goes through it. Records cross as they are;
 a byte before each says what it is, so that estimates can be passed on unread.
 """
 
@@ -20,44 +20,44 @@ from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.topics.message_parts import Message
 from teleop.robot.topics.topic_table import Interface
 
-if TYPE_CHECKING:  # what draws is imported only where there is a camera
+if TYPE_CHECKING:  # the camera is imported only where there is a camera
     from robot_sim.cameras import CameraModel
     from robot_sim.cameras.renderer import CameraScene
 
 DRIVEN: Final = b"D"
-"""A ``DriveRecord``, from what drives to what talks and to what estimates."""
+"""A ``DriveRecord``, from control to the gateway and to the estimator."""
 
 ESTIMATED: Final = b"E"
-"""An ``EstimateRecord``, from what estimates to what drives, which passes it on to what talks."""
+"""An ``EstimateRecord``, from the estimator to control, which passes it on to the gateway."""
 
 PREVIEW: Final = b"P"
-"""A ``PreviewRequest``, from what talks to what drives, which passes it on unread to what estimates."""
+"""A ``PreviewRequest``, from the gateway to control, which passes it on unread to the estimator."""
 
 PREVIEWED: Final = b"Q"
 """A ``PreviewAnswer``, on the same way back."""
 
 STATE: Final = b"S"
-"""A ``VisualState``, from what drives to what draws."""
+"""A ``VisualState``, from control to the camera."""
 
 NEXT_STATE: Final = b"N"
-"""Alone, from what draws to what drives: it wants the state of the next frame."""
+"""Alone, from the camera to control: it wants the state of the next frame."""
 
 OTHER: Final = b"O"
 """One of the classes below, or an exception that ended the process before it was ready."""
 
-TALK_BOUND: Final = 4_000_000
-"""Bytes of records that may wait for what talks: some seconds of them."""
+GATEWAY_BOUND: Final = 4_000_000
+"""Bytes of records that may wait for the gateway: some seconds of them."""
 
-ESTIMATE_BOUND: Final = 16_000_000
-"""Bytes of records that may wait for what estimates: half a minute of them, since a gap costs the pose."""
+ESTIMATOR_BOUND: Final = 16_000_000
+"""Bytes of records that may wait for the estimator: half a minute of them, since a gap costs the pose."""
 
-STATE_BOUND: Final = 1_000_000
-"""Bytes that may wait for what draws, beside its first message: it asks for one state at a time."""
+CAMERA_BOUND: Final = 1_000_000
+"""Bytes that may wait for the camera, beside its first message: it asks for one state at a time."""
 
 
 @dataclass(frozen=True, slots=True)
-class TalkSetup:
-    """What the talking process needs to begin."""
+class GatewaySetup:
+    """What the gateway needs to begin."""
 
     config: ServeConfig
     scene: str
@@ -73,8 +73,8 @@ class TalkSetup:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EstimateSetup:
-    """What the estimating process needs to begin."""
+class EstimatorSetup:
+    """What the estimator needs to begin."""
 
     cloud: Cloud
     """The map."""
@@ -102,7 +102,7 @@ class CameraSetup:
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The process has begun; what talks says where it listens."""
+    """The process has begun; the gateway says where it listens."""
 
     address: Address | None = None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from localization.types import SECOND
-from teleop.robot.arm.commands import Hand, Stream
+from teleop.robot.arm.arm_commands import Hand, Stream
 from teleop.robot.inbox import ArmWish
 from teleop.robot.safety.control_state import SafetyConfig
 

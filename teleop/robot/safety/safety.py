@@ -8,7 +8,7 @@ it. A client's own stamp only ever makes its commands older.
 from __future__ import annotations
 
 from localization.types import SECOND, Twist
-from teleop.robot.arm.commands import Stream
+from teleop.robot.arm.arm_commands import Stream
 from teleop.robot.inbox import ArmWish, Ask, DriveCommand, EStop, EStopReset, Give, Refuse
 from teleop.robot.safety.arm_deadman import ArmDeadman
 from teleop.robot.safety.arming import ArmingRules

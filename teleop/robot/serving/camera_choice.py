@@ -17,7 +17,7 @@ _LOG: Final = logging.getLogger(__name__)
 
 def without_camera(error: Exception) -> None:
     """Say that the robot has no camera, and why."""
-    _LOG.warning("serving without a camera: %s", str(error) or "what draws has ended")
+    _LOG.warning("serving without a camera: %s", str(error) or "its process has ended")
 
 
 def stepped_camera(

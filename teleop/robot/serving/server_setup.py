@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Final
 
 from teleop import clock
-from teleop.interfaces import registry
 from teleop.link.command_age import RoundTrips
 from teleop.link.emulation import EmulatedLinks, LinkEmulation
 from teleop.robot.audit.audit_file import AuditFile
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
+from teleop.ros_types import registry
 from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.rosbridge.auth.credentials import Credentials
 from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Role, RoleRules

@@ -22,7 +22,7 @@ MAX_STEPS: Final = 100
 """Steps that may be in the queue, with the one that is driven."""
 
 _MAX_UNANSWERED: Final = 1000
-"""Results that are kept for what talks; so many wait only if it takes none."""
+"""Results that are kept for the gateway; so many wait only if it takes none."""
 
 
 class StepQueue:
@@ -92,7 +92,7 @@ class StepQueue:
             self._alive, self._age = max(self._alive, message.arrival), message.age
 
     def answered(self, message: StepAnswered) -> None:
-        """Forget a result that what talks has taken."""
+        """Forget a result that the gateway has taken."""
         kept = [r for r in self._unanswered if r.goal.number != message.number]
         self._unanswered = deque(kept, maxlen=_MAX_UNANSWERED)
 
@@ -109,7 +109,7 @@ class StepQueue:
         self._unanswered = deque(kept, maxlen=_MAX_UNANSWERED)
 
     def server_lost(self) -> None:
-        """Forget everything: what talks has ended, and with it all its clients."""
+        """Forget everything: the gateway has ended, and with it all its clients."""
         self._waiting.clear()
         self._cancelled.clear()
         self._unanswered.clear()

@@ -108,7 +108,7 @@ DRIVE_OUTPUTS: tuple[Topic[DriveRecord], ...] = (
         "touched objects by name; wheels on the ground, tilt, stalls, a fall; simulation only",
     ),
 )
-"""Topics that what drives fills, tick by tick, whatever the localiser does."""
+"""Topics that control fills, tick by tick, whatever the localiser does."""
 
 ESTIMATE_OUTPUTS: tuple[Topic[EstimateRecord], ...] = (
     Topic("/tf", "tf2_msgs/msg/TFMessage", 2, estimate.tf, "`map` to `odom` to `base_link`"),
@@ -170,7 +170,7 @@ ESTIMATE_OUTPUTS: tuple[Topic[EstimateRecord], ...] = (
         "for dashboards: localisation",
     ),
 )
-"""Topics that what estimates fills, as far as it has come."""
+"""Topics that the estimator fills, as far as it has come."""
 
 OUTPUTS: Final[tuple[Topic[Any], ...]] = (
     *DRIVE_OUTPUTS,

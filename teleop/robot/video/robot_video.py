@@ -11,7 +11,7 @@ from teleop.console.lan.own_addresses import own_addresses
 from teleop.pictures.picture import PictureFormat
 from teleop.pictures.picture_hub import PictureHub
 from teleop.robot.audit.audit_log import AuditLog
-from teleop.robot.clients.session_service import may_drive
+from teleop.robot.clients.whoami_service import may_drive
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.tick_record import DriveRecord, EstimateRecord, TickRecord
 from teleop.robot.topics.message_parts import Message
@@ -23,7 +23,7 @@ from teleop.rosbridge.server.server import Server
 from teleop.video.cam_sources import announce, base_address, cam_sources
 from teleop.video.photographs.photo_folder import PhotoFolder
 from teleop.video.photographs.photo_pages import PhotoEvent, PhotoPages
-from teleop.video.photographs.photographer import QUALITY, Photographer, Surroundings
+from teleop.video.photographs.photographer import QUALITY, PhotoContext, Photographer
 from teleop.video.tickets import Tickets
 from teleop.video.video_pages import VideoPages
 from teleop.video.video_topics import video_topics
@@ -72,7 +72,7 @@ class RobotVideo:
             self._webrtc = WebrtcPages(hub, topics, access, lambda: server.addresses)
             self._webrtc.add_to(server.handlers)
         self._poses, info = PoseMemory(), latched.get(MAP_INFO, {})
-        around = Surroundings(
+        around = PhotoContext(
             self._poses.at, clock.utc_text, str(info.get("name", "")), str(info.get("sha256", ""))
         )
         whole = PictureFormat(topics[0].source, "jpeg", *size, QUALITY)

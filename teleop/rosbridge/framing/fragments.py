@@ -61,6 +61,7 @@ class Reassembly:
         if message.total != total:
             self._discard(identity)
             raise OperationError(f"total was {message.total} before, got {total}")
+        # Of a fragment that comes twice the first one counts.
         if num in message.fragments:
             return None
         if self._size + len(data) > self._max_bytes:
@@ -95,9 +96,11 @@ def split_message(payload: bytes, size: int, identity: str) -> Iterator[bytes]:
 
     The size is raised where it would yield more than 1024 fragments.
     """
+    # -(-a // b) is the quotient rounded up.
     size = max(size, -(-len(payload) // _MAX_FRAGMENTS))
     total = -(-len(payload) // size)
     for num in range(total):
+        # Outgoing JSON is ASCII, so that no cut is within a character.
         data = json.dumps(payload[num * size : (num + 1) * size].decode("ascii"))
         head = f'{{"op":"fragment","id":{json.dumps(identity)},"num":{num},"total":{total},'
         yield f'{head}"data":{data}}}'.encode("ascii")

@@ -102,6 +102,7 @@ class Outbox:
         if frame is None:
             return None
         if not self._control:
+            # ``_next`` has dropped what was overtaken, so that the first is the one that it returned.
             return self._remove(next(iter(self._data)))
         self._control_bytes -= len(frame.payload)
         return self._control.popleft()

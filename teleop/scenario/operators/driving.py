@@ -8,9 +8,9 @@ from typing import Final
 from localization.types import SECOND, Pose, Twist
 from teleop.scenario.operators.goal_progress import GoalProgress
 from teleop.scenario.operators.hands import Hands
+from teleop.scenario.operators.newest_scan import NewestScan
 from teleop.scenario.operators.operator import Briefing, Operator
 from teleop.scenario.operators.robot_view import RobotView
-from teleop.scenario.operators.surroundings import Surroundings
 from teleop.scenario.operators.wire import Wire
 from teleop.scenario.tour_driver import RELIABLE
 
@@ -42,7 +42,7 @@ class DrivingOperator(Operator):
     def begin(self, wire: Wire, briefing: Briefing) -> None:
         """Subscribe to the robot's state and to its scanner."""
         self.briefing, self.progress = briefing, GoalProgress(briefing)
-        self.view, self.surroundings = RobotView(wire), Surroundings(wire)
+        self.view, self.scan = RobotView(wire), NewestScan(wire)
 
     def act(self, wire: Wire, now: int) -> None:
         """Send a command if one is due."""
@@ -62,7 +62,7 @@ class DrivingOperator(Operator):
         if pose is None or self.view.health not in RELIABLE:
             self._lost_since = now if self._lost_since is None else self._lost_since
             patient = now - self._lost_since < _PATIENCE
-            return _STANDSTILL if patient else self.surroundings.explore()
+            return _STANDSTILL if patient else self.scan.explore()
         self._lost_since = None
         if now - self.view.seen_at > _OLD:
             return _STANDSTILL
@@ -71,7 +71,7 @@ class DrivingOperator(Operator):
         elif not self.progress.arrived(pose.position[:2], now) and not self.progress.done:
             twist = self.steer(pose, now)
             return Twist.planar(
-                min(float(twist.linear[0]), self.surroundings.safe_speed()),
+                min(float(twist.linear[0]), self.scan.safe_speed()),
                 float(twist.angular[2]),
             )
         return _STANDSTILL

@@ -38,7 +38,7 @@ _COLUMNS: Final = (
 
 
 @dataclass(frozen=True, slots=True)
-class Errors:
+class StepErrors:
     """Errors of the steps of one kind: driven less commanded, positive if it went too far."""
 
     mean: float
@@ -62,12 +62,12 @@ def errors_of(trial: Trial, *, straight: bool) -> FloatArray:
     )
 
 
-def summary(errors: FloatArray) -> Errors:
+def summary(errors: FloatArray) -> StepErrors:
     """Return the figures of a table's cell."""
     if not errors.size:
-        return Errors(math.nan, math.nan, math.nan, 0)
+        return StepErrors(math.nan, math.nan, math.nan, 0)
     size = np.abs(errors)
-    return Errors(float(errors.mean()), float(size.mean()), float(size.max()), errors.size)
+    return StepErrors(float(errors.mean()), float(size.mean()), float(size.max()), errors.size)
 
 
 def _straight(driven: Driven) -> bool:

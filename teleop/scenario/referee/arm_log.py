@@ -14,7 +14,7 @@ from localization.types import SECOND, Pose
 from robot_sim.arm.kinematics import Kinematics
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.arm.arm_state import ArmState
-from teleop.robot.arm.goal_results import Outcome
+from teleop.robot.arm.goal_results import GoalOutcome
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.files.scenario import Mission
 
@@ -73,7 +73,7 @@ class ArmLog:
         up = sum(not down for down in tick.condition.wheels_down) >= 2
         self._off = self._off + 0.02 if up else 0.0
         self._longest_off = max(self._longest_off, self._off)
-        refused = {r.number for r in arm.goals.unanswered if r.outcome is Outcome.REFUSED}
+        refused = {r.number for r in arm.goals.unanswered if r.outcome is GoalOutcome.REFUSED}
         self._refused |= refused
 
     def figures(self) -> dict[str, float]:

@@ -9,7 +9,7 @@ from localization.geometry import FloatArray
 from teleop.scenario.referee.outcome import Outcome
 from teleop.scenario.reports.json_report import outcome_json
 from teleop.scenario.reports.junit import junit
-from teleop.scenario.reports.page import page
+from teleop.scenario.reports.run_page import page
 
 PAGE: Final = "report.html"
 JSON: Final = "outcome.json"

@@ -9,7 +9,7 @@ from typing import Any, Final, get_args
 import numpy as np
 
 from localization.types import Pose
-from teleop.robot.arm.commands import Five, Wish
+from teleop.robot.arm.arm_commands import Five, Wish
 
 _KINDS: Final[Mapping[str, type[Any]]] = {
     kind.__name__: kind for part in get_args(Wish) for kind in (get_args(part) or (part,))

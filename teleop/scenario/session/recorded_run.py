@@ -15,7 +15,7 @@ from teleop.robot.inbox import InboxMessage
 from teleop.scenario.files.errors import dotted
 from teleop.scenario.files.scenario import SCHEMA, Scenario
 from teleop.scenario.session.inbox_file import read_inboxes
-from teleop.scenario.session.notes_file import Ending, Note, read_notes
+from teleop.scenario.session.referee_notes import Ending, Note, read_notes
 from teleop.scenario.session.run_folder import INBOX, NOTES, SCENARIO, TRUTH
 
 

@@ -12,8 +12,8 @@ from typing import Literal
 from localization.types import SECOND
 from teleop.clock import wall_seconds
 from teleop.console.page_files import offer_page
+from teleop.ctrl_c import left_to_event_loops
 from teleop.errors import SettingError
-from teleop.interruption import left_to_event_loops
 from teleop.robot.drive import Stages
 from teleop.robot.inbox import InboxMessage
 from teleop.robot.serving.server_setup import offer_map
@@ -33,7 +33,6 @@ from teleop.scenario.session.client_process import ClientProcess
 from teleop.scenario.session.client_watch import ClientWatch
 from teleop.scenario.session.in_memory import Progress, run_in_memory
 from teleop.scenario.session.links import link_of
-from teleop.scenario.session.notes_file import Ending
 from teleop.scenario.session.over_socket import (
     ClientEnding,
     end_client,
@@ -41,6 +40,7 @@ from teleop.scenario.session.over_socket import (
     run_stepped,
 )
 from teleop.scenario.session.recorded_run import read_run
+from teleop.scenario.session.referee_notes import Ending
 from teleop.scenario.session.run_folder import CLIENT_LOG, RunFolder
 from teleop.scenario.session.scene import checked_scene_of, scene_of
 from teleop.scenario.session.session import Session

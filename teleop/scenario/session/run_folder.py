@@ -18,7 +18,7 @@ from teleop.robot.tick_record import TickRecord
 from teleop.scenario.files.scenario import SCHEMA, Scenario
 from teleop.scenario.referee.outcome import Event
 from teleop.scenario.session.inbox_file import InboxWriter
-from teleop.scenario.session.notes_file import Ending, NotesWriter
+from teleop.scenario.session.referee_notes import Ending, NotesWriter
 from teleop.scenario.session.scene import Scene, simulation_config
 
 SCENARIO = "scenario.json"

@@ -29,9 +29,9 @@ from teleop.scenario.referee.referee import Referee
 from teleop.scenario.referee.rules.arm_facts import ArmFacts
 from teleop.scenario.referee.rules.rule_book import RuleBook
 from teleop.scenario.session.fault_schedule import FaultSchedule
-from teleop.scenario.session.notes_file import Note
 from teleop.scenario.session.operator_tokens import tokens_of
 from teleop.scenario.session.places import given_pose, goal_points, start_pose
+from teleop.scenario.session.referee_notes import Note
 from teleop.scenario.session.run_folder import RunFolder
 from teleop.scenario.session.scenario_state import StatePublisher
 from teleop.scenario.session.scene import Scene, simulation_config

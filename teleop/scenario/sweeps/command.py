@@ -144,8 +144,8 @@ class Sweep:
     def _report(self, scenario: Scenario, swept: Swept, path: Path, names: Sequence[str]) -> int:
         from localization.report.plain_text import plain_text
         from teleop.scenario.sweeps.failed_files import write_failed
-        from teleop.scenario.sweeps.page import groups, page
         from teleop.scenario.sweeps.sweep_folder import PAGE
+        from teleop.scenario.sweeps.sweep_page import groups, page
 
         (path / PAGE).write_text(page(scenario, swept, self._command(path)), encoding="utf-8")
         write_failed(swept.rows, path)
@@ -188,7 +188,7 @@ def _compute(workers: Workers, beside: Path) -> Compute:
 
 
 def _plain(swept: Swept, path: Path) -> dict[str, object]:
-    from teleop.scenario.sweeps.statistics import share_passed
+    from teleop.scenario.sweeps.sweep_statistics import share_passed
 
     share = share_passed(swept.rows)
     return {

@@ -9,7 +9,7 @@ from typing import Final
 
 from teleop.scenario.files.operator_settings import Replay
 from teleop.scenario.files.writing import scenario_text
-from teleop.scenario.sweeps.statistics import Rows
+from teleop.scenario.sweeps.sweep_statistics import Rows
 
 FOLDER: Final = "failed"
 _LARGEST: Final = 50

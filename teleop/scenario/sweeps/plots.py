@@ -12,7 +12,7 @@ from localization.report.curves import area, curve, dots, upright
 from localization.report.panels import Panel, Ticks, panel, ticks_of
 from localization.report.scales import Linear, linear_around
 from teleop.scenario.sweeps.axes import Value, value_text
-from teleop.scenario.sweeps.statistics import Rows, by_value, quantiles, share_passed
+from teleop.scenario.sweeps.sweep_statistics import Rows, by_value, quantiles, share_passed
 
 FIGURES: Final = (
     ("position_max", "largest error of the position [m]", "main"),

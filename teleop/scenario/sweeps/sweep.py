@@ -12,8 +12,8 @@ from teleop.scenario.files.scenario import SCHEMA, Scenario
 from teleop.scenario.sweeps.cells import Cell, Run, runs_of
 from teleop.scenario.sweeps.costs import Costs, costs_of
 from teleop.scenario.sweeps.running import RunResult
-from teleop.scenario.sweeps.statistics import Rows
 from teleop.scenario.sweeps.sweep_folder import SweepFolder
+from teleop.scenario.sweeps.sweep_statistics import Rows
 
 Compute = Callable[[Sequence[Run]], Iterator[tuple[Run, RunResult]]]
 """Runs what it is given, and yields each result as it is known, in any order."""

@@ -18,14 +18,14 @@ from teleop.scenario.run_files import RUN_FILES
 from teleop.scenario.session.run import run_scenario
 from teleop.scenario.session.scene import Scene, scene_of
 from teleop.scenario.tour.measures import Meter, TickMeasures, stage_times, verdict_line
-from teleop.scenario.tour.summary import SUMMARY, ReportError, RunFacts, RunSummary, summarise
+from teleop.scenario.tour.summary import SUMMARY, ReportError, RunSummary, TourFacts, summarise
 
 Progress = Callable[[float, str], None]
 """Called now and then with the completed share, in [0, 1], and a line of text."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Driven:
+class DrivenTour:
     """What came of a tour."""
 
     summary: RunSummary
@@ -41,7 +41,7 @@ def drive_tour(
     camera: str | None = None,
     picture: bool = True,
     progress: Progress = lambda share, text: None,
-) -> Driven:
+) -> DrivenTour:
     """Run a scenario, measure it, and write its reports; nothing stays of one that ends before its first tick.
 
     Args:
@@ -76,7 +76,7 @@ def drive_tour(
         raise ReportError(f"the run ended before it began: {outcome.ending}")
     scene = scene_of(scenario)
     robot_seconds = float(outcome.lines.stamps[-1]) / SECOND
-    facts = RunFacts(
+    facts = TourFacts(
         scene=scenario.world.scene,
         seed=scenario.seed,
         map_sha256=scene.cloud.sha256,
@@ -95,7 +95,7 @@ def drive_tour(
     (folder / SUMMARY).write_text(text + "\n", encoding="utf-8")
     progress(1.0, "writing the report")
     _report(outcome, folder, scene, measures, picture=picture)
-    return Driven(summary, outcome)
+    return DrivenTour(summary, outcome)
 
 
 def _report(

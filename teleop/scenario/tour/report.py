@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from teleop.scenario.tour.summary import RunFacts, RunSummary
+from teleop.scenario.tour.summary import RunSummary, TourFacts
 
 
 def summary_table(summary: RunSummary) -> str:
@@ -48,7 +48,7 @@ def _accuracy(summary: RunSummary) -> list[str]:
     return lines
 
 
-def _times(facts: RunFacts) -> list[str]:
+def _times(facts: TourFacts) -> list[str]:
     factor = facts.robot_seconds / facts.wall_seconds if facts.wall_seconds else 0.0
     lines = [
         f"  real time    {factor:.1f}x: {facts.wall_seconds:.1f} s of wall time,"
@@ -68,7 +68,7 @@ def _times(facts: RunFacts) -> list[str]:
     return lines
 
 
-def _traffic(facts: RunFacts) -> list[str]:
+def _traffic(facts: TourFacts) -> list[str]:
     if not facts.traffic:
         return []
     rows = [f"  {t.topic:30s} {t.messages:9d} {t.bytes / 1e3:9.1f}" for t in facts.traffic]

@@ -24,9 +24,9 @@ from localization.maps.cloud import Cloud
 from localization.maps.map_files import load_cloud
 from localization.types import Pose
 from teleop.errors import TeleopError
-from teleop.interfaces import registry
 from teleop.operator.display.threaded_display import UnhurriedDisplay
 from teleop.operator.operator_client import CAMERA, TOPICS, OperatorClient
+from teleop.ros_types import registry
 from teleop.rosbridge.client.client import Client
 from teleop.scenario.tour_driver import DriverConfig, TourDriver
 

@@ -14,8 +14,8 @@ import numpy as np
 from localization.cli.terminal import plain
 from localization.config import from_json
 from localization.evaluation.consistency import Consistency, consistency, health_shares, nees
+from localization.evaluation.error_statistics import EvaluationError
 from localization.evaluation.estimate_trace import TraceError, TraceRow, read_trace
-from localization.evaluation.statistics import EvaluationError
 from localization.evaluation.trajectory import EmptyTrajectoryError, Trajectory, TrajectoryError
 from localization.evaluation.trajectory_errors import Ate, Rpe, ate, errors, rpe
 from localization.evaluation.tum_file import read_tum
@@ -32,7 +32,7 @@ class ReportError(TeleopError, ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class RunFacts:
+class TourFacts:
     """What is known only while a run takes place; the other results follow from its files."""
 
     scene: str
@@ -63,7 +63,7 @@ class RunFacts:
 class RunSummary:
     """All results of a run."""
 
-    facts: RunFacts
+    facts: TourFacts
     """What is known only while a run takes place."""
     distance: float
     """Distance driven, by ground truth [m]."""
@@ -91,7 +91,7 @@ class RunSummary:
 
 
 def summarise(
-    folder: Path, facts: RunFacts, checks: Sequence[LimitCheck], *, passed: bool
+    folder: Path, facts: TourFacts, checks: Sequence[LimitCheck], *, passed: bool
 ) -> RunSummary:
     """Compute a run's results from the files in its folder.
 
@@ -117,7 +117,7 @@ def summarise(
 
 
 def _summary(
-    facts: RunFacts,
+    facts: TourFacts,
     truth: Trajectory,
     estimate: Trajectory | None,
     trace: Sequence[TraceRow],
@@ -172,13 +172,13 @@ def read_summary(folder: Path) -> RunSummary:
     path = folder / SUMMARY
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
-        known = {each.name for each in fields(RunFacts)}
+        known = {each.name for each in fields(TourFacts)}
         facts = {name: value for name, value in values["facts"].items() if name in known}
         facts["stages"] = tuple(StageTime(**s) for s in facts["stages"])
         facts["traffic"] = tuple(TopicTraffic(**t) for t in facts["traffic"])
         checks = [LimitCheck(**{"value": math.nan, **_known(each)}) for each in values["checks"]]
         passed = bool(values["passed"])
-        return summarise(folder, from_json(RunFacts, facts), checks, passed=passed)
+        return summarise(folder, from_json(TourFacts, facts), checks, passed=passed)
     except OSError as error:
         raise ReportError(f"{folder} is not a run: {path.name}: {error.strerror}") from None
     except (KeyError, TypeError, json.JSONDecodeError) as error:

@@ -144,7 +144,7 @@ class WhatIf:
     def _report(self, futures: Futures, out: Path) -> int:
         from localization.report.plain_text import plain_text
         from teleop.scenario.reports.table import verdict
-        from teleop.scenario.whatif.page import NAMES, loop_sentences, what_if
+        from teleop.scenario.whatif.futures_page import NAMES, loop_sentences, what_if
 
         forked = futures.forked
         if self.json:
@@ -175,7 +175,7 @@ def _place(text: str) -> str | tuple[float, float] | tuple[float, float, float]:
 def _write(futures: Futures, run: Path, out: Path) -> None:
     from teleop.scenario.reports.run_reports import write_reports
     from teleop.scenario.session.scene import scene_of
-    from teleop.scenario.whatif.page import page
+    from teleop.scenario.whatif.futures_page import page
 
     cloud = scene_of(futures.actual.scenario, run).cloud
     (out / PAGE).write_text(page(futures, cloud.points), encoding="utf-8")

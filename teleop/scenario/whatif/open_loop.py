@@ -19,8 +19,8 @@ from teleop.scenario.files.faults import Fault, Link, OperatorKilled
 from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.referee.outcome import EventKind, Outcome
 from teleop.scenario.session.fault_schedule import SECOND_OPERATOR
-from teleop.scenario.session.notes_file import Note
 from teleop.scenario.session.recorded_run import read_run
+from teleop.scenario.session.referee_notes import Note
 from teleop.scenario.session.run import ending_of, outcome_of
 from teleop.scenario.session.run_folder import RunFolder
 from teleop.scenario.session.scene import scene_of

@@ -11,7 +11,7 @@ from localization.evaluation.tum_file import read_tum
 from localization.report.plain_text import plain_text
 from teleop.scenario.referee.outcome import Outcome
 from teleop.scenario.whatif.fork import Futures
-from teleop.scenario.whatif.page import NAMES
+from teleop.scenario.whatif.futures_page import NAMES
 
 
 def futures_of(futures: Futures, run: Path, out: Path) -> list[Future]:

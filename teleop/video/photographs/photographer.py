@@ -38,7 +38,7 @@ class TakenPhoto:
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
+class PhotoContext:
     """What a photographer knows besides the picture."""
 
     pose_at: Callable[[int], PhotoPose | None]
@@ -59,7 +59,7 @@ class Photographer:
         folder: PhotoFolder,
         wanted: PictureFormat,
         next_picture: Callable[[PictureFormat], Awaitable[Picture]],
-        surroundings: Surroundings,
+        context: PhotoContext,
     ) -> None:
         """Prepare to take photographs.
 
@@ -67,10 +67,10 @@ class Photographer:
             folder: Where they are stored.
             wanted: Format of the camera's full picture.
             next_picture: Returns the first picture after the call; raises TimeoutError if none comes.
-            surroundings: What else is known.
+            context: What else is known.
         """
         self._folder, self._wanted, self._next = folder, wanted, next_picture
-        self._surroundings = surroundings
+        self._context = context
         self._thread = ThreadPoolExecutor(1, "photographs")
         self._waiting = 0
         self._logged = ""
@@ -89,7 +89,7 @@ class Photographer:
         self._waiting += 1
         try:
             picture = await self._next(self._wanted)
-            around = self._surroundings
+            around = self._context
             record = PhotoRecord(
                 picture.stamp,
                 around.date(),

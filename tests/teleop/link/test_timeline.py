@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from hypothesis import given, strategies as st
 
-from teleop.interfaces import registry
 from teleop.link.emulation import SECOND
 from teleop.link.timeline import NEVER, LinkPeriod, LinkTimeline
+from teleop.ros_types import registry
 from teleop.rosbridge import Protocol
 from teleop.rosbridge.protocol.connection import Connection
 

@@ -13,9 +13,9 @@ import pytest
 
 from localization.maps.cloud import Cloud, CloudError
 from localization.maps.map_files import save_cloud
-from teleop.interfaces import registry
 from teleop.operator import map_download
 from teleop.operator.map_download import MapDownloadError, MapLibrary
+from teleop.ros_types import registry
 from teleop.rosbridge import Server
 from teleop.rosbridge.protocol.protocol import Protocol
 from tests.teleop.rosbridge.auth.test_authentication import certificate

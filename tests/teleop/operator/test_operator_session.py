@@ -15,7 +15,6 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from teleop.interfaces import registry
 from teleop.operator.controls.gamepad import (
     DEADMAN,
     ButtonChanged,
@@ -32,6 +31,7 @@ from teleop.operator.robot_state.station_view import StationView
 from teleop.operator.terminal.terminal import RESTORE_KEYS, Terminal
 from teleop.operator.terminal.terminal_panel import Panel, panel_lines
 from teleop.robot.safety.control_state import ControlMode
+from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from tests.teleop.operator.emulator import KITTY, XTERM, Emulator, emulator
 from tests.teleop.support import (

@@ -8,9 +8,9 @@ import socket
 import pytest
 
 from robot_sim import TICK_NS
-from teleop.interfaces import registry
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.topics.topic_table import INPUTS, OUTPUTS
+from teleop.ros_types import registry
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import TIME
 from tests.teleop.rosbridge.support import client_ids

@@ -23,12 +23,12 @@ from teleop.robot.real_time.process_messages import (
     ESTIMATED,
     OTHER,
     End,
-    EstimateSetup,
+    EstimatorSetup,
     pack,
     unpack,
 )
 from teleop.robot.recording import Recording
-from teleop.robot.serve import start_estimate
+from teleop.robot.serve import start_estimator
 from teleop.robot.steps.precision_log import StepsWriter
 from teleop.robot.tick_record import EstimateRecord
 from tests.support import a_drive
@@ -87,19 +87,19 @@ def test_localiser_keeps_its_pose_when_the_disk_of_its_log_is_full(
 ) -> None:
     simulation, path = Simulation(office, seed=0), tmp_path / "drive.mcap"
     drive = Drive(simulation)
-    setup = EstimateSetup(office_cloud, simulation.mounts, cache, path, {}, 0.11)
-    estimating = start_estimate().begin(setup)
+    setup = EstimatorSetup(office_cloud, simulation.mounts, cache, path, {}, 0.11)
+    estimator = start_estimator().begin(setup)
     try:
-        estimating.ready()
-        with full_disk(estimating.pid):
+        estimator.ready()
+        with full_disk(estimator.pid):
             inbox = [PoseHint("", Hint(0, simulation.truth().map_from_base, np.zeros((6, 6))))]
             estimates: list[EstimateRecord] = []
             for number in range(400):
                 record = drive.tick(number * 20_000_000, inbox)
                 inbox = []
-                estimating.channel.send(pack(DRIVEN, record))
+                estimator.channel.send(pack(DRIVEN, record))
                 while len(estimates) <= number:
-                    for payload in estimating.channel.wait():
+                    for payload in estimator.channel.wait():
                         assert payload[:1] == ESTIMATED
                         estimates.append(unpack(payload))
             assert path.stat().st_size <= ROOM
@@ -110,5 +110,5 @@ def test_localiser_keeps_its_pose_when_the_disk_of_its_log_is_full(
             simulation.truth().map_from_base.position, abs=0.1
         )
     finally:
-        estimating.end(pack(OTHER, End()))
+        estimator.end(pack(OTHER, End()))
     assert 0 < len(list(open_log(path))) < 400 * 5

@@ -300,7 +300,7 @@ def test_listening_beyond_loopback_prints_a_warning(
     office_cloud: Cloud,
     tmp_path: Path,
 ) -> None:
-    from teleop.interfaces import registry
+    from teleop.ros_types import registry
     from teleop.rosbridge import Authenticator, Protocol, read_credentials
 
     gate = (

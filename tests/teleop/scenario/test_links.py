@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from teleop.interfaces import registry
 from teleop.link.emulation import SECOND
 from teleop.link.timeline import NEVER
+from teleop.ros_types import registry
 from teleop.rosbridge import Protocol
 from teleop.scenario.files.faults import Fault, Kidnap, Link
 from teleop.scenario.files.scenario import Scenario

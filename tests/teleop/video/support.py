@@ -18,7 +18,7 @@ from PIL import Image, ImageDraw
 
 from teleop.pictures.picture import Picture, PictureFormat
 from teleop.pictures.picture_hub import PictureHub
-from teleop.robot.clients.session_service import may_drive
+from teleop.robot.clients.whoami_service import may_drive
 from teleop.robot.serving.server_setup import ROLES
 from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.rosbridge.auth.credentials import Credentials, read_credentials
@@ -31,7 +31,7 @@ from teleop.video.photographs.photo_folder import PhotoFolder
 from teleop.video.photographs.photo_pages import PhotoPages
 from teleop.video.photographs.photo_rate import PhotoRate
 from teleop.video.photographs.photo_record import PhotoPose
-from teleop.video.photographs.photographer import Photographer, Surroundings
+from teleop.video.photographs.photographer import PhotoContext, Photographer
 from teleop.video.tickets import Tickets
 from teleop.video.video_pages import VideoPages
 from teleop.video.video_topics import video_topics
@@ -133,7 +133,7 @@ async def video(
     pages = VideoPages(hub, video_topics(WIDTH, HEIGHT), access, lambda: stamp[0]())
     pages.add_to(server.handlers)
     access.add_page(server.handlers)
-    around = Surroundings(lambda at: POSE, lambda: "2026-11-22T10:20:30.5+00:00", "office", "ab12")
+    around = PhotoContext(lambda at: POSE, lambda: "2026-11-22T10:20:30.5+00:00", "office", "ab12")
     whole = PictureFormat("/camera/rgb/image_raw", "jpeg", WIDTH, HEIGHT, 95)
     photos = PhotoFolder(folder / "photos", **quota)
     photographer = Photographer(photos, whole, pages.next_picture, around)

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from localization.types import SECOND
+from teleop.robot.arm.arm_commands import GripperGoal, Hand, Move, Stream, Trajectory, WayOut
 from teleop.robot.arm.arm_state import ArmState
-from teleop.robot.arm.commands import GripperGoal, Hand, Move, Stream, Trajectory, WayOut
 from teleop.robot.inbox import ArmWish
 from teleop.robot.safety.control_state import ControlMode
 from teleop.robot.tick_record import TickRecord

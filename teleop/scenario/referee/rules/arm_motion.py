@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 
 from localization.geometry import FloatArray, so3_log
+from teleop.robot.arm.arm_commands import Hand, Stream
 from teleop.robot.arm.arm_state import ArmMode, ArmState
-from teleop.robot.arm.commands import Hand, Stream
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.files.faults import Walker
 from teleop.scenario.referee.rules.arm_rule import ArmRule

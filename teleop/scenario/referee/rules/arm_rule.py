@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from teleop.robot.arm.arm_commands import ArmTwist, Hand, JointJog, Stream, TipTarget
 from teleop.robot.arm.arm_state import ArmState
-from teleop.robot.arm.commands import ArmTwist, Hand, JointJog, Stream, TipTarget
 from teleop.robot.inbox import ArmWish
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.referee.rules.rule import Rule

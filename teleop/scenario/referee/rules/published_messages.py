@@ -27,7 +27,7 @@ _KEPT: Final = 500
 
 
 @dataclass(frozen=True, slots=True)
-class Delivery:
+class PublishedMessage:
     """A message that one client was sent."""
 
     client: int
@@ -42,7 +42,7 @@ class PublishedMessages(Observer):
     """Reads the frames that clients are sent; owns those of the present tick."""
 
     def __init__(self) -> None:
-        self.deliveries: list[Delivery] = []
+        self.deliveries: list[PublishedMessage] = []
         """What was sent since the last tick, in its order."""
 
         self.witness: int | None = None
@@ -60,7 +60,7 @@ class PublishedMessages(Observer):
                 return  # packed in a PNG
             self._decoded[output.payload] = operation["msg"]
         message = self._decoded[output.payload]
-        self.deliveries.append(Delivery(connection.id, output.topic, message))
+        self.deliveries.append(PublishedMessage(connection.id, output.topic, message))
 
     def of(self, *topics: str) -> Iterator[tuple[str, dict[str, Any]]]:
         """Yield each message of some topics once, with its topic, however many got it."""

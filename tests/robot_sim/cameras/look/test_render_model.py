@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robot_sim import scene_names
-from robot_sim.cameras.look.decals import SHADOW
+from robot_sim.cameras.look.ground_decals import SHADOW
 from robot_sim.cameras.look.mesh_groups import FILMS
 from robot_sim.cameras.look.render_model import build_render_model
 from robot_sim.cameras.look.surface_looks import LOOKS

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robot_sim.cameras.look.decals import Decal
+from robot_sim.cameras.look.ground_decals import Decal
 from robot_sim.cameras.look.textured_shapes import (
     TexturedMesh,
     box_mesh,

@@ -14,10 +14,10 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from robot_sim import TICK_NS, Simulation, SimulationConfig, World
-from teleop.interfaces import registry
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.drive import Drive
 from teleop.robot.topics.topic_table import latched_messages
+from teleop.ros_types import registry
 from teleop.rosbridge import ClientLimits, Protocol, Server
 from tests.teleop.bridges.kafka.support import bridge, sender
 from tests.teleop.bridges.support import Broker

@@ -22,7 +22,7 @@ from robot_sim.arm.servo_board import ServoBoard
 from teleop.bridges.servos.bridge import ARRAY, JOINT_DEGREES, MIRROR_DEGREES, run_servo_bridge
 from teleop.bridges.servos.bridge_config import ServoBridgeConfig
 from teleop.bridges.servos.servo_lines import joint_line
-from teleop.interfaces import registry
+from teleop.ros_types import registry
 from teleop.rosbridge import Client, Protocol, Server
 from teleop.rosbridge.errors import ClientError
 from tests.teleop.support import PATIENCE, in_a_loop

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from robot_sim.arm.arm_table import load_arm
-from robot_sim.arm.servo_firmware import Firmware, checked
+from robot_sim.arm.servo_firmware import ServoFirmware, checked
 from teleop.bridges.servos.servo_lines import (
     LONGEST,
     Angles,
@@ -31,7 +31,7 @@ def test_a_line_has_one_decimal_and_the_checksum_that_the_board_expects() -> Non
 
 @given(st.tuples(*(st.floats(low, low + 180.0) for low in (-90, -45, -135, -90, -90, 0))))
 def test_every_pose_of_the_arm_is_a_line_that_the_board_takes(degrees: tuple[float, ...]) -> None:
-    board = Firmware(load_arm(), feedback=False)
+    board = ServoFirmware(load_arm(), feedback=False)
     line = joint_line(degrees)
     assert len(line) <= LONGEST
     board.take(line, [])
@@ -102,7 +102,7 @@ def test_lines_in_the_documentation_are_lines() -> None:
     page = (ROOT / "docs/servos.md").read_text(encoding="utf-8")
     lines = re.findall(r"^\| `([JAWER] [^`]*)` \|", page, re.MULTILINE)
     assert [line[0] for line in lines] == list("JAWER")
-    board, reader = Firmware(load_arm(), feedback=False), LineReader()
+    board, reader = ServoFirmware(load_arm(), feedback=False), LineReader()
     board.take(f"{lines[0]}\n".encode(), [])
     assert board.written == (900, 1050, 450, 900, 600, 1800)
     assert len(reader.take("".join(f"{line}\n" for line in lines[1:]).encode())) == 4

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from teleop.operator.controls.key_events import Input, Key, KeyDecoder, KeyEvent, Report
+from teleop.operator.controls.key_events import Input, Key, KeyDecoder, KeyEvent, TerminalReport
 
 _REPEAT, _RELEASE = KeyEvent.REPEAT, KeyEvent.RELEASE
 
@@ -24,10 +24,10 @@ _REPEAT, _RELEASE = KeyEvent.REPEAT, KeyEvent.RELEASE
         (b"\x1b[99;5u", [Key("ctrl-c")]),
         (b"\x03", [Key("ctrl-c")]),
         (b"\x1b[27u\r\x7f", [Key("escape"), Key("enter"), Key("backspace")]),
-        (b"\x1b[?3u", [Report.KITTY]),
-        (b"\x1b[?62;4c", [Report.ATTRIBUTES]),
-        (b"\x1b[0n", [Report.ALIVE]),
-        (b"\x1b[O\x1b[I", [Report.FOCUS_LOST, Report.FOCUS_GAINED]),
+        (b"\x1b[?3u", [TerminalReport.KITTY]),
+        (b"\x1b[?62;4c", [TerminalReport.ATTRIBUTES]),
+        (b"\x1b[0n", [TerminalReport.ALIVE]),
+        (b"\x1b[O\x1b[I", [TerminalReport.FOCUS_LOST, TerminalReport.FOCUS_GAINED]),
         (b"\x1b[>1;2c\x1b[200~\x1b[1;5F\x1b[0u", []),  # of no use here
         ("ü".encode(), [Key("ü")]),
         (b"\x1b\x1b[A", [Key("escape"), Key("up")]),

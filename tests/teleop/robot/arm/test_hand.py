@@ -11,7 +11,7 @@ from localization.geometry import FloatArray, rotation_from_euler, so3_exp
 from localization.types import SECOND, Pose
 from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.kinematics import Kinematics
-from teleop.robot.arm.commands import Hand
+from teleop.robot.arm.arm_commands import Hand
 from teleop.robot.arm.hand import Clutch, Grip, heading
 from teleop.robot.arm.reach import Target
 

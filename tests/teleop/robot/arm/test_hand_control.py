@@ -18,7 +18,7 @@ from robot_sim.arm.clearance import MARGIN, Clearance
 from robot_sim.arm.inverse import solutions
 from robot_sim.arm.kinematics import Kinematics
 from robot_sim.arm.obstacles import Box
-from teleop.robot.arm.commands import ArmTwist, Hand, JointJog, Stream, TipTarget
+from teleop.robot.arm.arm_commands import ArmTwist, Hand, JointJog, Stream, TipTarget
 from teleop.robot.arm.hand_control import HandControl, HandStep
 from teleop.robot.arm.hindrance import Hindrance
 from teleop.robot.arm.limits import Motion

@@ -12,7 +12,7 @@ from localization.types import Pose
 from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.clearance import MARGIN, Clearance
 from robot_sim.arm.obstacles import Box
-from teleop.robot.arm.planner import NoPlan, Outcome, Plan, Planning
+from teleop.robot.arm.planner import NoPlan, Plan, Planning, PlanOutcome
 
 TABLE = load_arm()
 LEFT, RIGHT = np.array([1.0, 0.0, -0.5, 0.0, 0.5]), np.array([-1.0, 0.0, -0.5, 0.0, 0.5])
@@ -26,7 +26,7 @@ def among(*boxes: Box) -> Clearance:
     return clearance
 
 
-def found(planning: Planning, checks: int = 1000) -> Outcome:
+def found(planning: Planning, checks: int = 1000) -> PlanOutcome:
     while (outcome := planning.advance(checks)) is None:
         pass
     return outcome

@@ -16,8 +16,8 @@ from localization.maps.cloud import Cloud
 from localization.types import Pose, WheelSpeeds
 from robot_sim import SimulationConfig
 from robot_sim.worlds.world import World
+from teleop.robot.arm.arm_commands import Alive, Hand, Move
 from teleop.robot.arm.arm_state import ArmState
-from teleop.robot.arm.commands import Alive, Hand, Move
 from teleop.robot.assembly import RobotParts, build_drive
 from teleop.robot.inbox import ArmWish, InboxMessage
 from teleop.robot.serve import serve

@@ -9,7 +9,7 @@ from localization.geometry import FloatArray, so3_exp
 from localization.types import SECOND, Pose
 from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.kinematics import Kinematics
-from teleop.robot.arm.commands import ArmTwist, Hand, TipTarget
+from teleop.robot.arm.arm_commands import ArmTwist, Hand, TipTarget
 from teleop.robot.arm.targets import Targets
 
 TIP = Kinematics(load_arm()).tip(load_arm().poses["ready"])

@@ -18,9 +18,9 @@ from PIL import Image
 from localization.types import Twist
 from robot_sim import Simulation, World
 from robot_sim.cameras import CameraFrame, VisualState, camera_named
-from teleop.interfaces import registry
 from teleop.robot.cameras.camera_topics import CAMERA_TOPICS, PICTURE_TOPICS
 from teleop.robot.cameras.stepped_camera import SteppedCamera
+from teleop.ros_types import registry
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer

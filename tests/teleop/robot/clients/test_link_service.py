@@ -9,9 +9,9 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from teleop.interfaces import registry
 from teleop.robot.clients.link_service import serve_link
 from teleop.robot.serving.serve_config import ServeConfig
+from teleop.ros_types import registry
 from teleop.rosbridge import Client, Protocol, Server
 from tests.teleop.robot.test_security import VIEWER, served, tokens
 from tests.teleop.rosbridge.server.test_server import stall

@@ -13,10 +13,10 @@ from localization.maps.cloud import Cloud
 from localization.relocalization.preview import Preview
 from localization.types import SECOND
 from robot_sim import World
-from teleop.interfaces import registry
 from teleop.robot.clients.preview_service import NO_ANSWER, OVERTAKEN, PERIOD, PreviewService
 from teleop.robot.preview import PreviewAnswer, PreviewRequest
 from teleop.robot.serving.serve_config import ServeConfig
+from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ServiceCallError
 from teleop.rosbridge.framing.outgoing_frames import OutgoingFrame
@@ -129,11 +129,11 @@ async def test_viewers_may_not_preview(
             assert "no sweep yet" in (await driver.call(SERVICE, {"pose": HERE}))["message"]
 
 
-# The queue to an estimating process, which the tests are
+# The queue to an estimator, which the tests are
 
 
 class Desk:
-    """A protocol with the service, its clients, and what the estimating process was asked."""
+    """A protocol with the service, its clients, and what the estimator was asked."""
 
     def __init__(self, clients: int = 1) -> None:
         self.protocol = Protocol(registry(), limits=ClientLimits.unhurried())

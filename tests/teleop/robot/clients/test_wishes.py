@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from localization.types import Twist
 from teleop.joystick import VelocityRequest
-from teleop.robot.arm.commands import ArmTwist, GripperGoal, JointJog
+from teleop.robot.arm.arm_commands import ArmTwist, GripperGoal, JointJog
 from teleop.robot.clients.wishes import Wishes
 from teleop.robot.inbox import ArmWish, DriveCommand, EStop, InboxMessage, TakeOver
 

@@ -16,14 +16,15 @@ import pytest
 
 from robot_sim import Simulation, World
 from teleop import clock
-from teleop.interfaces import registry
 from teleop.pictures.picture import Picture, PictureFormat
 from teleop.robot.real_time.camera_feed import CameraFeed
 from teleop.robot.real_time.camera_receiver import CameraReceiver
 from teleop.robot.real_time.camera_start import CameraStart
 from teleop.robot.real_time.picture_link import PictureLink
+from teleop.ros_types import registry
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
+from tests.teleop.robot.real_time.test_process_name import shown
 from tests.teleop.support import PATIENCE, in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
@@ -34,7 +35,7 @@ RAW = PictureFormat("/camera/rgb/image_raw", "rgb8")
 
 @dataclass
 class Rig:
-    """A robot's ticks and the camera's process, joined as what drives and what talks join them."""
+    """A robot's ticks and the camera's process, joined as control and the gateway join them."""
 
     simulation: Simulation
     feed: CameraFeed
@@ -77,6 +78,8 @@ async def test_pictures_of_the_newest_frames_come_while_they_are_wanted(office: 
     async with rig(office) as robot:
         await robot.until(lambda: robot.simulation.stamp >= 400_000_000)
         assert robot.receiver.hub.wanted == frozenset()
+        assert robot.feed.process is not None
+        assert shown(robot.feed.process.pid) == "camera"
         came: list[Picture] = []
         watch = robot.receiver.hub.watch(JPEG, came.append)
         also = robot.receiver.hub.watch(RAW, came.append)
@@ -96,7 +99,7 @@ async def test_pictures_of_the_newest_frames_come_while_they_are_wanted(office: 
 
 
 @in_a_loop
-async def test_camera_and_talking_process_go_on_with_each_other_s_successors(
+async def test_camera_and_gateway_go_on_with_each_other_s_successors(
     office: World, caplog: pytest.LogCaptureFixture
 ) -> None:
     async with rig(office) as robot:
@@ -112,7 +115,7 @@ async def test_camera_and_talking_process_go_on_with_each_other_s_successors(
         assert [r.getMessage() for r in caplog.records] == [
             "the camera has ended: it is started again"
         ]
-        # What talks is replaced, too, in the midst of a picture.
+        # The gateway is replaced, too, in the midst of a picture.
         descriptor, camera = os.dup(robot.receiver._link.fileno()), robot.receiver._topics._camera
         robot.receiver.close()
         await asyncio.sleep(0.2)  # the camera goes on until its link is full
@@ -146,7 +149,7 @@ def test_robot_where_nothing_can_be_drawn_is_served_without_a_camera(
 
 def test_robot_without_a_camera_imports_nothing_of_it() -> None:
     script = (
-        "import sys, teleop.robot.serve, teleop.robot.real_time.talk_process\n"
+        "import sys, teleop.robot.serve, teleop.robot.real_time.gateway_process\n"
         "parts = ('OpenGL', 'robot_sim.cameras.renderer', 'teleop.pictures', 'teleop.robot.cameras.')\n"
         "print([name for name in sys.modules if name.startswith(parts)])"
     )

@@ -10,14 +10,14 @@ import pytest
 
 from teleop.robot.real_time.camera_process import _NICENESS as CAMERA
 from teleop.robot.real_time.child_process import ChildProcess
-from teleop.robot.real_time.estimate_process import _NICENESS as ESTIMATE
-from teleop.robot.real_time.talk_process import _NICENESS as TALK
+from teleop.robot.real_time.estimator_process import _NICENESS as ESTIMATOR
+from teleop.robot.real_time.gateway_process import _NICENESS as GATEWAY
 
-MODULE = "teleop.robot.real_time.estimate_process"
+MODULE = "teleop.robot.real_time.estimator_process"
 
 
-def test_what_talks_comes_before_what_estimates_and_that_before_what_draws() -> None:
-    assert 0 < TALK < ESTIMATE < CAMERA
+def test_gateway_comes_before_estimator_and_that_before_camera() -> None:
+    assert 0 < GATEWAY < ESTIMATOR < CAMERA
 
 
 @pytest.mark.process

@@ -28,7 +28,7 @@ from teleop.robot.drive import Drive
 from teleop.robot.inbox import DriveCommand
 from teleop.robot.real_time.channel import Channel, ChannelClosedError
 from teleop.robot.real_time.child_process import ChildProcess
-from teleop.robot.real_time.drive_process import DriveProcess
+from teleop.robot.real_time.control_process import ControlProcess
 from teleop.robot.real_time.process_messages import OTHER, Wanted, pack
 from teleop.robot.tick_record import DriveRecord
 from tests.teleop.support import peer
@@ -52,19 +52,19 @@ class Child:
 
 
 class Driving:
-    """A driving process in a thread, with a client that never stops sending velocities."""
+    """A control process in a thread, with a client that never stops sending velocities."""
 
     def __init__(self, world: World) -> None:
-        self.talk, self.estimate = Child(), Child()
+        self.gateway, self.estimator = Child(), Child()
         self.started_again: list[str] = []
         self.ticks: list[DriveRecord] = []
         self.stop = threading.Event()
-        self.process = DriveProcess(
+        self.process = ControlProcess(
             Drive(Simulation(world, seed=0)),
-            self.talk.as_process(),
-            self.estimate.as_process(),
-            restart_talk=lambda: self._again("talk"),
-            restart_estimate=lambda: self._again("estimate"),
+            self.gateway.as_process(),
+            self.estimator.as_process(),
+            restart_gateway=lambda: self._again("gateway"),
+            restart_estimator=lambda: self._again("estimator"),
         )
         tick = self.process.tick
 
@@ -84,14 +84,14 @@ class Driving:
     def _want(self) -> None:
         command = DriveCommand("a", AHEAD, arrival=clock.monotonic(), stream=True, rested=True)
         with contextlib.suppress(ChannelClosedError):
-            self.talk.other.send(pack(OTHER, Wanted((command,))))
+            self.gateway.other.send(pack(OTHER, Wanted((command,))))
 
     def __enter__(self) -> Driving:
         return self
 
     def __exit__(self, *why: object) -> None:
-        self.talk.close()
-        self.estimate.close()
+        self.gateway.close()
+        self.estimator.close()
 
     @property
     def speeds(self) -> list[float]:
@@ -113,8 +113,8 @@ def test_last_commands_are_zero_and_the_robot_stands_whatever_a_client_still_wan
 def test_processes_that_are_gone_at_the_end_are_not_started_again(office: World) -> None:
     with Driving(office) as driving:
         driving.stop.set()
-        driving.talk.other.close()
-        driving.estimate.other.close()
+        driving.gateway.other.close()
+        driving.estimator.other.close()
         driving.process.run(driving.stop)
     assert driving.started_again == []
     assert driving.speeds[-1] == 0.0

@@ -1,4 +1,4 @@
-"""The link between what draws and what talks: real sockets, values of any size, ends that are replaced."""
+"""The link between the camera and the gateway: real sockets, values of any size, ends that are replaced."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LARGE = 3_000_000
 
 @pytest.fixture
 def pair() -> Iterator[tuple[socket.socket, socket.socket]]:
-    """Return the ends that the driving process keeps."""
+    """Return the ends that control keeps."""
     ends = socket_pair()
     yield ends
     for end in ends:

@@ -16,7 +16,7 @@ from robot_sim import World
 from teleop import clock
 from teleop.robot.clients.preview_service import NO_ANSWER, OVERTAKEN
 from tests.teleop.robot.clients.test_preview_service import HERE, SERVICE
-from tests.teleop.robot.real_time.test_drive_process import drive_until, robot, until
+from tests.teleop.robot.real_time.test_control_process import drive_until, robot, until
 from tests.teleop.support import Peer, in_a_loop, peer
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
@@ -83,14 +83,14 @@ async def test_hung_localiser_leaves_no_preview_without_an_answer_in_two_seconds
 ) -> None:
     async with robot(office, office_cloud, cache) as served, peer(served.address.url) as client:
         await scored(client)
-        os.kill(served.process.estimate.pid, signal.SIGSTOP)
+        os.kill(served.process.estimator.pid, signal.SIGSTOP)
         try:
             text, seconds = await timed(client)
             assert text == NO_ANSWER
             assert 1.0 < seconds < 2.0
             await drive_until(client, served, 0.6)
         finally:
-            os.kill(served.process.estimate.pid, signal.SIGCONT)
+            os.kill(served.process.estimator.pid, signal.SIGCONT)
         await scored(client)
 
 
@@ -100,12 +100,12 @@ async def test_preview_while_a_new_localiser_loads_its_map_is_answered_in_two_se
 ) -> None:
     async with robot(office, office_cloud, cache) as served, peer(served.address.url) as client:
         await scored(client)
-        killed = served.process.estimate
+        killed = served.process.estimator
         os.kill(killed.pid, signal.SIGKILL)
         for _ in range(3):
             text, seconds = await timed(client)
             assert seconds < 2.0
             assert text in (NO_ANSWER, OVERTAKEN) or "sweep" in text
-        await until(lambda: served.process.estimate is not killed)
+        await until(lambda: served.process.estimator is not killed)
         await scored(client)
         assert (await client.ask(SERVICE, pose=HERE))[1]["present"] == -1.0

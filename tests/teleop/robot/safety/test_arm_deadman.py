@@ -7,7 +7,7 @@ import pytest
 from localization.types import SECOND, Pose, Twist
 from robot_sim import DriveConfig
 from teleop.joystick import VelocityRequest
-from teleop.robot.arm.commands import ArmTwist, Hand, JointJog, Stream, TipTarget
+from teleop.robot.arm.arm_commands import ArmTwist, Hand, JointJog, Stream, TipTarget
 from teleop.robot.inbox import ArmWish, Ask, DriveCommand, EStop, EStopReset, Give
 from teleop.robot.safety.arm_deadman import OPEN_FIRST, ZERO_OR_PAUSE
 from teleop.robot.safety.control_state import ControlMode, SafetyConfig

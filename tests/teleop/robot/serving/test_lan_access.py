@@ -21,10 +21,10 @@ import pytest
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.errors import SettingError
-from teleop.interfaces import registry
 from teleop.robot.serving import lan_access as module
 from teleop.robot.serving.lan_access import lan_access
 from teleop.robot.serving.serve_config import ServeConfig
+from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ClientError
 from tests.teleop.robot.test_security import served, tokens

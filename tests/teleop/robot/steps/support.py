@@ -9,7 +9,6 @@ from typing import Any
 from localization.maps.cloud import Cloud
 from localization.types import Pose
 from robot_sim import TICK_NS, SimulationConfig, World
-from teleop.interfaces import registry
 from teleop.link.command_age import RoundTrips
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.assembly import RobotParts, build_drive
@@ -17,6 +16,7 @@ from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.inbox import InboxMessage
 from teleop.robot.tick_record import DriveRecord
 from teleop.robot.topics.topic_table import latched_messages
+from teleop.ros_types import registry
 from teleop.rosbridge.framing.outgoing_frames import CloseFrame, Output
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.protocol import Protocol

@@ -322,7 +322,7 @@ def test_result_is_repeated_until_it_is_confirmed(rig: StepRig) -> None:
     client.goal("a", distance=0.02)
     drive, adapter = rig.drive, rig.adapter
     seen = 0
-    # As in real time, where a record may be lost on its way to what talks.
+    # As in real time, where a record may be lost on its way to the gateway.
     while seen < 5:
         record = drive.tick(drive.simulation.stamp, adapter.wishes.take())
         seen += bool(record.steps.unanswered)

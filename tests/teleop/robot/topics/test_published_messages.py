@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from localization.maps.cloud import Cloud
-from teleop.interfaces import registry
 from teleop.robot.topics.topic_table import OUTPUTS, Topic
+from teleop.ros_types import registry
 from teleop.rosbridge.messages.message_completion import complete
 from tests.teleop.support import (
     Robots,
@@ -29,7 +29,7 @@ def expected_count(topic: Topic[Any], seconds: float) -> range:
     if topic.every:
         exact = round(seconds * 50) // topic.every
         if topic.name == "/diagnostics":
-            exact *= 2  # of what drives, and of what estimates
+            exact *= 2  # of control, and of the estimator
         return range(exact, exact + 1)
     if topic.name == "/localization/hint_verdict":
         return range(1, 2)

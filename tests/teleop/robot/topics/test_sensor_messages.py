@@ -18,12 +18,12 @@ from localization.types import Health, Hint, Inertial, Pose, Twist, WheelSpeeds
 from robot_sim import JACKAL, DriveConfig, Simulation, SimulationConfig, World, sensor_suite
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.motor_controller import FirmwareConfig
-from teleop.interfaces import registry
 from teleop.joystick import VelocityRequest
 from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import OUTPUTS
+from teleop.ros_types import registry
 from teleop.rosbridge.messages.json_cbor_codec import Codec
 
 REGISTRY = registry()

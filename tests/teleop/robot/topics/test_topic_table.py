@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from teleop.interfaces import registry
 from teleop.robot.cameras.camera_topics import CAMERA_TOPICS
 from teleop.robot.topics.arm_topics import (
     ARM_ACTIONS,
@@ -18,6 +17,7 @@ from teleop.robot.topics.arm_topics import (
 )
 from teleop.robot.topics.topic_table import INPUTS, LATCHED, OUTPUTS, SERVICES
 from teleop.robot.topics_page import markdown
+from teleop.ros_types import registry
 
 ROOT = Path(__file__).resolve().parents[4]
 REGISTRY = registry()

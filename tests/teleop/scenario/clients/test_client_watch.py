@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from teleop.interfaces import registry
 from teleop.robot.topics.topic_table import SIMULATION_ACTION, SIMULATION_SERVICES
+from teleop.ros_types import registry
 from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.rosbridge.auth.credentials import Credentials
 from teleop.rosbridge.compat.standard_services import serve_standard

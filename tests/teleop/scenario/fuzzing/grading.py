@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from teleop.clock import wall_seconds
 from teleop.scenario.fuzzing.campaign import attempt
 from teleop.scenario.fuzzing.judged_session import JudgedSession
-from teleop.scenario.fuzzing.statistics import compare, reference
+from teleop.scenario.fuzzing.session_statistics import compare, reference
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import pytest
 from teleop.__main__ import main
 from teleop.scenario.fuzzing import campaign as campaigns
 from teleop.scenario.fuzzing.campaign import attempt, broken_at, campaign
-from teleop.scenario.fuzzing.commands import Fuzz
+from teleop.scenario.fuzzing.fuzz_command import Fuzz
 from teleop.scenario.fuzzing.judged_session import JudgedSession
 from teleop.scenario.referee.rules.rule import Broken
 from tests.teleop.scenario.fuzzing.test_rules import session

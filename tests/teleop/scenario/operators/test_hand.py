@@ -12,8 +12,8 @@ import pytest
 
 from localization.geometry import FloatArray
 from robot_sim.arm.arm_table import load_arm
+from teleop.robot.arm.arm_commands import Hand
 from teleop.robot.arm.arm_state import ArmMode, ArmState
-from teleop.robot.arm.commands import Hand
 from teleop.robot.inbox import ArmWish
 from teleop.scenario.files.errors import ScenarioError
 from teleop.scenario.files.reading import scenario_from

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from teleop.interfaces import registry
 from teleop.link.emulation import LinkConfig, LinkEmulation
+from teleop.ros_types import registry
 from teleop.rosbridge import Authenticator, Protocol, read_credentials
 from teleop.rosbridge.auth.permissions import UNGUARDED
 from teleop.rosbridge.framing.outgoing_frames import Output

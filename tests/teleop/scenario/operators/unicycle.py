@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from localization.types import SECOND, Twist
-from teleop.interfaces import registry
 from teleop.joystick import JoystickLayout, read_joy
+from teleop.ros_types import registry
 from teleop.rosbridge import ClientLimits, Protocol, nanoseconds, stamp
 from teleop.scenario.operators.memory_transport import MemoryTransport
 from teleop.scenario.operators.operator import Briefing, Operator

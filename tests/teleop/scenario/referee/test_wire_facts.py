@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from teleop.interfaces import registry
+from teleop.ros_types import registry
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.scenario.referee.rules.command_in_force import sources
 from teleop.scenario.referee.rules.wire_facts import DriveMessage, WireFacts

@@ -14,7 +14,7 @@ from hypothesis import given, settings, strategies as st
 
 from localization.types import Hint, Pose, Twist
 from teleop.joystick import VelocityRequest
-from teleop.robot.arm.commands import Wish
+from teleop.robot.arm.arm_commands import Wish
 from teleop.robot.inbox import DriveCommand, EStop, InboxMessage, PoseHint, TakeOver
 from teleop.scenario.session.inbox_file import InboxFileError, InboxWriter, read_inboxes
 

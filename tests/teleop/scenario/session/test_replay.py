@@ -17,7 +17,7 @@ from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.operators.operator import Operator
 from teleop.scenario.referee.outcome import Event, EventKind, ExitStatus, Outcome
 from teleop.scenario.session.inbox_file import InboxFileError, InboxWriter, read_inboxes
-from teleop.scenario.session.notes_file import KINDS, Ending, NotesFileError, NotesWriter
+from teleop.scenario.session.referee_notes import KINDS, Ending, NotesFileError, NotesWriter
 from teleop.scenario.session.run import replay_run, run_scenario
 from tests.teleop.scenario.session.support import Forward, scenario
 

@@ -24,7 +24,7 @@ from teleop.robot.tick_record import TickRecord
 from teleop.scenario.files.scenario import Start
 from teleop.scenario.run_files import RUN_FILES
 from teleop.scenario.session.run import replay_run
-from teleop.scenario.tour.drive import Driven, drive_tour
+from teleop.scenario.tour.drive import DrivenTour, drive_tour
 from teleop.scenario.tour.measures import TickMeasures
 from teleop.scenario.tour.options import TourOptions
 from teleop.scenario.tour.picture import draw
@@ -33,7 +33,7 @@ from teleop.scenario.tour.summary import ReportError, read_summary
 from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 from tests.teleop.scenario.tour.support import in_memory
 
-Short = tuple[Path, Driven]
+Short = tuple[Path, DrivenTour]
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import type { StepMotion } from "../driving/step_motion";
 import type { RobotWire } from "../link/robot_wire";
 import type { ArmInfo } from "../robot/arm";
 import type { RobotState } from "../robot/robot_state";
-import { browserKeeper, remembered } from "../scene/remembered";
+import { browserKeeper, remembered } from "../scene/stored_signals";
 import type { Theme } from "../scene/settings";
 import type { Workshop } from "../scene/workshop";
 import { ArmFeed } from "./arm_feed";

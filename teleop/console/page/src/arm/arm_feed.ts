@@ -6,7 +6,7 @@ import { readArmInfo, readArmState, readRumble } from "../link/message_checks/ar
 import type { RobotWire } from "../link/robot_wire";
 import type { ArmInfo, ArmState } from "../robot/arm";
 import type { RobotState } from "../robot/robot_state";
-import { depend } from "../scene/reactions";
+import { depend } from "../scene/depend";
 
 /** Shortest time between two states [ms], and where bandwidth is saved. */
 const STATE_PERIOD = 50;

@@ -3,7 +3,7 @@
 import { computed, effect, signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import { CameraPictures } from "../link/camera_pictures";
 import type { RobotState } from "../robot/robot_state";
-import { remembered, type Keeper } from "../scene/remembered";
+import { remembered, type Keeper } from "../scene/stored_signals";
 import { cameraTexts as texts } from "../texts/camera";
 import { cameraStreams, type CameraStream } from "./camera_streams";
 import { MultipartReader } from "./multipart_reader";

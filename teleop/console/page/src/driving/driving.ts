@@ -15,7 +15,7 @@ import { GamepadSource } from "./gamepad_source";
 import type { Gear } from "./gears";
 import { dialogOpen } from "./key_bindings";
 import { KeyboardSource } from "./keyboard_source";
-import { SleepWatch, watchPage, type Loss } from "./losses";
+import { SleepWatch, watchPage, type Loss } from "./page_watch";
 import { inOurWords } from "./robot_reasons";
 import { setIfChanged } from "./set_if_changed";
 import type { StepMotion } from "./step_motion";

@@ -13,7 +13,7 @@ import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
 import type { RobotCommands } from "../robot/robot_commands";
 import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
-import { browserKeeper, remembered } from "../scene/remembered";
+import { browserKeeper, remembered } from "../scene/stored_signals";
 import { Scene } from "../scene/scene";
 import { sceneSettings, type SceneSettings } from "../scene/settings";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";

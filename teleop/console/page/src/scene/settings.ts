@@ -1,7 +1,7 @@
 /** What a person may set about the picture; remembered by the browser. */
 
 import type { Signal } from "@preact/signals";
-import { browserKeeper, remembered, type Keeper } from "./remembered";
+import { browserKeeper, remembered, type Keeper } from "./stored_signals";
 
 export const VIEWS = ["chase", "top", "first", "arm"] as const;
 /** From behind the robot, from above with north (y) up, with the robot's eyes, or near its arm. */

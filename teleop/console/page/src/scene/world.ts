@@ -12,7 +12,7 @@ import { RobotLayer } from "./robot_layer";
 import type { Layers, View } from "./settings";
 import type { SmoothPose } from "./smooth_pose";
 import type { Viewport } from "./viewport";
-import { WaitingPlace } from "./waiting_place";
+import { NotLocatedRing } from "./not_located_ring";
 
 /** What is higher above the robot's top is cut away, so that ceilings hide nothing [m]. */
 const HEADROOM = 1.5;
@@ -53,7 +53,7 @@ export class World {
   readonly live = new LivePoints();
   readonly robot = new RobotLayer();
   readonly hypotheses = new Hypotheses();
-  readonly waiting = new WaitingPlace();
+  readonly waiting = new NotLocatedRing();
   readonly #ghost = new Ghost(this.live.cloud);
   #proposed: { readonly pose: PlanarPose; readonly quality: GhostQuality } | undefined;
   #paint: Paint | undefined;

@@ -1,6 +1,6 @@
 import { fc, describe, expect, test } from "./tools";
 import { LAYERS, sceneSettings, withLayer } from "../../src/scene/settings";
-import type { Keeper } from "../../src/scene/remembered";
+import type { Keeper } from "../../src/scene/stored_signals";
 
 function keeper(kept: Record<string, string> = {}): Keeper & { readonly kept: Record<string, string> } {
   return {

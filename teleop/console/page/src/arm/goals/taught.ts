@@ -2,7 +2,7 @@
 
 import { signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import type { ArmInfo, ArmState } from "../../robot/arm";
-import { remembered, type Keeper } from "../../scene/remembered";
+import { remembered, type Keeper } from "../../scene/stored_signals";
 import { armTexts as texts } from "../../texts/arm";
 import type { GripperControl } from "./gripper_control";
 import type { MoveControl } from "./move_control";

@@ -2,7 +2,7 @@
 
 import { signal, type ReadonlySignal } from "@preact/signals";
 import type { Driving } from "../../driving/driving";
-import { SleepWatch, watchPage, type Loss } from "../../driving/losses";
+import { SleepWatch, watchPage, type Loss } from "../../driving/page_watch";
 import type { ArmState } from "../../robot/arm";
 import { armTexts as texts } from "../../texts/arm";
 import { drivingTexts } from "../../texts/driving";

@@ -4,7 +4,7 @@ import { signal, type Signal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import type { Driving } from "../../driving/driving";
 import type { RobotState } from "../../robot/robot_state";
-import { browserKeeper, remembered, type Keeper } from "../../scene/remembered";
+import { browserKeeper, remembered, type Keeper } from "../../scene/stored_signals";
 import type { EndedStep, PendingStep, StepControl } from "../../steps/step_control";
 import {
   ANGLE, DISTANCE, PACES, readSize, shareDriven, stepGoal, type Pace, type Size, type StepDirection,

@@ -15,7 +15,7 @@ _MOVE: Final = "/move"
 """Action of single steps."""
 
 
-def serve_session(protocol: Protocol) -> None:
+def serve_whoami(protocol: Protocol) -> None:
     """Offer the service on a robot's server."""
 
     def session(client: int, request: dict[str, Any], now: int) -> dict[str, Any]:

@@ -32,7 +32,7 @@ _ROOM: Final = 0.8
 """Free way ahead that is enough to drive on [m]."""
 
 
-class Surroundings:
+class NewestScan:
     """Remembers the newest scan; says how far the way ahead is free, and where there is room."""
 
     def __init__(self, wire: Wire) -> None:

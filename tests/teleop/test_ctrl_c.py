@@ -24,15 +24,15 @@ def run(folder: Path, code: str) -> str:
 
 
 WAIT = """
-from teleop.interruption import Interruption
+from teleop.ctrl_c import CtrlCHandler
 import time
-interruption = Interruption()
-interruption.handle()
+ctrl_c = CtrlCHandler()
+ctrl_c.handle()
 try:
     import interrupted
     time.sleep(60)
 except KeyboardInterrupt:
-    print(interrupted.complete, interruption.raised)
+    print(interrupted.complete, ctrl_c.raised)
 """
 
 
@@ -68,8 +68,8 @@ def test_ctrl_c_that_was_dropped_is_raised_again_without_a_word(tmp_path: Path) 
 def test_ctrl_c_ends_a_task_between_two_callbacks(tmp_path: Path) -> None:
     code = """
 import asyncio, signal
-from teleop.interruption import Interruption, left_to_event_loops
-Interruption().handle()
+from teleop.ctrl_c import CtrlCHandler, left_to_event_loops
+CtrlCHandler().handle()
 async def main():
     try:
         signal.raise_signal(signal.SIGINT)
@@ -84,7 +84,7 @@ try:
 except KeyboardInterrupt:
     print("interrupted", type(signal.getsignal(signal.SIGINT).__self__).__name__)
 """
-    assert run(tmp_path, code) == "whole\nended\ninterrupted Interruption\n"
+    assert run(tmp_path, code) == "whole\nended\ninterrupted CtrlCHandler\n"
 
 
 @pytest.mark.process
@@ -120,10 +120,10 @@ def test_ctrl_c_that_is_ignored_stays_ignored(tmp_path: Path) -> None:
     code = """
 import signal
 signal.signal(signal.SIGINT, signal.SIG_IGN)
-from teleop.interruption import Interruption
-interruption = Interruption()
-interruption.handle()
+from teleop.ctrl_c import CtrlCHandler
+ctrl_c = CtrlCHandler()
+ctrl_c.handle()
 signal.raise_signal(signal.SIGINT)
-print(interruption.raised)
+print(ctrl_c.raised)
 """
     assert run(tmp_path, code) == "False\n"

@@ -178,7 +178,7 @@ class Alive:
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """The result of a goal has been taken by what talks to its client."""
+    """The result of a goal has been taken by the gateway."""
 
     number: int
     """Number of the goal."""

@@ -90,7 +90,12 @@ class Fuzz:
     def _report(
         self, judged: list[JudgedSession], found: list[Failure], unusable: int, wall: float
     ) -> int:
-        from teleop.scenario.fuzzing.statistics import compare, reference, reference_of, to_json
+        from teleop.scenario.fuzzing.session_statistics import (
+            compare,
+            reference,
+            reference_of,
+            to_json,
+        )
 
         if not judged:
             raise SettingError("no session could be run; try other numbers by --first")

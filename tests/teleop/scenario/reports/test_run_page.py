@@ -9,7 +9,7 @@ import pytest
 
 from teleop.scenario.files.operator_settings import Replay
 from teleop.scenario.referee.outcome import ExitStatus, Outcome, TimeLines
-from teleop.scenario.reports.page import page
+from teleop.scenario.reports.run_page import page
 from tests.teleop.scenario.reports.outcomes import EVIL, outcome, passed
 
 

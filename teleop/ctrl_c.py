@@ -21,7 +21,7 @@ _RETRY: Final = 0.02
 """Time after which it is raised again where an import held it up, or where it was dropped [s]."""
 
 
-class Interruption:
+class CtrlCHandler:
     """Raises KeyboardInterrupt upon Ctrl-C, but not while a module is being imported, and again if it was dropped."""
 
     def __init__(self) -> None:
@@ -48,7 +48,7 @@ class Interruption:
 def left_to_event_loops() -> Iterator[None]:
     """Have ``asyncio.Runner`` take Ctrl-C: it ends its task between two callbacks, never in the middle of a tick."""
     handler = signal.getsignal(signal.SIGINT)
-    ours = isinstance(getattr(handler, "__self__", None), Interruption)
+    ours = isinstance(getattr(handler, "__self__", None), CtrlCHandler)
     if not ours or threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from teleop.scenario.fuzzing.judged_session import JudgedSession
-from teleop.scenario.fuzzing.statistics import Reference, compare, reference, reference_of
+from teleop.scenario.fuzzing.session_statistics import Reference, compare, reference, reference_of
 
 EXPECTED = Reference(
     sessions=200,

@@ -1,11 +1,4 @@
-/** Small helpers for reacting to signals and to the system's settings. */
-
-import type { ReadonlySignal } from "@preact/signals";
-
-/** Have the effect that calls this run again when one of the signals changes. */
-export function depend(...signals: readonly ReadonlySignal<unknown>[]): readonly unknown[] {
-  return signals.map((each) => each.value);
-}
+/** Whether the system's settings ask for little motion. */
 
 /** Report whether the person wants little motion, now and whenever that changes; returns what ends it. */
 export function onReducedMotion(report: (reduced: boolean) => void): () => void {

@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 from scipy.stats import binomtest
 
 from teleop.scenario.sweeps.cells import runs_of
-from teleop.scenario.sweeps.statistics import Share, by_value, quantiles, share_passed
+from teleop.scenario.sweeps.sweep_statistics import Share, by_value, quantiles, share_passed
 from tests.teleop.scenario.sweeps.support import cells, result
 
 

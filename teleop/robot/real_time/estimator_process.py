@@ -1,4 +1,4 @@
-"""The estimating process: localises the robot by what the driving process records.
+"""The estimator: localises the robot by what control records.
 
 Searching a map takes long at times; here it holds up nothing but the estimate.
 """
@@ -21,27 +21,28 @@ from teleop.robot.real_time.child_process import stand_back
 from teleop.robot.real_time.process_messages import (
     DRIVEN,
     ESTIMATED,
+    GATEWAY_BOUND,
     OTHER,
     PREVIEW,
     PREVIEWED,
-    TALK_BOUND,
-    EstimateSetup,
+    EstimatorSetup,
     Ready,
     pack,
     unpack,
 )
+from teleop.robot.real_time.process_name import name_process
 from teleop.robot.recording import Recording
 from teleop.robot.steps.precision_log import PrecisionLog, StepsWriter
 from teleop.robot.tick_record import DriveRecord
 
 _NICENESS: Final = 5
-"""How far this process stands back behind the one that drives where processors are few."""
+"""How far this process stands back behind control where processors are few."""
 
 
 def run(channel: Channel) -> None:
-    """Localise until the driving process ends."""
+    """Localise until control ends."""
     payloads = channel.wait()
-    setup: EstimateSetup = unpack(payloads.pop(0))
+    setup: EstimatorSetup = unpack(payloads.pop(0))
     estimation = Estimation(Localizer(prepare(setup.cloud, cache=setup.cache), setup.mounts))
     with ExitStack() as cleanup:
         precision = PrecisionLog()
@@ -71,7 +72,7 @@ def run(channel: Channel) -> None:
             payloads = channel.wait()
 
 
-def _recording(setup: EstimateSetup) -> Recording | None:
+def _recording(setup: EstimatorSetup) -> Recording | None:
     """Begin the records, if they are wanted."""
     if setup.record is None:
         return None
@@ -92,13 +93,14 @@ def newest_hints(records: list[DriveRecord]) -> list[DriveRecord]:
 
 
 def main() -> None:
-    """Run in the process that the driving one has started."""
-    channel = inherited_channel(int(sys.argv[1]), TALK_BOUND)
+    """Run in the process that control has started."""
+    name_process("estimator")
+    channel = inherited_channel(int(sys.argv[1]), GATEWAY_BOUND)
     stand_back(_NICENESS)
     try:
         run(channel)
     except ChannelClosedError:
-        return  # the driving process has gone
+        return  # control has gone
     except Exception as error:
         channel.send(pack(OTHER, error))
         raise

@@ -1,6 +1,6 @@
-"""The driving process: ticks every 20 ms, and never waits for what talks or what estimates.
+"""Control: ticks every 20 ms, and never waits for the gateway or the estimator.
 
-Commands, safety, physics and sensors are here, and nothing that depends on how much clients send. What talks may
+Commands, safety, physics and sensors are here, and nothing that depends on how much clients send. The gateway may
 hang or die: for the robot that is the silence of all its drivers.
 """
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:  # imported only where there is a camera
 _LOG: Final = logging.getLogger(__name__)
 
 _HUNG: Final = 3 * SECOND
-"""Time without a sign of life after which what talks is ended and started again [ns]."""
+"""Time without a sign of life after which the gateway is ended and started again [ns]."""
 
 _STARTING: Final = 60 * SECOND
 """The same while it begins [ns]."""
@@ -56,32 +56,32 @@ _CLOSING: Final = 30.0
 _END: Final = pack(OTHER, End())
 
 
-class DriveProcess:
+class ControlProcess:
     """Owns the drive, and the processes that it feeds."""
 
     def __init__(
         self,
         drive: Drive,
-        talk: ChildProcess,
-        estimate: ChildProcess,
+        gateway: ChildProcess,
+        estimator: ChildProcess,
         *,
-        restart_talk: Callable[[], ChildProcess],
-        restart_estimate: Callable[[], ChildProcess],
+        restart_gateway: Callable[[], ChildProcess],
+        restart_estimator: Callable[[], ChildProcess],
         camera: CameraFeed | None = None,
     ) -> None:
-        """Take over the processes: one that is ready to estimate, and one that has begun to talk.
+        """Take over the processes: an estimator that is ready, and a gateway that has begun.
 
         Args:
-            drive: What drives.
-            talk: The talking process.
-            estimate: The estimating process.
-            restart_talk: Starts another talking process.
-            restart_estimate: Starts another estimating process.
+            drive: The drive.
+            gateway: The gateway.
+            estimator: The estimator.
+            restart_gateway: Starts another gateway.
+            restart_estimator: Starts another estimator.
             camera: What feeds the camera; None without one.
         """
         self._drive = drive
-        self._start_talk, self._start_estimate = restart_talk, restart_estimate
-        self.talk, self.estimate, self.camera = talk, estimate, camera
+        self._start_gateway, self._start_estimator = restart_gateway, restart_estimator
+        self.gateway, self.estimator, self.camera = gateway, estimator, camera
         self._inbox: list[InboxMessage] = []
         self._read_tokens = False
         self._alive = self._now = clock.monotonic()
@@ -97,7 +97,7 @@ class DriveProcess:
             Exception: What the server could not begin for.
             ChannelClosedError: If it died.
         """
-        address = self.talk.ready().address
+        address = self.gateway.ready().address
         assert address is not None
         return address
 
@@ -149,26 +149,26 @@ class DriveProcess:
         record = self._drive.tick(now, inbox, pacing)
         payload = pack(DRIVEN, record)
         self._publish(payload)
-        self._send_estimate(payload)
+        self._send_to_estimator(payload)
         if self.camera is not None:
             self.camera.ticked(now)
         return record
 
     def end(self) -> None:
         """End the processes."""
-        self.talk.end(_END)
-        if not self.estimate.end(_END, _CLOSING):
+        self.gateway.end(_END)
+        if not self.estimator.end(_END, _CLOSING):
             _LOG.error("the localiser did not end within %g s: its log lacks its end", _CLOSING)
         if self.camera is not None:
             self.camera.end()
 
     def _receive(self) -> None:
-        """Take what clients want; start what talks again if it is gone."""
+        """Take what clients want; start the gateway again if it is gone."""
         try:
-            for payload in self.talk.channel.receive():
+            for payload in self.gateway.channel.receive():
                 self._alive = self._now
                 if payload[:1] == PREVIEW:
-                    self._send_estimate(payload)
+                    self._send_to_estimator(payload)
                     continue
                 value = unpack(payload)
                 if isinstance(value, Wanted):
@@ -177,26 +177,26 @@ class DriveProcess:
                 elif isinstance(value, Exception):
                     _LOG.error("the server cannot begin: %s", value)
         except ChannelClosedError:
-            self._restart_talk("the server has ended")
+            self._restart_gateway("the server has ended")
         if self._now - self._alive > self._patience:
-            self._restart_talk("the server does not answer")
+            self._restart_gateway("the server does not answer")
 
     def _publish(self, payload: bytes) -> None:
         try:
-            self.talk.channel.send(payload)
+            self.gateway.channel.send(payload)
         except ChannelClosedError:
-            self._restart_talk("the server has ended")
+            self._restart_gateway("the server has ended")
 
-    def _send_estimate(self, payload: bytes) -> None:
+    def _send_to_estimator(self, payload: bytes) -> None:
         try:
-            self.estimate.channel.send(payload)
+            self.estimator.channel.send(payload)
         except ChannelClosedError:
-            self._restart_estimate()
+            self._restart_estimator()
 
     def _pass_on_estimates(self) -> None:
         try:
             newest = None
-            for payload in self.estimate.channel.receive():
+            for payload in self.estimator.channel.receive():
                 if payload[:1] in (ESTIMATED, PREVIEWED):
                     newest = payload if payload[:1] == ESTIMATED else newest
                     self._publish(payload)
@@ -208,24 +208,24 @@ class DriveProcess:
                 if record.estimates:
                     self._drive.steps.take_estimate(record.estimate)
         except ChannelClosedError:
-            self._restart_estimate()
+            self._restart_estimator()
 
-    def _restart_talk(self, why: str) -> None:
+    def _restart_gateway(self, why: str) -> None:
         if self._ending:
             return
         _LOG.error("%s: the robot brakes, and the server is started again", why)
-        self.talk.kill()
+        self.gateway.kill()
         self._inbox = [message for message in self._inbox if not message.client]
         self._drive.server_lost(why)
-        self.talk = self._start_talk()
+        self.gateway = self._start_gateway()
         self._alive, self._patience = self._now, _STARTING
 
-    def _restart_estimate(self) -> None:
+    def _restart_estimator(self) -> None:
         if self._ending:
             return
         _LOG.error("the localiser has ended: it is started again, without a pose")
-        self.estimate.kill()
-        self.estimate = self._start_estimate()
+        self.estimator.kill()
+        self.estimator = self._start_estimator()
 
     def _report_lag(self, lost: int) -> None:
         if lost - self._lost_reported > _BEHIND:

@@ -16,7 +16,7 @@ from robot_sim.layout.footprints import Footprint
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FreeSpace:
+class ClearanceGrid:
     """Clearance at the nodes of a grid."""
 
     corner: Waypoint
@@ -34,7 +34,7 @@ class FreeSpace:
         *,
         spacing: float = 0.1,
         horizon: float = 1.6,
-    ) -> FreeSpace:
+    ) -> ClearanceGrid:
         """Return the exact clearance at each node.
 
         Args:

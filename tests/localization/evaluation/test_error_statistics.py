@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from localization.evaluation.statistics import EvaluationError, Statistics
+from localization.evaluation.error_statistics import EvaluationError, Statistics
 
 
 def test_statistics_of_known_errors() -> None:

@@ -12,8 +12,8 @@ from teleop.scenario.files.writing import scenario_text
 from teleop.scenario.reports.limit_text import figure_text
 from teleop.scenario.sweeps.axes import value_text
 from teleop.scenario.sweeps.plots import plots_over
-from teleop.scenario.sweeps.statistics import Rows, Share, by_value, quantiles, share_passed
 from teleop.scenario.sweeps.sweep import Swept
+from teleop.scenario.sweeps.sweep_statistics import Rows, Share, by_value, quantiles, share_passed
 
 _LISTED = 100
 """Number of runs that are listed at most."""

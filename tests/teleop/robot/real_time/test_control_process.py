@@ -1,4 +1,4 @@
-"""The driving process beside others that hang or die: real processes, real sockets, real signals."""
+"""Control beside others that hang or die: real processes, real sockets, real signals."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from robot_sim import Simulation, World
 from teleop import clock
 from teleop.robot.drive import Drive
 from teleop.robot.inbox import DriveCommand
-from teleop.robot.real_time.drive_process import DriveProcess
-from teleop.robot.real_time.process_messages import EstimateSetup, TalkSetup
+from teleop.robot.real_time.control_process import ControlProcess
+from teleop.robot.real_time.process_messages import EstimatorSetup, GatewaySetup
 from teleop.robot.safety.control_state import ControlMode
-from teleop.robot.serve import start_estimate, start_talk
+from teleop.robot.serve import start_estimator, start_gateway
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.tick_record import DriveRecord
@@ -40,7 +40,7 @@ WATCHDOG = SECOND // 2
 class Robot:
     """A robot in real time whose ticks are kept."""
 
-    process: DriveProcess
+    process: ControlProcess
     address: Address
     ticks: list[tuple[int, DriveRecord]] = field(default_factory=list)
     """Time [ns] and record of each tick."""
@@ -71,22 +71,22 @@ async def robot(world: World, cloud: Cloud, cache: Path) -> AsyncIterator[Robot]
     simulation = Simulation(world, seed=0)
     latched = latched_messages(cloud, simulation.world.robot, simulation.mounts, "run")
     config = ServeConfig(port=0, log_level="error")
-    talk = TalkSetup(config, world.name, latched, None, SECOND)
-    estimate = EstimateSetup(cloud, simulation.mounts, cache, None, {}, 0.11)
+    for_gateway = GatewaySetup(config, world.name, latched, None, SECOND)
+    for_estimator = EstimatorSetup(cloud, simulation.mounts, cache, None, {}, 0.11)
     ended = threading.Event()
 
-    def again() -> TalkSetup:
+    def again() -> GatewaySetup:
         fixed = ServeConfig(port=address.port, log_level="error")
-        return TalkSetup(fixed, world.name, latched, None, SECOND)
+        return GatewaySetup(fixed, world.name, latched, None, SECOND)
 
-    estimating = start_estimate().begin(estimate)
-    await asyncio.to_thread(estimating.ready)
-    process = DriveProcess(
+    estimator = start_estimator().begin(for_estimator)
+    await asyncio.to_thread(estimator.ready)
+    process = ControlProcess(
         Drive(simulation),
-        start_talk().begin(talk),
-        estimating,
-        restart_talk=lambda: start_talk().begin(again()),
-        restart_estimate=lambda: start_estimate().begin(estimate),
+        start_gateway().begin(for_gateway),
+        estimator,
+        restart_gateway=lambda: start_gateway().begin(again()),
+        restart_estimator=lambda: start_estimator().begin(for_estimator),
     )
     try:
         address = await asyncio.to_thread(process.ready)
@@ -142,7 +142,7 @@ async def test_robot_brakes_and_gets_a_new_server_when_the_server_is_killed(
         async with peer(served.address.url) as client:
             await drive_until(client, served, 0.6)
             before = clock.monotonic()
-            ended = await asyncio.to_thread(kill, served.process.talk.pid)
+            ended = await asyncio.to_thread(kill, served.process.gateway.pid)
             await asyncio.wait_for(client.gone.wait(), 60.0)
             await until(lambda: not served.speed)
         zero = served.first_zero_after(before)
@@ -169,13 +169,13 @@ async def test_watchdog_brakes_while_the_server_hangs_and_it_is_replaced(
     async with robot(office, office_cloud, cache) as served:
         async with peer(served.address.url) as client:
             await drive_until(client, served, 0.6)
-            hung = served.process.talk
+            hung = served.process.gateway
             os.kill(hung.pid, signal.SIGSTOP)
             await until(lambda: not served.speed)
             last = served.last_command()
             delay = served.first_zero_after(last) - last
             assert delay <= WATCHDOG + served.longest_gap
-            await until(lambda: served.process.talk is not hung)
+            await until(lambda: served.process.gateway is not hung)
             state = served.ticks[-1][1].control
             assert state.controller == ""
         hung.kill()
@@ -188,7 +188,7 @@ async def test_hung_localiser_delays_estimates_and_no_command(
     async with robot(office, office_cloud, cache) as served, peer(served.address.url) as client:
         await client.subscribe("/odom", "/teleop/state")
         await client.until(lambda: client.messages("/odom"))
-        os.kill(served.process.estimate.pid, signal.SIGSTOP)
+        os.kill(served.process.estimator.pid, signal.SIGSTOP)
         await asyncio.sleep(0.2)
         count, begun = len(client.messages("/odom")), len(served.ticks)
         await drive_until(client, served, 0.6)
@@ -196,7 +196,7 @@ async def test_hung_localiser_delays_estimates_and_no_command(
         await client.until(lambda: len(client.messages("/teleop/state")) > states + 5)
         assert len(client.messages("/odom")) <= count + 1
         missed = len(served.ticks) - begun
-        os.kill(served.process.estimate.pid, signal.SIGCONT)
+        os.kill(served.process.estimator.pid, signal.SIGCONT)
         await client.until(lambda: len(client.messages("/odom")) >= count + missed // 2 - 2)
 
 
@@ -207,10 +207,10 @@ async def test_killed_localiser_is_started_again_without_a_pose(
     async with robot(office, office_cloud, cache) as served, peer(served.address.url) as client:
         await client.subscribe("/localization/status")
         await client.until(lambda: client.messages("/localization/status"))
-        killed = served.process.estimate
+        killed = served.process.estimator
         os.kill(killed.pid, signal.SIGKILL)
         await drive_until(client, served, 0.6)
-        await until(lambda: served.process.estimate is not killed)
+        await until(lambda: served.process.estimator is not killed)
         count = len(client.messages("/localization/status"))
         await client.until(lambda: len(client.messages("/localization/status")) > count + 2)
         assert client.last("/localization/status")["health"] == Health.WAITING

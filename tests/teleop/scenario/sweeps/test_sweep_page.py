@@ -4,9 +4,9 @@ import re
 
 from teleop.scenario.sweeps.cells import runs_of
 from teleop.scenario.sweeps.costs import costs_of
-from teleop.scenario.sweeps.page import groups, page
-from teleop.scenario.sweeps.statistics import Rows
 from teleop.scenario.sweeps.sweep import Swept
+from teleop.scenario.sweeps.sweep_page import groups, page
+from teleop.scenario.sweeps.sweep_statistics import Rows
 from tests.teleop.scenario.sweeps.support import cells, result, scenario
 
 OVER = ("link.delay=0,1", "operator.speed=0.3,0.6")

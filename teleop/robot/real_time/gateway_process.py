@@ -1,4 +1,4 @@
-"""The talking process: sockets, parsing, judging and encoding, for a robot that is elsewhere."""
+"""The gateway: sockets, parsing, judging and encoding, for a robot that is elsewhere."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from teleop.robot.real_time.child_process import stand_back
 from teleop.robot.real_time.process_messages import (
     DRIVEN,
     ESTIMATED,
+    GATEWAY_BOUND,
     OTHER,
     PREVIEW,
     PREVIEWED,
-    TALK_BOUND,
     End,
+    GatewaySetup,
     ReadTokens,
     Ready,
-    TalkSetup,
     Wanted,
     pack,
     unpack,
 )
+from teleop.robot.real_time.process_name import name_process
 from teleop.robot.tick_record import DriveRecord
 from teleop.rosbridge.errors import RosbridgeError, ServiceError
 from teleop.rosbridge.server.dated_loop import DatedEventLoop
@@ -39,26 +40,26 @@ if TYPE_CHECKING:  # imported only where there is a camera
     from teleop.robot.real_time.camera_receiver import CameraReceiver
 
 _NICENESS: Final = 1
-"""How far this process stands back behind the one that drives where processors are few."""
+"""How far this process stands back behind control where processors are few."""
 
 _FLUSH: Final = 0.002
 """Time for which wishes are collected before they cross [s]: a tenth of a tick."""
 
 _SIGN_OF_LIFE: Final = 0.1
-"""Period of the signs of life to the driving process [s]."""
+"""Period of the signs of life to control [s]."""
 
 
-class TalkProcess:
-    """Joins the channel to the driving process and a server's adapter."""
+class GatewayProcess:
+    """Joins the channel to control and a server's adapter."""
 
-    def __init__(self, channel: Channel, setup: TalkSetup, pictures: int | None = None) -> None:
+    def __init__(self, channel: Channel, setup: GatewaySetup, pictures: int | None = None) -> None:
         self._channel, self._setup, self._pictures = channel, setup, pictures
         self._ended = asyncio.Event()
         self._flushing = False
         self._activity = ActivityLog()
 
     async def run(self) -> None:
-        """Serve until the driving process ends."""
+        """Serve until control ends."""
         loop, setup = asyncio.get_running_loop(), self._setup
         gateway = Gateway(
             setup.config,
@@ -99,7 +100,7 @@ class TalkProcess:
         return CameraReceiver(PictureLink(self._pictures), self._setup.camera, server)
 
     async def _until_ended(self) -> None:
-        """Give signs of life until the driving process ends."""
+        """Give signs of life until control ends."""
         while not self._ended.is_set():
             self._send(Wanted())
             with contextlib.suppress(TimeoutError):
@@ -160,15 +161,16 @@ def _refuse_step(client: int, request: dict[str, object], now: int) -> dict[str,
 
 
 def main() -> None:
-    """Run in the process that the driving one has started."""
-    channel = inherited_channel(int(sys.argv[1]), TALK_BOUND)
-    setup: TalkSetup = unpack(channel.wait()[0])
+    """Run in the process that control has started."""
+    name_process("gateway")
+    channel = inherited_channel(int(sys.argv[1]), GATEWAY_BOUND)
+    setup: GatewaySetup = unpack(channel.wait()[0])
     stand_back(_NICENESS)
     configure_logging(setup.config.log_level)
     try:
         with asyncio.Runner(loop_factory=DatedEventLoop) as runner:
             pictures = int(sys.argv[2]) if len(sys.argv) > 2 else None
-            runner.run(TalkProcess(channel, setup, pictures).run())
+            runner.run(GatewayProcess(channel, setup, pictures).run())
     except (RosbridgeError, AuditError) as error:
         channel.send(pack(OTHER, error))
 

@@ -17,7 +17,7 @@ _NOISY_SHARE = 0.1
 """Share of the whole information that noisy normals and slightly bent walls may fake along a wall."""
 
 
-def motion_covariance(flat: FloatArray, config: KissConfig) -> FloatArray:
+def alignment_covariance(flat: FloatArray, config: KissConfig) -> FloatArray:
     """Return the covariance (3, 3) of x, y [m] and yaw [rad] that a scan supports.
 
     Args:

@@ -13,7 +13,7 @@ import { WideLine } from "./wide_line";
 
 const LABEL_HEIGHT = 26;
 
-export class WaitingPlace {
+export class NotLocatedRing {
   readonly object = new Group();
   readonly #edge = new WideLine(80, { width: 1.5 });
   #label: Label | undefined;
