@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks._alarms import FLAGGED, Watch
-from benchmarks._drives import SLIPS
-from benchmarks._figures import Figure, Sheet, poisson, share, wilson
-from benchmarks._peers import SmallGicp, plain
-from benchmarks._recordings import Recording, record
-from benchmarks._replaying import Run, bootstrap_rmse, replay, replay_monte_carlo, score
-from benchmarks._searching import hint_trial, kidnap_trial, searcher_of
+from benchmarks.common.figures import Figure, poisson, share, wilson
+from benchmarks.common.sheet import Sheet
+from benchmarks.localization.alarms import FLAGGED, Watch
+from benchmarks.localization.drives import SLIPS
+from benchmarks.localization.searching import hint_trial, kidnap_trial, searcher_of
+from benchmarks.replay.matchers import SmallGicp, plain
+from benchmarks.replay.recordings import Recording, record
+from benchmarks.replay.replaying import Run, bootstrap_rmse, replay, replay_monte_carlo, score
 from localization.evaluation.fault_injection import (
     Clutter,
     Span,

@@ -1,0 +1,132 @@
+"""A sheet of figures: a JSON file that keeps them part by part.
+
+A sheet is a JSON file beside which the same figures lie as CSV. A part that is measured anew takes the
+place of what was there of it, and nothing else changes, so that a long table can be made in pieces.
+"""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import json
+import math
+import os
+import platform
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.common.figures import Figure, say
+
+
+def _native(value: np.generic) -> object:
+    """Return a number of numpy's as one of Python's."""
+    return value.item()
+
+
+class Sheet:
+    """Figures by part; owns the file they are kept in, if there is one."""
+
+    def __init__(self, path: Path | None = None) -> None:
+        """Read what the file holds; it need not exist.
+
+        Raises:
+            ValueError: if it is there and is no sheet.
+        """
+        self.path = path
+        self.parts: dict[str, tuple[Figure, ...]] = {}
+        self.facts: dict[str, dict[str, str | float]] = {}
+        if path is not None and path.is_file():
+            self._read(path)
+
+    def _read(self, path: Path) -> None:
+        try:
+            held = json.loads(path.read_text(encoding="utf-8"))
+            for name, part in held.items():
+                self.parts[name] = tuple(_figure(f) for f in part["figures"])
+                self.facts[name] = dict(part["facts"])
+        except (AttributeError, KeyError, TypeError, json.JSONDecodeError) as wrong:
+            raise ValueError(f"{path} is no sheet of figures: move it away ({wrong})") from None
+
+    def put(self, part: str, figures: Iterable[Figure], *, seconds: float) -> None:
+        """Take a part's figures, which took so much CPU time [s], and write the files.
+
+        What somebody else has put into the file meanwhile stays.
+        """
+        if self.path is not None and self.path.is_file():
+            self._read(self.path)
+        self.parts[part] = tuple(figures)
+        self.facts[part] = {
+            "date": f"{datetime.datetime.now():%Y-%m-%d %H:%M}",
+            "machine": processor(),
+            "python": platform.python_version(),
+            "load": round(os.getloadavg()[0], 1),
+            "cpu_seconds": round(seconds, 1),
+        }
+        if self.path is not None:
+            self._write(self.path)
+
+    def _write(self, path: Path) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        held = {
+            name: {"facts": self.facts[name], "figures": [_plain(f) for f in figures]}
+            for name, figures in self.parts.items()
+        }
+        # Written beside and moved, so that a run that is ended leaves the sheet whole.
+        beside = path.with_suffix(".part")
+        beside.write_text(json.dumps(held, indent=1, default=_native) + "\n", encoding="utf-8")
+        beside.replace(path)
+        with path.with_suffix(".csv").open("w", encoding="utf-8", newline="") as file:
+            names = [f.name for f in fields(Figure)]
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(["part", *names, "verdict"])
+            for part, figures in self.parts.items():
+                writer.writerows([part, *_plain(f).values(), f.verdict] for f in figures)
+
+
+def _figure(held: dict[str, Any]) -> Figure:
+    return Figure(**{**held, "value": math.nan if held["value"] is None else held["value"]})
+
+
+def _plain(figure: Figure) -> dict[str, str | float | int | None]:
+    """Return a figure's fields; what is no number becomes None, for JSON has no NaN."""
+    kept = asdict(figure)
+    for name, value in kept.items():
+        if isinstance(value, float):
+            kept[name] = round(value, 6) if math.isfinite(value) else None
+    return kept
+
+
+def processor() -> str:
+    """Return what the machine calls its processor."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.is_file() else []
+    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(named, platform.machine())
+
+
+def measure(parts: Mapping[str, Callable[[], Iterator[Figure]]], out: Path | None) -> None:
+    """Measure parts one after the other, print their figures, and keep them in a sheet if one is named."""
+    sheet = Sheet(out)
+    for name, part in parts.items():
+        begun, figures = time.process_time(), list[Figure]()
+        say(f" {name}")
+        for figure in part():
+            _show(figure, figures[-1] if figures else None)
+            figures.append(figure)
+        seconds = time.process_time() - begun
+        sheet.put(name, figures, seconds=seconds)
+        say(f"   ({seconds:.0f} s of CPU)")
+
+
+def _show(figure: Figure, before: Figure | None) -> None:
+    """Print a figure beneath its case and method, which are printed when they change."""
+    if before is None or (before.case, before.method) != (figure.case, figure.method):
+        say(f"  {figure.case}: {figure.method}")
+    count = f"n {figure.n}" if figure.n else ""
+    goal = f"goal {figure.goal}: {figure.verdict}" if figure.verdict else ""
+    say(f"    {figure.quantity:38s} {figure.text:28s} {count:8s} {goal}".rstrip())
