@@ -4,7 +4,7 @@
 
 A benchmark with ``TAKES_WORDS`` takes all words after its name as its own arguments, such as ``real FOLDER``.
 One with ``PARTS`` runs the parts named after it, or all but its long ones. With ``--out`` those
-that keep their figures put them into the folder's ``<name>.json`` and ``<name>.csv``, each part in the
+that keep their figures put them into the folder's ``<name>.json``, each part in the
 place of what was there of it; ``python -m benchmarks.sheets`` writes the sheets of the docs from ``benchmarks/results``.
 """
 

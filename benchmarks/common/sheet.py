@@ -1,31 +1,26 @@
-"""A sheet of figures: a JSON file that keeps them part by part.
+"""A sheet of figures: a JSON file that keeps them part by part, each figure on a line.
 
-A sheet is a JSON file beside which the same figures lie as CSV. A part that is measured anew takes the
-place of what was there of it, and nothing else changes, so that a long table can be made in pieces.
+A part that is measured anew takes the place of what was there of it, and nothing else changes, so that a
+long table can be made in pieces. ``python -m benchmarks.common.sheet FILE ...`` writes sheets anew as this module does.
 """
 
 from __future__ import annotations
 
-import csv
 import datetime
 import json
 import math
 import os
 import platform
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import asdict, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.common.figures import Figure, say
-
-
-def _native(value: np.generic) -> object:
-    """Return a number of numpy's as one of Python's."""
-    return value.item()
 
 
 class Sheet:
@@ -53,7 +48,7 @@ class Sheet:
             raise ValueError(f"{path} is no sheet of figures: move it away ({wrong})") from None
 
     def put(self, part: str, figures: Iterable[Figure], *, seconds: float) -> None:
-        """Take a part's figures, which took so much CPU time [s], and write the files.
+        """Take a part's figures, which took so much CPU time [s], and write the file.
 
         What somebody else has put into the file meanwhile stays.
         """
@@ -67,25 +62,36 @@ class Sheet:
             "load": round(os.getloadavg()[0], 1),
             "cpu_seconds": round(seconds, 1),
         }
-        if self.path is not None:
-            self._write(self.path)
+        self.write()
 
-    def _write(self, path: Path) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        held = {
-            name: {"facts": self.facts[name], "figures": [_plain(f) for f in figures]}
-            for name, figures in self.parts.items()
-        }
+    def write(self) -> None:
+        """Write the file, if there is one."""
+        if self.path is None:
+            return
+        self.path.parent.mkdir(parents=True, exist_ok=True)
         # Written beside and moved, so that a run that is ended leaves the sheet whole.
-        beside = path.with_suffix(".part")
-        beside.write_text(json.dumps(held, indent=1, default=_native) + "\n", encoding="utf-8")
-        beside.replace(path)
-        with path.with_suffix(".csv").open("w", encoding="utf-8", newline="") as file:
-            names = [f.name for f in fields(Figure)]
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(["part", *names, "verdict"])
-            for part, figures in self.parts.items():
-                writer.writerows([part, *_plain(f).values(), f.verdict] for f in figures)
+        beside = self.path.with_suffix(".part")
+        beside.write_text(self.text, encoding="utf-8")
+        beside.replace(self.path)
+
+    @property
+    def text(self) -> str:
+        """The sheet as it is in its file."""
+        parts = []
+        for name, figures in self.parts.items():
+            facts = f'  "facts": {_json(self.facts[name])},\n  "figures": ['
+            lines = ",".join(f"\n   {_json(_plain(figure))}" for figure in figures)
+            parts.append(f" {_json(name)}: {{\n{facts}{lines}\n  ]\n }}")
+        return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+def _json(value: object) -> str:
+    return json.dumps(value, default=_native)
+
+
+def _native(value: np.generic) -> object:
+    """Return a number of numpy's as one of Python's."""
+    return value.item()
 
 
 def _figure(held: dict[str, Any]) -> Figure:
@@ -93,11 +99,14 @@ def _figure(held: dict[str, Any]) -> Figure:
 
 
 def _plain(figure: Figure) -> dict[str, str | float | int | None]:
-    """Return a figure's fields; what is no number becomes None, for JSON has no NaN."""
-    kept = asdict(figure)
-    for name, value in kept.items():
+    """Return a figure's fields that say something; a value that is no number becomes None, for JSON has no NaN."""
+    kept: dict[str, str | float | int | None] = {}
+    for field in fields(figure):
+        value = getattr(figure, field.name)
         if isinstance(value, float):
-            kept[name] = round(value, 6) if math.isfinite(value) else None
+            value = round(value, 6) if math.isfinite(value) else None
+        if field.name == "value" or (value is not None and value != field.default):
+            kept[field.name] = value
     return kept
 
 
@@ -130,3 +139,8 @@ def _show(figure: Figure, before: Figure | None) -> None:
     count = f"n {figure.n}" if figure.n else ""
     goal = f"goal {figure.goal}: {figure.verdict}" if figure.verdict else ""
     say(f"    {figure.quantity:38s} {figure.text:28s} {count:8s} {goal}".rstrip())
+
+
+if __name__ == "__main__":
+    for named in sys.argv[1:]:
+        Sheet(Path(named)).write()

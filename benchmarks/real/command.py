@@ -5,7 +5,7 @@
 [--set KEY=VALUE ...] [--keep FOLDER] [--out FOLDER]``: the folder holds ``NAME-corrected.log.gz``, and ``NAME.clf.bz2``
 and ``NAME.relations`` if there are any; all its logs are run unless some are named. The map of a log is made of every second
 corrected scan, and the others are what the error is measured against. ``--all`` runs the peers, 50 kidnaps
-and 30 starts of each kind a log; ``--out`` keeps the figures in ``real.json`` and ``real.csv``, and the tables in ``real.md``.
+and 30 starts of each kind a log; ``--out`` keeps the figures in ``real.json``, and the tables in ``real.md``.
 """
 
 from __future__ import annotations
@@ -51,10 +51,7 @@ def main(words: Sequence[str] = (), *, out: Path | None = None) -> None:
     except (LocalizationError, YardstickError) as error:
         sys.exit(f"real: {error}")
     if out is not None:
-        say(
-            "",
-            f"figures: {out} and {out.with_suffix('.csv').name}; tables: {out.with_suffix('.md').name}",
-        )
+        say("", f"figures: {out}; tables: {out.with_suffix('.md').name}")
 
 
 def _run(a: argparse.Namespace, sheet: Sheet) -> None:

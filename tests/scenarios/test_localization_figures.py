@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +35,7 @@ from robot_sim.building_generator import generate
 from robot_sim.worlds.from_floorplan import build_world
 from teleop.world_building.station_survey import survey_from_stations
 
+RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
 HEIGHT = float(MOUNTS["laser_horizontal"].position[2])
 
 
@@ -191,10 +194,36 @@ def test_a_part_measured_anew_takes_the_place_of_the_old_and_leaves_the_others(
     assert held["second"] == (one,)
     assert [f.quantity for f in held["first"]] == ["nothing"]
     assert np.isnan(held["first"][0].value)
-    assert path.with_suffix(".csv").read_text().count("\n") == 3
     path.write_text("[1]")
     with pytest.raises(ValueError, match="no sheet of figures"):
         Sheet(path)
+
+
+def test_a_sheet_in_its_first_form_is_read_and_written_anew_a_figure_a_line(tmp_path: Path) -> None:
+    one = Figure("case", "method", "what", 1.5, "cm", 3, 1.0, 2.0, most=2.0)
+    none = Figure("case", "method", "nothing", float("nan"))
+    facts = {"date": "2026-11-24 12:17", "machine": "AMD EPYC", "load": 1.0, "cpu_seconds": 2.0}
+    figures = [{**asdict(one)}, {**asdict(none), "value": None}]
+    path = tmp_path / "sheet.json"
+    path.write_text(json.dumps({"part": {"facts": facts, "figures": figures}}, indent=1))
+    sheet = Sheet(path)
+    sheet.write()
+    written = path.read_text()
+    assert [line for line in written.splitlines() if '"case"' in line] == [
+        '   {"case": "case", "method": "method", "quantity": "what", "value": 1.5, "unit": "cm", "n": 3,'
+        ' "low": 1.0, "high": 2.0, "most": 2.0},',
+        '   {"case": "case", "method": "method", "quantity": "nothing", "value": null}',
+    ]
+    assert json.loads(written)["part"]["facts"] == facts
+    held = Sheet(path)
+    assert held.parts["part"][0] == sheet.parts["part"][0] == one
+    assert np.isnan(held.parts["part"][1].value)
+    assert held.text == written
+
+
+@pytest.mark.parametrize("path", sorted(RESULTS.iterdir()), ids=lambda path: path.name)
+def test_kept_sheet_is_in_the_form_that_is_written(path: Path) -> None:
+    assert Sheet(path).text == path.read_text(), "run: python -m benchmarks.common.sheet FILE"
 
 
 def test_bounds_of_events_are_garwoods() -> None:

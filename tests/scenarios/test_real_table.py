@@ -178,7 +178,6 @@ def test_command_writes_figures_and_tables_beside_each_other(
     assert methods == {OURS, KISS, GICP, AMCL, "theirs"}
     table = out.with_suffix(".md").read_text(encoding="utf-8")
     assert "| room, 0 to 12 s | theirs | 58 |" in table
-    assert out.with_suffix(".csv").is_file()
 
 
 def test_command_names_a_bad_line_before_anything_is_run(folder: Path, tmp_path: Path) -> None:
